@@ -18,7 +18,7 @@ def arithmetic(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def harmonic(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """2 a³ b³ / (a³ + b³): halves of gaps a and b in series; exact for a stepwise gap."""
-    return _half_harmonic_mean(a**3, b**3)
+    return harmonic_mean(a**3, b**3)
 
 
 def geometric(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -28,7 +28,7 @@ def geometric(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def linear_gap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """2 a² b² / (a + b) = 1 / mean(g⁻³) of the gap that is linear from a to b."""
-    return _half_harmonic_mean(a, b) * a * b
+    return harmonic_mean(a, b) * a * b
 
 
 def mean_gap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -36,7 +36,7 @@ def mean_gap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return (0.5 * (a + b)) ** 3
 
 
-def _half_harmonic_mean(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+def harmonic_mean(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """2 u v / (u + v), zero where u = v = 0; computed as u/(u + v) v, since u v could underflow."""
     total = u + v
     return 2 * np.divide(u, total, out=np.zeros_like(total), where=total > 0) * v

@@ -23,23 +23,15 @@ def node_pressure(film: GridFilm, pressure_drop: float, links: str = "linear-gap
 
 def _solved(network: Network, carrying: np.ndarray) -> np.ndarray:
     """Pressure at all nodes, 1 at the inlet, 0 at the outlet and where nothing flows."""
-    shape = network.shape
-    node = np.arange(carrying.size).reshape(shape)
-    right = np.roll(node, -1, axis=1) if network.periodic else node[:, 1:]
-    left = node if network.periodic else node[:, :-1]
-    a = np.concatenate([node[:-1].ravel(), left.ravel()])
-    b = np.concatenate([node[1:].ravel(), right.ravel()])
-    link = np.concatenate([network.x.ravel(), network.y.ravel()])
+    shape, (a, b, link) = network.shape, network.links()
     known = np.zeros(carrying.size)
-    known[node[0]] = 1.0
+    known[: shape[1]] = 1.0
     free = carrying.copy()
     free[[0, -1]] = False
     free = free.ravel()
     if not free.any():
         return known.reshape(shape)
-    total = np.zeros(carrying.size)
-    np.add.at(total, a, link)
-    np.add.at(total, b, link)
+    total = np.bincount(a, link, carrying.size) + np.bincount(b, link, carrying.size)
     # Divide the rows by their diagonal: conductances differ by many decades.
     rows, columns = np.concatenate([a, b]), np.concatenate([b, a])
     weights = np.concatenate([link, link])

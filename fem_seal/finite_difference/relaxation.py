@@ -52,9 +52,8 @@ def grid_energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) ->
     At unit pressure drop [m³/(Pa s)]; at least the conductance if p is 1 at the inlet and 0 at the
     outlet (Dirichlet's principle).
     """
-    along_x, along_y = _links_between(network, carrying)
-    drop_x, drop_y = np.diff(pressure, axis=0), _differences_y(network, pressure)
-    return float((along_x * drop_x**2).sum() + (along_y * drop_y**2).sum())
+    p, (a, b, c) = pressure.ravel(), _carrying_links(network, carrying)
+    return float((c * (p[a] - p[b]) ** 2).sum())
 
 
 def relax(
@@ -74,7 +73,9 @@ def relax(
     limit = STEPS_PER_NODE * (mx + my) if max_iterations is None else max_iterations
     pressure = np.array(start, dtype=float)
     pressure[0], pressure[-1] = 1.0, 0.0
-    matrix, free = _laplacian(network, carrying), _free_nodes(carrying)
+    matrix = _laplacian(network, carrying)
+    # The carrying nodes between the two ends, whose pressure is unknown.
+    free = np.flatnonzero(carrying[1:-1]) + my
     p = pressure.ravel()
     A = matrix[free][:, free]
     D = A.diagonal()
@@ -121,46 +122,28 @@ def _conserves(state: Relaxed, rtol: float) -> bool:
 
 def _state(network: Network, pressure: np.ndarray, carrying: np.ndarray, steps: int) -> Relaxed:
     """Energy and fluxes of a pressure after a number of steps."""
-    along_x, _ = _links_between(network, carrying)
-    flux = -along_x * np.diff(pressure, axis=0)
+    p, (a, b, c) = pressure.ravel(), _carrying_links(network, carrying)
+    flux, my = c * (p[a] - p[b]), network.shape[1]
+    # Links along the inlet or along the outlet carry nothing.
+    inflow, outflow = flux[a < my].sum(), flux[b >= p.size - my].sum()
     total = grid_energy(network, pressure, carrying)
-    return Relaxed(pressure, total, float(flux[0].sum()), float(flux[-1].sum()), steps)
+    return Relaxed(pressure, total, float(inflow), float(outflow), steps)
 
 
-def _links_between(network: Network, carrying: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Conductances along x and y; links that do not join two carrying nodes are set to zero."""
-    along_x = np.where(carrying[:-1] & carrying[1:], network.x, 0.0)
-    if network.periodic:
-        return along_x, np.where(carrying & np.roll(carrying, -1, axis=1), network.y, 0.0)
-    return along_x, np.where(carrying[:, :-1] & carrying[:, 1:], network.y, 0.0)
-
-
-def _differences_y(network: Network, field: np.ndarray) -> np.ndarray:
-    """Differences of a field of the nodes along the links in the y direction."""
-    if network.periodic:
-        return np.roll(field, -1, axis=1) - field
-    return np.diff(field, axis=1)
-
-
-def _free_nodes(carrying: np.ndarray) -> np.ndarray:
-    """Flat indices of the carrying nodes between the two ends, whose pressure is unknown."""
-    inner = carrying.copy()
-    inner[[0, -1]] = False
-    return np.flatnonzero(inner)
+def _carrying_links(
+    network: Network, carrying: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Links between two carrying nodes: both nodes and the conductance."""
+    a, b, c = network.links()
+    used = carrying.ravel()[a] & carrying.ravel()[b] & (c > 0)
+    return a[used], b[used], c[used]
 
 
 def _laplacian(network: Network, carrying: np.ndarray) -> "sparse.csr_matrix":
     """Matrix of the network on all nodes: Σ_b c_ab on the diagonal, -c_ab off it."""
     from scipy import sparse
 
-    number = np.arange(carrying.size).reshape(carrying.shape)
-    along_x, along_y = _links_between(network, carrying)
-    start_y = number if network.periodic else number[:, :-1]
-    stop_y = np.roll(number, -1, axis=1) if network.periodic else number[:, 1:]
-    a = np.concatenate([number[:-1].ravel(), start_y.ravel()])
-    b = np.concatenate([number[1:].ravel(), stop_y.ravel()])
-    c = np.concatenate([along_x.ravel(), along_y.ravel()])
-    a, b, c = a[c > 0], b[c > 0], c[c > 0]
-    shape = (number.size, number.size)
+    a, b, c = _carrying_links(network, carrying)
+    shape = (carrying.size, carrying.size)
     links = sparse.coo_matrix((np.tile(c, 2), (np.r_[a, b], np.r_[b, a])), shape=shape).tocsr()
     return sparse.diags(np.asarray(links.sum(axis=1)).ravel()) - links

@@ -37,6 +37,17 @@ class Network:
         """Number of nodes (mx, my)."""
         return self.x.shape[0] + 1, self.x.shape[1]
 
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Nodes at both ends of each link, as flat indices, and its conductance."""
+        mx, my = self.shape
+        node = np.arange(mx * my).reshape(mx, my)
+        left, right = node[:, :-1], node[:, 1:]
+        if self.periodic:
+            left, right = node, np.roll(node, -1, axis=1)
+        first = np.concatenate([node[:-1].ravel(), left.ravel()])
+        second = np.concatenate([node[1:].ravel(), right.ravel()])
+        return first, second, np.concatenate([self.x.ravel(), self.y.ravel()])
+
 
 @dataclass(frozen=True, eq=False)
 class FlowGrid:

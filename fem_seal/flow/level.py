@@ -28,8 +28,8 @@ from fem_seal.flow.topology import dual_numbering, open_cells, primal_numbering,
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.leak_rate import FacetTag
 from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.edges import find_edges
 from fem_seal.mesh.grouping import parts
+from fem_seal.mesh.mesh import find_edges
 from fem_seal.mesh.nested import NestedMesh
 
 

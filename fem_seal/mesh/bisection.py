@@ -17,8 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.mesh.edges import Edges
-from fem_seal.mesh.halvings import Halvings
+from fem_seal.mesh.mesh import Edges, Halvings
 from fem_seal.mesh.nested import NestedMesh, TooFine
 from fem_seal.mesh.triangles import TriangleMesh
 
@@ -36,11 +35,6 @@ class Refinement:
     #: (n, 2) int32, for each round of bisection and each vertex that it added, the two
     #: older vertices between which the new one lies half-way
     rounds: tuple[np.ndarray, ...]
-
-    @property
-    def parent(self) -> np.ndarray:
-        """(C',) int32: for each fine cell the coarse cell that contains it."""
-        return self.halvings.parent
 
     @property
     def edge_ends(self) -> np.ndarray:

@@ -1,11 +1,121 @@
-"""Base of the meshes that bisection refines: triangles, points that are the same, and edges."""
+"""Base of the meshes that bisection refines: triangles, their edges, and how they are halved.
+
+A side is an edge seen from one of its cells. Edge e has the sides 2 e and 2 e + 1: the edge of side
+s is s >> 1, and its other side is s ^ 1. Edges are numbered on the first mesh, then updated by
+bisection.
+"""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from fem_seal.mesh.edges import Edges, find_edges
+from fem_seal.mesh.grouping import parts, stable_order
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """The E edges of C cells."""
+
+    ends: np.ndarray  #: (E, 2) int32, vertices at the ends of each edge
+    #: (C, 3) int32, number of the side opposite each corner: 2 e or 2 e + 1 for edge e
+    sides: np.ndarray
+
+    @property
+    def of_cell(self) -> np.ndarray:
+        """(C, 3) int32: the edge opposite each corner."""
+        return self.sides >> 1
+
+    def cells(self) -> np.ndarray:
+        """(2 E,) int32: the cell of each side, -1 for the outer side of a boundary edge."""
+        of_side = np.full(2 * len(self.ends), -1, dtype=np.int32)
+        of_side[self.sides] = np.arange(len(self.sides), dtype=np.int32)[:, None]
+        return of_side
+
+    def slots(self) -> np.ndarray:
+        """(E, 2) int32: both sides of each edge as 3 cell + corner, -1 for an outer side."""
+        of_side = np.full(2 * len(self.ends), -1, dtype=np.int32)
+        of_side[self.sides.ravel()] = np.arange(self.sides.size, dtype=np.int32)
+        return of_side.reshape(-1, 2)
+
+
+def find_edges(ends: np.ndarray, count: int) -> Edges:
+    """Number the edges of triangles, given the vertices at the ends of their sides (C, 3, 2).
+
+    On a seam these are the vertices of the twin at the bottom, so that the two sides of an edge
+    have the same vertices.
+    """
+    low = np.minimum(ends[..., 0], ends[..., 1]).ravel()
+    high = np.maximum(ends[..., 0], ends[..., 1]).ravel()
+    # Free large arrays after their last use: the coarser mesh still takes memory at this point.
+    del ends
+    order = stable_order(high, count)
+    order = _picked(order, stable_order(_picked(low, order), count))
+    low, high = _picked(low, order), _picked(high, order)
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
+    sides = np.empty(len(order), dtype=np.int32)
+    sides[order] = 2 * np.cumsum(first, dtype=np.int32) - 1 - first
+    return Edges(np.stack([low[first], high[first]], axis=1), sides.reshape(-1, 3))
+
+
+def _picked(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """values[places] in parts, because NumPy converts all indices to 64 bits at once."""
+    picked = np.empty(len(places), dtype=values.dtype)
+    for part in parts(0, len(places), 1 << 16):
+        picked[part] = values[places[part]]
+    return picked
+
+
+@dataclass(frozen=True, eq=False)
+class Halvings:
+    """How C cells (a, b, c) became C' cells by halving, step by step.
+
+    While the cells are halved, a first half (m, a, b) takes the number of its parent, and a second
+    half (m, c, a) gets a new number after those of all cells before it.
+    """
+
+    #: ((n,), (n,)) int, for each step the cells that were halved, and the numbers of
+    #: their second halves
+    steps: tuple[tuple[np.ndarray, np.ndarray], ...]
+    #: (C',) int32, for each cell of the new mesh its number while halving. In the new mesh the
+    #: parts of a cell take its place, so that neighbours in the mesh are neighbours in memory
+    order: np.ndarray
+
+    @classmethod
+    def of(cls, steps: Sequence[tuple[np.ndarray, np.ndarray]], count: int) -> "Halvings":
+        """Order the parts of `count` cells after all steps."""
+        total = count + sum(len(second) for _, second in steps)
+        # Number of parts of each cell. The second loop reduces it, step by step, to the number of
+        # parts of its first half.
+        size = np.ones(total, dtype=np.int32)
+        for cut, second in reversed(steps):
+            size[cut] += size[second]
+        place = np.empty(total, dtype=np.int32)
+        place[:count] = np.cumsum(size[:count]) - size[:count]
+        for cut, second in steps:
+            size[cut] -= size[second]
+            place[second] = place[cut] + size[cut]
+        order = np.empty(total, dtype=np.int32)
+        order[place] = np.arange(total, dtype=np.int32)
+        return cls(tuple(steps), order)
+
+    def carried(
+        self,
+        values: np.ndarray,
+        halves: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    ) -> np.ndarray:
+        """Carry values (C, ...) of the old cells to the new ones, (C', ...).
+
+        `halves` maps values (n, ...) of cells to those of their first and of their second halves.
+        """
+        carried = np.empty((len(self.order), *values.shape[1:]), dtype=values.dtype)
+        carried[: len(values)] = values
+        for cut, second in self.steps:
+            carried[cut], carried[second] = halves(carried.take(cut, axis=0))
+        return carried.take(self.order, axis=0)
 
 
 class Mesh(ABC):
@@ -17,6 +127,7 @@ class Mesh(ABC):
     #: same point; for all others the vertex itself
     twin: np.ndarray
     carried_edges: Edges | None  #: edges of the mesh, if bisection has already made them
+    unit = 1  # of the coordinates: points and corners are xy/unit times a scale
 
     @cached_property
     def periodic(self) -> bool:
@@ -40,3 +151,23 @@ class Mesh(ABC):
     @abstractmethod
     def _ends_of_edges(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides; on the far side of a seam those of the twin."""
+
+    def points(self, scale: float | np.ndarray) -> np.ndarray:
+        """Coordinates (V, 2) of the vertices, along each axis times a scale, as the pixel size."""
+        points = np.empty(self.xy.shape)
+        # One axis at a time: NumPy takes three times as long for both axes in one product.
+        for axis, size in enumerate(np.broadcast_to(scale, 2)):
+            np.multiply(self.xy[:, axis], size / self.unit, out=points[:, axis])
+        return points
+
+    def corners(self, scale: float | np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Corners (n, 3, 2) of cells (n, 3), relative to the first of each, times `scale`.
+
+        Subtract before scaling: differences of integers are exact. Coordinates in metres would
+        cancel, since cells may be as small as 2^-24 pixels.
+        """
+        first, *others = (self.xy.take(corner, axis=0) for corner in cells.T)
+        corners = np.zeros((len(cells), 3, 2))
+        for k, other in enumerate(others, start=1):
+            np.multiply(other - first, np.asarray(scale) / self.unit, out=corners[:, k])
+        return corners

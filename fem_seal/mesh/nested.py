@@ -16,9 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_seal.errors import NotConverged
-from fem_seal.mesh.edges import Edges
-from fem_seal.mesh.halvings import Halvings
-from fem_seal.mesh.mesh import Mesh
+from fem_seal.mesh.mesh import Edges, Halvings, Mesh
 
 DEPTH = 24  # bisection is possible down to 2^-24 pixels
 PIXEL = 1 << DEPTH
@@ -41,6 +39,7 @@ class NestedMesh(Mesh):
     #: point; for all other vertices the vertex itself
     twin: np.ndarray
     carried_edges: Edges | None = None  #: edges of the mesh, if bisection has already made them
+    unit = PIXEL
 
     @property
     def extent(self) -> np.ndarray:
@@ -74,27 +73,6 @@ class NestedMesh(Mesh):
             on_side = self.top[ends].all(axis=2)
             ends[on_side] = self.twin[ends[on_side]]
         return ends
-
-    def points(self, spacing: float | np.ndarray, vertices: np.ndarray | None = None) -> np.ndarray:
-        """Coordinates (..., 2) [m] of vertices (...), or (V, 2) of all, for the pixel size [m]."""
-        xy = self.xy if vertices is None else self.xy.take(vertices, axis=0)
-        points = np.empty(xy.shape)
-        # One axis at a time: NumPy takes three times as long for both axes in one product.
-        for axis, size in enumerate(np.broadcast_to(spacing, 2)):
-            np.multiply(xy[..., axis], size / PIXEL, out=points[..., axis])
-        return points
-
-    def corners(self, spacing: float | np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Corners (n, 3, 2) [m] of cells (n, 3), relative to the first corner of each.
-
-        Subtract integer coordinates, which is exact. Coordinates in metres would cancel: cells may
-        be as small as 2^-24 pixels.
-        """
-        first, *others = (self.xy.take(corner, axis=0) for corner in cells.T)
-        corners = np.zeros((len(cells), 3, 2))
-        for k, other in enumerate(others, start=1):
-            np.multiply(other - first, np.asarray(spacing) / PIXEL, out=corners[:, k])
-        return corners
 
     @property
     def blur(self) -> float:

@@ -15,9 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.mesh.edges import Edges
-from fem_seal.mesh.halvings import Halvings
-from fem_seal.mesh.mesh import Mesh
+from fem_seal.mesh.mesh import Edges, Halvings, Mesh
 from fem_seal.mesh.nested import TooFine
 
 # Labels of sides. BOTTOM and TOP are the two side walls (ψ = 0 and ψ = 1) of a shape whose inlet
@@ -74,16 +72,18 @@ class TriangleMesh(Mesh):
         corners = np.stack([(side + 1) % 3, (side + 2) % 3], axis=1)
         return self.cells[cell[:, None], corners]
 
+    @property
+    def _walls(self) -> list[int]:
+        return [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP]
+
     def groups(self) -> tuple[tuple[str, np.ndarray], ...]:
         """Names of the boundary groups, each with the vertices (n, 2) of its edges."""
-        walls = [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP]
-        labels = (("inlet", [INLET]), ("outlet", [OUTLET]), ("wall", walls))
+        labels = (("inlet", [INLET]), ("outlet", [OUTLET]), ("wall", self._walls))
         return tuple((name, self.side_ends(np.isin(self.sides, label))) for name, label in labels)
 
     def wall_ties(self) -> list[np.ndarray]:
         """Pairs (n, 2) of vertices on one wall, where the stream function has one value."""
-        walls = [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP]
-        return [self.side_ends(np.isin(self.sides, walls))]
+        return [self.side_ends(self.sides_on_wall())]
 
     @property
     def rim(self) -> np.ndarray:
@@ -95,7 +95,7 @@ class TriangleMesh(Mesh):
 
     def sides_on_wall(self) -> np.ndarray:
         """(C, 3) bool: sides that lie on a wall."""
-        return np.isin(self.sides, [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP])
+        return np.isin(self.sides, self._walls)
 
     def sides_on_top(self) -> np.ndarray:
         """(C, 3) bool: sides on the TOP bank of a cut."""
@@ -105,18 +105,6 @@ class TriangleMesh(Mesh):
         """(C, 3, 2) ends of the sides; on the TOP bank of a cut those of the twin."""
         ends = self.ends_of_sides()
         return np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
-
-    def points(self, scale: float | np.ndarray, vertices: np.ndarray | None = None) -> np.ndarray:
-        """Coordinates (..., 2) of vertices (...), or (V, 2) of all, times `scale`."""
-        return (self.xy if vertices is None else self.xy.take(vertices, axis=0)) * scale
-
-    def corners(self, scale: float | np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Corners (n, 3, 2) of cells (n, 3), relative to the first of each, times `scale`."""
-        first, *others = (self.xy.take(corner, axis=0) for corner in cells.T)
-        corners = np.zeros((len(cells), 3, 2))
-        for k, other in enumerate(others, start=1):
-            np.multiply(other - first, scale, out=corners[:, k])
-        return corners
 
     @property
     def blur(self) -> float:

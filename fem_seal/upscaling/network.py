@@ -15,7 +15,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.links import harmonic
+from fem_seal.finite_difference.links import harmonic_mean
 from fem_seal.finite_difference.stencil import Network
 
 NODES = 2  # nodes along a side of a patch
@@ -46,11 +46,10 @@ def network_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> flo
     largest = K.max()
     if largest == 0:
         return 0.0
-    # `harmonic` takes gaps, whose cubes are the conductivities.
-    gap = np.cbrt(K / largest)
-    along = np.concatenate([2 * gap[:1] ** 3, harmonic(gap[:-1], gap[1:]), 2 * gap[-1:] ** 3])
+    K = K / largest
+    along = np.concatenate([2 * K[:1], harmonic_mean(K[:-1], K[1:]), 2 * K[-1:]])
     across = np.zeros((m + 2, n))
-    across[1:-1] = harmonic(gap, np.roll(gap, -1, axis=1))
+    across[1:-1] = harmonic_mean(K, np.roll(K, -1, axis=1))
     return conductance(Network(along, across, periodic=True)) * m / n * largest
 
 
