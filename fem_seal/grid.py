@@ -65,24 +65,15 @@ class GridField:
         return (nx * dx, ny * dy) if self.periodic else ((nx - 1) * dx, (ny - 1) * dy)
 
     def vertices(self) -> np.ndarray:
-        """Samples, with the first row and column repeated at the end if the field is periodic.
-
-        Returns
-        -------
-        (nx, ny) array, or (nx + 1, ny + 1) if periodic.
-        """
+        """Samples; those of a periodic field with the first row and column repeated at the end."""
         return np.pad(self.values, ((0, 1), (0, 1)), mode="wrap") if self.periodic else self.values
 
     def refined(self) -> "GridField":
         """Samples of the same piecewise linear function on a grid of half the spacing.
 
-        The function is linear on the pixel triangles, whose diagonals join vertices (i, j) with
-        i + j even. Each pixel triangle of the finer grid is part of one of these: the function
-        does not change.
-
-        Returns
-        -------
-        GridField of (2 nx - 1, 2 ny - 1) samples, (2 nx, 2 ny) if periodic.
+        The function is linear on the pixel triangles, whose diagonals join vertices (i, j) with i +
+        j even. Each pixel triangle of the finer grid is part of one of these: the function does not
+        change.
         """
         v = self.vertices()
         fine = np.empty((2 * v.shape[0] - 1, 2 * v.shape[1] - 1))

@@ -15,16 +15,7 @@ FlowState: TypeAlias = Literal["leaking", "sealed", "lifted off"]
 
 
 def relative_width(lower: float, upper: float) -> float:
-    """Relative width (upper - lower) / √(lower upper) of a bracket, which `rtol` limits.
-
-    Parameters
-    ----------
-    lower, upper : bounds in any one unit, upper > 0
-
-    Returns
-    -------
-    Infinite if the lower bound is 0.
-    """
+    """Relative width (upper - lower) / √(lower upper), limited by `rtol`; infinite if lower = 0."""
     # Avoid the product of the two, which may underflow.
     return (upper / lower - 1) * np.sqrt(lower / upper) if lower > 0 else np.inf
 
@@ -118,12 +109,8 @@ class FlowField:
 class LeakRate:
     """Leak rate Q: volume per time through the gap, with bounds if the method has them.
 
-    `str(leak)` is a sentence with value and bounds; `repr(leak)` omits levels and field.
-
-    Raises
-    ------
-    Inconsistent
-        If lower > upper.
+    `str(leak)` is a sentence with value and bounds; `repr(leak)` omits levels and field. Bounds
+    that cross raise Inconsistent.
     """
 
     state: FlowState  #: "leaking", "sealed" or "lifted off"
@@ -206,13 +193,7 @@ class LeakRate:
 
 
 def rate_text(value: float, lower: float | None, upper: float | None, unit: str) -> str:
-    """Write a rate with its bounds, rounded outwards, and their relative half-width.
-
-    Parameters
-    ----------
-    lower, upper : bounds; None without bounds
-    unit : unit of all three
-    """
+    """Write a rate with its bounds, if any, rounded outwards, and their relative half-width."""
     if lower is None or upper is None:
         return f"{value:.4g} {unit}, without bounds"
     if upper == 0:

@@ -49,33 +49,24 @@ class Patch:
     Each step is computed once, when it or a later step is first read, and imports only what it
     needs: the contact works without FEniCSx, and a sealed film is never meshed.
 
-    Under mpirun all processes must read the same steps: the first computes surface and contact
-    and gives them to the others, and the flow is solved by all.
+    Under mpirun all processes must read the same steps: the first computes surface and contact and
+    gives them to the others, and the flow is solved by all.
 
     Parameters
     ----------
-    scene
-        The scene, without [accuracy]; for a scene with it `accuracy.chosen_patch` chooses the
-        contact grid and makes the Patch.
-    report
-        Called with stage and detail.
-    trust
-        Whether gmsh may run a .geo file that is not the package's own, with your rights.
-    surface
-        Heights [m] in place of the scene's surface, such as the same surface on another grid.
-    contact, leak_rate, lifted
-        Contact of that surface, its leak rate and its equilibrium with the fluid, where they are
-        known already.
-    contact_start
-        First guess of the contact pressure [Pa], (nx, ny); a good one saves iterations.
-    grid_error
-        What a finer contact grid may change, if it was estimated.
-    load, lift, flow
-        In place of the load of the contact, of `flow.lift` and of the settings of the flow that the
-        scene gives.
-    comm
-        The processes that read the steps together; all of this run if left out. With
-        MPI.COMM_SELF each process solves a patch of its own.
+    scene : without [accuracy]; with it `accuracy.chosen_patch` chooses the contact grid and makes
+        the Patch
+    report : called with stage and detail
+    trust : whether gmsh may run a .geo file that is not the package's own, with your rights
+    surface : heights [m] in place of the scene's surface, such as the same surface on another grid
+    contact, leak_rate, lifted : contact of that surface, its leak rate and its equilibrium with the
+        fluid, where they are known already
+    contact_start : first guess of the contact pressure [Pa], (nx, ny); a good one saves iterations
+    grid_error : what a finer contact grid may change, if it was estimated
+    load, lift, flow : in place of the load of the contact, of `flow.lift` and of the settings of
+        the flow that the scene gives
+    comm : the processes that read the steps together; all of this run if left out. With
+        MPI.COMM_SELF each process solves a patch of its own
 
     Raises
     ------
@@ -195,17 +186,7 @@ class Patch:
         lifted: "LiftedState | None" = None,
         grid_error: "GridError | None" = None,
     ) -> "Patch":
-        """Same scene on another grid of the surface, with another tolerance of the flow.
-
-        Parameters
-        ----------
-        surface
-            Heights [m].
-        rtol
-            Tolerance of the flow.
-        contact, leak_rate, lifted, grid_error
-            As of `Patch`.
-        """
+        """Same scene on another grid of the surface, with another tolerance of the flow."""
         return Patch(
             self.scene,
             self.report,

@@ -12,18 +12,15 @@ def bearing(
 ) -> BearingState:
     """Cut the surface: gap = max(0, h_free - Δ), with h_free the gap at first touch.
 
+    Exactly one of the two prescribes the plane.
+
     Parameters
     ----------
     height : GridField [m]
         The counter-face; its highest points touch first.
     area_fraction : contact area fraction in [0, 1), reached to half a sample (more where heights
         are equal: they touch together); the highest point always touches
-    mean_gap : [m], > 0. Exactly one of the two
-
-    Raises
-    ------
-    InvalidInput
-        Unless exactly one of the two is not None and it is in its range.
+    mean_gap : [m], > 0
     """
     if (area_fraction is None) == (mean_gap is None):
         raise InvalidInput("the bearing model needs either area_fraction or mean_gap")

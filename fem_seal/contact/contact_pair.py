@@ -6,8 +6,8 @@ from numbers import Real
 import numpy as np
 
 from fem_seal.contact.halfspace import HalfSpace
-from fem_seal.contact.methods import ContactStopping, converge
-from fem_seal.contact.problem import Problem
+from fem_seal.contact.methods import ContactStopping, Converged, converge
+from fem_seal.contact.problem import Iterate, Measures, Problem
 from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput, present
@@ -123,20 +123,8 @@ class ContactPair:
 
     def _open(self, gap: np.ndarray, stopping: ContactStopping) -> ContactState:
         """Exact state of a surface that carries no load."""
-        return ContactState(
-            gap=self._field(gap),
-            pressure=self._field(np.zeros(self.height.shape)),
-            contact_modulus=self.contact_modulus,
-            certificate=0.0,
-            complementarity=0.0,
-            pressed_gap=0.0,
-            penetration=0.0,
-            iterations=0,
-            fft_pairs=0.0,
-            residuals=(),
-            solver=stopping.solver,
-            converged=True,
-        )
+        exact = Converged(Iterate(0, np.zeros(self.height.shape), 0.0), Measures(), ())
+        return self._state(gap, exact, 0.0, stopping)
 
     def _converged(
         self, problem: Problem, pressure: np.ndarray, stopping: ContactStopping
@@ -147,16 +135,23 @@ class ContactPair:
         pressure, gap = end.iterate.pressure, present(end.iterate.gap, "gap of an iterate")
         gap = np.maximum(gap - problem.offset(pressure, gap), 0)
         gap[pressure > 0] = 0
+        spent = self.half_space.pairs - spent
+        return self._state(gap * self.unit_height, end, spent, stopping)
+
+    def _state(
+        self, gap: np.ndarray, end: Converged, fft_pairs: float, stopping: ContactStopping
+    ) -> ContactState:
+        measures = end.measures
         return ContactState(
-            gap=self._field(gap * self.unit_height),
-            pressure=self._field(pressure * self.unit_pressure),
+            gap=self._field(gap),
+            pressure=self._field(end.iterate.pressure * self.unit_pressure),
             contact_modulus=self.contact_modulus,
-            certificate=end.measures.certificate,
-            complementarity=end.measures.complementarity,
-            pressed_gap=end.measures.pressed_gap,
-            penetration=end.measures.penetration,
+            certificate=measures.certificate,
+            complementarity=measures.complementarity,
+            pressed_gap=measures.pressed_gap,
+            penetration=measures.penetration,
             iterations=end.iterate.iteration,
-            fft_pairs=self.half_space.pairs - spent,
+            fft_pairs=fft_pairs,
             residuals=end.residuals,
             solver=stopping.solver,
             converged=True,

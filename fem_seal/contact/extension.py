@@ -81,10 +81,8 @@ class Extension:
 class _Level:
     """A grid and the next coarser one.
 
-    Attributes
-    ----------
-    outside : (nx, ny), fraction of each point that is not free
-    values, scale : work array and weights of the means, on the coarser grid
+    `outside` is the fraction of each point that is not free; `values` and `scale`, on the coarser
+    grid, are a work array and the weights of the means.
     """
 
     def __init__(self, shape: tuple[int, int], dtype: np.dtype, fade: float, passes: RowPasses):

@@ -38,14 +38,9 @@ BASES = {"fixed": _fixed, "sliding": _sliding}
 class Layer:
     """An elastic layer of finite thickness on a rigid plane base.
 
-    The normal compliance of wavenumber q is 2/(E* q) times a factor of ξ = q × thickness that
-    tends to 1 for short waves (P. Meijers, Appl. Sci. Res. 18, 353 (1968); K. L. Johnson, Contact
+    The normal compliance of wavenumber q is 2/(E* q) times a factor of ξ = q × thickness that tends
+    to 1 for short waves (P. Meijers, Appl. Sci. Res. 18, 353 (1968); K. L. Johnson, Contact
     Mechanics (1985), section 5.8). E* = E/(1 - ν²) is the layer's own: the counter-face is rigid.
-
-    Raises
-    ------
-    InvalidInput
-        If one of them is out of range.
     """
 
     thickness: float  #: [m], > 0

@@ -133,11 +133,11 @@ class Problem:
 class Measures:
     """Residuals of a pressure in a `Problem`; lengths in units of the rms height."""
 
-    certificate: float  #: duality gap Σ p (g - min g) / Σ p
-    complementarity: float  #: Σ |p g| / Σ p
-    pressed_gap: float  #: largest ``|g|`` on the samples that carry pressure
-    penetration: float  #: deepest overlap, the largest -g of all samples
-    mean_gap_error: float  #: relative error of the mean gap where it is prescribed, else 0
+    certificate: float = 0.0  #: duality gap Σ p (g - min g) / Σ p
+    complementarity: float = 0.0  #: Σ |p g| / Σ p
+    pressed_gap: float = 0.0  #: largest ``|g|`` on the samples that carry pressure
+    penetration: float = 0.0  #: deepest overlap, the largest -g of all samples
+    mean_gap_error: float = 0.0  #: relative error of the mean gap where it is prescribed, else 0
 
 
 @dataclass(frozen=True, eq=False)

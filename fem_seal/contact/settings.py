@@ -32,13 +32,7 @@ USUAL_ARITHMETIC = Arithmetic()
 
 @dataclass(frozen=True)
 class Load:
-    """The one prescribed quantity.
-
-    Raises
-    ------
-    InvalidInput
-        If the value is out of range.
-    """
+    """The one prescribed quantity."""
 
     kind: str  #: "pressure", "area_fraction" or "mean_gap"
     value: float  #: mean pressure [Pa] >= 0, contact area fraction in [0, 1), or mean gap [m] > 0

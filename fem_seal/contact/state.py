@@ -16,13 +16,7 @@ PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
 
 @dataclass(frozen=True, eq=False)
 class GapState:
-    """A gap and the contact in it.
-
-    Raises
-    ------
-    InvalidInput
-        If a gap is negative.
-    """
+    """A gap and the contact in it."""
 
     gap: GridField  #: [m] >= 0 and periodic; **contact is where it is exactly 0**
 

@@ -18,13 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class MeshFilm:
-    """A gap that is linear on the triangles of a mesh; the mesh names inlet, outlet and walls.
-
-    Raises
-    ------
-    InvalidInput
-        If a gap is negative or not finite.
-    """
+    """A gap that is linear on the triangles of a mesh; the mesh names inlet, outlet and walls."""
 
     mesh: "TriangleMesh"
     #: (V,), gap at the vertices [m], >= 0 and exactly 0 in contact, equal at twins

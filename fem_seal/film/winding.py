@@ -30,10 +30,8 @@ class Unwound:
 def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) -> Unwound:
     """Join `count` pieces across seams by a search along the links between them.
 
-    Parameters
-    ----------
-    first, second : (m,) int, linked pieces
-    jump : (m, 2) int, distance, in cells, of the copy of `second` that touches `first`
+    The links (m,) join two pieces each; `jump` (m, 2) is the distance, in cells, of the copy of the
+    second one that touches the first.
     """
     neighbours: dict[int, list[tuple[int, tuple[int, int]]]] = {}
     links = np.unique(np.column_stack([first, second, jump]), axis=0)

@@ -176,7 +176,7 @@ class CellProblem(FilmOnMesh):
             numbering.from_corners(np.tensordot(jump, guess, axes=1))
             for jump, numbering in zip(jumps, numberings, strict=True)
         ]
-        minima = self.space.minimise_each(tensor, numberings, starts, self.tolerance)
+        minima = self.space.minimise(tensor, numberings, starts, self.tolerance)
         return Family(jumps, minima, self._energies(tensor, minima))
 
     def _energies(

@@ -121,15 +121,8 @@ class LevelSolution:
 class FilmOnMesh:
     """A film on one mesh (gap in units of its maximum): base of the problems of the adaptive loop.
 
-    Arrays of length C run over the cells that carry flow, `kept`.
-
-    Parameters
-    ----------
-    values : gap at the vertices of the mesh
-    data : averages of all cells
-    kept : (cells of the mesh,) bool, the C cells that carry flow
-    numbering : numbering of the pressure on these cells
-    tolerance : relative energy error at which CG stops
+    Arrays of length C run over the cells that carry flow: those of `kept`, (cells of the mesh,)
+    bool.
     """
 
     def __init__(

@@ -139,11 +139,11 @@ class LevelProblem(FilmOnMesh):
         K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
         return self.space.minimise(
             lambda cells: K[cells, None] * ISOTROPIC,
-            self.primal_numbering,
-            guess,
+            [self.primal_numbering],
+            [guess],
             self.tolerance,
             balanced=True,
-        )
+        )[0]
 
     def stream(self, guess: np.ndarray) -> Stream | None:
         """Minimise ∫|∇ψ|²/K (Thomson's principle) from a guess (V,); None if no channel is open."""
@@ -160,10 +160,10 @@ class LevelProblem(FilmOnMesh):
         return None if numbering is None else self._minimal_stream(epsilon, numbering, guess)
 
     def _minimal_stream(self, epsilon: float, numbering: Numbering, guess: np.ndarray) -> Stream:
-        minimum = self.space.minimise(
+        (minimum,) = self.space.minimise(
             lambda cells: self._resistivity(epsilon, cells),
-            numbering,
-            numbering.from_corners(guess[self._cells]),
+            [numbering],
+            [numbering.from_corners(guess[self._cells])],
             self.tolerance,
         )
         psi = self._at_vertices(numbering, minimum.values)

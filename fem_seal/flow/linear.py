@@ -15,6 +15,7 @@ diagonal: constants would no longer be near-null vectors.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -85,11 +86,9 @@ class CellSpace:
 
     Parameters
     ----------
-    count : number of cells, C
     corners : coordinates (n, 3, 2) of the corners of a slice of n cells, relative to the first
         corner; the same on every rank
     sides : number (C, 3) of the side opposite each corner, the same for both cells at the side
-    comm : MPI communicator
     blur : largest error of a coordinate in units of the rounding unit
     """
 
@@ -108,13 +107,14 @@ class CellSpace:
     def minimise(
         self,
         tensor: Callable[[slice], np.ndarray],
-        numbering: Numbering,
-        guess: np.ndarray,
+        numberings: Sequence[Numbering],
+        guesses: Sequence[np.ndarray],
         tolerance: float,
         balanced: bool = False,
-    ) -> Minimum:
-        """Minimise ∫ ∇v·T·∇v over the functions of a numbering.
+    ) -> list[Minimum]:
+        """Minimise ∫ ∇v·T·∇v over the functions of numberings that differ in their offsets.
 
+        They share the matrix and its preconditioner, which takes longer to set up than CG to run.
         Where the tensor spans more decades than double precision has digits, CG may break down. It
         is then restarted from the energy summed cell by cell: once in any case, and again as long
         as the energy falls noticeably.
@@ -122,24 +122,10 @@ class CellSpace:
         Parameters
         ----------
         tensor : components xx, xy, yy of T, (n, 3), on a slice of n cells
-        guess : (count,), initial values of the unknowns
+        guesses : (count,) each, initial values of the unknowns
         tolerance : relative error of the energy at which CG stops
         balanced : stop only if the sum of the residuals, too, is at most √tolerance times the
             energy. For a pressure this sum is the difference of inflow and outflow
-        """
-        return self.minimise_each(tensor, [numbering], [guess], tolerance, balanced)[0]
-
-    def minimise_each(
-        self,
-        tensor: Callable[[slice], np.ndarray],
-        numberings: Sequence[Numbering],
-        guesses: Sequence[np.ndarray],
-        tolerance: float,
-        balanced: bool = False,
-    ) -> list[Minimum]:
-        """Minimise the same energy over the functions of numberings that differ in their offsets.
-
-        They share the matrix and its preconditioner, which takes longer to set up than CG to run.
         """
         if not numberings:
             return []
@@ -173,21 +159,21 @@ class CellSpace:
                 total = start = self._energy(tensor, numbering, values, right_side)
                 right_side.scale(-1)
                 lost = LOST * start.value
-                cg = minimise_by_cg(
+                spent, stalled = minimise_by_cg(
                     solver, right_side, x, start.value, tolerance, balanced, lost / 2
                 )
-                iterations += cg.iterations
+                iterations += spent
                 moved = values + np.concatenate(self.comm.allgather(x.array_r))
                 moved = numbering.representable(moved)
                 if np.isfinite(moved).all():
-                    energy = self._energy(tensor, numbering, moved)
+                    energy = self.energy(tensor, partial(numbering.corners, moved))
                     # False for NaN: the returned function is always admissible.
                     if energy.value < start.value:
                         values, total = moved, energy
-                again = total.value < (WORTH * start.value if cg.stalled else lost)
-                if not again and (not cg.stalled or stalled_before):
-                    return Minimum(numbering, values, total, iterations, cg.stalled)
-                stalled_before = bool(cg.stalled)
+                again = total.value < (WORTH * start.value if stalled else lost)
+                if not again and (not stalled or stalled_before):
+                    return Minimum(numbering, values, total, iterations, stalled)
+                stalled_before = bool(stalled)
         finally:
             for petsc_object in (x, right_side):
                 petsc_object.destroy()
@@ -210,7 +196,7 @@ class CellSpace:
         tensor: Callable[[slice], np.ndarray],
         numbering: Numbering,
         values: np.ndarray,
-        slopes: PETSc.Vec | None = None,
+        slopes: PETSc.Vec,
     ) -> Energy:
         """Energy; half its derivative by the unknowns is added to `slopes`."""
         energies = []
@@ -220,12 +206,10 @@ class CellSpace:
             v -= v[:, :1].copy()
             corners, T = self._corners(part), tensor(part)
             energies.append(Energy.of_cells(corners, T, v, self._blur))
-            if slopes is not None:
-                batch().place(corners, T)
-                of_corner = batch().slopes(v)
-                slopes.setValues(numbering.of_corner[part], of_corner, PETSc.InsertMode.ADD_VALUES)
-        if slopes is not None:
-            slopes.assemble()
+            batch().place(corners, T)
+            of_corner = batch().slopes(v)
+            slopes.setValues(numbering.of_corner[part], of_corner, PETSc.InsertMode.ADD_VALUES)
+        slopes.assemble()
         return Energy.sum(self.comm.allgather(Energy.sum(energies)))
 
     def _own_parts(self) -> list[slice]:
@@ -267,14 +251,6 @@ class CellSpace:
         return first[self.comm.rank], first[self.comm.rank + 1]
 
 
-@dataclass(frozen=True)
-class Iterations:
-    """How a run of CG ended."""
-
-    iterations: int  #: number of iterations
-    stalled: str  #: reason why CG stopped short of its tolerance, else ""
-
-
 def preconditioner() -> str:
     """PETSc's name of the preconditioner: "hypre" (BoomerAMG), or "gamg" where PETSc has no hypre.
 
@@ -306,7 +282,7 @@ def minimise_by_cg(
     tolerance: float,
     balanced: bool = False,
     least: float = 0.0,
-) -> Iterations:
+) -> tuple[int, str]:
     """Solve A x = b by CG from x = 0, a correction, until the energy of the error is small enough.
 
     After k steps the energy is that of the start less b·x_k, and r'Mr, with the residual r and the
@@ -341,12 +317,11 @@ def minimise_by_cg(
         if error.ierr != _INCONSISTENT:
             raise
         x.set(0)
-        return Iterations(0, "no preconditioner can be set up for conductivities so far apart")
+        return 0, ("no preconditioner can be set up for conductivities so far apart")
     reason, iterations = solver.getConvergedReason(), solver.getIterationNumber()
     if reason > 0:
-        return Iterations(iterations, "")
+        return iterations, ""
     state = "where rounding hides what is left of the residuals"
     if not reached[0] <= tolerance:
         state = f"at a relative energy error of {reached[0]:.1e}, wanted {tolerance:.0e}"
-    stopped = f"CG stopped after {iterations} iterations {state}"
-    return Iterations(iterations, stopped)
+    return iterations, f"CG stopped after {iterations} iterations {state}"

@@ -35,17 +35,11 @@ def refined_ahead(
     flows: Sequence[FlowEstimate],
     times: int,
 ) -> Start:
-    """Refine by marks, and further ahead of the next solve.
+    """Refine by marks, and so many times further ahead of the next solve.
 
-    At new vertices each ψ of the result is better than its linear interpolation.
-
-    Parameters
-    ----------
-    start : solutions on the mesh that was solved
-    marks : marked cells of this mesh
-    flows : the flows from which the marks come. Their stream functions are those of `start`, or
-        combinations of them
-    times : largest number of halvings ahead
+    At new vertices each ψ of the result is better than its linear interpolation. The stream
+    functions of the flows, from which the marks come, are those of the start, or combinations of
+    them.
     """
     before = len(start.mesh.xy)
     start = start.refined(gap, marks.times)
@@ -69,13 +63,9 @@ def refined_ahead(
 def least_indicator(J: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndarray:
     """Minimum (n,) of K|∇p|² + J·R·J + 2 J·∇p over all pressures, J·R·J - |J|²/K at ∇p = -J/K.
 
-    Where K is zero, its term is left out. On cells with power traces the mean of J differs from
-    `J`, and the result is an estimate.
-
-    Parameters
-    ----------
-    J : (n, 2), Q ∇ψ: the flux (Q ∂ψ/∂y, -Q ∂ψ/∂x) turned by a right angle
-    tensor : (n, 3), resistivity xx, xy, yy in the axes of that gradient
+    J (n, 2) is Q ∇ψ: the flux (Q ∂ψ/∂y, -Q ∂ψ/∂x) turned by a right angle, and the tensor R (n, 3)
+    has the axes of that gradient. Where K is zero, its term is left out. On cells with power traces
+    the mean of J differs from `J`, and the result is an estimate.
     """
     (jx, jy), (xx, xy, yy) = J.T, tensor.T
     conducting = np.where(K > 0, K, np.inf)

@@ -94,15 +94,10 @@ class Numbering:
 
 
 def numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
-    """Number (C, 3) int32 of the free labels, -1 for the others, and the number of unknowns.
+    """Number (C, 3) int32 of each corner's label, -1 if it is not free, and the number of unknowns.
 
     The numbers follow the order in which the cells first use the labels. Cells that are near each
     other in the mesh are near each other in its array; so are their unknowns in memory.
-
-    Parameters
-    ----------
-    label : (C, 3) int, label of each corner
-    free : (labels,) bool, labels that are unknowns
     """
     met = label.ravel()
     last = len(met)

@@ -91,12 +91,8 @@ class QuarterShape:
 
         Each bubble function is twice a sum of barycentric coordinates: for m it is 2 λ_c on the
         half (m, a, b) and 2 λ_b on the other half; for d it is 2 (λ_b - λ_c) on (d, m, a) and 2 λ_a
-        on (d, b, m); for e it is 2 λ_a on (e, m, c) and 2 (λ_c - λ_b) on (e, a, m).
-
-        Parameters
-        ----------
-        corner_values : (n, 3), corner values of v
-        c : (4, n), coefficient on the quarters
+        on (d, b, m); for e it is 2 λ_a on (e, m, c) and 2 (λ_c - λ_b) on (e, a, m). v has the
+        corner values (n, 3), and the quarters the coefficients c (4, n).
         """
         # Use differences of the corner values: a common constant then cancels exactly.
         v_a, v_b, v_c = corner_values.T

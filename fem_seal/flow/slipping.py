@@ -38,13 +38,8 @@ _WORTHWHILE = 1e-3  # smallest relative gain of a bound for which the weight is 
 class SlippingFilm:
     """A film with a gas that slips, whose bounds are computed on given meshes.
 
-    Parameters
-    ----------
-    highest, critical : largest gap and gap of the critical constriction [m]
-
-    Attributes
-    ----------
-    slip_factor : conductivity of the largest gap in the law of the mesh, over that without slip
+    `slip_factor` is the conductivity of the largest gap in the law of the mesh, over that without
+    slip.
     """
 
     def __init__(self, slip: Slip, highest: float, critical: float):

@@ -14,17 +14,10 @@ FLATTEST = 1e-10  # doubled area of a triangle over the square of its longest ed
 def labelled(
     mesh: Triangles, source: str, reorient: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Check a mesh and label its sides.
+    """Check a mesh and label its sides: the arguments of `shape_mesh`, without unused points.
 
-    Parameters
-    ----------
-    source : name of the mesh at the beginning of messages
-    reorient : whether clockwise triangles are reversed; otherwise they are refused
-
-    Returns
-    -------
-    xy, cells, sides
-        The arguments of `shape.shape_mesh`, without points that no triangle uses.
+    The messages begin with the name `source`. Clockwise triangles are reversed by `reorient`;
+    otherwise they are refused.
     """
     used, cells = np.unique(mesh.cells, return_inverse=True)
     xy, cells = mesh.xy[used], cells.reshape(-1, 3)
@@ -113,11 +106,8 @@ def _labels(
 ) -> np.ndarray:
     """Label (E,) of each edge from the groups of the mesh.
 
-    Parameters
-    ----------
-    used : (V,) int, points of the mesh that are vertices of triangles
-    values : (E,) int, keys of the edges of the triangles, sorted
-    cells_at : (E,) int, number of triangles at each edge
+    `used` are the points of the mesh that are vertices of triangles, `values` (E,) the sorted keys
+    of the edges, and `cells_at` (E,) the number of triangles at each.
     """
     label = np.full(len(values), INSIDE, dtype=np.int8)
     for name, code in (("inlet", INLET), ("outlet", OUTLET), ("wall", ISLAND)):

@@ -43,14 +43,10 @@ def cut_open(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Separate the cells on both sides of a path from the loop of the inlet to that of the outlet.
 
-    Seen from the inlet, the cells on the left keep the vertices of the path (BOTTOM) and those on
-    the right get copies (TOP), so that ψ grows to the left of the flow as it does in a strip.
-
-    Returns
-    -------
-    xy, cells, sides : mesh with n more vertices
-    twin : (V + n,) int, for each copy the vertex that it copies; for each other vertex the vertex
-        itself
+    Seen from the inlet, the cells on the left keep the n vertices of the path (BOTTOM) and those on
+    the right get copies (TOP), so that ψ grows to the left of the flow as it does in a strip. The
+    twin (V + n,) of a copy is the vertex that it copies, that of any other vertex the vertex
+    itself.
     """
     index = np.full(len(xy), -1)  # index of each vertex in the path; -1 if it is not in it
     index[path] = np.arange(len(path))

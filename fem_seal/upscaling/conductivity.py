@@ -69,12 +69,6 @@ class ConductivityTable:
     grid of the contact may cause, the bounds are widened until they do not rise: the upper bound to
     the largest one at this load and above, the lower bound to the smallest one at this load and
     below.
-
-    Raises
-    ------
-    InvalidInput
-        If the lists differ in length, a number is not finite or negative, loads do not ascend, or
-        bounds cross.
     """
 
     loads: np.ndarray  #: (n,), net loads w = P - p [Pa], >= 0, ascending

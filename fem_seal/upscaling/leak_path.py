@@ -14,13 +14,7 @@ Number = TypeVar("Number", float, np.ndarray)
 
 @dataclass(frozen=True)
 class StraightPath:
-    """A leak path of constant width.
-
-    Raises
-    ------
-    InvalidInput
-        If a length is not positive.
-    """
+    """A leak path of constant width."""
 
     length: float  #: L along the flow [m]
     circumference: float  #: W across it [m]
@@ -36,13 +30,7 @@ class StraightPath:
 
 @dataclass(frozen=True)
 class RingPath:
-    """A flat ring, through which the fluid leaks from one radius to the other.
-
-    Raises
-    ------
-    InvalidInput
-        If the radii are not positive or equal.
-    """
+    """A flat ring, through which the fluid leaks from one radius to the other."""
 
     inlet_radius: float  #: [m]; the inlet may be inside or outside
     outlet_radius: float  #: [m]
@@ -72,13 +60,7 @@ LeakPath = StraightPath | RingPath
 
 @dataclass(frozen=True)
 class EndPressures:
-    """Pressures above ambient at both ends, and the quantity Φ whose gradient drives the fluid.
-
-    Raises
-    ------
-    InvalidInput
-        If the inlet's pressure is not above the outlet's.
-    """
+    """Pressures above ambient at both ends, and the quantity Φ whose gradient drives the fluid."""
 
     inlet: float  #: p_in > p_out [Pa], above the pressure on the back of the solid
     outlet: float = 0.0  #: p_out [Pa]

@@ -46,13 +46,7 @@ def path_leak_rate(
     return exp(_root(lambda log_rate: march.excess(exp(log_rate)), low, high))
 
 
-def _root(
-    excess: Callable[[float], float],
-    low: float,
-    high: float,
-    *,
-    most: int = MOST_ITERATIONS,
-) -> float:
+def _root(excess: Callable[[float], float], low: float, high: float) -> float:
     """Root of an excess that grows with ln Q, from two guesses of its bracket.
 
     Algorithm 748 halves its bracket in each iteration at least (G. E. Alefeld, F. A. Potra and Y.
@@ -62,9 +56,8 @@ def _root(
 
     low, high = _widened(excess, low, -WIDENING), _widened(excess, high, WIDENING)
     # A root at an end of the bracket is returned as it is.
-    root, outcome = toms748(
-        excess, low, high, xtol=SHOOTING, rtol=RELATIVE, maxiter=most, full_output=True, disp=False
-    )
+    limits = {"xtol": SHOOTING, "rtol": RELATIVE, "maxiter": MOST_ITERATIONS}
+    root, outcome = toms748(excess, low, high, **limits, full_output=True, disp=False)
     if not outcome.converged:
         raise NotConverged(
             f"the leak rate at which the fluid has the inlet's pressure at the inlet is not known "

@@ -29,17 +29,9 @@ LEAST_LEAKING = 3
 
 
 def network_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> float:
-    """Effective conductivity of patches side by side, periodic across the flow.
+    """Effective conductivity of patches (m, n) side by side, m along the flow, periodic across it.
 
-    Parameters
-    ----------
-    conductivity : (m, n), K of the patches, m along the flow and n across, in any unit; 0 where
-        sealed
-    nodes : nodes along a side of each patch
-
-    Returns
-    -------
-    In the unit of K: the conductance between both ends times m/n.
+    The conductance between both ends times m/n, with some nodes along each side of a patch.
     """
     K = np.kron(np.asarray(conductivity, dtype=float), np.ones((nodes, nodes)))
     m, n = K.shape
@@ -122,23 +114,9 @@ def generalised_interval(
 
         σ² = s² (n - 1)/χ²(n - 1),  μ = ȳ + Z σ/√n,  leaking share δ ~ Beta(n + 1/2, N - n + 1/2).
 
-    The interval lies between quantiles of δ exp(μ + σ²/2), the mean over patches, or of the
-    conductivity of networks of patches drawn with μ, σ and δ.
-
-    Parameters
-    ----------
-    rates : (N,), leak rates of the patches, 0 if sealed
-    along : patches along the leak path
-    draws : draws of the pivots: 20 000 for one patch along the path, 200 for a network
-
-    Returns
-    -------
-    (lower, upper); None with fewer than three leaking patches, too few to estimate the scatter.
-
-    Raises
-    ------
-    InvalidInput
-        If a rate is negative or not finite.
+    The interval lies between quantiles of δ exp(μ + σ²/2), the mean over patches, or, with several
+    patches along the path, of the conductivity of networks of patches drawn with μ, σ and δ. None
+    with fewer than three leaking patches, too few to estimate the scatter.
     """
     rates = np.asarray(rates, dtype=float)
     if not np.isfinite(rates).all() or rates.min(initial=0) < 0:
@@ -184,13 +162,7 @@ def sealed_share(sealed: int, patches: int) -> tuple[float, float]:
 
 
 def may_conduct(leaking: float, count: PatchCount, *, draws: int = 100, seed: int = 0) -> bool:
-    """Whether a path of leaking patches crosses at least one of many drawn blocks of a seal.
-
-    Parameters
-    ----------
-    leaking : share of the patches that leak
-    draws : number of blocks
-    """
+    """Whether patches, of which a share leaks, conduct through one of many drawn blocks."""
     rng = np.random.default_rng(seed)
     shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
     patches = (lognormal_patches(shape, 0.0, leaking, rng) for _ in range(draws))

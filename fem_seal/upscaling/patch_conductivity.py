@@ -40,7 +40,9 @@ from fem_seal.leak_rate import LeakRate, Level, half_width_of, relative_width
 from fem_seal.patch import Patch
 from fem_seal.steps import elastic_contact
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
-from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow
+from fem_seal.upscaling.leak_path import EndPressures, LeakPath
+from fem_seal.upscaling.profile import Profile, Uniform
+from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow, seal_flow
 
 if TYPE_CHECKING:
     from fem_seal.flow.nearby import MeshedFlow
@@ -269,12 +271,10 @@ class PatchFlow:
 
 def refined_table(
     patch: LoadedPatch,
-    flow_of: Callable[[ConductivityTable], SealFlow],
-    highest: float,
-    inlet: float,
-    outlet: float,
+    profile: Profile,
+    path: LeakPath,
+    ends: EndPressures,
     *,
-    uniform: bool,
     tolerance: float = TOLERANCE,
     most_loads: int = MOST_LOADS,
     max_seconds: float | None = None,
@@ -284,34 +284,28 @@ def refined_table(
 
     The intervals of the table on which the error depends most are halved, until their enclosures
     should be narrow enough. Then these are computed; the widest ones are halved again if need be.
-
-    Parameters
-    ----------
-    flow_of : table -> leak rate of the seal
-    highest : largest contact pressure of the profile [Pa]
-    inlet, outlet : pressures above ambient [Pa]
-    uniform : whether the contact pressure is the same everywhere; then the seal has no net load
-        below highest - inlet
-    max_seconds : limit of the time; the bounds that have been reached are returned then
+    After `max_seconds` the bounds that have been reached are returned.
     """
-    if highest <= inlet:
+    if profile.highest <= ends.inlet:
         return PatchFlow(None, SealFlow("lifted off", inf, inf, inf))
     # The place of the highest contact pressure has this net load when fluid of the inlet's pressure
     # reaches it. No fluid passes the place if the patch is sealed then.
-    decisive = highest - inlet
+    decisive = profile.highest - ends.inlet
     progress("whether it seals")
     if patch.sealed(decisive):
         table = patch.table([decisive])
-        return PatchFlow(table, flow_of(table))
+        return PatchFlow(table, seal_flow(table, profile, path, ends))
     from fem_seal.flow.marking import doerfler
 
     started = perf_counter()
-    # Begin with the lowest load: its open channels contain those of all higher loads.
+    # Begin with the lowest load: its open channels contain those of all higher loads. Under a
+    # uniform pressure no net load is below the decisive one.
+    uniform = isinstance(profile, Uniform)
     first = [decisive] if uniform else np.linspace(0, decisive, 5).tolist()
     progress(f"its first {len(first) + 1} net loads")
-    table = patch.table([*first, highest - outlet])
+    table = patch.table([*first, profile.highest - ends.outlet])
     while True:
-        flow = flow_of(table)
+        flow = seal_flow(table, profile, path, ends)
         if _width(flow) <= tolerance:
             return PatchFlow(table, flow)
         progress(_state_of_table(table, flow, tolerance, most_loads))

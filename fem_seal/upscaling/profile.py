@@ -5,30 +5,10 @@ P is the total normal stress, carried by the solid and the fluid together.
 
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import Protocol
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-
-
-class Profile(Protocol):
-    """Contact pressure along the leak path, x = 0 at the inlet."""
-
-    @property
-    def length(self) -> float:
-        """Length L of the leak path [m]."""
-
-    @property
-    def nodes(self) -> np.ndarray:
-        """Places [m] from 0 to L between which the profile is monotone."""
-
-    @property
-    def highest(self) -> float:
-        """Largest pressure [Pa]."""
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Pressure P(x) [Pa] at places x [m], 0 <= x <= L."""
 
 
 def _require_positive(**numbers: float) -> None:
@@ -39,13 +19,7 @@ def _require_positive(**numbers: float) -> None:
 
 @dataclass(frozen=True)
 class Uniform:
-    """The same pressure everywhere.
-
-    Raises
-    ------
-    InvalidInput
-        For numbers out of range.
-    """
+    """The same pressure everywhere."""
 
     pressure: float  #: P [Pa], > 0
     length: float  #: L [m], > 0
@@ -70,13 +44,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Hertz:
-    """Pressure of a cylinder on a plane, P(x) = P_max √(1 - (x - a)²/a²).
-
-    Raises
-    ------
-    InvalidInput
-        For numbers out of range.
-    """
+    """Pressure of a cylinder on a plane, P(x) = P_max √(1 - (x - a)²/a²)."""
 
     maximum: float  #: P_max [Pa], > 0; π/4 of it is the mean pressure
     length: float  #: width 2 a of the contact [m], > 0
@@ -113,13 +81,7 @@ class Hertz:
 
 @dataclass(frozen=True, eq=False)
 class TabulatedProfile:
-    """Pressure that is linear between the places of a table.
-
-    Raises
-    ------
-    InvalidInput
-        For lists of different lengths, places that do not ascend, or pressures out of range.
-    """
+    """Pressure that is linear between the places of a table."""
 
     #: (n,), places [m] along the leak path, ascending from the inlet; the first one becomes 0. n >=
     #: 2
@@ -160,3 +122,7 @@ class TabulatedProfile:
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Pressure [Pa] at x [m]."""
         return np.interp(x, self.x, self.pressure)
+
+
+# x = 0 at the inlet; between neighbouring `nodes` the pressure is monotone.
+Profile = Uniform | Hertz | TabulatedProfile

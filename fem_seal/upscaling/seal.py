@@ -57,13 +57,10 @@ class SealLeak:
 
 
 def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = None) -> SealLeak:
-    """Leak rate of the seal of a scene with [seal].
+    """Leak rate of the seal of a scene with [seal], whose first patch is given.
 
-    Parameters
-    ----------
-    patch : first of the realizations
-    folder : folder of a file for each patch, from which an interrupted run goes on
-    work : how the patches are shared among workers; one after the other if left out
+    With a folder, which has a file for each patch, an interrupted run goes on. Without `work` the
+    patches are solved one after the other.
     """
     scene, seal = patch.scene, present(patch.scene.seal, "[seal]")
     profile, path = profile_of(scene)

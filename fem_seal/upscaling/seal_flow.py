@@ -24,7 +24,7 @@ from fem_seal.leak_rate import FlowState
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
-from fem_seal.upscaling.profile import Profile
+from fem_seal.upscaling.profile import Profile, Uniform
 
 CELLS = 1000  # least number of cells of the leak path
 PLACES = 8  # places in each cell at which the influence is computed
@@ -104,30 +104,19 @@ def seal_flow(
 ) -> SealFlow:
     """Leak rate of a seal all of whose patches have the conductivity of a table.
 
-    Parameters
-    ----------
-    table : K of a patch against its net load
-    profile : contact pressure P(x)
-    path : leak path, as long as the profile
-    cells : least number of cells of the leak path, which are equally long but for the nodes of the
-        profile. The bounds hold for any number
-
-    Raises
-    ------
-    InvalidInput
-        If profile and leak path differ in length.
+    The leak path has at least so many cells, equally long but for the nodes of the profile. The
+    bounds hold for any number.
     """
     if abs(profile.length - path.length) > 1e-9 * path.length:
         raise InvalidInput(
             f"the pressure profile is {profile.length:g} m long and the leak path {path.length:g} m"
         )
     if profile.highest <= ends.inlet:
-        return lifted_off(profile, ends, cells)
+        return lifted_off(profile, ends)
     if profile.highest - ends.inlet >= table.sealing_load:
-        sealing = _sealed_part(profile, ends.inlet + table.sealing_load, cells)
-        along = _sealed_path(table, profile, sealing, ends, cells)
-        return SealFlow("sealed", 0.0, 0.0, 0.0, along, sealing)
-    x = _cell_ends(profile, cells)
+        return _sealed(table, profile, ends)
+    # A uniform profile is solved in one cell.
+    x = profile.nodes if isinstance(profile, Uniform) else _places(profile, cells)
     P, s = profile(x), path.resistance(x)
     low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
     middle = profile(0.5 * (x[:-1] + x[1:]))
@@ -145,42 +134,29 @@ def seal_flow(
     return SealFlow("leaking", value, lower, upper, along, along.sealing, tuple(bounding))
 
 
-def lifted_off(profile: Profile, ends: EndPressures, cells: int = CELLS) -> SealFlow:
+def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:
     """Flow of a seal whose contact pressure is nowhere above the pressure of the inlet."""
-    x = np.union1d(np.linspace(0, profile.length, cells + 1), profile.nodes)
+    x = _places(profile, CELLS)
     none = np.zeros((len(x) - 1, 0))
     along = PathFlow(x, profile(x), np.full_like(x, ends.inlet), np.full_like(x, inf), none, none)
     return SealFlow("lifted off", inf, inf, inf, along)
 
 
-def _sealed_part(profile: Profile, pressure: float, cells: int) -> SealingPart:
-    """The part of the path on which the contact pressure is at least a pressure [Pa]."""
-    x = np.union1d(np.linspace(0, profile.length, cells + 1), profile.nodes)
-    sealed = x[profile(x) >= pressure]
-    start, end = float(sealed.min()), float(sealed.max())
-    return SealingPart(start, 0.5 * (start + end), end)
-
-
-def _sealed_path(
-    table: ConductivityTable,
-    profile: Profile,
-    sealing: SealingPart,
-    ends: EndPressures,
-    cells: int,
-) -> PathFlow:
-    """Pressures along a sealed path: p_in before the part that seals, p_out behind it."""
-    x = np.unique(np.append(np.linspace(0, profile.length, cells + 1), profile.nodes))
+def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> SealFlow:
+    """A sealed flow: p_in before the middle of the part that seals, p_out behind it."""
+    x = _places(profile, CELLS)
     P, none = profile(x), np.empty((x.size - 1, 0))
-    fluid = np.where(x <= sealing.middle, ends.inlet, ends.outlet)
-    return PathFlow(x, P, fluid, table.interpolated(P - fluid), none, none)
+    sealed = x[ends.inlet + table.sealing_load <= P]
+    start, end = float(sealed.min()), float(sealed.max())
+    middle = 0.5 * (start + end)
+    fluid = np.where(x <= middle, ends.inlet, ends.outlet)
+    along = PathFlow(x, P, fluid, table.interpolated(P - fluid), none, none)
+    return SealFlow("sealed", 0.0, 0.0, 0.0, along, SealingPart(start, middle, end))
 
 
-def _cell_ends(profile: Profile, cells: int) -> np.ndarray:
-    """Ends [m] of at least `cells` cells, with the nodes of the profile; one cell if uniform."""
-    if len(profile.nodes) == 2 and np.ptp(profile(profile.nodes)) == 0:
-        return profile.nodes
-    even = np.linspace(0, profile.length, cells + 1)
-    return np.union1d(even, profile.nodes)
+def _places(profile: Profile, cells: int) -> np.ndarray:
+    """Ends [m] of at least `cells` cells, with the nodes of the profile."""
+    return np.union1d(np.linspace(0, profile.length, cells + 1), profile.nodes)
 
 
 def _path_flow(

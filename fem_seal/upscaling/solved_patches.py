@@ -28,9 +28,7 @@ from fem_seal.surface.resampling import resample
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined_table
-from fem_seal.upscaling.profile import Uniform
 from fem_seal.upscaling.scene_profile import profile_of
-from fem_seal.upscaling.seal_flow import seal_flow
 
 PATCHES = "patches"  # name of the points in the progress
 OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
@@ -81,11 +79,9 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)
     outcome = refined_table(
         loaded,
-        lambda table: seal_flow(table, profile, path, ends),
-        profile.highest,
-        ends.inlet,
-        ends.outlet,
-        uniform=isinstance(profile, Uniform),
+        profile,
+        path,
+        ends,
         tolerance=seal.rtol,
         most_loads=seal.max_loads,
         max_seconds=seal.max_seconds,
@@ -154,14 +150,9 @@ def _on_grid(patch: LoadedPatch, load: float) -> OnGrid:
 def solved_patches(
     scenes: tuple[Scene, ...], like: Patch, folder: Path | None, work: Work
 ) -> tuple[SolvedPatch, ...]:
-    """Solve the patches that a folder does not hold yet.
+    """Solve the patches that a folder does not hold yet; without one, this process solves them all.
 
-    Parameters
-    ----------
-    like : the patch whose report and processes are used
-    folder : folder of a file for each patch, from which an interrupted run goes on; None: nothing
-        is kept, and this process computes all patches
-    work : how the patches are shared among workers
+    They have the report and the processes of the patch `like`.
     """
     number = len(scenes)
     tasks = [

@@ -152,9 +152,9 @@ def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float)
     b.array = load
     solver = preconditioned_cg(A)
     try:
-        cg = minimise_by_cg(solver, b, x, start, tolerance)
-        if cg.stalled:
-            raise NotConverged(cg.stalled)
+        _, stalled = minimise_by_cg(solver, b, x, start, tolerance)
+        if stalled:
+            raise NotConverged(stalled)
         return x.array.copy()
     finally:
         for petsc_object in (solver, A, b, x):

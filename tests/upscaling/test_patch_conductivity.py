@@ -76,10 +76,7 @@ def test_seal_of_waves(fine_waves, uniform):
     P, ends = 0.5 * FULL, EndPressures(0.3 * FULL)
     profile = Uniform(P, 2e-3) if uniform else Hertz(P, 2e-3)
 
-    def flow_of(table):
-        return seal_flow(table, profile, STRIP, ends)
-
-    outcome = refined_table(fine_waves, flow_of, P, ends.inlet, 0.0, uniform=uniform, tolerance=0.2)
+    outcome = refined_table(fine_waves, profile, STRIP, ends, tolerance=0.2)
     assert outcome.converged
     assert outcome.flow.upper < 1.23 * outcome.flow.lower
     if uniform:
@@ -88,7 +85,8 @@ def test_seal_of_waves(fine_waves, uniform):
     else:
         from test_seal_flow import table_of
 
-        exact = flow_of(table_of(np.linspace(0, P, 401), WAVES)).value
+        table = table_of(np.linspace(0, P, 401), WAVES)
+        exact = seal_flow(table, profile, STRIP, ends).value
     assert outcome.flow.lower * 0.97 < exact < outcome.flow.upper * 1.03
     # ln K is interpolated, and K itself is off by up to 3 %.
     assert outcome.flow.value == pytest.approx(exact, rel=0.05)
@@ -100,18 +98,8 @@ def rough():
 
 def test_loads_gather_where_it_matters():
     """Between the loads that the pressure drop does not touch no load is added."""
-    patch = rough()
-    P, ends = 3e5, EndPressures(1e5)
-    uniform = Uniform(P, 2e-3)
-    outcome = refined_table(
-        patch,
-        lambda t: seal_flow(t, uniform, STRIP, ends),
-        P,
-        1e5,
-        0.0,
-        uniform=True,
-        tolerance=0.05,
-    )
+    ends, uniform = EndPressures(1e5), Uniform(3e5, 2e-3)
+    outcome = refined_table(rough(), uniform, STRIP, ends, tolerance=0.05)
     loads = outcome.table.loads
     assert outcome.converged
     assert (loads.min(), loads.max()) == (2e5, 3e5)
@@ -120,11 +108,8 @@ def test_loads_gather_where_it_matters():
 
 
 def test_a_seal_that_is_sealed_needs_one_contact():
-    patch = rough()
     P, ends = 9e6, EndPressures(1e5)
-    outcome = refined_table(
-        patch, lambda t: seal_flow(t, Hertz(P, 2e-3), STRIP, ends), P, 1e5, 0.0, uniform=False
-    )
+    outcome = refined_table(rough(), Hertz(P, 2e-3), STRIP, ends)
     assert outcome.flow.state == "sealed"
     assert outcome.table.loads.tolist() == [P - 1e5]
 
@@ -140,17 +125,8 @@ def test_without_a_lower_bound_the_sealing_load_is_sought(profile):
 
 
 def test_too_few_loads_are_said():
-    ends = EndPressures(1e5)
-    outcome = refined_table(
-        rough(),
-        lambda t: seal_flow(t, Uniform(3e5, 2e-3), STRIP, ends),
-        3e5,
-        1e5,
-        0.0,
-        uniform=True,
-        tolerance=0.05,
-        most_loads=4,
-    )
+    ends, uniform = EndPressures(1e5), Uniform(3e5, 2e-3)
+    outcome = refined_table(rough(), uniform, STRIP, ends, tolerance=0.05, most_loads=4)
     assert not outcome.converged
     assert outcome.reason == "it may take 4 net loads; raise seal.max_loads"
 
@@ -238,15 +214,7 @@ def test_a_load_against_its_enclosure_is_noticed():
 def test_few_loads_are_enough():
     """The same accuracy as by steps of the load, whose error falls as 1/n, with a few loads."""
     ends, uniform = EndPressures(1e5), Uniform(3e5, 2e-3)
-    outcome = refined_table(
-        rough(),
-        lambda t: seal_flow(t, uniform, STRIP, ends),
-        3e5,
-        1e5,
-        0.0,
-        uniform=True,
-        tolerance=0.06,
-    )
+    outcome = refined_table(rough(), uniform, STRIP, ends, tolerance=0.06)
     assert outcome.converged
     table = outcome.table
     # Of K = exp(-w/c) steps have ln(upper/lower) >= 4 (1 - √r)²/(n (1 - r)) at best, r the fall.
