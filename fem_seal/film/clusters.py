@@ -68,16 +68,11 @@ def _pieces(
     return labels, *_merged(labels.dtype, count, joins)
 
 
-def sizes(labels: np.ndarray, count: int) -> np.ndarray:
-    """Number of sites in each cluster (count + 1,); entry 0, outside the mask, is 0."""
-    sites = np.bincount(labels.ravel(), minlength=count + 1)
-    sites[0] = 0
-    return sites
-
-
 def largest(labels: np.ndarray, count: int) -> np.ndarray:
     """Mask of the largest cluster, the first one if several are equally large; empty if none."""
-    return (labels == np.argmax(sizes(labels, count))) & (labels > 0)
+    sites = np.bincount(labels.ravel(), minlength=count + 1)
+    sites[0] = 0  # outside the mask
+    return (labels == np.argmax(sites)) & (labels > 0)
 
 
 def touching(labels: np.ndarray, count: int, *lines: np.ndarray) -> np.ndarray:

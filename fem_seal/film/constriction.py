@@ -19,11 +19,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from fem_seal.film import clusters
 from fem_seal.film.lattice import Lattice
+from fem_seal.mesh.grouping import components
 
 FEW = 64  # go on with the graph once at most 1/FEW of the sites are in the interval of g_c
 
@@ -120,10 +119,7 @@ def _spans_on_graph(sites: Lattice, low: float, high: float) -> Callable[[float]
 
     def spans(h: float) -> bool:
         """Whether an inlet and an outlet node lie in one component of the links open at h."""
-        first, second = links[:, lowest >= h]
-        ones = np.ones(first.size, dtype=np.int8)
-        graph = coo_array((ones, (first, second)), shape=2 * (height.size,))
-        component = connected_components(graph, directed=False)[1]
+        component = components(links[:, lowest >= h].T, height.size)
         ends = (component[end[height[end] >= h]] for end in (inlet, outlet))
         return bool(np.intersect1d(*ends).size)
 

@@ -8,10 +8,9 @@ every triangle is connected in the same way as the vertices it contains.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from fem_seal.film.constriction import CriticalConstriction, highest_spanning
+from fem_seal.mesh.grouping import components
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +48,4 @@ class VertexGraph:
 
     def _components(self, mask: np.ndarray) -> np.ndarray:
         """(V,) int: number of the cluster of masked vertices to which each vertex belongs."""
-        links = self.edges[mask[self.edges].all(axis=1)]
-        ones = np.ones(len(links), dtype=np.int8)
-        graph = coo_array((ones, tuple(links.T)), shape=2 * (len(mask),))
-        return connected_components(graph, directed=False)[1]
+        return components(self.edges[mask[self.edges].all(axis=1)], len(mask))

@@ -14,15 +14,11 @@ there too.
 
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_seal.errors import NotConverged
 from fem_seal.finite_difference.stencil import Network
-
-if TYPE_CHECKING:
-    from scipy import sparse
 
 # The decrease of the energy over this many steps estimates its error before them (G. H. Golub,
 # Z. Strakoš, Numer. Algorithms 8, 241 (1994)). The steps are many because the decrease has plateaus
@@ -52,8 +48,10 @@ def grid_energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) ->
     At unit pressure drop [m³/(Pa s)]; at least the conductance if p is 1 at the inlet and 0 at the
     outlet (Dirichlet's principle).
     """
-    p, (a, b, c) = pressure.ravel(), _carrying_links(network, carrying)
-    return float((c * (p[a] - p[b]) ** 2).sum())
+    p = np.where(carrying, pressure, 0.0).ravel()
+    a, b, c = network.links()
+    used = carrying.ravel()[a] & carrying.ravel()[b]
+    return float((c * (p[a] - p[b]) ** 2).sum(where=used))
 
 
 def relax(
@@ -73,7 +71,7 @@ def relax(
     limit = STEPS_PER_NODE * (mx + my) if max_iterations is None else max_iterations
     pressure = np.array(start, dtype=float)
     pressure[0], pressure[-1] = 1.0, 0.0
-    matrix = _laplacian(network, carrying)
+    matrix = network.laplacian(carrying)
     # The carrying nodes between the two ends, whose pressure is unknown.
     free = np.flatnonzero(carrying[1:-1]) + my
     p = pressure.ravel()
@@ -122,28 +120,7 @@ def _conserves(state: Relaxed, rtol: float) -> bool:
 
 def _state(network: Network, pressure: np.ndarray, carrying: np.ndarray, steps: int) -> Relaxed:
     """Energy and fluxes of a pressure after a number of steps."""
-    p, (a, b, c) = pressure.ravel(), _carrying_links(network, carrying)
-    flux, my = c * (p[a] - p[b]), network.shape[1]
-    # Links along the inlet or along the outlet carry nothing.
-    inflow, outflow = flux[a < my].sum(), flux[b >= p.size - my].sum()
+    both = carrying[:-1] & carrying[1:]
+    flux = -np.where(both, network.x, 0.0) * np.diff(pressure, axis=0)
     total = grid_energy(network, pressure, carrying)
-    return Relaxed(pressure, total, float(inflow), float(outflow), steps)
-
-
-def _carrying_links(
-    network: Network, carrying: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Links between two carrying nodes: both nodes and the conductance."""
-    a, b, c = network.links()
-    used = carrying.ravel()[a] & carrying.ravel()[b] & (c > 0)
-    return a[used], b[used], c[used]
-
-
-def _laplacian(network: Network, carrying: np.ndarray) -> "sparse.csr_matrix":
-    """Matrix of the network on all nodes: Σ_b c_ab on the diagonal, -c_ab off it."""
-    from scipy import sparse
-
-    a, b, c = _carrying_links(network, carrying)
-    shape = (carrying.size, carrying.size)
-    links = sparse.coo_matrix((np.tile(c, 2), (np.r_[a, b], np.r_[b, a])), shape=shape).tocsr()
-    return sparse.diags(np.asarray(links.sum(axis=1)).ravel()) - links
+    return Relaxed(pressure, total, float(flux[0].sum()), float(flux[-1].sum()), steps)

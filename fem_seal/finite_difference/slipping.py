@@ -9,10 +9,12 @@ little on the pressure where most of the pressure drop is.
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import csc_matrix, diags
+from scipy.sparse.linalg import spsolve
 
 from fem_seal.errors import NotConverged, present
 from fem_seal.film.grid_film import GridFilm
-from fem_seal.finite_difference.node_pressure import node_pressure
+from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 
@@ -45,3 +47,25 @@ def film_without_slip(
         f"{np.abs(pressure - before).max() / p_in:.1e} of the inlet's in step {most_steps} of the "
         "iteration for its slip; use finite elements, flow.method = 'adaptive'"
     )
+
+
+def node_pressure(film: GridFilm, pressure_drop: float, links: str = "linear-gap") -> np.ndarray:
+    """Pressure [Pa] at the samples of a film, 0 at the outlet, by the five-point stencil.
+
+    NaN where chains of links do not join both ends.
+    """
+    # The pressure does not depend on the viscosity.
+    grid = flow_grid(film, 1.0, links)
+    pressure = np.where(grid.carrying, 0.0, np.nan)
+    pressure[0, grid.carrying[0]] = 1.0
+    free = np.flatnonzero(grid.carrying[1:-1]) + pressure.shape[1]
+    if free.size:
+        matrix = grid.network.laplacian(grid.carrying)
+        right_side = -(matrix @ np.nan_to_num(pressure.ravel()))[free]
+        # Divide the rows by their diagonal: conductances differ by many decades.
+        diagonal = matrix.diagonal()[free]
+        rows = diags(1 / diagonal) @ matrix[free][:, free]
+        pressure.flat[free] = spsolve(csc_matrix(rows), right_side / diagonal)
+    if film.representation == "constant":
+        pressure = pressure[1:-1]  # the ends are nodes of their own
+    return film.sites.on_samples(pressure_drop * pressure)

@@ -6,6 +6,7 @@ times its width over its length.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from fem_seal.film.lattice import Lattice
 from fem_seal.film.law import film_conductivity
 from fem_seal.finite_difference.links import LINKS, LinkRule
 from fem_seal.registry import choose
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +51,17 @@ class Network:
         first = np.concatenate([node[:-1].ravel(), left.ravel()])
         second = np.concatenate([node[1:].ravel(), right.ravel()])
         return first, second, np.concatenate([self.x.ravel(), self.y.ravel()])
+
+    def laplacian(self, carrying: np.ndarray) -> "sparse.csr_array":
+        """Matrix on all nodes, Σ_b c_ab on the diagonal, -c_ab off it, of links between carrying nodes."""
+        from scipy import sparse
+
+        a, b, c = self.links()
+        used = carrying.ravel()[a] & carrying.ravel()[b] & (c > 0)
+        a, b, c = a[used], b[used], c[used]
+        shape = (carrying.size, carrying.size)
+        links = sparse.coo_array((np.tile(c, 2), (np.r_[a, b], np.r_[b, a])), shape=shape).tocsr()
+        return sparse.csr_array(sparse.diags(np.asarray(links.sum(axis=1)).ravel()) - links)
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,12 +30,13 @@ from fem_seal.flow.film_on_mesh import (
     AnyProblem,
     AnyStream,
     FlowEstimate,
+    Guess,
     LevelSolution,
     SolvedLevel,
+    Start,
 )
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Strategy, mark, mark_all
-from fem_seal.flow.start import Guess, Start
 from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.bisection import AnyMesh, TooFine
 

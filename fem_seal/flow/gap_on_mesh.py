@@ -100,14 +100,8 @@ class LinearGap(GapOnMesh):
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
         self.cut, self.ceiling, self._floor = cut, ceiling, floor
         self._width = width
-        self._sample(samples)
+        self._samples = _raised_and_lowered(samples, floor, cut)
         self._use(law)
-
-    def _sample(self, samples: np.ndarray) -> None:
-        self._samples = np.stack([samples, samples], axis=-1)
-        raised, lowered = np.moveaxis(self._samples, -1, 0)
-        raised[(raised > 0) & (raised < self._floor)] = self._floor
-        lowered[lowered < self.cut] = 0.0
 
     def with_samples(self, gap: GridField) -> "LinearGap":
         """Another gap on the same grid, in the same unit, with at least the contact of this one.
@@ -115,7 +109,7 @@ class LinearGap(GapOnMesh):
         For the dual, contact stays contact even where the other gap is open.
         """
         other = copy(self)
-        other._sample(gap.vertices())
+        other._samples = _raised_and_lowered(gap.vertices(), self._floor, self.cut)
         other._samples[..., 1][self._samples[..., 1] == 0] = 0.0
         other._use(self.law)
         return other
@@ -234,9 +228,7 @@ class VertexGap(GapOnMesh):
     ):
         self.aspect = 1 / unit
         self.cut, self.ceiling, self.law = cut, ceiling, law
-        raised = np.where(values > 0, np.maximum(values, floor), 0.0)
-        lowered = np.where(values < cut, 0.0, values)
-        self._values = np.stack([raised, lowered], axis=-1)
+        self._values = _raised_and_lowered(values, floor, cut)
 
     def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
@@ -256,6 +248,15 @@ class VertexGap(GapOnMesh):
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of cells; see `GapOnMesh.quarter_data`."""
         return QuarterData.of(*_quarter_means(with_middles(gaps), self.law))
+
+
+def _raised_and_lowered(gap: np.ndarray, floor: float, cut: float) -> np.ndarray:
+    """A gap (..., 2): positive gaps raised to the floor, and those below the cut lowered to 0."""
+    both = np.stack([gap, gap], axis=-1)
+    raised, lowered = np.moveaxis(both, -1, 0)
+    raised[(raised > 0) & (raised < floor)] = floor
+    lowered[lowered < cut] = 0.0
+    return both
 
 
 def _linear_means(gaps: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarray]:
@@ -310,8 +311,9 @@ class ConstantGap(GapOnMesh):
         self.squares = gap.shape
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
         self.cut, self.ceiling = cut, ceiling
-        self._raised = np.where(gap.values > 0, np.maximum(gap.values, floor), 0.0)
-        self._lowered = np.where(gap.values < cut, 0.0, gap.values)
+        self._raised, self._lowered = np.moveaxis(
+            _raised_and_lowered(gap.values, floor, cut), -1, 0
+        )
         self._width = width
         self._use(law)
 

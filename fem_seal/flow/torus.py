@@ -15,12 +15,12 @@ from fem_seal.film.winding import unwind
 from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.numbering import Numbering, numbered
 from fem_seal.flow.topology import (
-    components,
     continuous_labels,
     passable_sides,
     patch_ties,
     side_ends,
 )
+from fem_seal.mesh.grouping import components
 from fem_seal.mesh.torus import Torus
 
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import breadth_first_order
 
+from fem_seal.mesh.grouping import components
 from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP
 
 
@@ -86,6 +87,4 @@ def _joined_corners(slot: np.ndarray, ends: np.ndarray, on_path: np.ndarray) -> 
     links = np.concatenate(
         [np.stack([pair[order[:-1]][same, k], pair[order[1:]][same, k]], 1) for k in (0, 1)]
     )
-    count = slot.size
-    graph = coo_array((np.ones(len(links), dtype=np.int8), tuple(links.T)), shape=(count, count))
-    return connected_components(graph, directed=False)[1]
+    return components(links, slot.size)

@@ -10,13 +10,12 @@ unknown constant.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from fem_seal.errors import InvalidInput
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.checks import coordinates
 from fem_seal.mesh.cut import cut_open, shortest_path
+from fem_seal.mesh.grouping import components
 from fem_seal.mesh.triangles import (
     BOTTOM,
     INLET,
@@ -74,8 +73,7 @@ def shape_mesh_with_values(
 def _require_one_piece(count: int, cells: np.ndarray) -> None:
     """Raise InvalidInput if `count` vertices are not all connected by cells."""
     pairs = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]]])
-    graph = coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
-    pieces, _ = connected_components(graph, directed=False)
+    pieces = components(pairs, count).max() + 1
     if pieces > 1:
         raise InvalidInput(
             f"the mesh falls into {pieces} pieces that share no vertex; give one connected mesh "

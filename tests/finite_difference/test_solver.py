@@ -9,8 +9,8 @@ from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.finite_difference.links import LINKS
-from fem_seal.finite_difference.node_pressure import node_pressure
 from fem_seal.finite_difference.relaxation import relax
+from fem_seal.finite_difference.slipping import node_pressure
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
 from fem_seal.theory.closed_forms import piecewise_linear_channel, smooth_checkerboard
