@@ -129,10 +129,8 @@ class GridFilm:
     def _sites_in_pockets(self) -> np.ndarray:
         """(mx, my) bool: open sites whose cluster has no site on the inlet or the outlet."""
         labels, count = self._labels
-        at_an_end = np.zeros(count + 1, dtype=bool)
-        at_an_end[labels[0]] = True
-        at_an_end[labels[-1]] = True
-        return self.sites.open & ~at_an_end[labels]
+        at_an_end = clusters.touching(labels, count, np.append(labels[0], labels[-1]))
+        return self.sites.open & ~at_an_end
 
 
 def require_film(film: object, kinds: tuple[type, ...]) -> None:

@@ -53,7 +53,7 @@ class Network:
         return first, second, np.concatenate([self.x.ravel(), self.y.ravel()])
 
     def laplacian(self, carrying: np.ndarray) -> "sparse.csr_array":
-        """Matrix on all nodes, Σ_b c_ab on the diagonal, -c_ab off it, of links between carrying nodes."""
+        """Matrix of links between carrying nodes: Σ_b c_ab on the diagonal, -c_ab off it."""
         from scipy import sparse
 
         a, b, c = self.links()

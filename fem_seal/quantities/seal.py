@@ -134,11 +134,11 @@ def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
 
 
 def _patches(seal: SealLeak) -> Uncertainty:
-    number, (share, low, high) = len(seal.patches), seal.share_sealed
+    number, share = len(seal.patches), seal.share_sealed
     are = "realization is" if number == 1 else "realizations are"
     sealed = (
-        f"{100 * share:.0f} % of {number} {are} sealed (95 %: {100 * low:.0f} to "
-        f"{100 * high:.0f} %)"
+        f"{100 * share.value:.0f} % of {number} {are} sealed (95 %: {100 * share.lower:.0f} to "
+        f"{100 * share.upper:.0f} %)"
     )
     if seal.state == "sealed":
         return _sealed_patches(seal, sealed)
@@ -185,7 +185,7 @@ def _factor(scatter: float) -> str:
 
 def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
     """Entry of a sealed seal: patches that were not drawn may leak and form a path."""
-    leaking = 1 - seal.share_sealed[1]
+    leaking = 1 - seal.share_sealed.lower
     if not may_conduct(leaking, seal.count):
         sentence = (
             f"{sealed}; even if {100 * leaking:.0f} % of the patches leak, no path of them crosses "

@@ -6,26 +6,11 @@ from fem_seal.digits import with_prefix
 from fem_seal.leak_rate import FlowState
 from fem_seal.results.rates import Rate
 from fem_seal.results.record import Record
-from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
-from fem_seal.upscaling.seal import SealLeak, median_patch
-from fem_seal.upscaling.seal_flow import PathFlow
+from fem_seal.upscaling.conductivity import StoredTable
+from fem_seal.upscaling.seal import SealLeak, Share, median_patch
+from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
 
 POINTS = 400  # most points of the leak path in the record
-
-
-class TableRecord(Record):
-    """Bounds of the conductivity K [m³/(Pa s)] of a patch at net loads [Pa]; 0 if sealed."""
-
-    loads: tuple[float, ...]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    between: tuple[Enclosure | None, ...] = ()
-
-    @property
-    def table(self) -> ConductivityTable:
-        """The record as a table."""
-        loads, lower, upper = map(np.array, (self.loads, self.lower, self.upper))
-        return ConductivityTable(loads, lower, upper, self.between)
 
 
 class SealPatchRecord(Record):
@@ -35,23 +20,7 @@ class SealPatchRecord(Record):
     value: float | None
     lower: float | None
     upper: float | None
-    conductivity: TableRecord | None = None
-
-
-class ShareRecord(Record):
-    """Share of sealed patches, and its confidence interval."""
-
-    value: float
-    lower: float
-    upper: float
-
-
-class SealingRecord(Record):
-    """The part of the path that seals: distances from the inlet [m]."""
-
-    start: float
-    middle: float
-    end: float
+    conductivity: StoredTable | None = None  #: K [m³/(Pa s)] at net loads [Pa]
 
 
 class PathRecord(Record):
@@ -86,24 +55,22 @@ class SealRecord(Record):
 
     leak_rate: Rate | None
     patches: tuple[SealPatchRecord, ...]
-    share_sealed: ShareRecord
+    share_sealed: Share
     patches_along: int
     patches_around: int
     scatter: float | None
     interval: tuple[float, float] | None = None
     loads: tuple[float, ...]
-    sealing: SealingRecord | None = None
+    sealing: SealingPart | None = None
     path: PathRecord | None = None
 
     @classmethod
     def of(cls, seal: SealLeak) -> "SealRecord":
         """Record of a seal; it has no leak rates if the seal is lifted off."""
         lifted = seal.state == "lifted off"
-        share, low, high = seal.share_sealed
         bounds = {"value": seal.value, "lower": seal.lower, "upper": seal.upper}
         tables = [one.table for one in seal.patches if one.table is not None]
         along = median_patch(seal.patches).flow.path
-        sealing = seal.sealing
         return cls(
             leak_rate=None if lifted else Rate(**bounds),
             patches=tuple(
@@ -112,30 +79,19 @@ class SealRecord(Record):
                     value=None if lifted else one.flow.value,
                     lower=None if lifted else one.flow.lower,
                     upper=None if lifted else one.flow.upper,
-                    conductivity=_table(one.table),
+                    conductivity=None if one.table is None else StoredTable.of(one.table),
                 )
                 for one in seal.patches
             ),
-            share_sealed=ShareRecord(value=share, lower=low, upper=high),
+            share_sealed=seal.share_sealed,
             patches_along=seal.count.along,
             patches_around=seal.count.across,
             scatter=seal.scatter if len(seal.patches) > 1 and not lifted else None,
             interval=seal.interval,
             loads=tuple(sorted({load for table in tables for load in table.loads.tolist()})),
-            sealing=None if sealing is None else SealingRecord(**vars(sealing)),
+            sealing=seal.sealing,
             path=None if along is None else PathRecord.of(along),
         )
-
-
-def _table(table: ConductivityTable | None) -> TableRecord | None:
-    if table is None:
-        return None
-    return TableRecord(
-        loads=tuple(table.loads.tolist()),
-        lower=tuple(table.lower.tolist()),
-        upper=tuple(table.upper.tolist()),
-        between=table.between,
-    )
 
 
 def lifted_words(seal: SealRecord) -> str:

@@ -187,6 +187,29 @@ class ConductivityTable:
         )
 
 
+@dataclass(frozen=True)
+class StoredTable:
+    """A `ConductivityTable` as files hold it."""
+
+    loads: tuple[float, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    between: tuple[Enclosure | None, ...] = ()
+
+    @classmethod
+    def of(cls, table: ConductivityTable) -> "StoredTable":
+        """Store a table."""
+        rows = np.stack([table.loads, table.lower, table.upper])
+        loads, lower, upper = map(tuple, rows.tolist())
+        return cls(loads, lower, upper, table.between)
+
+    @property
+    def table(self) -> ConductivityTable:
+        """The table itself."""
+        loads, lower, upper = map(np.array, (self.loads, self.lower, self.upper))
+        return ConductivityTable(loads, lower, upper, self.between)
+
+
 def _interpolated(nodes: np.ndarray, values: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Monotone cubic of ln K at places (m, STEPS), the first n - 1 rows between n nodes."""
     from scipy.interpolate import PchipInterpolator

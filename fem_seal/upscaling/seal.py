@@ -25,6 +25,15 @@ from fem_seal.upscaling.seal_flow import SealingPart, lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
 
 
+@dataclass(frozen=True)
+class Share:
+    """A share, and its confidence interval by Clopper and Pearson."""
+
+    value: float
+    lower: float
+    upper: float
+
+
 @dataclass(frozen=True, eq=False)
 class SealLeak:
     """Leak rate of a seal, and the patches from which it is computed."""
@@ -42,8 +51,7 @@ class SealLeak:
     #: confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
     #: few realizations leak to estimate it
     interval: tuple[float, float] | None
-    #: share of sealed realizations, and its confidence interval (Clopper and Pearson)
-    share_sealed: tuple[float, float, float]
+    share_sealed: Share  #: of the realizations
     converged: bool
     reason: str  #: sentence on why it has not converged; empty if it has
     leak_path: float  #: length from inlet to outlet [m]
@@ -70,11 +78,12 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
         lifted = PatchFlow(None, lifted_off(profile, ends))
         return _together((lifted,) * seal.patches, path, size, seal.rtol)
     solved = solved_patches(realizations(scene), patch, folder, work or Work())
-    flows = (
-        PatchFlow(one.table, seal_flow(one.table, profile, path, ends), one.converged, one.reason)
-        for one in solved
-    )
-    errors = [one.contact_error for one in solved if one.upper[-1] > 0 or one.upper[0] > 0]
+    flows = []
+    for one in solved:
+        table = one.stored.table
+        flow = seal_flow(table, profile, path, ends)
+        flows.append(PatchFlow(table, flow, one.converged, one.reason))
+    errors = [one.contact_error for one in solved if max(one.stored.upper) > 0]
     known = [error for error in errors if error is not None]
     largest = max(known) if known and len(known) == len(errors) else None
     gaps = [one.critical_gap for one in solved if one.critical_gap]
@@ -100,7 +109,7 @@ def _together(
     length = float(np.median(lengths)) if lengths else path.length
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(one.flow.state == "sealed" for one in flows)
-    share = sealed / len(flows), *sealed_share(sealed, len(flows))
+    share = Share(sealed / len(flows), *sealed_share(sealed, len(flows)))
     sealing = median_patch(flows).flow.sealing
     if any(one.flow.state == "lifted off" for one in flows):
         return SealLeak(

@@ -25,7 +25,7 @@ from fem_seal.points.compute import compute_chain, under
 from fem_seal.progress import Pace, Report
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
-from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
+from fem_seal.upscaling.conductivity import StoredTable
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined_table
 from fem_seal.upscaling.scene_profile import profile_of
@@ -38,10 +38,7 @@ OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loa
 class SolvedPatch:
     """Conductivity of a patch at the net loads that the seal needs."""
 
-    loads: tuple[float, ...]  #: net loads [Pa], as in `ConductivityTable`
-    lower: tuple[float, ...]  #: bounds of K [m³/(Pa s)]
-    upper: tuple[float, ...]
-    between: tuple[Enclosure | None, ...]  #: narrower bounds between the loads
+    stored: StoredTable
     size: tuple[float, float]  #: lengths (Lx, Ly) of the patch [m]
     converged: bool  #: whether the leak rate of a seal of such patches is known to seal.rtol
     reason: str  #: why it is not, else empty
@@ -50,12 +47,6 @@ class SolvedPatch:
     contact_error: float | None
     critical_gap: float | None  #: gap of the critical constriction at that load [m]; None if sealed
     seconds: float  #: time of the computation
-
-    @property
-    def table(self) -> ConductivityTable:
-        """The loads and bounds as a table."""
-        loads, lower, upper = map(np.array, (self.loads, self.lower, self.upper))
-        return ConductivityTable(loads, lower, upper, self.between)
 
 
 @dataclass(frozen=True)
@@ -90,10 +81,7 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     table_report.begin("error of the contact's grid")
     table, load = present(outcome.table, "table of the patch"), _load_that_matters(outcome)
     return SolvedPatch(
-        tuple(table.loads.tolist()),
-        tuple(table.lower.tolist()),
-        tuple(table.upper.tolist()),
-        table.between,
+        StoredTable.of(table),
         present(patch.surface, "surface").size,
         outcome.converged,
         outcome.reason,

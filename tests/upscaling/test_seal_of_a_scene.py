@@ -22,13 +22,14 @@ from fem_seal.quantities.seal import _patches
 from fem_seal.render.seal import seal_figure
 from fem_seal.results import Result
 from fem_seal.results.rates import unit_words
-from fem_seal.results.seal import SealPatchRecord, SealRecord, TableRecord
+from fem_seal.results.seal import SealPatchRecord, SealRecord
 from fem_seal.results.words import first_sentence, lines_of, remarks, summary_of
 from fem_seal.scene import Scene
 from fem_seal.sweep.point import Point, _numbers
 from fem_seal.sweep.summary import COLUMNS, Group
 from fem_seal.upscaling import StraightPath
 from fem_seal.upscaling import seal as seal_module
+from fem_seal.upscaling.conductivity import StoredTable
 from fem_seal.upscaling.patch_conductivity import PatchFlow
 from fem_seal.upscaling.profile import Hertz, Uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
@@ -818,7 +819,7 @@ def test_picture_of_a_sealed_seal_draws_what_is_known(profile):
 
 def test_a_cross_ends_the_curve_of_a_patch_that_becomes_sealed():
     """From the last load that leaks to the first one that is sealed, in the curve's colour."""
-    K = TableRecord(loads=(1e5, 2e5, 3e5), lower=(1e-20, 1e-22, 0.0), upper=(2e-20, 2e-22, 0.0))
+    K = StoredTable((1e5, 2e5, 3e5), (1e-20, 1e-22, 0.0), (2e-20, 2e-22, 0.0))
     leaking = SealPatchRecord(
         state="leaking", value=1e-15, lower=1e-16, upper=1e-14, conductivity=K
     )
