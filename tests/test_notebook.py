@@ -19,7 +19,6 @@ from fem_seal import (
     to_pyvista,
     to_xarray,
 )
-from fem_seal.scene.readable import rows_of
 
 SCENE = scene_of_samples(32) | {
     "contact": {"pressure": "100 kPa"},
@@ -45,7 +44,7 @@ def rows(thing):
 
 
 def test_a_scene_shows_what_was_set_with_units():
-    shown = dict(rows_of(Scene.from_mapping(SCENE)))
+    shown = rows(Scene.from_mapping(SCENE))
     for section, fields in SCENE.items():
         for key, value in fields.items():
             text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)

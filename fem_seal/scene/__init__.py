@@ -1,14 +1,14 @@
 """Scene: the content of a scene file, checked, frozen and in SI units."""
 
-from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.fluid import Fluid
-from fem_seal.scene.limit import Limit
 from fem_seal.scene.measured import FileSurface, Gap, Heights, ProfileSurface
 from fem_seal.scene.scene import Scene
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import (
+    Accuracy,
     Contact,
     Flow,
+    Limit,
     Output,
     SelfAffine,
     Solid,

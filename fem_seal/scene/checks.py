@@ -4,12 +4,11 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import get_args
 
-from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.contents import Contents
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.measured import FileSurface
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import LOADS, Product
+from fem_seal.scene.sections import LOADS, Accuracy, Product
 
 MOST = 1e100  # largest limit [m³/s]; finite in any unit
 # Products that a scene with [shape] does not have.
@@ -117,9 +116,9 @@ def _seal(scene: Contents) -> Iterator[str]:
             "[seal] is given, and output.products does not name 'seal'; add it, as in products = "
             "['seal', 'contact']"
         )
-    for name in sorted(products - {"seal", "contact", "pictures"}):
+    for product in sorted(products - {"seal", "contact", "pictures"}):
         yield (
-            f"output.products names {name!r} beside 'seal', whose patches are solved "
+            f"output.products names {product!r} beside 'seal', whose patches are solved "
             "under many loads; ask for it in a scene without [seal]"
         )
     if scene.flow.sides == "wall":
@@ -210,7 +209,10 @@ def _rates(scene: Contents) -> Iterator[str]:
     if scene.fluid is None:
         yield "[fluid] is missing: a leak rate needs fluid.viscosity"
     drive = scene.drive
-    units = {"output.leak_rate_unit": unit, "limit.leak_rate": limit and limit.leak_rate.unit}
+    units = {
+        "output.leak_rate_unit": unit,
+        "limit.leak_rate": limit.leak_rate.unit if limit else None,
+    }
     for field, given in units.items():
         if given is not None and given.kind not in drive.rates:
             yield (

@@ -10,12 +10,19 @@ from fem_seal.errors import present
 from fem_seal.fluid import Drive, Slip
 from fem_seal.grid import GridField
 from fem_seal.limits import Limits
-from fem_seal.scene.accuracy import Accuracy
-from fem_seal.scene.fluid import Fluid, drive, gauge_pressures, slip_of
-from fem_seal.scene.limit import Limit
+from fem_seal.scene.fluid import Fluid
 from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.seal import Seal
-from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffine, Solid
+from fem_seal.scene.sections import (
+    Accuracy,
+    Contact,
+    Flow,
+    Limit,
+    Output,
+    Section,
+    SelfAffine,
+    Solid,
+)
 from fem_seal.scene.shape import AnyShape, MeshFile
 from fem_seal.scene.tolerances import Tolerances
 
@@ -113,7 +120,7 @@ class Contents(Section):
     @property
     def drive(self) -> Drive:
         """Fluid with its pressures, which drive the flow; for scenes that need the flow."""
-        return drive(present(self.fluid, "[fluid]"), self.flow)
+        return present(self.fluid, "[fluid]").drive(self.flow)
 
     @property
     def viscosity(self) -> float:
@@ -123,7 +130,7 @@ class Contents(Section):
     @property
     def slip(self) -> Slip | None:
         """Slip of the gas at the walls; None for a liquid, and if slip is left out."""
-        return slip_of(present(self.fluid, "[fluid]"), self.flow)
+        return present(self.fluid, "[fluid]").slip_under(self.flow)
 
     @property
     def flow_settings(self) -> FlowSettings:
@@ -157,7 +164,7 @@ class Contents(Section):
     @property
     def gauge_pressures(self) -> tuple[float, float]:
         """Pressures of inlet and outlet above ambient [Pa]; for scenes that need the flow."""
-        return gauge_pressures(self.flow)
+        return self.flow.gauge_pressures
 
     @property
     def lift(self) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -10,11 +10,8 @@ from fem_seal.errors import present
 from fem_seal.fluid import Drive, GasDrive, LiquidDrive, Slip
 from fem_seal.rarefied import LEAST_ACCOMMODATION
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import Pressure, Section, Viscosity
+from fem_seal.scene.sections import Flow, Pressure, Section, Viscosity
 from fem_seal.units import to_si
-
-if TYPE_CHECKING:
-    from fem_seal.scene.sections import Flow
 
 Temperature = Annotated[float, BeforeValidator(partial(to_si, unit="K")), Field(gt=0)]
 MolarMass = Annotated[float, BeforeValidator(partial(to_si, unit="kg/mol")), Field(gt=0)]
@@ -66,6 +63,38 @@ class Fluid(Section):
         """Name of the law of a gas that slips."""
         return self.slip if isinstance(self.slip, str) else "first-order"
 
+    def drive(self, flow: Flow) -> Drive:
+        """Drive of the flow.
+
+        Raises
+        ------
+        ContradictionError
+            If pressures are missing, stated twice, or of the wrong kind for the fluid.
+        """
+        return self._gas(flow) if self.kind == "gas" else _liquid(flow)
+
+    def slip_under(self, flow: Flow) -> Slip | None:
+        """Slip at the walls; None for a liquid, and where it is left out. Raises as `drive`."""
+        if self.kind == "liquid" or self.slip is False:
+            return None
+        return self._gas(flow).slip(self.viscosity, self.accommodation or 1.0, self.slip_law)
+
+    def _gas(self, flow: Flow) -> GasDrive:
+        if flow.pressure_drop is not None:
+            raise ContradictionError(
+                "flow.pressure_drop does not fix the flow of a gas, which goes as p_in² - p_out²; "
+                "give the absolute flow.inlet_pressure and flow.outlet_pressure instead"
+            )
+        inlet, outlet = flow.both_pressures("fluid.kind = 'gas'")
+        return GasDrive(
+            inlet_pressure=inlet,
+            outlet_pressure=outlet,
+            temperature=present(self.temperature, "fluid.temperature"),
+            molar_mass=present(self.molar_mass, "fluid.molar_mass"),
+            reference_temperature=self.reference_temperature or NORMAL_TEMPERATURE,
+            reference_pressure=self.reference_pressure or NORMAL_PRESSURE,
+        )
+
     @model_validator(mode="after")
     def _check(self) -> "Fluid":
         of_gas = [name for name in _OF_GAS if getattr(self, name) is not None]
@@ -85,50 +114,22 @@ class Fluid(Section):
         return self
 
 
-def drive(fluid: Fluid, flow: "Flow") -> Drive:
-    """Drive of the flow, from the sections of the fluid and the flow.
-
-    Raises
-    ------
-    ContradictionError
-        If pressures are missing, stated twice, or of the wrong kind for the fluid.
-    """
-    return _gas(fluid, flow) if fluid.kind == "gas" else _liquid(flow)
-
-
-def slip_of(fluid: Fluid, flow: "Flow") -> Slip | None:
-    """Slip of a gas at the walls; None where it is not computed.
-
-    Raises
-    ------
-    ContradictionError
-        As of `drive`.
-    """
-    if fluid.kind == "liquid" or fluid.slip is False:
-        return None
-    drive = _gas(fluid, flow)
-    return drive.slip(fluid.viscosity, fluid.accommodation or 1.0, fluid.slip_law)
-
-
-def gauge_pressures(flow: "Flow") -> tuple[float, float]:
-    """Pressures of inlet and outlet above that on the back of the solid [Pa].
-
-    If the ambient pressure is left out, it is that of the outlet.
-    """
+def _liquid(flow: Flow) -> LiquidDrive:
+    inlet, outlet = flow.inlet_pressure, flow.outlet_pressure
     if flow.pressure_drop is not None:
-        return flow.pressure_drop, 0.0
-    inlet, outlet = _both_pressures(flow, "a leak rate")
-    ambient = outlet if flow.ambient_pressure is None else flow.ambient_pressure
-    return inlet - ambient, outlet - ambient
+        if inlet is not None or outlet is not None:
+            raise ContradictionError(
+                "give flow.pressure_drop, or flow.inlet_pressure and flow.outlet_pressure, not both"
+            )
+        return LiquidDrive(flow.pressure_drop)
+    if inlet is None and outlet is None:
+        raise ContradictionError("flow.pressure_drop is missing: a leak rate needs it")
+    inlet, outlet = flow.both_pressures("without flow.pressure_drop a leak rate")
+    return LiquidDrive(inlet - outlet, outlet)
 
 
 def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Add the ambient pressure to the scene of an earlier version, which could leave it out.
-
-    Parameters
-    ----------
-    scene : as `Scene.to_mapping` returns it, in SI units
-    """
+    """Add the ambient pressure to the scene of an earlier version, which could leave it out."""
     flow = scene.get("flow", {})
     outlet = flow.get("outlet_pressure")
     if not ambient_is_open(outlet, flow.get("ambient_pressure")):
@@ -139,48 +140,3 @@ def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
 def ambient_is_open(outlet: float | None, ambient: float | None) -> bool:
     """Whether the ambient pressure must be stated, since the outlet's is below 1 bar."""
     return ambient is None and outlet is not None and outlet < ATMOSPHERIC * (1 - 1e-9)
-
-
-def _liquid(flow: "Flow") -> LiquidDrive:
-    inlet, outlet = flow.inlet_pressure, flow.outlet_pressure
-    if flow.pressure_drop is not None:
-        if inlet is not None or outlet is not None:
-            raise ContradictionError(
-                "give flow.pressure_drop, or flow.inlet_pressure and flow.outlet_pressure, not both"
-            )
-        return LiquidDrive(flow.pressure_drop)
-    if inlet is None and outlet is None:
-        raise ContradictionError("flow.pressure_drop is missing: a leak rate needs it")
-    inlet, outlet = _both_pressures(flow, "without flow.pressure_drop a leak rate")
-    return LiquidDrive(inlet - outlet, outlet)
-
-
-def _gas(fluid: Fluid, flow: "Flow") -> GasDrive:
-    if flow.pressure_drop is not None:
-        raise ContradictionError(
-            "flow.pressure_drop does not fix the flow of a gas, which goes as p_in² - p_out²; give "
-            "the absolute flow.inlet_pressure and flow.outlet_pressure instead"
-        )
-    inlet, outlet = _both_pressures(flow, "fluid.kind = 'gas'")
-    return GasDrive(
-        inlet_pressure=inlet,
-        outlet_pressure=outlet,
-        temperature=present(fluid.temperature, "fluid.temperature"),
-        molar_mass=present(fluid.molar_mass, "fluid.molar_mass"),
-        reference_temperature=fluid.reference_temperature or NORMAL_TEMPERATURE,
-        reference_pressure=fluid.reference_pressure or NORMAL_PRESSURE,
-    )
-
-
-def _both_pressures(flow: "Flow", who: str) -> tuple[float, float]:
-    """Absolute pressures of inlet and outlet, the higher one at the inlet."""
-    inlet, outlet = flow.inlet_pressure, flow.outlet_pressure
-    if inlet is None or outlet is None:
-        name = "inlet_pressure" if inlet is None else "outlet_pressure"
-        raise ContradictionError(f"flow.{name} is missing: {who} needs both absolute pressures")
-    if inlet <= outlet:
-        raise ContradictionError(
-            f"flow.inlet_pressure = {inlet:g} Pa must be above flow.outlet_pressure "
-            f"= {outlet:g} Pa; swap the gap's ends if it leaks the other way"
-        )
-    return inlet, outlet

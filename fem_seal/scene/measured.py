@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, Strict, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, model_validator
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.length_units import length_in_metres
@@ -22,6 +22,8 @@ from fem_seal.scene.sections import (
     Length,
     Number,
     Section,
+    Seed,
+    Truth,
     one_or_more,
 )
 
@@ -49,8 +51,6 @@ def _missing(value: object) -> float | str:
 
 
 LengthUnit = Annotated[str, AfterValidator(_length_unit)]
-Truth = Annotated[bool, Strict()]
-Seed = Annotated[int, Strict(), Field(ge=0)]
 
 
 class FieldFile(Section):

@@ -31,27 +31,6 @@ def _units(parts: tuple[Any, ...]) -> Iterator[str]:
         yield from _units((*get_args(part), *getattr(part, "__metadata__", ())))
 
 
-def rows_of(section: BaseModel, name: str = "") -> list[tuple[str, str]]:
-    """Fields of a scene, or of one of its sections, that were set: name and text with unit.
-
-    Parameters
-    ----------
-    section : Scene or one of its sections
-    name : name of the section, in front of the names of its fields
-    """
-    rows: list[tuple[str, str]] = []
-    for key, field in type(section).model_fields.items():
-        value = getattr(section, key)
-        if key not in section.model_fields_set or value is None:
-            continue
-        full = f"{name}.{key}" if name else key
-        if isinstance(value, BaseModel):
-            rows.extend(rows_of(value, full))
-        else:
-            rows.append((full, _text(value, unit_of(field))))
-    return rows
-
-
 def python_rows(section: BaseModel) -> list[tuple[str, str]]:
     """Fields of a section that were set, as they are written in Python, with readable units."""
     rows = []
@@ -92,12 +71,9 @@ def _sections(annotation: object) -> Iterator[type[BaseModel]]:
 
 
 def rows_of_mapping(data: Mapping[str, Any], model: type[BaseModel]) -> list[tuple[str, str]]:
-    """Fields of a scene that a result recorded, as `rows_of` writes them; files by name only.
+    """Names and readable values of the fields of a scene, {section: {field: value}} in SI units.
 
-    Parameters
-    ----------
-    data : section: {field: value}, in SI units, as `Scene.to_mapping` returns
-    model : Scene, or the section that the data belong to
+    Of files only the names: their folders are private.
     """
     units = units_of(model)
     rows: list[tuple[str, str]] = []
@@ -105,25 +81,16 @@ def rows_of_mapping(data: Mapping[str, Any], model: type[BaseModel]) -> list[tup
         inner = fields.items() if isinstance(fields, Mapping) else [("", fields)]
         for key, value in inner:
             name = f"{section}.{key}" if key else section
-            rows.append((name, _recorded(value, units.get(name))))
+            rows.append((name, _text(value, units.get(name))))
     return rows
 
 
-def _recorded(value: object, unit: str | None) -> str:
-    """Text of a value of JSON; a path is cut to its name, since its folders are private."""
-    if isinstance(value, list):
-        return ", ".join(_recorded(part, unit) for part in value)
-    if isinstance(value, str) and Path(value).is_absolute():
-        return Path(value).name
-    return _text(value, unit)
-
-
 def _text(value: object, unit: str | None) -> str:
-    if isinstance(value, tuple):
+    if isinstance(value, list):
         return ", ".join(_text(part, unit) for part in value)
     if isinstance(value, float):
         # Temperatures, angles and bytes are written without a prefix.
         if unit in ("m", "Pa", "s", "Pa s"):
             return with_prefix(value, unit, 8)
         return f"{value:.8g} {unit or ''}".rstrip()
-    return str(value)
+    return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else str(value)

@@ -11,7 +11,7 @@ from fem_seal.scene.checks import check
 from fem_seal.scene.contents import Contents
 from fem_seal.scene.files import override, read_toml, replaced
 from fem_seal.scene.messages import explain
-from fem_seal.scene.readable import rows_of
+from fem_seal.scene.readable import rows_of_mapping
 from fem_seal.scene.sections import SelfAffine
 from fem_seal.tables import html_table
 
@@ -91,13 +91,17 @@ class Scene(Contents):
         InvalidInput
             A sentence for each error: the field, its value and what is allowed.
         """
-        data = self.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+        data = self._set()
         for name, value in changes.items():
             data = replaced(data, tuple(name.split(".")), value, name)
         return self.from_mapping(data)
 
     def _repr_html_(self) -> str:
-        return html_table(rows_of(self))
+        return html_table(rows_of_mapping(self._set(), type(self)))
+
+    def _set(self) -> dict[str, Any]:
+        """Fields that were set, as nested plain dicts in SI units."""
+        return self.model_dump(mode="json", exclude_unset=True, exclude_none=True)
 
     def scaled(self, factors: Mapping[str, float]) -> "Scene":
         """Copy with factors on inputs, named as in [tolerances]."""

@@ -21,10 +21,11 @@ from pydantic import (
 )
 
 from fem_seal.errors import InvalidInput, InvalidScene, present
+from fem_seal.fluid import Drive
 from fem_seal.limits import Limits
 from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.readable import own_names, python_rows
-from fem_seal.units import RateUnit, require_size, to_si
+from fem_seal.units import RateUnit, StatedRate, require_size, to_si
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -73,6 +74,8 @@ Seconds = Annotated[float, BeforeValidator(partial(to_si, unit="s")), Field(gt=0
 Bytes = Annotated[float, BeforeValidator(partial(to_si, unit="byte")), Field(gt=0)]
 Number = Annotated[float, BeforeValidator(_plain_number)]
 Count = Annotated[int, Strict(), Field(ge=1)]
+Seed = Annotated[int, Strict(), Field(ge=0)]
+Truth = Annotated[bool, Strict()]
 InputFile = Annotated[Path, BeforeValidator(readable_file)]
 
 
@@ -153,7 +156,7 @@ class SelfAffine(Section):
     scaling: Literal["exact", "ensemble"] = Field(
         "exact", description="the rms value holds on this sample, or in the ensemble mean"
     )
-    seed: Annotated[int, Strict()] = Field(0, ge=0, description="seed of the random phases")
+    seed: Seed = Field(0, description="seed of the random phases")
 
     @property
     def spectrum(self) -> "Spectrum":
@@ -389,6 +392,31 @@ class Flow(Section):
         """Sides of the film of a gap that repeats or does not."""
         return self.sides or ("periodic" if gap_repeats else "wall")
 
+    def both_pressures(self, who: str) -> tuple[float, float]:
+        """Absolute pressures of inlet and outlet, the higher one at the inlet, that `who` needs."""
+        inlet, outlet = self.inlet_pressure, self.outlet_pressure
+        if inlet is None or outlet is None:
+            name = "inlet_pressure" if inlet is None else "outlet_pressure"
+            raise ContradictionError(f"flow.{name} is missing: {who} needs both absolute pressures")
+        if inlet <= outlet:
+            raise ContradictionError(
+                f"flow.inlet_pressure = {inlet:g} Pa must be above flow.outlet_pressure "
+                f"= {outlet:g} Pa; swap the gap's ends if it leaks the other way"
+            )
+        return inlet, outlet
+
+    @property
+    def gauge_pressures(self) -> tuple[float, float]:
+        """Pressures of inlet and outlet above that on the back of the solid [Pa].
+
+        If the ambient pressure is left out, it is that of the outlet.
+        """
+        if self.pressure_drop is not None:
+            return self.pressure_drop, 0.0
+        inlet, outlet = self.both_pressures("a leak rate")
+        ambient = outlet if self.ambient_pressure is None else self.ambient_pressure
+        return inlet - ambient, outlet - ambient
+
     @property
     def limits(self) -> Limits:
         """Limits at which a refinement stops although its tolerance is not reached."""
@@ -425,9 +453,35 @@ Product = Literal[
     "sensitivity",
     "seal",
 ]
+LeakRateLimit = Annotated[StatedRate, PlainValidator(StatedRate.parse), PlainSerializer(str)]
 LeakRateUnit = Annotated[
     RateUnit, PlainValidator(RateUnit.parse), PlainSerializer(lambda unit: unit.name)
 ]
+
+
+class Accuracy(Section):
+    """Largest total error of the leak rate; contact grid and flow.rtol are chosen for it."""
+
+    total: Number | None = Field(
+        None, gt=0, lt=1, description="largest relative error of the leak rate"
+    )
+    max_refinement: Count = Field(
+        4, description="finest contact grid tried, in multiples of the samples of the surface"
+    )
+    contact_grid: Truth = Field(
+        True, description="whether half of the samples say what the grid of the contact changes"
+    )
+
+
+class Limit(Section):
+    """Largest leak rate that is allowed."""
+
+    leak_rate: LeakRateLimit = Field(description="largest leak rate that is allowed")
+    decide: Truth = Field(False, description="refine until the bounds decide, and no further")
+
+    def volume_rate(self, drive: Drive) -> float:
+        """The same limit for the solved leak rate, of a gas at reference conditions [m^3/s]."""
+        return self.leak_rate.si / drive.rates[self.leak_rate.unit.kind]
 
 
 class Output(Section):

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
-from math import pi
+from math import pi, sqrt
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import (
@@ -15,14 +15,14 @@ from pydantic import (
 )
 
 from fem_seal.errors import InvalidInput
-from fem_seal.scene.measured import LengthUnit, Truth
-from fem_seal.scene.mesh_cost import refuse_too_many
+from fem_seal.scene.measured import LengthUnit
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import Count, InputFile, Length, Section
+from fem_seal.scene.sections import Count, InputFile, Length, Section, Truth
 from fem_seal.units import to_si
 
 Angle = Annotated[float, BeforeValidator(partial(to_si, unit="rad")), Field(gt=0, lt=2 * pi)]
 Position = Annotated[float, BeforeValidator(partial(to_si, unit="m"))]
+MOST_TRIANGLES = 1e8  # more take gmsh hours and tens of gigabytes
 # Units of the two axes of a gap on a grid.
 _AXES = {"cartesian": ("m", "m"), "polar": ("m", "rad")}
 
@@ -112,6 +112,22 @@ class Shape(Section):
         return self
 
 
+def _refuse_too_many(area: float, rim: float, shape: "_Strip | _Ring") -> None:
+    """Refuse a mesh that would be too large to be made, by area [m²] and length of the rim [m]."""
+    # Equilateral triangles; a strip narrower than its edges has two along each of them. The size
+    # grows as half the distance from a channel's bank, so it takes about two triangles for each
+    # of the smallest edges, and the channel is assumed to be half as long as the rim.
+    inside = area / (sqrt(3) / 4) / shape.mesh_size / shape.mesh_size
+    narrow = 0.0 if shape.smallest_size is None else rim / shape.smallest_size
+    count = inside + rim / shape.mesh_size + narrow
+    if count > MOST_TRIANGLES:
+        name = "mesh_size" if narrow < count / 2 else "smallest_size"
+        raise ContradictionError(
+            f"{name} = {getattr(shape, name):g} m would take about {count:.0e} triangles, more "
+            f"than {MOST_TRIANGLES:.0e}; choose larger edges"
+        )
+
+
 class _Strip(Shape):
     length: Length = Field(description="length from inlet to outlet")
     width: Length = Field(description="width between the side walls")
@@ -123,7 +139,7 @@ class _Strip(Shape):
     @model_validator(mode="after")
     def _check_cost(self) -> "_Strip":
         area, rim = self.length * self.width, 2 * (self.length + self.width)
-        refuse_too_many(area, rim, self.mesh_size, self.smallest_size)
+        _refuse_too_many(area, rim, self)
         return self
 
 
@@ -195,7 +211,7 @@ class _Ring(Shape):
             )
         width = self.outer_radius - self.inner_radius
         rim = 2 * pi * (self.outer_radius + self.inner_radius)
-        refuse_too_many(width * rim / 2, rim, self.mesh_size, self.smallest_size)
+        _refuse_too_many(width * rim / 2, rim, self)
         return self
 
 
