@@ -22,8 +22,7 @@ from fem_seal.points import RecordFolder, StudyTask, Work, chain_of, compute_stu
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 from fem_seal.tables import shown_as
-from fem_seal.verification.exact_cases import ExactCase
-from fem_seal.verification.finer_film import finer_film
+from fem_seal.verification.exact_cases import ExactCase, finer_film
 from fem_seal.verification.methods import METHODS, QUADRATIC, Answer, Setting
 
 SMOOTH_ORDER = 2.0  # order in the energy of linear elements and of central differences
@@ -126,13 +125,6 @@ def on_exact_cases(
         rows = _rows(series, Reference(case.exact, case.exact), case.order, orders)
         compared.append(tuple(replace(row, verdict=_side(row.error)) for row in rows))
     return compared
-
-
-def on_exact_case(
-    case: ExactCase, squares: Sequence[int], methods: Sequence[str] = tuple(METHODS)
-) -> tuple[Row, ...]:
-    """Compare every method with one exact leak rate; as `on_exact_cases`."""
-    return present(on_exact_cases([case], squares, methods), "all points of a case")[0]
 
 
 def on_film(

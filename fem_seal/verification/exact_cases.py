@@ -4,14 +4,13 @@ Everywhere Δp = 1 and η = 1/12, so that the film conductivity is K = g³.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.theory import closed_forms
-from fem_seal.verification.finer_film import finer_film
 
 WAVE = 0.6  # amplitude of the cosine channels, over the mean gap
 PHASES = (1.0, 5.0, 0.2, 3.0)  # conductivities of the four squares
@@ -49,6 +48,27 @@ def pixel_gap(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.
     spacing = (size[0] / shape[0], size[1] / shape[1])
     i, j = np.meshgrid(*(np.arange(m) + 0.5 for m in shape), indexing="ij")
     return GridField(np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape), spacing)
+
+
+def _halved_pixels(gap: GridField) -> GridField:
+    """Cut each pixel of constant gap into four."""
+    values = gap.values.repeat(2, axis=0).repeat(2, axis=1)
+    dx, dy = gap.spacing
+    return GridField(values, (0.5 * dx, 0.5 * dy), gap.periodic)
+
+
+_FINER: dict[str, Callable[[GridField], GridField]] = {
+    "linear": GridField.refined,
+    "constant": _halved_pixels,
+}
+
+
+def finer_film(film: GridFilm, times: int = 1) -> GridFilm:
+    """Sample a film on a grid 2^times as fine; the gap between the samples does not change."""
+    gap = film.gap
+    for _ in range(times):
+        gap = _FINER[film.representation](gap)
+    return replace(film, gap=gap)
 
 
 def _wave_across(n: int) -> tuple[GridFilm, ...]:

@@ -15,7 +15,7 @@ from fem_seal.files import temporary_folder
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
-from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
+from fem_seal.points import Chain, RecordFolder, Task, Work, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -71,8 +71,7 @@ class LiftTask(Task[LiftRun]):
         forget_peak()
         start = process_time()
         leak = patch.leak_rate
-        lower, upper = leak.lower, leak.upper
-        converged = leak.converged
+        lower, upper, converged = leak.lower, leak.upper, leak.converged
         if self.scene.lift == "range":
             ends = patch.lift_range
             lower, upper = ends[0].lower, ends[1].upper
@@ -129,12 +128,9 @@ def lift_price(
             Chain(folder, tuple(_task(one, samples) for one in scenes))
             for samples in trade_grids(surface_of(scene, None).shape, factors)
         ]
-        outcome = compute_points(chains, work or Work(), report=report)
-        for label, error in outcome.failures.items():
-            raise type(error)(f"{label}: {error}")
+        if compute_study(chains, work, report).missing:
+            return None
         runs = [[folder.point(task.name) for task in chain.tasks] for chain in chains]
-    if outcome.missing:
-        return None
     return [row for of_grid in runs for row in judged([run for run in of_grid if run])]
 
 
@@ -152,12 +148,7 @@ def _task(scene: Scene, samples: tuple[int, int]) -> LiftTask:
 
 
 def judged(runs: Sequence[LiftRun]) -> list[LiftRow]:
-    """Compare the leak rates on one grid with the resolved one.
-
-    Parameters
-    ----------
-    runs : the three runs, in the order of LIFTS
-    """
+    """Compare the leak rates on one grid, in the order of LIFTS, with the resolved one."""
     dry, _, resolved = runs
     return [
         LiftRow(

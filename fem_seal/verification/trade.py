@@ -24,7 +24,7 @@ from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
-from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
+from fem_seal.points import Chain, RecordFolder, Task, Work, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -49,52 +49,43 @@ class FlowMethod:
 
 
 @dataclass(frozen=True)
-class TradePoint:
-    """One leak rate, its error and its cost."""
+class Run:
+    """A flow solve on one contact grid, with its cost."""
 
     samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
     flow: FlowMethod  #: flow method and its tolerance
+    state: FlowState  #: state of the leak rate, such as "leaking"
     leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))  #: leak rate [m^3/s]
     #: bounds of the leak rate [m^3/s]; None for finite differences
     lower: float | None = field(metadata=shown_as("lower [m^3/s]"))
     upper: float | None = field(metadata=shown_as("upper [m^3/s]"))
-    #: relative errors; the total is the sum of the other two
-    contact_error: float = field(metadata=shown_as("contact error/Q"))
-    flow_error: float = field(metadata=shown_as("flow error/Q"))
-    total_error: float = field(metadata=shown_as("total error/Q"))
     seconds: float = field(metadata=shown_as("CPU time [s]"))  #: CPU time [s] of contact and flow
     #: CPU time [s] of the contact alone
     contact_seconds: float = field(metadata=shown_as("its contact [s]"))
     #: largest resident memory of the process during the flow solve, libraries included
     memory_bytes: int = field(metadata=shown_as("memory [byte]"))
-    #: whether no other point is both faster and more accurate, among those with bounds if it has
-    #: bounds, otherwise among those without
-    pareto: bool = False
 
     @property
     def certified(self) -> bool:
         """Whether the leak rate comes with bounds."""
         return self.lower is not None
 
-
-@dataclass(frozen=True)
-class Run:
-    """A flow solve on one contact grid, before its error is known."""
-
-    samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
-    flow: FlowMethod  #: flow method and its tolerance
-    state: FlowState  #: state of the leak rate, such as "leaking"
-    leak_rate: float  #: leak rate [m³/s]
-    lower: float | None  #: bounds of the leak rate [m³/s]; None for finite differences
-    upper: float | None
-    seconds: float  #: CPU time [s] of contact and flow
-    contact_seconds: float  #: CPU time [s] of the contact alone
-    memory_bytes: int  #: largest resident memory of the process during the flow solve
-
     @property
     def bounds(self) -> tuple[float, float]:
         """Lower and upper bound [m³/s], for a method with bounds."""
         return present(self.lower, "lower"), present(self.upper, "upper")
+
+
+@dataclass(frozen=True)
+class TradePoint(Run):
+    """A `Run` with its relative errors; the total is the sum of the other two."""
+
+    contact_error: float = field(metadata=shown_as("contact error/Q"))
+    flow_error: float = field(metadata=shown_as("flow error/Q"))
+    total_error: float = field(metadata=shown_as("total error/Q"))
+    #: whether no other point is both faster and more accurate, among those with bounds if it has
+    #: bounds, otherwise among those without
+    pareto: bool = False
 
 
 class _Contact:
@@ -208,11 +199,9 @@ def trade(
             Chain(folder, _tasks(name, scene, samples, tolerances), _Contact)
             for samples in trade_grids(surface_of(scene, None).shape, factors)
         ]
-        outcome = compute_points(chains, work or Work(), report=report)
-        for label, error in outcome.failures.items():
-            raise type(error)(f"{label}: {error}")
+        missing = compute_study(chains, work, report).missing
         runs = [folder.point(task.name) for chain in chains for task in chain.tasks]
-    return None if outcome.missing else _judged([run for run in runs if run is not None])
+    return None if missing else _judged([run for run in runs if run is not None])
 
 
 def surface_of(scene: Scene, comm: Comm) -> GridField:
@@ -292,24 +281,11 @@ def _judged(runs: Sequence[Run]) -> Trade:
 
 def _point(run: Run, best: float, reference: float, uncertainty: float) -> TradePoint:
     """Split the error of a run; `best` is the best leak rate on the same contact grid."""
-    contact_error = max(abs(best / reference - 1), uncertainty)
-    flow_error = (
-        abs(run.leak_rate - best) / reference
-        if run.lower is None
-        else relative_half_width(*run.bounds)
-    )
+    contact = max(abs(best / reference - 1), uncertainty)
+    away = abs(run.leak_rate - best) / reference
+    flow = relative_half_width(*run.bounds) if run.certified else away
     return TradePoint(
-        samples=run.samples,
-        flow=run.flow,
-        leak_rate=run.leak_rate,
-        lower=run.lower,
-        upper=run.upper,
-        contact_error=contact_error,
-        flow_error=flow_error,
-        total_error=contact_error + flow_error,
-        seconds=run.seconds,
-        contact_seconds=run.contact_seconds,
-        memory_bytes=run.memory_bytes,
+        **vars(run), contact_error=contact, flow_error=flow, total_error=contact + flow
     )
 
 

@@ -106,7 +106,7 @@ def exact_cases(sizes: list[int]) -> None:
 
 def rough_case(n: int, area: float, finest: int) -> None:
     """One elastic contact; finer grids are finer samples of the same linear gap."""
-    from fem_seal.verification.finer_film import finer_film
+    from fem_seal.verification.exact_cases import finer_film
 
     gap = Case(n, 0.8, 4, area, 3).gap()
     unit = GridField(gap.values / gap.values.max(), (1 / n, 1 / n), True)

@@ -14,9 +14,8 @@ from fem_seal.grid import GridField
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification import methods
-from fem_seal.verification.cross_validation import Reference, judge, on_exact_case, on_film
-from fem_seal.verification.exact_cases import CASES, corner_order
-from fem_seal.verification.finer_film import finer_film
+from fem_seal.verification.cross_validation import Reference, judge, on_exact_cases, on_film
+from fem_seal.verification.exact_cases import CASES, corner_order, finer_film
 from fem_seal.verification.methods import METHODS, Answer, Setting
 
 SETTING = Setting(1 / 12, 1.0, 0.05)
@@ -72,7 +71,7 @@ def series(rows, method):
 @pytest.mark.parametrize("name", ["cosine-across", "cosine-along", "smooth-checkerboard"])
 def test_smooth_cases_converge_at_second_order(name):
     """Order 2 in the spacing for both bounds, from sampling and from elements alike."""
-    rows = on_exact_case(CASES[name], (32, 64), ("uniform",))
+    rows = on_exact_cases([CASES[name]], (32, 64), ("uniform",))[0]
     for method in ("FE upper", "FE √(lo·hi)"):
         coarse, fine = series(rows, method)
         assert fine.order == pytest.approx(2, abs=0.15), (method, coarse.error, fine.error)
@@ -82,7 +81,7 @@ def test_smooth_cases_converge_at_second_order(name):
 def test_checkerboard_shows_the_order_of_its_corner():
     """Bounds converge as h^(2a), a = (4/π) atan √(K1/K2) < 1, and enclose √(K1 K2)."""
     case = CASES["checkerboard"]
-    rows = on_exact_case(case, (16, 32), ("uniform", "harmonic", "arithmetic"))
+    rows = on_exact_cases([case], (16, 32), ("uniform", "harmonic", "arithmetic"))[0]
     for method, side in (("FE upper", "high"), ("FE lower", "low")):
         row = series(rows, method)[-1]
         assert row.verdict == side
@@ -99,7 +98,9 @@ def test_quadratic_elements_gain_two_orders_where_the_gap_is_linear_on_the_cells
     expected = {"series-channel": (64, 4.0), "cosine-across": (32, 2.0), "checkerboard": (32, None)}
     for name, (squares, order) in expected.items():
         case = CASES[name]
-        row = series(on_exact_case(case, (squares // 2, squares), ("quadratic",)), "P2 upper")[-1]
+        row = series(
+            on_exact_cases([case], (squares // 2, squares), ("quadratic",))[0], "P2 upper"
+        )[-1]
         assert row.verdict == "high"
         assert row.expected == (order or case.order)
         assert row.order == pytest.approx(row.expected, abs=0.15)
@@ -129,7 +130,9 @@ def test_corner_order_in_its_limits():
 
 def test_links_that_are_exact_in_series():
     """Linear-gap links are the closed form of the linear channel; so is the stream function y."""
-    rows = on_exact_case(CASES["series-channel"], (8, 16), ("linear-gap", "harmonic", "uniform"))
+    rows = on_exact_cases(
+        [CASES["series-channel"]], (8, 16), ("linear-gap", "harmonic", "uniform")
+    )[0]
     for method in ("FD linear-gap", "FE lower"):
         assert {row.verdict for row in series(rows, method)} == {"exact"}
     assert {row.verdict for row in series(rows, "FD harmonic")} == {"low"}
@@ -142,7 +145,7 @@ def test_every_method_comes_close_to_every_exact_answer(name):
 
     Links of the wrong kind for a checkerboard err by up to 12 % there (order 2a = 0.78).
     """
-    rows = on_exact_case(CASES[name], (8, 32), ("linear-gap", "harmonic", "uniform"))
+    rows = on_exact_cases([CASES[name]], (8, 32), ("linear-gap", "harmonic", "uniform"))[0]
     for method in {row.method for row in rows}:
         coarse, fine = series(rows, method)
         assert abs(fine.error) < 0.2
@@ -222,7 +225,7 @@ def test_an_unknown_method_lists_those_there_are():
 
 
 def test_tables_hold_every_cell():
-    rows = on_exact_case(CASES["cosine-along"], (8,), ("harmonic",))
+    rows = on_exact_cases([CASES["cosine-along"]], (8,), ("harmonic",))[0]
     header, line = csv.reader(as_csv(rows).splitlines())
     assert float(line[header.index("value")]) == rows[0].value
     assert line[header.index("band")] == ""
