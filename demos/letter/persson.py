@@ -17,7 +17,7 @@ from demos.letter.contacts import (
 )
 from demos.letter.currents import Current
 from fem_seal.grid import GridField
-from fem_seal.surface.waves import mode_powers, wavenumbers
+from fem_seal.surface.spectrum import mode_powers, wavenumbers
 from fem_seal.theory.persson import persson_state
 from fem_seal.theory.seal_estimates import effective_film_conductivity
 

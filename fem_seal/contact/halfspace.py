@@ -10,7 +10,7 @@ from fem_seal.contact.transform import RealTransform
 from fem_seal.errors import InvalidInput
 from fem_seal.parallel import cores
 from fem_seal.registry import choose, require_known
-from fem_seal.surface.waves import multiplicity, wavenumbers
+from fem_seal.surface.spectrum import multiplicity, wavenumbers
 
 PRECISIONS = {"double": "float64", "mixed": "float32"}
 

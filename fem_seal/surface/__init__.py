@@ -5,10 +5,15 @@ Heights are those of the rigid counter-face: its highest points touch first.
 
 from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
-from fem_seal.surface.measured import load_heights, measured_surface
 from fem_seal.surface.missing import fill
 from fem_seal.surface.outliers import outliers, spikes_caution, without_outliers
-from fem_seal.surface.preparation import Preparation, PreparedSurface, Step, prepare
+from fem_seal.surface.preparation import (
+    Preparation,
+    PreparedSurface,
+    Step,
+    measured_surface,
+    prepare,
+)
 from fem_seal.surface.profiles import (
     IsotropicSpectrum,
     ProfileSpectrum,
@@ -22,13 +27,11 @@ from fem_seal.surface.statistics import (
     Lay,
     MapStatistics,
     RadialSpectrum,
-    fitted_hurst,
     radial_spectrum,
     rms_height,
     rms_slope,
 )
-from fem_seal.surface.synthesis import gaussian_surface, self_affine
-from fem_seal.surface.twin import twin
+from fem_seal.surface.synthesis import gaussian_surface, self_affine, twin
 from fem_seal.surface.windows import kept_roughness, levelled_map, longest_wavelength
 
 __all__ = [
@@ -46,12 +49,10 @@ __all__ = [
     "detrended",
     "fill",
     "fit_spectrum",
-    "fitted_hurst",
     "gaussian_surface",
     "isotropic_spectrum",
     "kept_roughness",
     "levelled_map",
-    "load_heights",
     "longest_wavelength",
     "map_spectrum",
     "measured_surface",

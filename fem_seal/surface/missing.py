@@ -10,19 +10,13 @@ from fem_seal.registry import require_known
 
 
 def fill(heights: FieldMap, method: str, max_missing: float) -> FieldMap:
-    """Fill the missing points of a map.
+    """Fill the missing points (NaN) of a map, of which at most a part may be missing.
 
     Parameters
     ----------
-    heights : heights, NaN where missing
-    method : "harmonic": the heights of least gradient, like a soap film over each hole, with no:
+    method : "harmonic": the heights of least gradient, like a soap film over each hole, with no
         slope across the border of the map; "linear": on the Delaunay triangles of the points around
         the holes
-    max_missing : largest fraction of the points that may be missing
-
-    Returns
-    -------
-    FieldMap without missing points.
     """
     require_known(METHODS, method, "fill")
     missing = np.isnan(heights.values)

@@ -3,11 +3,12 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.recorded import FieldMap
+from fem_seal.field_file import HEIGHT_NAMES, FieldMap, Stated, read_map
 from fem_seal.grid import GridField
 from fem_seal.registry import require_known
 from fem_seal.surface.cell import cropped, periodic_cell
@@ -15,11 +16,12 @@ from fem_seal.surface.detrending import detrended
 from fem_seal.surface.missing import fill
 from fem_seal.surface.outliers import outliers, without_outliers
 from fem_seal.surface.statistics import Lay, MapStatistics
-from fem_seal.surface.twin import twin
+from fem_seal.surface.synthesis import twin
 
 # Largest seam of a map that counts as periodic. The seam of a rough surface that repeats is about
 # 1; that of a single wave whose steepest place is at the seam is √2.
 LARGEST_SEAM = 2.0
+HIGHEST = 1e100  # largest height [m]; sums of the squares of larger ones may overflow
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]
 
@@ -69,17 +71,7 @@ class PreparedSurface:
         return Lay.of(FieldMap(values, self.measured.spacing, self.measured.periodic))
 
     def require_cell(self, what: str) -> None:
-        """Refuse heights that an elastic contact, which repeats them, cannot press.
-
-        Parameters
-        ----------
-        what : name of the heights, for the message
-
-        Raises
-        ------
-        InvalidInput
-            If the map does not repeat and was not made periodic.
-        """
+        """Refuse heights, called `what`, that do not repeat: an elastic contact repeats them."""
         if self.field.periodic:
             return
         seam = self.steps[-1].statistics.seam
@@ -91,6 +83,35 @@ class PreparedSurface:
         )
 
 
+def measured_surface(
+    path: str | Path, stated: Stated | None = None, preparation: Preparation | None = None
+) -> PreparedSurface:
+    """Read heights [m] and prepare them; docs/guide/surfaces.md names the formats.
+
+    Parameters
+    ----------
+    stated : unit, size and other statements that the file lacks. If neither file nor scene states
+        whether the map repeats, its seam decides
+
+    Raises
+    ------
+    InvalidInput
+        If the file is missing or cannot be read, the unit or size is missing or contradicts the
+        file, heights are beyond 1e100 m, or a step fails.
+    """
+    field = read_map(path, HEIGHT_NAMES, stated, heights=True)
+    highest = np.abs(field.values[~np.isnan(field.values)]).max(initial=0.0)
+    if highest > HIGHEST:
+        raise InvalidInput(
+            f"heights in {path} reach {highest:.1e} m, whose squares are beyond double precision; "
+            "check their unit, or cut out what is not a height"
+        )
+    try:
+        return prepare(field, preparation or Preparation())
+    except InvalidInput as error:
+        raise InvalidInput(f"heights in {path}: {error}") from None
+
+
 def prepare(field_map: FieldMap, preparation: Preparation) -> PreparedSurface:
     """Take the steps that are named.
 
@@ -98,12 +119,6 @@ def prepare(field_map: FieldMap, preparation: Preparation) -> PreparedSurface:
     ----------
     field_map : heights as read, NaN where missing. If neither file nor scene states whether the map
         repeats, it counts as periodic if its seam is at most `LARGEST_SEAM`
-    preparation : the steps
-
-    Raises
-    ------
-    InvalidInput
-        If a step fails, or points are missing at the end.
     """
     steps = [Step("read", MapStatistics.of(field_map))]
     for name, prepared in _on_maps(field_map, preparation):

@@ -16,15 +16,14 @@ from itertools import pairwise
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.registry import choose
+from fem_seal.surface.cell import HANN_DEPENDENCE
 
 # Ratio of the wavenumbers at the ends of a bin. The constant then differs from the mean of a power
 # law with H = 0.8 by 2 %, and by 6 % in the bins next to its cut-offs.
 BIN_RATIO = 1.25
-# A Hann window correlates neighbouring waves: the variance of a mean over many grows by this factor
-# (P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 70 (1967)).
-HANN_DEPENDENCE = 35 / 18
 FEWEST_SAMPLES = 16  # fewest samples of a profile
-ROUNDING = 1e-28  # densities below this part of the largest are rounding errors
+ROUNDING = 1e-28  # densities below this part of the largest are rounding errors beyond a cut-off
 DEGREES = {"mean": 0, "line": 1, "quadratic": 2}
 
 
@@ -76,7 +75,7 @@ def profile_spectrum(
     ----------
     profiles : (k, n), heights [m] of k profiles, so far apart that they are independent
     step : distance of neighbouring samples [m]
-    detrend : "mean", "line" or "quadratic": trend that is subtracted from each profile; from:
+    detrend : "mean", "line" or "quadratic": trend that is subtracted from each profile; from
         periodic profiles only the mean
     periodic : whether sample 0 repeats behind the last one. If not, a Hann window is applied, and
         the two lowest wavenumbers, which it mixes with the trend, are left out.
@@ -90,10 +89,8 @@ def profile_spectrum(
         raise InvalidInput(f"{missing} samples of the profiles are missing; leave their ends out")
     if not (np.isfinite(step) and step > 0):
         raise InvalidInput(f"the step of a profile must be positive, got {step} m")
-    if detrend not in DEGREES:
-        raise InvalidInput(f"detrend = {detrend!r} is unknown; choose from {', '.join(DEGREES)}")
-    x = np.linspace(-1, 1, n)
-    basis = np.polynomial.legendre.legvander(x, 0 if periodic else DEGREES[detrend])
+    degree, x = choose(DEGREES, detrend, "detrend"), np.linspace(-1, 1, n)
+    basis = np.polynomial.legendre.legvander(x, 0 if periodic else degree)
     heights = heights - (basis @ np.linalg.lstsq(basis, heights.T, rcond=None)[0]).T
     window = np.ones(n) if periodic else 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)
     window /= np.mean(window**2) ** 0.5

@@ -7,20 +7,11 @@ from fem_seal.grid import GridField
 
 
 def resample(field: GridField, shape: tuple[int, int]) -> GridField:
-    """Trigonometric interpolation onto another grid of the same periods.
+    """Trigonometric interpolation onto another grid (nx, ny) of the same periods.
 
     On a finer grid it passes through the samples of `field`; modes at the old Nyquist wavenumber
     are divided equally between ±q, so that the result is real and of least slope. On a coarser grid
     modes at and above its Nyquist wavenumber are omitted.
-
-    Parameters
-    ----------
-    field : periodic
-    shape : new number of samples (nx, ny)
-
-    Returns
-    -------
-    GridField, periodic, of the same size.
     """
     from scipy import fft
 

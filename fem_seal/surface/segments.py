@@ -56,13 +56,11 @@ class PowerLaw:
 def best_segments(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> Segments | None:
     """Division of least χ² + (number of parameters) ln(number of bins).
 
+    None if a constant spectrum has a smaller value.
+
     Parameters
     ----------
     x, y, variance : (m,), ln q, ascending, ln C, and the variance of ln C
-
-    Returns
-    -------
-    Segments, or None if a constant spectrum has a smaller value.
     """
     m = len(x)
     weight = 1 / (variance + WIGGLE**2)
@@ -139,11 +137,9 @@ class _Sums:
 
 
 def power_law(x: np.ndarray, y: np.ndarray, variance: np.ndarray, segments: Segments) -> PowerLaw:
-    """Fit plateau and power law of a division.
+    """Fit plateau and power law of a division; arguments as of `best_segments`.
 
-    Parameters
-    ----------
-    x, y, variance : (m,), if that is above 1
+    Errors include the factor √misfit if that is above 1.
     """
     from scipy.optimize import minimize_scalar
 

@@ -1,10 +1,15 @@
-"""Power spectrum of a self-affine surface with hard cut-offs."""
+"""Power spectrum of a self-affine surface with hard cut-offs, and waves of a periodic grid.
+
+Of heights h on N samples, h(x) = Σ h̃(q) exp(i q·x) over all q, with h̃ = rfft2(h)/N on the half
+plane of wave vectors that `rfft2` returns, and its complex conjugate at -q on the other half.
+"""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
 
 
 @dataclass(frozen=True)
@@ -14,11 +19,6 @@ class Spectrum:
     C(q) = C0 (q / q_r)^-(2 + 2H) for q_r <= q <= q_s, C0 on the plateau q_l <= q <= q_r and zero
     outside (Jacobs, Junge, Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001 (2017)), normalised as
     <h^2> = integral of C over the plane of wave vectors = 2π ∫ q C dq.
-
-    Raises
-    ------
-    InvalidInput
-        If the Hurst exponent or the plateau is out of range or the wavelengths are out of order.
     """
 
     hurst: float  #: Hurst exponent H, 0 < H <= 1
@@ -89,13 +89,7 @@ class Spectrum:
 
 
 def one_amplitude(rms_height: float | None, rms_slope: float | None) -> tuple[str, float]:
-    """Name and value of the one amplitude that is not None.
-
-    Raises
-    ------
-    InvalidInput
-        Unless exactly one of the two is not None, and positive.
-    """
+    """Name and value of the one amplitude that is given, and positive."""
     both = {"rms_height": rms_height, "rms_slope": rms_slope}
     amplitudes = {name: value for name, value in both.items() if value is not None}
     if len(amplitudes) != 1:
@@ -104,3 +98,35 @@ def one_amplitude(rms_height: float | None, rms_slope: float | None) -> tuple[st
     if not (np.isfinite(value) and value > 0):
         raise InvalidInput(f"{name} must be positive, got {value}")
     return name, float(value)
+
+
+def wavenumbers(shape: tuple[int, int], spacing: tuple[float, float]) -> np.ndarray:
+    """|q| [1/m] of every mode of `rfft2`, (nx, ny // 2 + 1)."""
+    (nx, ny), (dx, dy) = shape, spacing
+    qx = 2 * np.pi * np.fft.fftfreq(nx, dx)
+    qy = 2 * np.pi * np.fft.rfftfreq(ny, dy)
+    return np.hypot(qx[:, None], qy[None, :])
+
+
+def multiplicity(ny: int) -> np.ndarray:
+    """Number (ny // 2 + 1,) of columns of the full transform that each of `rfft2` represents."""
+    count = np.full(ny // 2 + 1, 2.0)
+    count[0] = 1.0
+    if ny % 2 == 0:
+        count[-1] = 1.0
+    return count
+
+
+def mode_powers(field: GridField) -> np.ndarray:
+    """|h̃(q)|² [m²] of the deviation from the mean, times `multiplicity`.
+
+    The sum over the half plane is <h²> (Parseval).
+    """
+    from scipy import fft
+
+    if not field.periodic:
+        raise InvalidInput(
+            "a spectrum needs a periodic surface; detrend and window it, and mark it periodic"
+        )
+    modes = fft.rfft2(field.values - field.values.mean()) / field.values.size
+    return (modes.real**2 + modes.imag**2) * multiplicity(field.shape[1])

@@ -9,20 +9,15 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
-from fem_seal.surface.cell import window
+from fem_seal.surface.cell import HANN_DEPENDENCE, window
+from fem_seal.surface.profiles import ROUNDING
 from fem_seal.surface.segments import best_segments, power_law
 from fem_seal.surface.statistics import RadialSpectrum, radial_spectrum
 
 # Rings that lie closer than this ratio of wavenumbers are averaged in one bin.
 BIN_RATIO = 1.06
-# A Hann window w correlates neighbouring waves: the variance of a mean over many waves grows by the
-# factor mean w⁴ / (mean w²)² along each axis (P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 70
-# (1967)).
-HANN_DEPENDENCE = (35 / 18) ** 2
 # Number of bins before a cut-off into which a window smears it.
 SMEARED = 2
-# Densities below this part of the largest are rounding errors beyond a cut-off.
-ROUNDING = 1e-28
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +110,7 @@ def _windowed(field: GridField) -> tuple[GridField, float]:
     weights = window("hann", field.shape)
     mean = np.average(field.values, weights=weights**2)
     values = (field.values - mean) * weights / np.sqrt(np.mean(weights**2))
-    return GridField(values, field.spacing, periodic=True), HANN_DEPENDENCE
+    return GridField(values, field.spacing, periodic=True), HANN_DEPENDENCE**2
 
 
 def _rings(field: GridField, exponent: float = 0.0) -> RadialSpectrum:

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
-from fem_seal.surface.waves import mode_powers, multiplicity, wavenumbers
+from fem_seal.surface.spectrum import mode_powers, multiplicity, wavenumbers
 
 ROUNDING = 1e-12  # mean square slope along a perfect lay over that across it, by rounding
 
@@ -107,32 +106,20 @@ def rms_height(field: GridField) -> float:
 
 
 def rms_slope(field: GridField) -> float:
-    """Root mean square gradient of the trigonometric interpolant, ``(Σ q² |h̃|²)^(1/2)``.
-
-    Raises
-    ------
-    InvalidInput
-        If the field is not periodic.
-    """
+    """Root mean square gradient of the trigonometric interpolant, ``(Σ q² |h̃|²)^(1/2)``."""
     q = wavenumbers(field.shape, field.spacing)
     return float(np.sum(q**2 * mode_powers(field)) ** 0.5)
 
 
 def radial_spectrum(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
-    """C(q) averaged over rings of width 2π/min(Lx, Ly).
+    """C(q) of periodic heights averaged over rings of width 2π/min(Lx, Ly).
 
     Normalised as <h²> = ∫ C d²q, that is ``C = |h̃|² Lx Ly / (2π)²``.
 
     Parameters
     ----------
-    field : heights [m], periodic
     exponent : each ring has the mean of C (q/q_ring)^exponent. For a power law C ∝ q^-exponent this
         is C at the wavenumber of the ring; the plain mean of a steep power law is larger.
-
-    Raises
-    ------
-    InvalidInput
-        If the field is not periodic.
     """
     area = field.size[0] * field.size[1]
     q = wavenumbers(field.shape, field.spacing)
@@ -151,29 +138,3 @@ def radial_spectrum(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
         powers = powers * (q.ravel() / mean[ring]) ** exponent
     density = np.bincount(ring, powers)[filled] / modes[filled]
     return RadialSpectrum(wavenumber, density, modes[filled])
-
-
-def fitted_hurst(field: GridField, long_wavelength: float, short_wavelength: float) -> float:
-    """Hurst exponent H of the line ln C = -(2 + 2H) ln q + const between two wavelengths [m].
-
-    Least squares over the rings, weighted by their number of modes, since the variance of ln C of
-    a ring is inversely proportional to it.
-
-    Raises
-    ------
-    InvalidInput
-        If fewer than three rings lie between the wavelengths or the field is not periodic.
-    """
-    rings = radial_spectrum(field)
-    inside = (rings.wavenumber >= 2 * np.pi / long_wavelength) & (
-        rings.wavenumber <= 2 * np.pi / short_wavelength
-    )
-    inside &= rings.density > 0
-    if inside.sum() < 3:
-        raise InvalidInput(
-            f"only {inside.sum()} rings of wave vectors lie between {long_wavelength} and "
-            f"{short_wavelength} m; a slope needs three"
-        )
-    log_q, log_C = np.log(rings.wavenumber[inside]), np.log(rings.density[inside])
-    slope = np.polyfit(log_q, log_C, 1, w=np.sqrt(rings.modes[inside]))[0]
-    return float(-slope / 2 - 1)

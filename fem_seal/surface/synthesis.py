@@ -6,8 +6,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.registry import require_known
 from fem_seal.surface.profiles import IsotropicSpectrum
-from fem_seal.surface.spectrum import Spectrum, one_amplitude
-from fem_seal.surface.waves import multiplicity, wavenumbers
+from fem_seal.surface.spectrum import Spectrum, multiplicity, one_amplitude, wavenumbers
 
 SCALINGS = ("exact", "ensemble")
 ORDER_OF_MOMENT = {"rms_height": 0, "rms_slope": 2}
@@ -23,28 +22,22 @@ def self_affine(
     scaling: str = "exact",
     seed: int,
 ) -> GridField:
-    """Gaussian random heights with ``<|h̃(q)|²> ∝ C(q)``.
+    """Gaussian random heights [m] of zero mean with ``<|h̃(q)|²> ∝ C(q)``.
 
     Every wave vector has its own index in the stream of random numbers, so that a finer grid
     samples the same surface: heights at common points agree to rounding if the coarser grid
     resolves the short cut-off (λ_s > 2 samples). Modes at the Nyquist wavenumber are set to 0,
-    because a grid represents only their cosines.
+    because a grid represents only their cosines. The highest points touch first.
 
     Parameters
     ----------
     spectrum : only its shape is used; the amplitude comes from `rms_height` or `rms_slope`.
         `short_wavelength` may be as short as one sample (as in Dapp et al., Phys. Rev. Lett. 108,
         244301 (2012)); below two samples the square of the grid's wave vectors cuts the disc off.
-    shape : number of samples (nx, ny)
     size : periods (Lx, Ly) [m]
     rms_height, rms_slope : amplitude [m] or gradient; exactly one of them
     scaling : "exact" or "ensemble": whether this surface, or the mean square over all seeds, has
         that amplitude
-    seed : non-negative
-
-    Returns
-    -------
-    Heights [m] of zero mean, periodic; the highest points touch first.
 
     Raises
     ------
@@ -68,18 +61,14 @@ def self_affine(
 def gaussian_surface(
     spectrum: IsotropicSpectrum, shape: tuple[int, int], size: tuple[float, float], *, seed: int
 ) -> GridField:
-    """Gaussian random heights with a spectrum in the ensemble mean.
+    """Gaussian random heights [m] of zero mean with a spectrum in the ensemble mean.
+
+    Waves longer than the periods, or shorter than two samples, are left out. The same seed on a
+    finer grid gives the same surface with shorter waves.
 
     Parameters
     ----------
-    spectrum : C(q) [m⁴]. Waves longer than the periods, or shorter than two samples, are left out.
-    shape : number of samples (nx, ny)
     size : periods (Lx, Ly) [m]
-    seed : non-negative. The same seed on a finer grid gives the same surface with shorter waves.
-
-    Returns
-    -------
-    Heights [m] of zero mean, periodic.
 
     Raises
     ------
@@ -98,6 +87,36 @@ def gaussian_surface(
     modes = np.sqrt(density * (2 * np.pi) ** 2 / (size[0] * size[1])) * _gaussian_modes(shape, seed)
     values = fft.irfft2(modes, s=shape, norm="forward", overwrite_x=True)
     return GridField(values, spacing, periodic=True)
+
+
+def twin(field: GridField, seed: int) -> GridField:
+    """Random surface with the power of every wave of another surface, and random phases.
+
+    Anisotropy is kept. Features that the phases encode are lost: grooves, plateaus and pits become
+    Gaussian roughness. Comparing the leak rates of a surface and its twins shows whether more than
+    the spectrum matters.
+
+    The heights [m] are periodic, and so is the twin, whose mean is the same.
+    """
+    from scipy import fft
+
+    if not field.periodic:
+        raise InvalidInput("a twin needs a periodic surface; set make_periodic")
+    modes = fft.rfft2(field.values)
+    # Take the phases of white noise: they are independent and uniform, and opposite for ±q.
+    raw = _stream(seed, field.values.size).reshape(field.shape)
+    noise = fft.rfft2((raw >> np.uint64(11)) * 2.0**-53 - 0.5)
+    phases = noise / np.abs(noise)
+    phases[0, 0] = np.sign(modes[0, 0].real)
+    values = fft.irfft2(np.abs(modes) * phases, s=field.shape)
+    return GridField(values, field.spacing, periodic=True)
+
+
+def _stream(seed: int, count: int) -> np.ndarray:
+    """Random whole numbers; NumPy guarantees a raw stream for ever, but not its distributions."""
+    if not isinstance(seed, int | np.integer) or seed < 0:
+        raise InvalidInput(f"seed must be a non-negative integer, got {seed!r}")
+    return np.random.Philox(seed).random_raw(count)
 
 
 def _spacing(
@@ -146,14 +165,11 @@ def _of_grid(density: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 def _gaussian_modes(shape: tuple[int, int], seed: int) -> np.ndarray:
     """Complex normal modes (nx, ny // 2 + 1) of unit mean square of a real field."""
-    if not isinstance(seed, int | np.integer) or seed < 0:
-        raise InvalidInput(f"seed must be a non-negative integer, got {seed!r}")
     nx, ny = shape
     kx = np.rint(np.fft.fftfreq(nx, 1.0) * nx).astype(np.int64)
     ky = np.arange(ny // 2 + 1)
     shells = max(nx, ny) // 2
-    # NumPy guarantees the raw stream of a bit generator for ever, but not its distributions.
-    raw = np.random.Philox(seed).random_raw(2 * shells * (shells + 1) + 1)
+    raw = _stream(seed, 2 * shells * (shells + 1) + 1)
     modes = np.empty((nx, len(ky)), dtype=complex)
     for row, k in enumerate(kx):
         draw = raw[_index_in_stream(k, ky)]

@@ -33,16 +33,10 @@ def levelled_map(heights: FieldMap) -> GridField:
 
 
 def longest_wavelength(heights: GridField) -> float | None:
-    """Wavelength [m] above which a tenth of the mean square height lies.
+    """Wavelength [m] above which a tenth of the mean square height lies, of a `levelled_map`.
 
-    Parameters
-    ----------
-    heights : heights of the whole map [m], as of `levelled_map`
-
-    Returns
-    -------
-    float, or None if it is longer than the map: a wave that fits less than twice into a map that
-    does not repeat cannot be told from a longer one.
+    None if it is longer than the map: a wave that fits less than twice into a map that does not
+    repeat cannot be told from a longer one.
     """
     spectrum = map_spectrum(heights)
     power = np.cumsum(spectrum.density * spectrum.modes)
@@ -59,7 +53,6 @@ def kept_roughness(heights: GridField, window: tuple[float, float], trend: str) 
 
     Parameters
     ----------
-    heights : heights of the whole map [m]
     window : sides of a window [m], at most those of the map
     trend : "mean", "plane" or "quadratic": trend that is subtracted from map and windows
     """

@@ -4,11 +4,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from rings import fitted_hurst
 
 from fem_seal.contact import bearing, solve
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.grid import GridField
-from fem_seal.surface import Spectrum, fitted_hurst, self_affine
+from fem_seal.surface import Spectrum, self_affine
 
 PART = "Contact"
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")

@@ -6,7 +6,7 @@ import pytest
 from fem_seal import cli
 from fem_seal.field_file import FieldMap, Stated
 from fem_seal.gap_file import load_gap
-from fem_seal.surface import load_heights
+from fem_seal.surface import measured_surface
 
 # A plane of slopes (2, 3) on an oblong grid; the origin is of no matter to slopes.
 X, Y = np.meshgrid(0.5 * np.arange(4), 0.25 * np.arange(6), indexing="ij")
@@ -39,7 +39,7 @@ def test_turns_add_up():
 def test_statements_are_about_the_file_and_crop_about_the_turned_map(tmp_path):
     np.save(tmp_path / "a.npy", PLANE.values)
     stated = Stated(unit="um", size=(2e-6, 1.5e-6), turn=90)
-    field = load_heights(tmp_path / "a.npy", stated)
+    field = measured_surface(tmp_path / "a.npy", stated).field
     assert field.shape == (6, 4)
     assert field.spacing == pytest.approx((0.25e-6, 0.5e-6), rel=1e-15)
     assert load_gap(tmp_path / "a.npy", stated).shape == (6, 4)

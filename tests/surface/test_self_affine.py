@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rings import fitted_hurst
 
 from fem_seal.errors import InvalidInput
 from fem_seal.surface import (
     Spectrum,
-    fitted_hurst,
     radial_spectrum,
     rms_height,
     rms_slope,

@@ -6,7 +6,7 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.surface import rms_height, rms_slope, twin
-from fem_seal.surface.waves import mode_powers
+from fem_seal.surface.spectrum import mode_powers
 
 
 def grooved(shape):
