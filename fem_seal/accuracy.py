@@ -115,7 +115,6 @@ def chosen_grid(
         known
     error_of : estimates what a grid finer than the last one would change
     max_refinement : finest contact grid, in multiples of the samples of the surface
-    report : called with each grid
     """
     budget = log1p(total)
     shapes = grids(surface.shape, max_refinement)
@@ -175,13 +174,7 @@ def chosen_patch(
     trust: bool = False,
     comm: parallel.Comm = None,
 ) -> tuple[Patch, Choice | None]:
-    """Patch of a scene, on the contact grid that keeps its total error if it asks for one.
-
-    Parameters
-    ----------
-    scene : with or without [accuracy]; without it there is no choice
-    report, trust, comm : as of `Patch`
-    """
+    """Patch of a scene, on the contact grid that keeps its total error if it asks for one."""
     total = scene.total_error
     if scene.accuracy is None or total is None:
         return Patch(scene, report, trust=trust, comm=comm), None
@@ -215,16 +208,12 @@ def chosen_patch(
 
 
 class SealingLoads:
-    """Loads that just seal the grids of one surface, each sought once.
+    """Loads that just seal the grids of a surface with a shortest wave [m], each sought once.
 
     Where the grid is still too coarse, a finer one may need more load to seal. That a patch is
     sealed therefore counts only if it stays so under the part 1 - 2 δ of its load, where δ is the
     relative change of the sealing load between its grid and the next coarser one. Both grids must
     have two samples in the shortest wave: on a coarser one that wave is missing.
-
-    Parameters
-    ----------
-    shortest : shortest wavelength of the surface [m]
     """
 
     def __init__(self, shortest: float) -> None:
@@ -262,13 +251,8 @@ def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
     """Whether a sealed patch stays sealed under a part of its load.
 
     The fluid's pressure counts as in the verdict on the whole load: resolved, or as much of the
-    load as the inlet's pressure if the patch is sealed under the rest.
-
-    Parameters
-    ----------
-    patch : a sealed patch
-    part : part of the load, < 1
-    sealing : load that just seals the dry contact, as of `sealing_load`
+    load as the inlet's pressure if the patch is sealed under the rest. `sealing` is the load that
+    just seals the dry contact, as of `sealing_load`.
     """
     scene, contact = patch.scene, present(patch.scene.contact, "[contact]")
     if not contact.is_elastic:

@@ -44,13 +44,7 @@ class InvalidInput(FemSealError):
 
 
 class InvalidScene(InvalidInput):
-    """A scene has errors (exit status 2).
-
-    Parameters
-    ----------
-    source : scene file; empty if the scene was not read from a file
-    errors : one sentence each, at least one
-    """
+    """A scene has errors, one sentence each; `source` is its file, or empty (exit status 2)."""
 
     def __init__(self, source: str, errors: Sequence[str]) -> None:
         self.source, self.errors = source, tuple(errors)
@@ -83,13 +77,7 @@ class Inconsistent(FemSealError):
 
 
 def present(value: Value | None, name: str) -> Value:
-    """Return a value that cannot be None here, so that its type is no longer optional.
-
-    Parameters
-    ----------
-    value : object or None
-    name : name of the value, for the message
-    """
+    """Return a value that cannot be None here, so that its type is no longer optional."""
     if value is None:
         raise Inconsistent(f"{name} is missing; this is a defect of fem_seal, please report it")
     return value

@@ -58,12 +58,7 @@ def to_xarray(fields: GridField | GapState) -> "xr.Dataset":
     Parameters
     ----------
     fields : a field becomes the variable "values"; a contact the variables "gap" [m] and, if it is
-        elastic, "pressure" [Pa]
-
-    Returns
-    -------
-    xarray.Dataset
-        Variables (x, y), shape (nx, ny); the attribute "periodic" is 0 or 1.
+        elastic, "pressure" [Pa]. The attribute "periodic" is 0 or 1
 
     Raises
     ------
@@ -99,14 +94,11 @@ def to_xarray(fields: GridField | GapState) -> "xr.Dataset":
 def to_pyvista(leak: LeakRate) -> "pv.PolyData":
     """The flow on its last mesh as a PyVista mesh of triangles in the plane z = 0.
 
+    Point data are "gap" [m] and "pressure" [Pa], cell data "flux" [m^2/s].
+
     Parameters
     ----------
     leak : leak rate with its field: of a patch whose scene has the product "pictures" or "mesh"
-
-    Returns
-    -------
-    pyvista.PolyData
-        Point data "gap" [m] and "pressure" [Pa], cell data "flux" [m^2/s].
 
     Raises
     ------

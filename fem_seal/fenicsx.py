@@ -164,15 +164,12 @@ def _all_on_one_process(
 def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray) -> mesh.Mesh:
     """DOLFINx mesh, distributed over the processes, of triangles that every process has in full.
 
+    It has no ghost cells, because no form of fem_seal integrates over interior facets.
+
     Parameters
     ----------
     points : (V, 2), coordinates [m]
     cells : (C, 3) int, vertices of each triangle
-
-    Returns
-    -------
-    dolfinx.mesh.Mesh without ghost cells, because no form of fem_seal integrates over interior
-    facets.
     """
     share = slice(
         len(cells) * comm.rank // comm.size,

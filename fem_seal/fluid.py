@@ -22,13 +22,7 @@ GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact in the SI since 2019
 
 
 def volume_conditions(temperature: float, pressure: float) -> str:
-    """Text of the conditions at which the volume of a gas is stated, "at 0 degC, 1.013 bar".
-
-    Parameters
-    ----------
-    temperature : T0 [K]
-    pressure : p0 [Pa]
-    """
+    """Text of the temperature [K] and pressure [Pa] of a volume, "at 0 degC, 1.013 bar"."""
     return f"at {temperature - 273.15:.4g} degC, {1e-5 * pressure:.4g} bar"
 
 
@@ -173,13 +167,9 @@ class GasDrive(TwoPressures):
         return pressure**2 if slip is None else slip.potential(pressure, critical)
 
     def slip(self, viscosity: float, accommodation: float, law: str = "first-order") -> Slip:
-        """Slip of the gas at the walls.
+        """Slip of a gas of viscosity η [Pa s] at the walls, by a law of `rarefied.LAWS`.
 
-        Parameters
-        ----------
-        viscosity : dynamic viscosity η [Pa s]
-        accommodation : part σ of the molecules that a wall reflects diffusely, 0 < σ <= 1
-        law : name in `rarefied.LAWS`
+        The walls reflect the part σ of the molecules diffusely, 0 < σ <= 1, the accommodation.
         """
         path_times_pressure = self.mean_free_path(viscosity) * self.mean_pressure
         product = 6 * path_times_pressure * (2 - accommodation) / accommodation
@@ -187,17 +177,9 @@ class GasDrive(TwoPressures):
         return Slip(self.inlet_pressure, self.outlet_pressure, product, coefficient)
 
     def mean_free_path(self, viscosity: float) -> float:
-        """Mean free path η/p √(π R T/(2 M)) at the mean of the two pressures.
+        """Mean free path η/p √(π R T/(2 M)) [m] at the mean of the two pressures; η in Pa s.
 
         This is the viscosity-based definition of kinetic theory.
-
-        Parameters
-        ----------
-        viscosity : dynamic viscosity η [Pa s]
-
-        Returns
-        -------
-        float [m]
         """
         speed = sqrt(pi * GAS_CONSTANT * self.temperature / (2 * self.molar_mass))
         return viscosity / self.mean_pressure * speed

@@ -30,14 +30,8 @@ def lifting_problem(
 
     Parameters
     ----------
-    scene
-        Its solids, fluid and sides are those of the problem.
-    load, settings
-        Load of the contact, and settings of the flow.
     surface
         Heights [m] of the counter-face.
-    report
-        Called with the progress of the flow.
     comm
         The processes that solve together; all of this run if None.
     """

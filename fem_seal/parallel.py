@@ -58,14 +58,10 @@ def alone() -> Comm:
 
 
 def start_petsc(comm: Comm) -> None:
-    """Start PETSc for fewer than all processes of this run.
+    """Start PETSc for the processes that solve together, if they are fewer than all of this run.
 
     PETSc starts when it is first imported, and then waits for all processes of MPI.COMM_WORLD. A
     worker that solves alone would wait for ever, because the others may not need PETSc.
-
-    Parameters
-    ----------
-    comm : the processes that solve together; nothing is done for all of this run
     """
     world = _world()
     if comm is None or world is None or comm.size == world.size:
@@ -108,12 +104,7 @@ def is_root(comm: Comm = None) -> bool:
 
 
 def on_root(compute: Callable[[], Answer], comm: Comm = None) -> Answer:
-    """Compute on the first process; return the answer, or raise its error, on every process.
-
-    Parameters
-    ----------
-    comm : the processes that call this together; all of this run if left out
-    """
+    """Compute on the first process; return the answer, or raise its error, on every process."""
     together = _together(comm)
     if together is None:
         return compute()
@@ -152,13 +143,7 @@ def abort_together() -> None:
 def fail(message: str, status: int, more: Sequence[str] = ()) -> int:
     """Print an error message once and end all processes with an exit status.
 
-    Parameters
-    ----------
-    more : further lines of the message
-
-    Returns
-    -------
-    The status, if there is one process; several are ended here.
+    A single process gets the status back; several are ended here.
     """
     # The name of a file in the message may contain line breaks or control characters.
     lines = (printable(" ".join(line.splitlines())) for line in (message, *more))

@@ -23,12 +23,8 @@ def silent(stage: str, detail: str) -> None:
 class Pace:
     """A `Report` that puts first how many points are done, and about how long the others take.
 
-    The estimate counts on points that take alike; there is none before the first one is done.
-
-    Parameters
-    ----------
-    total : number of points to compute
-    name : name of the points, such as "patches"
+    The estimate counts on points that take alike; there is none before the first one is done. The
+    points have a name, such as "patches".
     """
 
     def __init__(self, total: int, name: str, report: Report):
@@ -60,13 +56,9 @@ def _duration(seconds: float) -> str:
 class Display:
     """Context manager that shows stage, detail and elapsed time in a line on standard error.
 
-    On a terminal it updates one line in place; elsewhere it prints a plain line every 30 s. The
-    object is a `Report`: calling it with stage and detail updates the line.
-
-    Parameters
-    ----------
-    shown : false shows nothing
-    patience, beat : seconds before the line appears, and between its updates
+    On a terminal it updates one line in place, after a patience and with a beat of some seconds;
+    elsewhere it prints a plain line every 30 s. The object is a `Report`: calling it with stage and
+    detail updates the line.
     """
 
     def __init__(self, shown: bool = True, *, patience: float = 2.0, beat: float = 0.5):

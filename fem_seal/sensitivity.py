@@ -46,30 +46,19 @@ class Sensitivity:
 def sensitivity(
     scene: Scene, load: Load, height: GridField, contact: ContactState, pressure: np.ndarray | None
 ) -> Sensitivity:
-    """Differentiate ln Q of an elastic contact, dry or lifted.
+    """Differentiate ln Q of an elastic contact, dry or lifted, under a pressure or a mean gap.
 
     The leak rate is that of a network of links on the grid of the contact or twice as fine. The
     derivatives hold as long as no sample closes or opens.
 
     Parameters
     ----------
-    scene
-        Solids and fluid.
-    load
-        Load of the contact, a pressure or a mean gap.
     height
         Heights [m] of the counter-face.
     contact
         Contact of these heights, at the equilibrium if it is lifted.
     pressure : (nx, ny)
         Fluid pressure above ambient [Pa] on the solid; None for a dry contact.
-
-    Raises
-    ------
-    InvalidInput
-        If an area is prescribed, which is a step function of the load, or nothing leaks.
-    NotConverged
-        If a linear solve fails.
     """
     if load.kind == "area_fraction":
         raise InvalidInput(

@@ -62,13 +62,8 @@ def threshold_of_pressure(
 
     Contact only grows with the pressure (J. R. Barber, Q. J. Mech. Appl. Math. 27, 1 (1974)), so
     that the threshold is unique. The search solves about ten contacts, each started from the last
-    leaking one.
-
-    Parameters
-    ----------
-    start : a contact under any pressure > 0
-    press : solves the contact under a pressure [Pa], started from another contact
-    is_sealed : whether a gap is sealed
+    leaking one. It begins with a contact under any pressure > 0; `press` solves the contact under a
+    pressure [Pa], started from another contact.
     """
     first, contacts = start.mean_pressure, 0
     state = start

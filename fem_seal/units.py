@@ -48,22 +48,10 @@ def _registry() -> "pint.UnitRegistry":
 
 
 def to_si(value: object, unit: str) -> float:
-    """Convert a number, or a number with a unit, to an SI unit.
+    """Convert a number, or a number with a unit such as "5 um", to an SI unit such as "Pa s".
 
-    Parameters
-    ----------
-    value : a number in the SI unit, or a text with a number and a unit such as "5 um"
-    unit : the SI unit, such as "Pa s"
-
-    Returns
-    -------
-    float in `unit`; any number is accepted here, also 0 and infinity.
-
-    Raises
-    ------
-    ValueError
-        If the value is neither a number nor such a text, or its unit is missing, unknown or of
-        another dimension.
+    Any number is accepted here, also 0 and infinity. ValueError if the value is neither a number
+    nor such a text, or its unit is missing, unknown or of another dimension.
     """
     expected = f"should be a number in {unit} or a string with a unit such as {_EXAMPLES[unit]!r}"
     if isinstance(value, bool) or not isinstance(value, int | float | str):
@@ -87,15 +75,7 @@ def require_size(number: float) -> float:
 
 
 def _parsed(text: str) -> "pint.Unit":
-    """A unit by pint, which would read "MPas" as the plural of MPa.
-
-    Raises
-    ------
-    ValueError
-        If a word is the symbol of a unit followed by s.
-    pint.PintError and others
-        If pint does not know the unit.
-    """
+    """A unit by pint, which would read "MPas" as the plural of MPa: ValueError for such a word."""
     registry = _registry()
     unit = registry.parse_units(text)
     for word in _WORD.findall(text):
@@ -142,13 +122,7 @@ class RateUnit:
 
     @classmethod
     def parse(cls, text: object) -> "RateUnit":
-        """Read "ml/h", "mbar l/s" or any other unit of a leak rate.
-
-        Raises
-        ------
-        ValueError
-            If the text is not a unit of a leak rate.
-        """
+        """Read "ml/h", "mbar l/s" or any other unit of a leak rate; ValueError for other text."""
         from tokenize import TokenError
 
         import pint
@@ -189,13 +163,7 @@ class StatedRate:
 
     @classmethod
     def parse(cls, value: object) -> "StatedRate":
-        """Read a leak rate > 0, a number with a unit.
-
-        Raises
-        ------
-        ValueError
-            If the number is not positive and finite, or the unit is not one of a leak rate.
-        """
+        """Read a leak rate > 0, a number with a unit; ValueError for anything else."""
         match = None if isinstance(value, bool) else _NUMBER_AND_UNIT.fullmatch(str(value))
         if not match:
             raise ValueError("should be a leak rate such as '1 ml/h'")

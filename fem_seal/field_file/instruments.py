@@ -40,13 +40,7 @@ _BROKEN: tuple[type[Exception], ...] = (
 
 
 def read_instrument(path: Path, channel: str | None = None) -> Recorded:
-    """Read one channel of an instrument's file.
-
-    Parameters
-    ----------
-    path : path of the file
-    channel : name of the channel; the file's default channel if left out
-    """
+    """Read one channel of an instrument's file, its default one if no name is given."""
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist")
     _refuse_bombs(path)

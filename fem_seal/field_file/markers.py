@@ -21,13 +21,7 @@ FAR = 100.0
 
 
 def without_marked(values: np.ndarray, missing: float) -> np.ndarray:
-    """Replace a number that marks missing points by NaN.
-
-    Parameters
-    ----------
-    values : heights in the unit of the file
-    missing : the number, known to single precision
-    """
+    """Replace a number that marks missing points, known to single precision, by NaN."""
     marked = np.isclose(values, missing, rtol=SAME, atol=0)
     return np.where(marked, np.nan, values)
 
@@ -37,10 +31,6 @@ def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
 
     It looks like one if it recurs and its distance from all other values is more than `FAR` times
     their range, or if it is a customary mark and this distance is more than their range.
-
-    Parameters
-    ----------
-    values : heights in the unit of the file, NaN where missing
     """
     known = values[~np.isnan(values)]
     if not known.size:
@@ -61,13 +51,7 @@ def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
 
 
 def refuse_markers(values: np.ndarray, what: str) -> None:
-    """Refuse heights whose largest or smallest value looks like a mark of missing points.
-
-    Parameters
-    ----------
-    values : heights in the unit of the file, NaN where missing
-    what : name of the values, for the message
-    """
+    """Refuse heights whose largest or smallest value looks like a mark of missing points."""
     mark = suspected_mark(values)
     if mark is None:
         return

@@ -57,10 +57,7 @@ def names_to_read(names: tuple[str, ...]) -> tuple[str, ...]:
 def interpret(arrays: NamedArrays, names: tuple[str, ...]) -> Recorded:
     """Take the samples, their spacing and their units out of the arrays of a file.
 
-    Parameters
-    ----------
-    arrays : arrays of one file
-    names : names that the samples may have; the first one in the file is taken
+    The samples are the first of `names` that the file has.
     """
     name = next((name for name in names if name in arrays.variables), None)
     if name is None:

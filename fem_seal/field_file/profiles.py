@@ -49,7 +49,6 @@ def read_profiles(
 
     Parameters
     ----------
-    paths : text files
     unit : unit of heights and x if the files have none
     step : distance of neighbouring samples [m] if the files have none
     missing : number in the files that marks missing samples

@@ -38,7 +38,6 @@ def read_map(
     path : .npz, .npy, .nc (NetCDF 3 or 4), .h5 or .hdf5, .txt, .csv, and .asc, .dat, .prn, .tsv and
         .xyz if they are text; anything else is read by SurfaceTopography
     names : names that the samples may have in a file of many arrays
-    stated : statements of the scene about the file
     heights : whether the samples are heights. A height that recurs far from all others is refused,
         unless `stated.missing` explains it. In a gap, the zeros of contact are such values
 

@@ -37,11 +37,8 @@ class FieldMap:
     def oriented(self, turn: int = 0, transpose: bool = False) -> "FieldMap":
         """Map turned so that the flow, along the first axis, takes another direction of the file.
 
-        Parameters
-        ----------
-        turn : 0, 90, 180 or 270: angle by which the map is turned from the x axis towards the y:
-            axis [degrees]
-        transpose : whether x and y are exchanged, before the map is turned
+        x and y are exchanged if `transpose`, before the map is turned from the x axis towards the y
+        axis by 0, 90, 180 or 270 degrees.
         """
 
         def moved(samples: np.ndarray) -> np.ndarray:
@@ -107,13 +104,7 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
 
 
 def metres_in(recorded: str | None, stated: str | None, what: str) -> float:
-    """Metres in the unit of a file or, if it has none, of the scene.
-
-    Parameters
-    ----------
-    recorded, stated : unit of the file, and of the scene
-    what : name of the quantity in this unit, for the message
-    """
+    """Metres in the unit of a file or, if it has none, of the scene."""
     if recorded is None:
         if stated is None:
             raise InvalidInput(

@@ -14,13 +14,7 @@ from fem_seal.files.owner import PREFIX, clear_abandoned, staging_name
 
 @contextmanager
 def writing(path: Path, what: str = "the output folder") -> Iterator[None]:
-    """Turn an error of the disk into an InvalidInput that names the file or folder.
-
-    Parameters
-    ----------
-    path : file or folder that the body writes
-    what : its kind, for the message
-    """
+    """Turn an error of the disk into an InvalidInput that names the file or folder."""
     try:
         yield
     except OSError as error:
@@ -46,11 +40,6 @@ def atomic_write(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
     path : final file; the staging file has the same suffix, by which writers choose the format
     durable : flush the file to the disk before it is renamed: after a power cut the old or the new
         file is there. Tables and pictures do not need this, since they can be made again
-
-    Raises
-    ------
-    InvalidInput
-        If the folder does not exist, cannot be written to, or the disk is full.
     """
     path = Path(path)
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
@@ -71,13 +60,7 @@ def atomic_write(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str, *, durable: bool = True) -> None:
-    """Write a file as `atomic_write` does; create its folder if it is missing.
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be written.
-    """
+    """Write a file as `atomic_write` does; create its folder if it is missing."""
     with writing(path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_write(path, durable=durable) as staged:
@@ -85,13 +68,7 @@ def write_text(path: Path, text: str, *, durable: bool = True) -> None:
 
 
 def create_text(path: Path, text: str) -> None:
-    """Write a file unless it exists; if several processes try at once, one of them succeeds.
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be written.
-    """
+    """Write a file unless it exists; if several processes try at once, one of them succeeds."""
     staged = path.with_name(staging_name(path.suffix))
     with writing(path, "the file"), suppress(FileExistsError):
         try:
@@ -109,14 +86,7 @@ def create_text(path: Path, text: str) -> None:
 
 
 def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = False) -> None:
-    """Write arrays as `numpy.savez` does, but without its traceback if the disk is full.
-
-    Parameters
-    ----------
-    path : the file, usually a staging file
-    arrays : by name
-    compressed : as `numpy.savez_compressed`
-    """
+    """Write arrays as `numpy.savez` does, but without its traceback if the disk is full."""
     import numpy as np
 
     kind = zipfile.ZIP_DEFLATED if compressed else zipfile.ZIP_STORED
@@ -132,15 +102,7 @@ def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = Fa
 def staging_folder(folder: Path, what: str = "the output folder") -> Iterator[Path]:
     """Make a temporary folder inside `folder`, so that moving files into `folder` is a rename.
 
-    Parameters
-    ----------
-    folder : the folder; staging files that killed processes left in it are removed
-    what : its kind, for the message
-
-    Raises
-    ------
-    InvalidInput
-        If `folder` cannot be written to.
+    Staging files that killed processes left in `folder` are removed; `what` names it in messages.
     """
     clear_abandoned(folder)
     staged = folder / staging_name()
@@ -154,13 +116,7 @@ def staging_folder(folder: Path, what: str = "the output folder") -> Iterator[Pa
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Make a temporary folder; if the body cannot write, the message is about that folder.
-
-    Raises
-    ------
-    InvalidInput
-        If the temporary folder is full or cannot be written to.
-    """
+    """Make a temporary folder; if the body cannot write, the message is about that folder."""
     parent = Path(tempfile.gettempdir())
     what = "the temporary folder (TMPDIR names another)"
     with staging_folder(parent, what) as folder, writing(parent, what):

@@ -10,11 +10,8 @@ def use_writable_cache() -> str:
     """Let the libraries keep their caches in a temporary folder if the user's cannot be written.
 
     The folder belongs to the user alone and stays for later runs, because DOLFINx takes a while to
-    compile its forms. The environment of this process names it, as XDG_CACHE_HOME.
-
-    Returns
-    -------
-    Sentence that says so; empty if the user's folder can be written.
+    compile its forms. The environment of this process names it, as XDG_CACHE_HOME. The sentence
+    that is returned says so; it is empty if the user's folder can be written.
     """
     try:
         cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")

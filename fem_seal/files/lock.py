@@ -35,17 +35,8 @@ _TRIALS, _PAUSE = 5, 0.05
 def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
     """Lock a folder, make it if it is missing, and remove the staging files of killed runs.
 
-    Folders that were made here and are still empty are removed at the end.
-
-    Parameters
-    ----------
-    folder : folder to be written into
-    shared : whether other processes may hold a shared lock at the same time
-
-    Raises
-    ------
-    InvalidInput
-        If another process holds the folder (the message names it), or the folder cannot be written.
+    Folders that were made here and are still empty are removed at the end. InvalidInput names the
+    process that holds the folder. A shared lock lets others hold a shared one at the same time.
     """
     folder = folder.absolute()
     path = folder / LOCK_FILE

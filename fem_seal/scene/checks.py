@@ -23,13 +23,7 @@ _IN_WORDS = {
 
 
 def check(scene: Contents) -> None:
-    """Run all checks, in the order in which a user should see the errors.
-
-    Raises
-    ------
-    ContradictionError
-        With a message of each check that fails.
-    """
+    """Run all checks, in the order in which a user should see the errors, and raise them."""
     messages: list[str] = []
     for each in CHECKS:
         try:

@@ -64,13 +64,7 @@ class Fluid(Section):
         return self.slip if isinstance(self.slip, str) else "first-order"
 
     def drive(self, flow: Flow) -> Drive:
-        """Drive of the flow.
-
-        Raises
-        ------
-        ContradictionError
-            If pressures are missing, stated twice, or of the wrong kind for the fluid.
-        """
+        """Drive of the flow; ContradictionError if its pressures do not fit the fluid."""
         return self._gas(flow) if self.kind == "gas" else _liquid(flow)
 
     def slip_under(self, flow: Flow) -> Slip | None:

@@ -59,7 +59,6 @@ class Scene(Contents):
 
         Parameters
         ----------
-        data : section: {field: value}
         folder : folder to which paths are relative; the current one if left out
         source : name of the data at the beginning of messages
         """

@@ -88,14 +88,10 @@ class Seal(Section):
         return self.maximum_pressure is not None or self.line_load is not None
 
     def mean_pressure(self, contact_modulus: float) -> float:
-        """Mean contact pressure [Pa] of Hertz's profile, if `own_load`.
+        """Mean contact pressure [Pa] of Hertz's profile, if `own_load`, for a contact modulus [Pa].
 
         It is π/4 of the maximum, √(w E*/(π R)) under a line load w (K. L. Johnson, Contact
         Mechanics, eq. 4.45).
-
-        Parameters
-        ----------
-        contact_modulus : E* [Pa]
         """
         maximum = self.maximum_pressure
         if maximum is None:

@@ -125,13 +125,7 @@ class Section(BaseModel, metaclass=SectionType):
 
 
 def exactly_one(section: Section, names: tuple[str, ...]) -> str:
-    """Name of the only field of `names` that is set.
-
-    Raises
-    ------
-    ContradictionError
-        If none or several are set.
-    """
+    """Name of the only field of `names` that is set; ContradictionError if none or several are."""
     fields = [name for name in names if getattr(section, name) is not None]
     if len(fields) != 1:
         got = f"got {' and '.join(fields)}" if fields else "got none"

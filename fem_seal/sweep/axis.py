@@ -81,14 +81,7 @@ def combinations(axes: list[Axis]) -> tuple[tuple[str, ...], list[tuple[str, ...
 def read_points(path: Path) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Points of a CSV file: a header of keys such as contact.pressure, and a line for each point.
 
-    Returns
-    -------
-    Keys, and the values of each point.
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be read or is no such table.
+    Returns keys, and the values of each point.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:

@@ -94,12 +94,6 @@ def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) ->
     each surface is a point, a line joins the medians, and the band extends from the smallest to the
     largest leak rate. Sealed points stand in a strip below the axis, points lifted off above it;
     points that have not settled have open markers with their ranges.
-
-    Parameters
-    ----------
-    keys : names of the fields that vary
-    table : points of the sweep
-    folder : folder of sweep.png
     """
     others = tuple(key for key in keys if key not in SEEDS)
     along = others[0] if others else keys[0]

@@ -57,13 +57,7 @@ class Point:
 
     @classmethod
     def from_json(cls, text: str) -> "Point":
-        """Read what `to_json` wrote.
-
-        Raises
-        ------
-        ValueError
-            If the text is anything else.
-        """
+        """Read what `to_json` wrote; ValueError for any other text."""
         data = json.loads(text)
         if not isinstance(data, dict) or set(data) != set(cls.__dataclass_fields__):
             raise ValueError("not a point of a sweep")
@@ -136,7 +130,6 @@ def compute(
     scene : without products that are files, from `numbers_only`
     values : of the axes
     contacts : passes the surface and the contact on from point to point
-    report, trust, comm : as in `Patch`
     """
     try:
         if scene.total_error is None:

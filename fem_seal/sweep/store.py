@@ -22,7 +22,6 @@ class SweepFolder(PointFolder[Point]):
 
     Parameters
     ----------
-    path : the folder
     keys : names of the fields that vary
     """
 
@@ -32,12 +31,7 @@ class SweepFolder(PointFolder[Point]):
         self.keys = keys
 
     def open(self, origin: Provenance) -> None:
-        """Begin a sweep, or go on with one.
-
-        Parameters
-        ----------
-        origin : the scene that all points share
-        """
+        """Begin a sweep, or go on with one, from the scene that all points share."""
         path = self.path / ORIGIN_FILE
         if not path.exists() and (self.path / TABLE_FILE).exists():
             raise InvalidInput(
@@ -91,16 +85,10 @@ class SweepFolder(PointFolder[Point]):
         return point is not None and not point.again
 
     def gather(self, first: Sequence[str] = ()) -> list[Point]:
-        """Write the table of all finished points.
+        """Write the table of all finished points, and return them.
 
-        Parameters
-        ----------
-        first : names of the points with which the table begins, in this order. Then come the points
-            of other sweeps in the folder, the newest first, and only one for equal values
-
-        Returns
-        -------
-        Points of the table.
+        It begins with the points named `first`. Then come the points of other sweeps in the folder,
+        the newest first, and only one for equal values.
         """
         before: set[str] | None = None
         rows: list[Point] = []

@@ -62,6 +62,9 @@ def sweep(
 ) -> Tally:
     """Compute the points of a sweep that its folder does not hold yet.
 
+    A point that fails has a row that says why, and the sweep goes on. A point that did not converge
+    is kept; one that failed otherwise, as by a damaged file, is tried again next time.
+
     Parameters
     ----------
     path : scene file
@@ -71,15 +74,9 @@ def sweep(
         all these points; any number of sweeps may write into it at once
     overrides : values of fields of the scene, for all points
     overwrite : whether another sweep may be replaced
-    report : called with point and stage, and with a detail
     trust : whether gmsh may run a .geo file that is not the package's own
     work : how the points are shared among workers; one after the other if left out. The rows do not
         depend on the number of jobs or parts
-
-    Returns
-    -------
-    Tally. A point that fails has a row that says why, and the sweep goes on. A point that did not
-    converge is kept; one that failed otherwise, as by a damaged file, is tried again next time.
 
     Raises
     ------

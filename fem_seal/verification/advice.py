@@ -8,16 +8,10 @@ TARGETS = (0.5, 0.2, 0.1, 0.05, 0.02)
 
 
 def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, ...]:
-    """Name the cheapest point of a trade for each total error.
+    """Sentence on the cheapest point of a trade for each total relative error.
 
-    Parameters
-    ----------
-    targets : total relative errors
-
-    Returns
-    -------
-    A sentence for each target; a single one if the leak rate still changes by its own size from
-    one contact grid to the next: its limit is then unknown.
+    A single one if the leak rate still changes by its own size from one contact grid to the next:
+    its limit is then unknown.
     """
     if result.uncertainty >= 1:
         return (

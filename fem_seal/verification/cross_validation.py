@@ -88,22 +88,21 @@ def on_exact_cases(
     work: Work | None = None,
     report: Report = silent,
 ) -> list[tuple[Row, ...]] | None:
-    """Compare every method with exact leak rates.
+    """Compare every method with exact leak rates, with the verdict "high", "low" or "exact".
+
+    The bounds hold for the sampled gap: on a coarse grid both may lie on one side of the exact leak
+    rate.
 
     Parameters
     ----------
-    cases : some of `exact_cases.CASES`
     squares : squares of each grid along the flow, twice those of the grid before
     methods : names in `METHODS`
     out : folder of points/, with a file for each method and grid; no files are kept if left out
     work : how the points are shared among workers; one after the other if left out
-    report : called with the grid and the method
 
     Returns
     -------
-    Rows of each case by method and grid, with the verdict "high", "low" or "exact"; None if some
-    points are left to other parts of the study. The bounds hold for the sampled gap: on a coarse
-    grid both may lie on one side of the exact leak rate.
+    Rows of each case by method and grid; None if some points are left to other parts of the study.
     """
     tasks = []
     for case in cases:
@@ -143,9 +142,8 @@ def on_film(
     ----------
     film : film that leaks; each further grid halves the spacing of the same gap
     setting : fluid, drive, tolerance of the adaptive bracket
-    grids : number of grids
     methods : names in `METHODS`; "uniform" or "adaptive" must be among them
-    out, work, report : as in `on_exact_cases`
+    out, work : as in `on_exact_cases`
 
     Returns
     -------
@@ -307,8 +305,6 @@ def _observed(coarse: float, fine: float, reference: Reference) -> float | None:
 def judge(answer: Answer, band: float | None, reference: Reference) -> str:
     """Compare a number and its error band with the certified bracket.
 
-    Returns
-    -------
     "bound" for bounds; "inside" the bracket; "agrees" if band and bracket overlap; "disagrees" if
     they do not: the method then underestimates its error; "outside" if the number lies outside the
     bracket and has no band, as the first of a series; "not converged" without a number.

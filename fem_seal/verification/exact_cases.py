@@ -97,7 +97,7 @@ def block_film(conductivity: np.ndarray, n: int) -> GridFilm:
 
     Parameters
     ----------
-    conductivity : (k, k) float, the first axis along the flow
+    conductivity : (k, k), the first axis along the flow
     n : pixels along a side, k times a power of two
     """
     rows, columns = conductivity.shape

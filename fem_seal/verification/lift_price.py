@@ -104,11 +104,7 @@ def lift_price(
     Parameters
     ----------
     scene : scene with a surface and a contact that a fluid can lift; its flow.lift is not used
-    factors : multiples of the scene's samples, at least three that give whole numbers
-    out : folder of points/, with a file for each solve; those in the folder are not repeated. No
-        files are kept if left out
-    work : how the grids are shared among workers; one after the other if left out
-    report : called with the stage and its progress
+    factors, out, work : as of `trade`
 
     Returns
     -------

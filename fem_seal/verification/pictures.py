@@ -26,16 +26,7 @@ def cross_validation_figure(
 ) -> Path:
     """Draw leak rates against the grid, and the magnitude of their errors against unknowns.
 
-    Parameters
-    ----------
-    rows : rows from `cross_validation`
-    path : the file
-    title : name of the gap
-    reference : certified bracket, drawn as a band; errors below its half-width cannot be resolved
-
-    Returns
-    -------
-    Path of the file.
+    The reference is drawn as a band; errors below its half-width cannot be resolved.
     """
     from matplotlib.ticker import NullLocator, ScalarFormatter
 
@@ -142,17 +133,7 @@ def _plain(title: str) -> str:
 
 
 def trade_figure(result: Trade, path: Path, title: str) -> Path:
-    """Draw total error against CPU time and against memory, with the Pareto front.
-
-    Parameters
-    ----------
-    path : the file
-    title : scene and machine
-
-    Returns
-    -------
-    Path of the file.
-    """
+    """Draw total error against CPU time and against memory, with the Pareto front."""
     with new_figure((8.5, 4.8), path) as figure:
         time, memory = figure.subplots(1, 2, sharey=True)
         for certified, dash in ((True, "-"), (False, "--")):

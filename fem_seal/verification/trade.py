@@ -184,7 +184,6 @@ def trade(
         files are kept if left out
     work : how the grids are shared among workers; one after the other if left out. Jobs that run at
         the same time slow each other down, also in CPU time
-    report : called with the stage and its progress
 
     Returns
     -------
