@@ -12,7 +12,6 @@ fluid lifts the solid.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import expm1, inf, log, log1p, sinh
-from typing import Protocol, TypeVar
 
 from fem_seal import parallel
 from fem_seal.contact.grid_error import GridError
@@ -31,32 +30,9 @@ from fem_seal.threshold import PRECISION, sealing_load
 
 # Samples in the shortest wave below which a sealed grid is no evidence.
 LEAST_IN_SHORTEST = 2
-UNKNOWN = GridError(
-    None,
-    None,
-    "no coarser grid of the contact says what a finer one would change",
-)
+UNKNOWN = GridError(None, None, "no coarser grid of the contact says what a finer one would change")
 # Part of the error budget for the contact grid: while a finer grid may follow, and on the finest.
 SHARE, LAST_SHARE = 2 / 3, 0.9
-
-
-class Pressed(Protocol):
-    """A dry contact, its equilibrium with the fluid if that is resolved, and the leak rate."""
-
-    @property
-    def contact(self) -> GapState | None:
-        """The dry contact."""
-
-    @property
-    def lifted(self) -> LiftedState | None:
-        """Its equilibrium with the fluid, if that is resolved."""
-
-    @property
-    def leak_rate(self) -> LeakRate:
-        """Leak rate through the gap."""
-
-
-AnyPressed = TypeVar("AnyPressed", bound=Pressed)
 
 
 @dataclass(frozen=True)
@@ -97,8 +73,8 @@ class Choice:
 def chosen_grid(
     total: float,
     surface: GridField,
-    on_grid: Callable[[GridField, float, GapState | None], AnyPressed],
-    error_of: Callable[[Sequence[AnyPressed]], GridError],
+    on_grid: Callable[[GridField, float, GapState | None], Patch],
+    error_of: Callable[[Sequence[Patch]], GridError],
     max_refinement: int = 4,
     report: Report = silent,
 ) -> Choice:
@@ -119,7 +95,7 @@ def chosen_grid(
     budget = log1p(total)
     shapes = grids(surface.shape, max_refinement)
     trials: list[Trial] = []
-    tried: list[AnyPressed] = []
+    tried: list[Patch] = []
     for shape in shapes:
         report("accuracy", f"contact on {shape[0]} x {shape[1]}")
         resampled = resample(surface, shape)

@@ -140,17 +140,11 @@ class GasDrive(TwoPressures):
     def pressure(
         self, solved: np.ndarray, slip: Slip | None = None, critical: float = 0.0
     ) -> np.ndarray:
-        """Pressure [Pa] from the solution of the linear problem, 0 at the outlet.
+        """Pressure [Pa] from the solution of the linear problem, `pressure_drop` at the inlet.
 
         Without slip it is √(p_out² + (p_in² - p_out²) u), u the solution over its drop. With slip
-        the pressure is such that its potential in the gap of the critical constriction is linear
-        in u, which is exact in a gap of that height.
-
-        Parameters
-        ----------
-        solved : solution of the linear problem, `pressure_drop` at the inlet
-        slip : slip with which the problem was solved
-        critical : gap of the critical constriction [m]
+        the pressure is such that its potential in the gap of the critical constriction [m] is
+        linear in u, which is exact in a gap of that height.
         """
         p_out, part = self.outlet_pressure, solved / self.pressure_drop
         if slip is None:

@@ -68,7 +68,11 @@ def threshold_of_pressure(
     first, contacts = start.mean_pressure, 0
     state = start
     leaking, sealed = (None, state) if is_sealed(state.gap) else (state, None)
-    while leaking is None or sealed is None or _ratio(leaking, sealed) > PRECISION:
+    while (
+        leaking is None
+        or sealed is None
+        or (sealed.mean_pressure > PRECISION * leaking.mean_pressure)
+    ):
         if leaking is not None and sealed is not None:
             pressure = sqrt(leaking.mean_pressure * sealed.mean_pressure)
         elif leaking is not None:
@@ -88,10 +92,6 @@ def threshold_of_pressure(
         pressure_sealed=sealed.mean_pressure,
         contacts=contacts,
     )
-
-
-def _ratio(leaking: ContactState, sealed: ContactState) -> float:
-    return sealed.mean_pressure / leaking.mean_pressure
 
 
 def threshold(patch: Patch) -> Threshold | None:

@@ -68,7 +68,7 @@ def add_statements(command: argparse.ArgumentParser) -> None:
 def stated_of(options: argparse.Namespace) -> "Stated":
     """Unit and size of the options of `add_statements`."""
     from fem_seal.field_file import Stated
-    from fem_seal.field_file.length_units import length_in_metres
+    from fem_seal.field_file.recorded import length_in_metres
     from fem_seal.units import to_si
 
     if options.length_unit is not None:

@@ -3,7 +3,6 @@
 import struct
 import warnings
 import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -14,29 +13,15 @@ from xml.etree.ElementTree import ParseError
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.field_file.hdf5 import memory_to_read, refuse_data_elsewhere
+from fem_seal.field_file.containers import BROKEN, memory_to_read, refuse_data_elsewhere
 from fem_seal.field_file.recorded import Pair, Recorded
 from fem_seal.memory import refuse_too_large
 
 if TYPE_CHECKING:
     from SurfaceTopography.IO.Reader import ChannelInfo, ReaderBase
 
-# Errors that parsers of binary formats raise on truncated or damaged files.
-_BROKEN: tuple[type[Exception], ...] = (
-    OSError,
-    EOFError,
-    ValueError,
-    TypeError,
-    LookupError,
-    AttributeError,
-    AssertionError,
-    ArithmeticError,
-    RuntimeError,
-    struct.error,
-    zipfile.BadZipFile,
-    zlib.error,
-    ParseError,
-)
+# Errors that parsers of more formats raise on truncated or damaged files.
+_BROKEN = (*BROKEN, AttributeError, AssertionError, ArithmeticError, struct.error, ParseError)
 
 
 def read_instrument(path: Path, channel: str | None = None) -> Recorded:

@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
-from fem_seal.field_file.recorded import Pair, Recorded
+from fem_seal.field_file.recorded import Pair, Recorded, length_in_metres
 from fem_seal.field_file.text_header import Statements, bare, statements, unit_in
 from fem_seal.field_file.text_table import OFF_GRID, TextTable, even_step, read_table
 

@@ -11,7 +11,7 @@ from math import isfinite
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.length_units import in_si, length_in_metres
+from fem_seal.field_file.recorded import in_si, length_in_metres
 from fem_seal.field_file.text_table import Layout, TextTable
 
 # Words of a key, in lower case. German ones are those of instruments sold with German software.

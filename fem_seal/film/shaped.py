@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 from fem_seal.errors import present
-from fem_seal.field_file.length_units import length_in_metres
+from fem_seal.field_file.recorded import length_in_metres
 from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.mesh.channel_sizes import channel_sizes

@@ -20,7 +20,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.field_file.hdf5 import refuse_data_elsewhere
+from fem_seal.field_file.containers import refuse_data_elsewhere
 from fem_seal.memory import within_available_memory
 
 if TYPE_CHECKING:

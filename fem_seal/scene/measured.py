@@ -10,8 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, model_validator
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.length_units import length_in_metres
-from fem_seal.field_file.recorded import Stated
+from fem_seal.field_file.recorded import Stated, length_in_metres
 from fem_seal.files import atomic_write, cache_folder
 from fem_seal.grid import GridField
 from fem_seal.scene.messages import ContradictionError

@@ -26,16 +26,8 @@ class Axis:
     def parse(cls, text: str, folder: Path | None = None) -> "Axis":
         """Read "key=v1,v2,..."; commas inside lists and quotes do not separate.
 
-        Parameters
-        ----------
-        text : the axis. A value may be a range of whole numbers, 1..1000, both ends included; the
-            value of a path may be a pattern such as ``maps/*.npz``, for all files that match
-        folder : folder to which patterns are relative; the current one if left out
-
-        Raises
-        ------
-        InvalidInput
-            If the text is not of that form, a value stands twice or no file matches a pattern.
+        A value may be a range of whole numbers, 1..1000, both ends included. That of a path may be
+        a pattern such as ``maps/*.npz`` relative to `folder`, for all files that match.
         """
         keys, listed = parse_assignment(text)
         written = [value.strip() for value in _VALUE.findall(listed)]

@@ -12,7 +12,7 @@ from project import ROOT, write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput, printable
 from fem_seal.field_file import GAP_NAMES, Stated, read_map
-from fem_seal.field_file.hdf5 import refuse_large_data_set
+from fem_seal.field_file.containers import refuse_large_data_set
 from fem_seal.memory import available_memory, within_available_memory
 from fem_seal.mesh.files import GroupNames, read_triangles
 
