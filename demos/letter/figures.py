@@ -203,31 +203,34 @@ def _draw_errors(axes, leaking: Sequence[Current], seeds: dict[int, str]) -> Non
     )
 
 
+def _mark(marker: str, colour: str, label: str, face: str = "white", alpha: float = 1.0) -> Line2D:
+    """Entry of a legend."""
+    return Line2D(
+        [], [], marker=marker, color=colour, mfc=face, ls="none", label=label, alpha=alpha
+    )
+
+
 def _key(axes, seeds: dict[int, str], leaking: Sequence[Current]) -> None:
     """Explain all of Fig. 3 in a panel of its own."""
     axes.axis("off")
-
-    def mark(marker: str, colour: str, label: str, face: str = "white") -> Line2D:
-        return Line2D([], [], marker=marker, color=colour, mfc=face, ls="none", label=label)
-
-    entries = [mark("*", "k", "first contact, the unit", "k")]
-    entries += [mark(marker, "0.4", f"seed {seed}") for seed, marker in seeds.items()]
+    entries = [_mark("*", "k", "first contact, the unit", "k")]
+    entries += [_mark(marker, "0.4", f"seed {seed}") for seed, marker in seeds.items()]
     for model, medium in (("bearing", "Bruggeman"), ("elastic", "modified Bruggeman, A* = 0.42")):
         colour, (middle, error) = COLOURS[model], LETTERS_THRESHOLDS[model]
         entries += [
-            mark("o", colour, f"{model}, certified"),
+            _mark("o", colour, f"{model}, certified"),
             Line2D([], [], color=colour, label=f"{medium}, same gaps"),
             Patch(color=colour, alpha=0.13, label=f"the letter's A*: {middle:g} ± {error:g}"),
         ]
     if any(point.harmonic for point in leaking):
-        entries.append(mark("x", "0.4", "finite differences, band of link rules"))
-    entries.append(mark(r"$\downarrow$", "0.45", "the letter: three decades at 0.2", "0.45"))
+        entries.append(_mark("x", "0.4", "finite differences, band of link rules"))
+    entries.append(_mark(r"$\downarrow$", "0.45", "the letter: three decades at 0.2", "0.45"))
     entries += [
         Line2D([], [], color=PERSSON, ls=style, label=f"Persson, area of {name}")
         for name, style in LAWS.values()
     ]
     if any(point.grid_change for point in leaking):
-        entries.append(mark("o", "k", "error of the contact's grid", "k"))
+        entries.append(_mark("o", "k", "error of the contact's grid", "k"))
     bars = "bars: bracket of the flow, widened by the contact grid's error where it is known"
     axes.legend(
         handles=entries, ncols=2, frameon=False, fontsize=7.5, loc="center", title=bars
@@ -251,24 +254,26 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> None:
     threshold.
     """
     rows = [row for row in rows if (row.pair, row.edges) == (REFERENCE, rows[0].edges)]
-    sizes = dict(zip(sorted({row.n for row in rows}), MARKERS * 9, strict=False))
-    hursts = sorted({row.hurst for row in rows}, reverse=True)
+    sizes = dict(zip(sorted({row.case.n for row in rows}), MARKERS * 9, strict=False))
+    hursts = sorted({row.case.hurst for row in rows}, reverse=True)
     opacity = dict(zip(hursts, np.linspace(1, 0.35, len(hursts)), strict=True))
-    ensembles = sorted({(row.n, row.hurst) for row in rows})
+    ensembles = sorted({(row.case.n, row.case.hurst) for row in rows})
     with new_figure((6.6, 4.6), *paths(folder, "thresholds")) as figure:
         axes = figure.subplots()
         for row in rows:
-            apart = 1.05 ** (ensembles.index((row.n, row.hurst)) - 0.5 * (len(ensembles) - 1))
+            apart = 1.05 ** (
+                ensembles.index((row.case.n, row.case.hurst)) - 0.5 * (len(ensembles) - 1)
+            )
             for model, value, deviation, colour, filled in KINDS.values():
                 if model == row.model:
                     axes.errorbar(
-                        [row.short * apart],
+                        [row.case.short * apart],
                         [getattr(row, value)],
                         yerr=[(getattr(row, deviation) or 0.0) / row.seeds**0.5],
-                        fmt=sizes[row.n],
+                        fmt=sizes[row.case.n],
                         color=colour,
                         mfc=colour if filled else "white",
-                        alpha=opacity[row.hurst],
+                        alpha=opacity[row.case.hurst],
                         markersize=5.5,
                         capsize=2,
                         linewidth=0.9,
@@ -282,22 +287,19 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> None:
         axes.set_xscale("log", base=2)
         axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
         axes.xaxis.set_minor_locator(NullLocator())
-        axes.set_xticks(sorted({row.short for row in rows}))
+        axes.set_xticks(sorted({row.case.short for row in rows}))
         axes.set(
             xlabel="short cut-off λs [samples]",
             ylabel="percolation threshold A*/A0",
             title="Elastic contact percolates earlier than a cut",
         )
 
-        def entry(marker: str, colour: str, filled: bool, label: str, alpha: float = 1.0) -> Line2D:
-            face = colour if filled else "white"
-            return Line2D(
-                [], [], marker=marker, color=colour, mfc=face, ls="none", label=label, alpha=alpha
-            )
-
-        entries = [entry("o", colour, filled, name) for name, (*_, colour, filled) in KINDS.items()]
-        entries += [entry(marker, "0.3", True, f"n = {n}") for n, marker in sizes.items()]
-        entries += [entry("o", "0.3", True, f"H = {H:g}", opacity[H]) for H in hursts]
+        entries = [
+            _mark("o", colour, name, colour if filled else "white")
+            for name, (*_, colour, filled) in KINDS.items()
+        ]
+        entries += [_mark(marker, "0.3", f"n = {n}", "0.3") for n, marker in sizes.items()]
+        entries += [_mark("o", "0.3", f"H = {H:g}", "0.3", opacity[H]) for H in hursts]
         figure.legend(
             handles=entries,
             loc="outside lower center",

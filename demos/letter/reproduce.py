@@ -176,17 +176,11 @@ def reproduce(
         flows = {model: FlowMeasures.of(flow) for model, flow in shown.items()}
     if "saddle" in done:
         closing_saddle.show(done["saddle"][::-1], out / "saddle.png")
-    of_case = [row for row in rows if _is_of(row, case)]
+    of_case = [row for row in rows if row.case == case]
     found = Found(of_case, currents, theory, flows, done.get("cascade", []))
     title = f"{case}, {plan.seeds} {'seed' if plan.seeds == 1 else 'seeds'}, rtol {plan.rtol:g}"
     write_text(out / "letter.md", page(title, found))
     return found
-
-
-def _is_of(row, case: RoughCase) -> bool:
-    """Whether a row of thresholds is that of a case."""
-    ensemble = (case.n, case.hurst, case.short, case.long * case.n)
-    return (row.n, row.hurst, row.short, row.long) == ensemble
 
 
 def _currents(plan: Plan, points: list[Current], grids: list[Finer], out: Path):
@@ -236,7 +230,6 @@ def parser() -> argparse.ArgumentParser:
             metavar="V1,V2,…",
             help=f"{text} ({default}); thresholds for all values, the rest for the first",
         )
-    top.add_argument("--seeds", type=int, default=3, metavar="N", help="surfaces 1 to N (3)")
     top.add_argument(
         "--only",
         nargs="+",
@@ -245,36 +238,35 @@ def parser() -> argparse.ArgumentParser:
         choices=tuple(PARTS),
         help="parts to compute (all); a later run adds others",
     )
-    top.add_argument("--rtol", type=float, default=0.1, help="width of certified brackets (0.1)")
-    top.add_argument(
-        "--areas",
-        type=numbers(float),
-        metavar="V1,V2,…",
-        help="A/A0 of Fig. 3, beside first contact (0.02 to closing)",
-    )
-    top.add_argument("--refine", type=int, default=2, metavar="FACTOR", help="finer grids (2)")
-    top.add_argument(
-        "--edges",
-        type=numbers(str),
-        default=("open",),
-        metavar="E1,E2,…",
-        help="what spanning means: open, cylinder, periodic (open)",
-    )
-    top.add_argument(
-        "--resolution",
-        type=float,
-        default=0.002,
-        metavar="A",
-        help="of thresholds, in A/A0 (0.002)",
-    )
+    for name, kind, default, metavar, text in (
+        ("seeds", int, 3, "N", "surfaces 1 to N (3)"),
+        ("rtol", float, 0.1, "RTOL", "width of certified brackets (0.1)"),
+        (
+            "areas",
+            numbers(float),
+            None,
+            "V1,…",
+            "A/A0 of Fig. 3, beside first contact (0.02 to closing)",
+        ),
+        ("refine", int, 2, "FACTOR", "finer grids (2)"),
+        (
+            "edges",
+            numbers(str),
+            ("open",),
+            "E1,…",
+            "what spanning means: open, cylinder, periodic (open)",
+        ),
+        ("resolution", float, 0.002, "A", "of thresholds, in A/A0 (0.002)"),
+        (
+            "out",
+            Path,
+            Path("results/letter"),
+            "DIR",
+            "folder; its points are kept (results/letter)",
+        ),
+    ):
+        top.add_argument(f"--{name}", type=kind, default=default, metavar=metavar, help=text)
     add_work(top, "point")
-    top.add_argument(
-        "--out",
-        type=Path,
-        default=Path("results/letter"),
-        metavar="DIR",
-        help="result folder; its points are kept (results/letter)",
-    )
     return top
 
 

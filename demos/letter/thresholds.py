@@ -228,10 +228,7 @@ def _width(pair: tuple[_Visited, _Visited]) -> float:
 class ThresholdRow:
     """A*/A0 of an ensemble, mean over its seeds; or bearing less elastic of the same surfaces."""
 
-    n: int
-    hurst: float
-    short: float  #: λ_s [samples]
-    long: float  #: λ_l [samples]
+    case: RoughCase
     model: str
     edges: str
     pair: str
@@ -259,24 +256,19 @@ def threshold_rows(found: Sequence[Thresholds]) -> list[ThresholdRow]:
         both = [s for s in seeds if all((case, model, s) in of for model in MODELS)]
         for edges in next(one.edges for one in found if one.case == case):
             for pair in PAIRS:
-                head = (case.n, case.hurst, case.short, case.long * case.n)
-                rows += [
-                    _row((*head, model, edges, pair), ones)
-                    for model, ones in by_model.items()
-                    if ones
-                ]
+                rows += [_row(edges, pair, ones) for ones in by_model.values() if ones]
                 cut, pressed = (
                     np.array([of[case, model, s].at(pair, edges) for s in both]) for model in MODELS
                 )
                 if both:
                     values = _statistics(cut - pressed)
-                    rows.append(ThresholdRow(*head, DIFFERENCE, edges, pair, len(both), *values))
+                    rows.append(ThresholdRow(case, DIFFERENCE, edges, pair, len(both), *values))
     return rows
 
 
-def _row(head: tuple, ones: Sequence[Thresholds]) -> ThresholdRow:
+def _row(edges: str, pair: str, ones: Sequence[Thresholds]) -> ThresholdRow:
     """Row of one model; its Euler characteristic and perimeter are those of the reference pair."""
-    *_, model, edges, pair = head
+    case, model = ones[0].case, ones[0].model
     # A pixel of an elastic contact counts if it carries any pressure, which makes the area too
     # large. The area of a cut is prescribed.
     corrected, deviation, _ = (
@@ -286,8 +278,7 @@ def _row(head: tuple, ones: Sequence[Thresholds]) -> ThresholdRow:
     )
     ends = np.array([one.ends(pair, edges) for one in ones])
     return ThresholdRow(
-        *head,
-        len(ones),
+        *(case, model, edges, pair, len(ones)),
         *_statistics([one.at(pair, edges) for one in ones]),
         corrected,
         deviation,
