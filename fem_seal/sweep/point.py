@@ -40,6 +40,8 @@ _FILES = ("mesh", "pictures")
 class Point:
     """A finished point."""
 
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 (pydantic reads it)
+
     values: tuple[str, ...]  #: values of the axes, as text
     numbers: dict[str, Number]  #: by column; those of COLUMNS first
     version: str = __version__  #: of fem_seal
@@ -50,29 +52,6 @@ class Point:
         """Number in a column; None if it is empty."""
         value = self.numbers[column]
         return value if isinstance(value, int | float) else None
-
-    def to_json(self) -> str:
-        """Text of its file, with all digits of floats."""
-        return json.dumps(vars(self), indent=1) + "\n"
-
-    @classmethod
-    def from_json(cls, text: str) -> "Point":
-        """Read what `to_json` wrote; ValueError for any other text."""
-        data = json.loads(text)
-        if not isinstance(data, dict) or set(data) != set(cls.__dataclass_fields__):
-            raise ValueError("not a point of a sweep")
-        values, numbers = data["values"], data["numbers"]
-        valid = (
-            isinstance(values, list)
-            and all(isinstance(value, str) for value in values)
-            and isinstance(numbers, dict)
-            and all(isinstance(number, Number) for number in numbers.values())
-            and set(COLUMNS) <= set(numbers)
-        )
-        if not valid:
-            raise ValueError("not a point of a sweep")
-        version, again, finished = str(data["version"]), bool(data["again"]), str(data["finished"])
-        return cls(tuple(values), numbers, version, again, finished)
 
     @property
     def converged(self) -> bool:

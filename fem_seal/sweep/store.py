@@ -1,5 +1,6 @@
 """The folder of a sweep: a file for each finished point, and the table of these points."""
 
+import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,7 +9,7 @@ from pydantic import ValidationError
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import create_text, write_text, writing
-from fem_seal.points import PointFolder
+from fem_seal.points import RecordFolder
 from fem_seal.results.result import Provenance
 from fem_seal.sweep.point import COLUMNS, Point
 from fem_seal.tables import csv_text
@@ -17,7 +18,7 @@ TABLE_FILE, ORIGIN_FILE, POINTS = "sweep.csv", "sweep.json", "points"
 _POINT_FILE = re.compile(r"[0-9a-f]{32}\.json")
 
 
-class SweepFolder(PointFolder[Point]):
+class SweepFolder(RecordFolder[Point]):
     """The points of one sweep; any number of processes may write into the folder at once.
 
     Parameters
@@ -26,7 +27,7 @@ class SweepFolder(PointFolder[Point]):
     """
 
     def __init__(self, path: Path, keys: tuple[str, ...]):
-        super().__init__(path / POINTS)
+        super().__init__(path / POINTS, Point)
         self.path = path
         self.keys = keys
 
@@ -62,14 +63,14 @@ class SweepFolder(PointFolder[Point]):
 
     def load(self, path: Path) -> Point:
         """Read the file of a point."""
-        point = Point.from_json(path.read_text("utf-8"))
-        if len(point.values) != len(self.keys):
+        point = super().load(path)
+        if len(point.values) != len(self.keys) or not set(COLUMNS) <= set(point.numbers):
             raise ValueError("a point of another sweep")
         return point
 
     def save(self, path: Path, point: Point) -> None:
-        """Write the file of a point."""
-        write_text(path, point.to_json())
+        """Write the file of a point, with infinite numbers, which pydantic writes as null."""
+        write_text(path, json.dumps(vars(point), indent=1) + "\n")
 
     def point(self, name: str) -> Point | None:
         """Read a point, also one that failed; None if there is none, or it is damaged."""
