@@ -76,8 +76,15 @@ def require_size(number: float) -> float:
 
 def _parsed(text: str) -> "pint.Unit":
     """A unit by pint, which would read "MPas" as the plural of MPa: ValueError for such a word."""
+    from tokenize import TokenError
+
+    import pint
+
     registry = _registry()
-    unit = registry.parse_units(text)
+    try:
+        unit = registry.parse_units(text)
+    except (pint.PintError, TokenError, *_NO_UNIT):
+        raise ValueError(text) from None
     for word in _WORD.findall(text):
         for _, name, _ in registry.parse_unit_name(word) if word.endswith("s") else ():
             symbol = registry.get_symbol(name)
@@ -89,7 +96,6 @@ def _parsed(text: str) -> "pint.Unit":
 def _convert(number: str, text: str, unit: str, expected: str) -> float:
     """Convert a number with the unit `text` to an SI unit; `expected` ends the error message."""
     from decimal import Decimal
-    from tokenize import TokenError
 
     import pint
 
@@ -98,14 +104,13 @@ def _convert(number: str, text: str, unit: str, expected: str) -> float:
             f"is in pixels, which are of no fixed length; {expected}: their number times the "
             "distance of the samples"
         )
-    registry = _registry()
     try:
         # parse_units accepts names and powers only; parse_expression reads "5,0 um" as 50 um.
-        quantity = registry.Quantity(Decimal(number), _parsed(text))
+        quantity = _registry().Quantity(Decimal(number), _parsed(text))
         return float(quantity.m_as(unit.replace(" ", "*")))
     except pint.DimensionalityError:
         raise ValueError(f"is not in a unit of {unit}; {expected}") from None
-    except (pint.PintError, TokenError, *_NO_UNIT):
+    except (pint.PintError, *_NO_UNIT):
         raise ValueError(f"has an unknown unit {text!r}; {expected}") from None
 
 
@@ -123,10 +128,6 @@ class RateUnit:
     @classmethod
     def parse(cls, text: object) -> "RateUnit":
         """Read "ml/h", "mbar l/s" or any other unit of a leak rate; ValueError for other text."""
-        from tokenize import TokenError
-
-        import pint
-
         if not isinstance(text, str) or text.strip()[:1].isdigit():
             raise ValueError(_RATE_EXPECTED)
         if _STANDARD_VOLUME.search(text):
@@ -137,7 +138,7 @@ class RateUnit:
             )
         try:
             unit = _parsed(text)
-        except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError):
+        except ValueError:
             raise ValueError(f"has an unknown unit; it {_RATE_EXPECTED}") from None
         for kind, si in RATES.items():
             si = si.replace(" ", "*")

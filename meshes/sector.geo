@@ -1,13 +1,13 @@
 // Sector of a face seal from theta = 0 to theta = angle, walls along both radii; angle < 2 Pi.
-DefineConstant[ inner = 1, outer = 2, angle = 1, mesh_size = 0.1 ];
+DefineConstant[ inner_radius = 1, outer_radius = 2, angle = 1, mesh_size = 0.1 ];
 
 // An arc of a circle must be shorter than half a turn.
 n = Floor(angle / 2) + 1;
 Point(1) = {0, 0, 0};
 For k In {0:n}
   t = k * angle / n;
-  Point(10 + k) = {inner * Cos(t), inner * Sin(t), 0, mesh_size};
-  Point(20 + k) = {outer * Cos(t), outer * Sin(t), 0, mesh_size};
+  Point(10 + k) = {inner_radius * Cos(t), inner_radius * Sin(t), 0, mesh_size};
+  Point(20 + k) = {outer_radius * Cos(t), outer_radius * Sin(t), 0, mesh_size};
 EndFor
 For k In {0:n-1}
   Circle(10 + k) = {10 + k, 1, 11 + k};

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field
 
+from fem_seal.contact.settings import Load
 from fem_seal.errors import present
 from fem_seal.fluid import Drive, Slip
 from fem_seal.grid import GridField
@@ -25,9 +26,6 @@ from fem_seal.scene.sections import (
 )
 from fem_seal.scene.shape import AnyShape, MeshFile
 from fem_seal.scene.tolerances import Tolerances
-
-if TYPE_CHECKING:
-    from fem_seal.contact.settings import Load
 
 
 @dataclass(frozen=True)
@@ -108,13 +106,11 @@ class Contents(Section):
         return self.limit is not None or bool(products.intersection(self.output.products))
 
     @property
-    def load(self) -> "Load":
+    def load(self) -> Load:
         """Load of the contact: that of [contact], or the mean pressure that [seal] gives."""
         contact = present(self.contact, "[contact]")
         if self.seal is None or not self.seal.own_load:
             return contact.load
-        from fem_seal.contact.settings import Load
-
         return Load("pressure", self.seal.mean_pressure(present(self.solid, "[solid]").E_star))
 
     @property

@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, model_validator
@@ -25,10 +25,7 @@ from fem_seal.scene.sections import (
     Truth,
     one_or_more,
 )
-
-if TYPE_CHECKING:
-    from fem_seal.surface.preparation import Preparation
-
+from fem_seal.surface.preparation import Preparation
 
 WINDOW_END = 1e-5  # part of a window by which its end is shortened, to leave out the last sample
 
@@ -113,10 +110,8 @@ class FileSurface(FieldFile):
     height_factor: Number = Field(1.0, gt=0, description="factor on all heights")
 
     @property
-    def preparation(self) -> "Preparation":
+    def preparation(self) -> Preparation:
         """The steps that prepare the map."""
-        from fem_seal.surface.preparation import Preparation
-
         return Preparation(**{step.name: getattr(self, step.name) for step in fields(Preparation)})
 
     @property

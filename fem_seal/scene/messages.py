@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from fem_seal.scene.readable import sections_in
+
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
@@ -74,19 +76,12 @@ def _path(location: tuple[int | str, ...]) -> str:
     return path
 
 
-def _models(annotation: object) -> list[type[BaseModel]]:
-    """List the models inside Annotated, unions and None."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for part in get_args(annotation) for model in _models(part)]
-
-
 def _section(location: tuple[int | str, ...], root: type[BaseModel]) -> type[BaseModel]:
     """Find the innermost model on the way to `location`."""
     model = root
     for part, following in pairwise(location):
         field = model.model_fields.get(str(part))
-        choices = _models(field.annotation) if field else []
+        choices = sections_in(field.annotation) if field else []
         if following in _KINDS:
             model = next(m for m in choices if following in get_args(_kind(m)))
         elif choices:
@@ -101,7 +96,7 @@ def _kind(model: type[BaseModel]) -> object:
 def _kinds(location: tuple[int | str, ...], root: type[BaseModel]) -> list[str]:
     """Kinds of the section at `location`."""
     field = _section(location, root).model_fields[str(location[-1])]
-    return [kind for model in _models(field.annotation) for kind in get_args(_kind(model))]
+    return [kind for model in sections_in(field.annotation) for kind in get_args(_kind(model))]
 
 
 def _nearest(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
@@ -111,7 +106,7 @@ def _nearest(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
         f"[{name}]"
         for name, field in root.model_fields.items()
         if name != location[0]
-        and any(key in model.model_fields for model in _models(field.annotation))
+        and any(key in model.model_fields for model in sections_in(field.annotation))
     ]
     if len(location) > 1 and others:
         return f"it belongs in {' or '.join(others)}"

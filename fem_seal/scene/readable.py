@@ -57,17 +57,16 @@ def units_of(model: type[BaseModel]) -> dict[str, str]:
         unit = unit_of(field)
         if unit is not None:
             units[key] = unit
-        for section in _sections(field.annotation):
+        for section in sections_in(field.annotation):
             units |= {f"{key}.{name}": unit for name, unit in units_of(section).items()}
     return units
 
 
-def _sections(annotation: object) -> Iterator[type[BaseModel]]:
+def sections_in(annotation: object) -> list[type[BaseModel]]:
     """Sections in an annotation such as Annotated[A | B, ...] | None."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for part in get_args(annotation):
-        yield from _sections(part)
+        return [annotation]
+    return [section for part in get_args(annotation) for section in sections_in(part)]
 
 
 def rows_of_mapping(data: Mapping[str, Any], model: type[BaseModel]) -> list[tuple[str, str]]:

@@ -20,18 +20,19 @@ from pydantic import (
     model_validator,
 )
 
+from fem_seal.contact import Arithmetic, ContactStopping, ElasticSolid, Layer
+from fem_seal.contact import settings as contact_settings
 from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.fluid import Drive
 from fem_seal.limits import Limits
 from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.readable import own_names, python_rows
+from fem_seal.surface.spectrum import Spectrum
 from fem_seal.units import RateUnit, StatedRate, require_size, to_si
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
 
-    from fem_seal import contact
-    from fem_seal.surface.spectrum import Spectrum
 else:
     ModelMetaclass = type(BaseModel)
 
@@ -153,10 +154,8 @@ class SelfAffine(Section):
     seed: Seed = Field(0, description="seed of the random phases")
 
     @property
-    def spectrum(self) -> "Spectrum":
+    def spectrum(self) -> Spectrum:
         """Cut-offs and Hurst exponent as an argument of the synthesis."""
-        from fem_seal.surface.spectrum import Spectrum
-
         return Spectrum(
             self.hurst, self.long_wavelength, self.short_wavelength, self.rolloff_wavelength
         )
@@ -257,10 +256,8 @@ class Solid(Section):
         return self
 
     @property
-    def elastic(self) -> "contact.ElasticSolid":
+    def elastic(self) -> ElasticSolid:
         """The solid as an argument of the contact solver."""
-        from fem_seal.contact import ElasticSolid, Layer
-
         if self.layer_thickness is None:
             return ElasticSolid(self.E_star)
         (nu,) = self.poisson_ratio or (0.5,)
@@ -328,27 +325,19 @@ class Contact(Section):
         return self.model == "gfmd"
 
     @property
-    def load(self) -> "contact.Load":
+    def load(self) -> contact_settings.Load:
         """The one load that is set; see `Contents.load` for a scene whose [seal] gives it."""
-        from fem_seal.contact.settings import one_load
-
-        return one_load(
+        return contact_settings.one_load(
             pressure=self.pressure, area_fraction=self.area_fraction, mean_gap=self.mean_gap
         )
 
-    def stopping(
-        self, progress: Callable[[int, float], None] | None = None
-    ) -> "contact.ContactStopping":
+    def stopping(self, progress: Callable[[int, float], None] | None = None) -> ContactStopping:
         """Method and tolerance of an elastic contact."""
-        from fem_seal.contact import ContactStopping
-
         return ContactStopping(self.solver, self.tolerance, self.max_iterations, progress)
 
     @property
-    def arithmetic(self) -> "contact.Arithmetic":
+    def arithmetic(self) -> Arithmetic:
         """Threads and precision of the transforms."""
-        from fem_seal.contact import Arithmetic
-
         return Arithmetic(self.threads, self.precision)
 
 

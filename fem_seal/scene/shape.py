@@ -15,6 +15,7 @@ from pydantic import (
 )
 
 from fem_seal.errors import InvalidInput
+from fem_seal.expression import check_formula
 from fem_seal.scene.measured import LengthUnit
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import Count, InputFile, Length, Section, Truth
@@ -59,8 +60,6 @@ class Shape(Section):
     @field_validator("gap_expression")
     @classmethod
     def _is_formula(cls, text: str | None) -> str | None:
-        from fem_seal.expression import check_formula
-
         if text is not None:
             try:
                 check_formula(text)
@@ -87,8 +86,10 @@ class Shape(Section):
         return 0.0
 
     def numbers(self) -> Mapping[str, float]:
-        """Values of the geometry's constants [m]."""
-        return {}
+        """Values of the geometry's constants, in m and rad, which have the names of the fields."""
+        shared = {*Shape.model_fields, "kind"}
+        own = [name for name in type(self).model_fields if name not in shared]
+        return {name: getattr(self, name) for name in own} if self.source else {}
 
     @model_validator(mode="after")
     def _check_gap(self) -> "Shape":
@@ -133,9 +134,6 @@ class _Strip(Shape):
     width: Length = Field(description="width between the side walls")
     mesh_size: Length = Field(description="longest edge of the first mesh")
 
-    def numbers(self) -> Mapping[str, float]:
-        return {"length": self.length, "width": self.width, "mesh_size": self.mesh_size}
-
     @model_validator(mode="after")
     def _check_cost(self) -> "_Strip":
         area, rim = self.length * self.width, 2 * (self.length + self.width)
@@ -175,10 +173,10 @@ class PlateWithHoles(_Strip):
     source: ClassVar[str] = "plate-with-holes.geo"
 
     def numbers(self) -> Mapping[str, float]:
-        """Values of the geometry's constants [m]."""
-        holes_x, holes_y = self.holes
-        more = {"holes_x": holes_x, "holes_y": holes_y, "radius": self.radius}
-        return {**super().numbers(), **more}
+        """Values of the geometry's constants [m], with the two numbers of holes."""
+        constants = dict(super().numbers())
+        del constants["holes"]
+        return constants | dict(zip(("holes_x", "holes_y"), self.holes, strict=True))
 
     @model_validator(mode="after")
     def _check_radius(self) -> "PlateWithHoles":
@@ -194,13 +192,6 @@ class _Ring(Shape):
     inner_radius: Length = Field(description="radius of the inlet")
     outer_radius: Length = Field(description="radius of the outlet")
     mesh_size: Length = Field(description="longest edge of the first mesh")
-
-    def numbers(self) -> Mapping[str, float]:
-        return {
-            "inner": self.inner_radius,
-            "outer": self.outer_radius,
-            "mesh_size": self.mesh_size,
-        }
 
     @model_validator(mode="after")
     def _check_radii(self) -> "_Ring":
@@ -233,10 +224,6 @@ class Sector(_Ring):
     def middle_angle(self) -> float:
         """Middle of the sector, so that theta does not jump inside it [rad]."""
         return self.angle / 2
-
-    def numbers(self) -> Mapping[str, float]:
-        """Values of the geometry's constants [m]; the angle in radians."""
-        return {**super().numbers(), "angle": self.angle}
 
 
 class MeshFile(Shape):
