@@ -67,15 +67,7 @@ class Reference:
         return (self.lower * self.upper) ** 0.5
 
 
-@dataclass(frozen=True)
-class Answers:
-    """Answers of one method on one grid; the content of a file of points/."""
-
-    __pydantic_config__ = {"ser_json_inf_nan": "constants"}  # noqa: RUF012 (pydantic reads it)
-
-    answers: tuple[Answer, ...]  #: three for linear elements, one for any other method
-
-
+Answers = tuple[Answer, ...]  # three of linear elements, one of any other method
 Series = dict[int, list[Answer]]
 
 
@@ -104,22 +96,24 @@ def on_exact_cases(
     -------
     Rows of each case by method and grid; None if some points are left to other parts of the study.
     """
-    tasks = []
-    for case in cases:
-        setting = Setting(1 / 12, 1.0, 0.01)
-        for n in squares:
-            films = case.films(n)
-            # The adaptive method refines on its own: one run, on the finest grid, is enough.
-            chosen = [m for m in methods if m != "adaptive" or n == max(squares)]
-            tasks.append({n: [_task(films, setting, 0, method) for method in chosen]})
+    setting = Setting(1 / 12, 1.0, 0.01)
+    tasks = [
+        {
+            n: [
+                _task(case.films(n), setting, 0, method)
+                for method in methods
+                # The adaptive method refines on its own: one run, on the finest grid, is enough.
+                if method != "adaptive" or n == max(squares)
+            ]
+            for n in squares
+        }
+        for case in cases
+    ]
     computed = _computed(tasks, out, work, report)
     if computed is None:
         return None
     compared = []
-    for k, case in enumerate(cases):
-        series: Series = {}
-        for group in computed[k * len(squares) : (k + 1) * len(squares)]:
-            series |= group
+    for case, series in zip(cases, computed, strict=True):
         orders = {QUADRATIC: case.quadratic_order or case.order}
         rows = _rows(series, Reference(case.exact, case.exact), case.order, orders)
         compared.append(tuple(replace(row, verdict=_side(row.error)) for row in rows))
@@ -192,19 +186,19 @@ def _task(
     )
 
 
-def answers_on(films: Sequence[GridFilm], setting: Setting, times: int, method: str) -> Answers:
+def answers_on(
+    films: Sequence[GridFilm], setting: Setting, times: int, method: str
+) -> tuple[Answer, ...]:
     """Answers of a method; for several films geometric means (that of bounds is a bound)."""
     runs = [list(METHODS[method](finer_film(film, times), setting)) for film in films]
-    return Answers(
-        tuple(
-            replace(
-                group[0],
-                value=prod(answer.value for answer in group) ** (1 / len(group)),
-                unknowns=max(answer.unknowns for answer in group),
-                seconds=sum(answer.seconds for answer in group),
-            )
-            for group in zip(*runs, strict=True)
+    return tuple(
+        replace(
+            group[0],
+            value=prod(answer.value for answer in group) ** (1 / len(group)),
+            unknowns=max(answer.unknowns for answer in group),
+            seconds=sum(answer.seconds for answer in group),
         )
+        for group in zip(*runs, strict=True)
     )
 
 
@@ -218,25 +212,17 @@ def _computed(
     with ExitStack() as held:
         if out is None:
             out = held.enter_context(temporary_folder())
-        folder = RecordFolder(out / "points", Answers)
-        chains = [
-            chain_of(folder, task)
-            for by_grid in tasks
-            for group in by_grid.values()
-            for task in group
-        ]
-        if compute_study(chains, work, report).missing:
+        folder: RecordFolder[Answers] = RecordFolder(out / "points", Answers)
+        every = [task for by_grid in tasks for group in by_grid.values() for task in group]
+        if compute_study([chain_of(folder, task) for task in every], work, report).missing:
             return None
+        found = {task.name: present(folder.point(task.name), task.label) for task in every}
         return [
             {
-                n: [
-                    answer
-                    for task in group
-                    for answer in present(folder.point(task.name), task.label).answers
-                ]
-                for n, group in by_grid.items()
+                n: [answer for task in group for answer in found[task.name]]
+                for n, group in one.items()
             }
-            for by_grid in tasks
+            for one in tasks
         ]
 
 

@@ -31,6 +31,8 @@ class Setting:
 class Answer:
     """One number of one method on one grid."""
 
+    __pydantic_config__ = {"ser_json_inf_nan": "constants"}  # noqa: RUF012 (pydantic reads it)
+
     method: str  #: name of the method, with "upper" or "lower" for a bound
     value: float  #: leak rate [m^3/s]; nan if the method did not converge
     #: "above", "below" or "", whether the number is an upper bound, a lower bound or neither
