@@ -1,9 +1,7 @@
 """Surface, contact or start for the contact that a point of a sweep hands on to the next."""
 
 from fem_seal.contact.load_path import Predictor
-from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
-from fem_seal.errors import present
 from fem_seal.grid import GridField
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
@@ -38,16 +36,14 @@ class ContactPath:
     ) -> Patch:
         """Patch of the next point, with surface and contact of the last one if they fit."""
         surface, contact, start = None, None, None
+        if self._last is not None and scene.surface != self._last[0].surface:
+            self._last = None
         if self._last is not None:
-            last, last_surface, last_contact = self._last
-            if scene.surface != last.surface:
-                self._last = None
-            else:
-                surface = last_surface
-                if (scene.solid, scene.contact) == (last.solid, last.contact):
-                    contact = last_contact
-                elif _one_path(last, scene):
-                    start = self._predictor.start(present(_load(scene), "load"))
+            last, surface, pressed = self._last
+            if (scene.solid, scene.contact) == (last.solid, last.contact):
+                contact = pressed
+            elif _path(scene) is not None and _path(scene) == _path(last):
+                start = self._predictor.start(scene.load)
         return Patch(
             scene,
             report,
@@ -63,27 +59,17 @@ class ContactPath:
         scene = patch.scene
         if patch.surface is None or patch.contact is None:
             return
-        if self._last is None or not _one_path(self._last[0], scene):
+        path = _path(scene)
+        if self._last is None or path is None or path != _path(self._last[0]):
             self._predictor = Predictor()
         self._last = scene, patch.surface, patch.contact
-        load = _load(scene)
-        if load is not None and isinstance(patch.contact, ContactState):
-            self._predictor.remember(load, patch.contact)
+        if path is not None and isinstance(patch.contact, ContactState):
+            self._predictor.remember(scene.load, patch.contact)
 
 
-def _load(scene: Scene) -> Load | None:
-    """Load of a contact whose start can be extrapolated; None for other contacts."""
-    load = None if scene.contact is None else scene.load
-    return load if load is not None and load.kind in EXTRAPOLATED else None
-
-
-def _one_path(one: Scene, other: Scene) -> bool:
-    """Whether two elastic contacts differ in nothing but the value of their load."""
-    load, other_load, contact, other_contact = _load(one), _load(other), one.contact, other.contact
-    if load is None or other_load is None or contact is None or other_contact is None:
-        return False
-    if load.kind != other_load.kind or not contact.is_elastic:
-        return False
-    unloaded = dict.fromkeys(EXTRAPOLATED)
-    same = contact.model_copy(update=unloaded) == other_contact.model_copy(update=unloaded)
-    return same and (one.surface, one.solid) == (other.surface, other.solid)
+def _path(scene: Scene) -> tuple[object, ...] | None:
+    """All of an elastic contact but the value of its load; None if no start is extrapolated."""
+    if scene.contact is None or not scene.contact.is_elastic or scene.load.kind not in EXTRAPOLATED:
+        return None
+    unloaded = scene.contact.model_copy(update=dict.fromkeys(EXTRAPOLATED))
+    return scene.surface, scene.solid, scene.load.kind, unloaded
