@@ -45,18 +45,22 @@ class Curve:
         """Whether there are several points at a place, of different seeds."""
         return any(len(group.points) > 1 for _, group in self.groups)
 
+    @property
+    def points(self) -> list[tuple[float, Point]]:
+        """All points with their places."""
+        return [(place, point) for place, group in self.groups for point in group.points]
+
     def rows(self) -> np.ndarray:
         """Place, leak rate, lower and upper bound (n, 4) of all points that leak.
 
         Without bounds both are equal to the leak rate. A lower bound may be 0.
         """
         rows = []
-        for place, group in self.groups:
-            for point in group.points:
-                value, lower, upper = (point.number(k) for k in ("leak_rate", "lower", "upper"))
-                if value is not None and 0 < value < np.inf:
-                    bounds = (value, value) if lower is None or upper is None else (lower, upper)
-                    rows.append((place, value, *bounds))
+        for place, point in self.points:
+            value, lower, upper = (point.number(k) for k in ("leak_rate", "lower", "upper"))
+            if value is not None and 0 < value < np.inf:
+                bounds = (value, value) if lower is None or upper is None else (lower, upper)
+                rows.append((place, value, *bounds))
         return np.array(rows).reshape(-1, 4)
 
     def ranges(self) -> np.ndarray:
@@ -66,10 +70,8 @@ class Curve:
         are open at both ends cannot be drawn.
         """
         rows = []
-        for place, group in self.groups:
-            for point in group.points:
-                if point.numbers["state"] != UNSETTLED:
-                    continue
+        for place, point in self.points:
+            if point.numbers["state"] == UNSETTLED:
                 lower, upper = (point.number(f"together.{k}") for k in ("lower", "upper"))
                 ends = lower or 0.0, np.inf if upper is None else upper
                 if ends[0] > 0 or 0 < ends[1] < np.inf:
@@ -78,12 +80,8 @@ class Curve:
 
     def counts(self, state: str) -> list[tuple[float, int, int]]:
         """Place, number of points in a state there, and number of all points there."""
-        counts = []
-        for place, group in self.groups:
-            some = sum(point.numbers["state"] == state for point in group.points)
-            if some:
-                counts.append((place, some, len(group.points)))
-        return counts
+        counts = ((place, group.count(state), len(group.points)) for place, group in self.groups)
+        return [count for count in counts if count[1]]
 
 
 def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -> Path:
@@ -242,11 +240,10 @@ def _caption(curves: Sequence[Curve], seeds: str) -> str:
     open_ = "open: ranges of points that have not settled" if unsettled else ""
     if any(curve.seeds for curve in curves):
         words = f"points: each {seeds}; line: their median; shaded: all that leak"
-        every = [group for curve in curves for _, group in curve.groups]
-        left_out = sum(group.left_out for group in every)
+        left_out = sum(group.left_out for curve in curves for _, group in curve.groups)
         if not left_out:
             return words
-        total = sum(len(group.points) for group in every)
+        total = sum(len(curve.points) for curve in curves)
         words = words.replace("their median", f"their median, without {left_out} of {total} points")
         return f"{words}{';' if open_ else ''}\n{open_}".rstrip()
     rows = np.concatenate([curve.rows() for curve in curves])
