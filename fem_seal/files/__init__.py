@@ -8,6 +8,7 @@ that the next run can remove the files of a killed one.
 from fem_seal.files.atomic import (
     atomic_write,
     create_text,
+    digest,
     staging_folder,
     temporary_folder,
     to_disk,
@@ -16,7 +17,6 @@ from fem_seal.files.atomic import (
     writing,
 )
 from fem_seal.files.caches import cache_folder, use_writable_cache
-from fem_seal.files.digest import digest
 from fem_seal.files.lock import locked_folder
 from fem_seal.files.owner import clear_abandoned
 

@@ -1,4 +1,4 @@
-"""Writing a file completely or not at all."""
+"""Writing a file completely or not at all, and the checksum of one."""
 
 import os
 import shutil
@@ -6,6 +6,7 @@ import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from hashlib import file_digest
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
@@ -134,3 +135,9 @@ def to_disk(path: Path) -> None:
             raise
     finally:
         os.close(handle)
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of the content of a file."""
+    with path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()

@@ -74,6 +74,7 @@ Viscosity = Annotated[float, BeforeValidator(partial(to_si, unit="Pa s")), Field
 Seconds = Annotated[float, BeforeValidator(partial(to_si, unit="s")), Field(gt=0)]
 Bytes = Annotated[float, BeforeValidator(partial(to_si, unit="byte")), Field(gt=0)]
 Number = Annotated[float, BeforeValidator(_plain_number)]
+PoissonRatio = Annotated[float, BeforeValidator(_plain_number), Field(gt=-1, le=0.5)]
 Count = Annotated[int, Strict(), Field(ge=1)]
 Seed = Annotated[int, Strict(), Field(ge=0)]
 Truth = Annotated[bool, Strict()]
@@ -208,7 +209,7 @@ class Solid(Section):
     youngs_modulus: Annotated[tuple[Pressure, ...], *OneOrTwo] | None = Field(
         None, description="E of both solids, or of one against a rigid counter-face"
     )
-    poisson_ratio: Annotated[tuple[Number, ...], *OneOrTwo] | None = Field(
+    poisson_ratio: Annotated[tuple[PoissonRatio, ...], *OneOrTwo] | None = Field(
         None, description="ν of the solids of youngs_modulus"
     )
     layer_thickness: Length | None = Field(
@@ -217,8 +218,8 @@ class Solid(Section):
     layer_base: Literal["fixed", "sliding"] = Field(
         "fixed", description="layer bonded to its base, or without friction on it"
     )
-    layer_poisson_ratio: Number | None = Field(
-        None, gt=-1, le=0.5, description="ν of the layer; poisson_ratio, else 0.5, if left out"
+    layer_poisson_ratio: PoissonRatio | None = Field(
+        None, description="ν of the layer; poisson_ratio, else 0.5, if left out"
     )
 
     @model_validator(mode="after")
@@ -232,9 +233,6 @@ class Solid(Section):
                 f"youngs_modulus is that of {_solids(len(E))}, and poisson_ratio that of "
                 f"{_solids(len(ratios))}; give both for the same solids"
             )
-        for nu in ratios:
-            if not -1 < nu <= 0.5:
-                raise ContradictionError(f"poisson_ratio = {nu:g} must be above -1 and at most 0.5")
         if self.layer_thickness is None:
             if self.layer_base != "fixed" or self.layer_poisson_ratio is not None:
                 raise ContradictionError(
