@@ -22,9 +22,8 @@ import argparse
 from pathlib import Path
 
 from fem_seal.scene import Scene
-from fem_seal.verification.advice import recommend
 from fem_seal.verification.pictures import trade_figure
-from fem_seal.verification.trade import Trade, TradePoint, trade
+from fem_seal.verification.trade import Trade, TradePoint, recommend, trade
 
 # %% [markdown]
 # ## The seal

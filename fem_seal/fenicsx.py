@@ -171,16 +171,9 @@ def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray) 
     points : (V, 2), coordinates [m]
     cells : (C, 3) int, vertices of each triangle
     """
-    share = slice(
-        len(cells) * comm.rank // comm.size,
-        len(cells) * (comm.rank + 1) // comm.size,
-    )
-    own = slice(
-        len(points) * comm.rank // comm.size,
-        len(points) * (comm.rank + 1) // comm.size,
-    )
-    connectivity = np.ascontiguousarray(cells[share], dtype=np.int64)
-    x = np.ascontiguousarray(points[own], dtype=np.float64)
+    share, own = (np.array_split(rows, comm.size)[comm.rank] for rows in (cells, points))
+    connectivity = np.ascontiguousarray(share, dtype=np.int64)
+    x = np.ascontiguousarray(own, dtype=np.float64)
     domain = _coordinate_domain()
     none = mesh.GhostMode.none
     if VERSION < (0, 7):

@@ -254,10 +254,9 @@ def _trade(options: argparse.Namespace) -> int:
     from platform import machine, processor
 
     from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.advice import recommend
     from fem_seal.verification.lift_price import LiftRow, lift_price
     from fem_seal.verification.pictures import trade_figure
-    from fem_seal.verification.trade import trade
+    from fem_seal.verification.trade import recommend, trade
 
     scene = _scene(options)
     work = work_of(options)

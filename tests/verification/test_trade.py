@@ -11,8 +11,7 @@ from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
-from fem_seal.verification.advice import recommend
-from fem_seal.verification.trade import FlowMethod, Trade, TradePoint, mark_pareto, trade
+from fem_seal.verification.trade import FlowMethod, Trade, TradePoint, mark_pareto, recommend, trade
 
 
 def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
