@@ -14,7 +14,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
-from fem_seal.scene.contents import FlowSettings
+from fem_seal.scene.scene import FlowSettings
 from fem_seal.steps import FLOWS, elastic_contact, finite_elements
 
 

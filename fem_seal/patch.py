@@ -16,8 +16,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
-from fem_seal.scene.contents import FlowSettings
-from fem_seal.scene.scene import require_scene
+from fem_seal.scene.scene import FlowSettings, require_scene
 from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import (
     CONTACTS,

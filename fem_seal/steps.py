@@ -14,7 +14,7 @@ from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import refuse_too_large
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffine
-from fem_seal.scene.contents import FlowSettings
+from fem_seal.scene.scene import FlowSettings
 
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load

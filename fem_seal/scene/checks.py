@@ -2,13 +2,15 @@
 
 from collections.abc import Iterator
 from itertools import islice
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
-from fem_seal.scene.contents import Contents
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.measured import FileSurface
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import LOADS, Accuracy, Product
+
+if TYPE_CHECKING:
+    from fem_seal.scene.scene import Scene
 
 MOST = 1e100  # largest limit [m³/s]; finite in any unit
 # Products that a scene with [shape] does not have.
@@ -22,7 +24,7 @@ _IN_WORDS = {
 }
 
 
-def check(scene: Contents) -> None:
+def check(scene: "Scene") -> None:
     """Run all checks, in the order in which a user should see the errors, and raise them."""
     messages: list[str] = []
     for each in CHECKS:
@@ -34,7 +36,7 @@ def check(scene: Contents) -> None:
         raise ContradictionError(*dict.fromkeys(messages))
 
 
-def _shape(scene: Contents) -> Iterator[str]:
+def _shape(scene: "Scene") -> Iterator[str]:
     """A shape with what it does not have."""
     shape, flow = scene.shape, scene.flow
     if shape is None:
@@ -61,7 +63,7 @@ def _shape(scene: Contents) -> Iterator[str]:
         )
 
 
-def _origin(scene: Contents) -> Iterator[str]:
+def _origin(scene: "Scene") -> Iterator[str]:
     """A gap that the scene defines twice, or not at all."""
     own_gap = scene.shape is not None and scene.shape.own_gap
     for name in ("gap", "surface", "solid", "contact"):
@@ -78,7 +80,7 @@ def _origin(scene: Contents) -> Iterator[str]:
         yield "[solid] is missing: contact.model = 'gfmd' needs its contact_modulus"
 
 
-def _load(scene: Contents) -> Iterator[str]:
+def _load(scene: "Scene") -> Iterator[str]:
     """A contact without a load, or with a second one that [seal] gives."""
     contact, seal = scene.contact, scene.seal
     if contact is None:
@@ -95,7 +97,7 @@ def _load(scene: Contents) -> Iterator[str]:
         yield f"contact: give exactly one of {', '.join(LOADS)}; got none"
 
 
-def _seal(scene: Contents) -> Iterator[str]:
+def _seal(scene: "Scene") -> Iterator[str]:
     """A seal whose patches cannot be computed, and products that stand beside it."""
     products, seal = set(scene.output.products), scene.seal
     if seal is None:
@@ -152,7 +154,7 @@ def _seal(scene: Contents) -> Iterator[str]:
         yield "limit.decide stops the flow of a single patch; with [seal] set seal.rtol"
 
 
-def _accuracy(scene: Contents) -> Iterator[str]:
+def _accuracy(scene: "Scene") -> Iterator[str]:
     """An [accuracy] that contradicts other sections."""
     accuracy = scene.accuracy
     if accuracy is None:
@@ -177,7 +179,7 @@ def _accuracy(scene: Contents) -> Iterator[str]:
         yield "accuracy.total chooses flow.rtol itself; give one of the two"
 
 
-def _finite_differences(scene: Contents) -> Iterator[str]:
+def _finite_differences(scene: "Scene") -> Iterator[str]:
     """Finite differences, which have neither a mesh nor bounds, for what needs one of these."""
     if scene.flow.method != "finite-difference":
         return
@@ -192,7 +194,7 @@ def _finite_differences(scene: Contents) -> Iterator[str]:
         yield f"[limit] is decided by bounds, and {ends}"
 
 
-def _rates(scene: Contents) -> Iterator[str]:
+def _rates(scene: "Scene") -> Iterator[str]:
     """Pressures, units and limits that do not fit the fluid or the products."""
     unit, limit, flow = scene.output.leak_rate_unit, scene.limit, scene.flow
     if not scene.needs_rates:
@@ -229,7 +231,7 @@ def _rates(scene: Contents) -> Iterator[str]:
         )
 
 
-def _tolerances(scene: Contents) -> Iterator[str]:
+def _tolerances(scene: "Scene") -> Iterator[str]:
     """Tolerances of inputs that the scene does not give, and of 100 % or more."""
     if scene.tolerances is None:
         return
@@ -251,7 +253,7 @@ def _tolerances(scene: Contents) -> Iterator[str]:
             )
 
 
-def _ambient_and_lift(scene: Contents) -> Iterator[str]:
+def _ambient_and_lift(scene: "Scene") -> Iterator[str]:
     """An ambient pressure that is missing or contradicts the scene, and a lift of nothing."""
     if not scene.needs_rates or scene.fluid is None:
         return
@@ -295,7 +297,7 @@ def _ambient_and_lift(scene: Contents) -> Iterator[str]:
         )
 
 
-def _tensor(scene: Contents) -> Iterator[str]:
+def _tensor(scene: "Scene") -> Iterator[str]:
     """A conductivity tensor for which the scene lacks a fluid or the method."""
     if "conductivity_tensor" not in scene.output.products:
         return
@@ -316,7 +318,7 @@ def _tensor(scene: Contents) -> Iterator[str]:
         )
 
 
-def _sensitivity(scene: Contents) -> Iterator[str]:
+def _sensitivity(scene: "Scene") -> Iterator[str]:
     """The product "sensitivity" of a film that is no elastic contact under a load."""
     contact = scene.contact
     elastic = contact is not None and contact.is_elastic and contact.area_fraction is None

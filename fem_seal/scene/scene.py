@@ -1,19 +1,55 @@
-"""Scene: the content of a scene file, read and checked."""
+"""Scene: the content of a scene file, read and checked, and what follows from several sections."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from pydantic import ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
-from fem_seal.errors import InvalidInput, InvalidScene
+from fem_seal.contact.settings import Load
+from fem_seal.errors import InvalidInput, InvalidScene, present
+from fem_seal.fluid import Drive, Slip
+from fem_seal.grid import GridField
+from fem_seal.limits import Limits
 from fem_seal.scene.checks import check
-from fem_seal.scene.contents import Contents
 from fem_seal.scene.files import override, read_toml, replaced
+from fem_seal.scene.fluid import Fluid
+from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.messages import explain
 from fem_seal.scene.readable import rows_of_mapping
-from fem_seal.scene.sections import SelfAffine
+from fem_seal.scene.seal import Seal
+from fem_seal.scene.sections import (
+    Accuracy,
+    Contact,
+    Flow,
+    Limit,
+    Output,
+    Section,
+    SelfAffine,
+    Solid,
+)
+from fem_seal.scene.shape import AnyShape, MeshFile
+from fem_seal.scene.tolerances import Tolerances
 from fem_seal.tables import html_table
+
+
+@dataclass(frozen=True)
+class FlowSettings:
+    """What a solver of the flow is told beside the film."""
+
+    method: str
+    viscosity: float  #: [Pa s]
+    pressure_drop: float  #: of the linear problem [Pa]
+    slip: Slip | None
+    rtol: float  #: largest (upper - lower) / √(lower upper)
+    decide: float | None  #: leak rate [m³/s] against which the flow decides
+    limits: Limits
+    field: bool  #: whether the flow itself is wanted, and not only its leak rate
+    links: str  #: of finite differences
+
+
+Surface = Annotated[SelfAffine | FileSurface | ProfileSurface, Field(discriminator="kind")]
 
 
 def require_scene(value: object) -> None:
@@ -22,11 +58,24 @@ def require_scene(value: object) -> None:
         raise InvalidInput(f"a {type(value).__name__} is no Scene; Scene.from_file(path) reads one")
 
 
-class Scene(Contents):
+class Scene(Section):
     """One patch of a seal, and the products to compute; lengths in m, pressures in Pa.
 
     Either `gap`, or `surface` and `contact` (and `solid` for an elastic contact).
     """
+
+    surface: Surface | None = Field(None, description="the rough counter-face")
+    solid: Solid | None = Field(None, description="elasticity of the two solids")
+    contact: Contact | None = Field(None, description="contact model and load")
+    gap: Gap | None = Field(None, description="a gap in place of surface, solid and contact")
+    shape: AnyShape | None = Field(None, description="shape of the film, if not a grid's rectangle")
+    fluid: Fluid | None = Field(None, description="the liquid or gas that leaks")
+    flow: Flow = Field(Flow(), description="pressure drop, sides and method")
+    seal: Seal | None = Field(None, description="the whole seal that the patch is a part of")
+    accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
+    tolerances: Tolerances | None = Field(None, description="how well the inputs are known")
+    limit: Limit | None = Field(None, description="largest leak rate that is allowed")
+    output: Output = Field(Output(), description="products and units")
 
     named_in_messages: ClassVar[bool] = False
 
@@ -124,3 +173,126 @@ class Scene(Contents):
     def _check(self) -> "Scene":
         check(self)
         return self
+
+    @property
+    def input_files(self) -> list[Path]:
+        """Files that the scene reads."""
+        sections = (self.surface, self.gap, self.shape)
+        paths = [s.path for s in sections if isinstance(s, FileSurface | Gap | MeshFile)]
+        if isinstance(self.surface, ProfileSurface):
+            paths += self.surface.path
+        return [*paths, self.seal.table] if self.seal and self.seal.table else paths
+
+    @property
+    def total_error(self) -> float | None:
+        """Largest relative error of the leak rate that [accuracy] allows; None if it sets none."""
+        return None if self.accuracy is None else self.accuracy.total
+
+    def shortest_wave(self, heights: GridField) -> float:
+        """Shortest wavelength of the surface [m], whose heights are given.
+
+        For measured heights it is the shortest one that their samples can hold.
+        """
+        if isinstance(self.surface, SelfAffine):
+            return self.surface.short_wavelength
+        return 2 * max(heights.spacing)
+
+    @property
+    def needs_flow(self) -> bool:
+        """Whether some product needs the leak rate."""
+        products = {"leak_rate", "mesh", "constriction", "hydraulic_aperture", "sensitivity"}
+        return bool(products.intersection(self.output.products))
+
+    @property
+    def needs_rates(self) -> bool:
+        """Whether some product is a leak rate, of the patch or of the seal."""
+        return self.needs_flow or self.seal is not None
+
+    @property
+    def needs_field(self) -> bool:
+        """Whether some product needs the flow itself and not only its leak rate."""
+        products = {"pictures", "mesh", "constriction"}
+        return self.limit is not None or bool(products.intersection(self.output.products))
+
+    @property
+    def load(self) -> Load:
+        """Load of the contact: that of [contact], or the mean pressure that [seal] gives."""
+        contact = present(self.contact, "[contact]")
+        if self.seal is None or not self.seal.own_load:
+            return contact.load
+        return Load("pressure", self.seal.mean_pressure(present(self.solid, "[solid]").E_star))
+
+    @property
+    def drive(self) -> Drive:
+        """Fluid with its pressures, which drive the flow; for scenes that need the flow."""
+        return present(self.fluid, "[fluid]").drive(self.flow)
+
+    @property
+    def viscosity(self) -> float:
+        """Dynamic viscosity η of the fluid [Pa s]; for scenes that need the flow or a tensor."""
+        return present(self.fluid, "[fluid]").viscosity
+
+    @property
+    def slip(self) -> Slip | None:
+        """Slip of the gas at the walls; None for a liquid, and if slip is left out."""
+        return present(self.fluid, "[fluid]").slip_under(self.flow)
+
+    @property
+    def flow_settings(self) -> FlowSettings:
+        """Arguments of the flow solver; for scenes that need the flow."""
+        return FlowSettings(
+            method=self.flow.method,
+            viscosity=self.viscosity,
+            pressure_drop=self.drive.pressure_drop,
+            slip=self.slip,
+            rtol=self.flow.rtol,
+            decide=self.deciding_rate,
+            limits=self.flow.limits,
+            field=self.needs_field,
+            links=self.flow.links,
+        )
+
+    @property
+    def tolerated(self) -> dict[str, float]:
+        """± of each input of [tolerances], as a part of its value."""
+        given = () if self.tolerances is None else self.tolerances.given()
+        return {name: tolerance.relative(self._input(name)) for name, tolerance in given}
+
+    def _input(self, name: str) -> float:
+        """Value of an input that [tolerances] names; 1 for the factor on all heights."""
+        if name == "heights":
+            return 1.0
+        section, key = name.split(".")
+        value = getattr(getattr(self, section), key)
+        return float(min(value) if isinstance(value, tuple) else value)
+
+    @property
+    def gauge_pressures(self) -> tuple[float, float]:
+        """Pressures of inlet and outlet above ambient [Pa]; for scenes that need the flow."""
+        return self.flow.gauge_pressures
+
+    @property
+    def lift(self) -> str:
+        """Model of the fluid's pressure on the solid: "none", "range" or "resolved".
+
+        "none" if no product needs the flow. If the scene leaves flow.lift out: "resolved" for a
+        patch of elastic contact under a pressure, else "none".
+        """
+        if not self.needs_flow:
+            return "none"
+        if self.flow.lift is not None:
+            return self.flow.lift
+        contact = self.contact
+        pressed = contact is not None and contact.is_elastic and contact.pressure is not None
+        if not pressed or self.shape is not None or self.seal is not None:
+            return "none"
+        # Without load the solids only touch, unless the fluid lifts them off.
+        touches = present(contact, "[contact]").pressure == 0 and self.gauge_pressures[0] <= 0
+        return "none" if touches else "resolved"
+
+    @property
+    def deciding_rate(self) -> float | None:
+        """Limit of the solved leak rate [m³/s] against which the flow decides; None without one."""
+        if self.limit is None or not self.limit.decide:
+            return None
+        return self.limit.volume_rate(self.drive)

@@ -324,7 +324,7 @@ class Contact(Section):
 
     @property
     def load(self) -> contact_settings.Load:
-        """The one load that is set; see `Contents.load` for a scene whose [seal] gives it."""
+        """The one load that is set; see `Scene.load` for a scene whose [seal] gives it."""
         return contact_settings.one_load(
             pressure=self.pressure, area_fraction=self.area_fraction, mean_gap=self.mean_gap
         )
