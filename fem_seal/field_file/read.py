@@ -57,7 +57,7 @@ def read_map(
     if heights and stated.missing != "none":
         refuse_markers(recorded.values, str(path))
     field = in_metres(recorded, stated, path).oriented(stated.turn, stated.transpose)
-    field = replace(field, values=stated.factor * field.values)
+    field = replace(field, values=stated.height_factor * field.values)
     if field.periodic is None and path.suffix.lower() not in READERS:
         # An instrument's map is not periodic unless its file or the scene says so.
         return replace(field, periodic=False)

@@ -100,7 +100,7 @@ class Stated:
     #: about the file before it is turned.
     turn: int = 0
     transpose: bool = False
-    factor: float = 1.0  #: on all values, such as of a calibration
+    height_factor: float = 1.0  #: on all values, such as of a calibration
 
 
 def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:

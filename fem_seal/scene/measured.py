@@ -1,6 +1,6 @@
 """The sections that name a file of heights or of a gap."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from hashlib import sha256
 from math import isfinite
 from pathlib import Path
@@ -69,14 +69,8 @@ class FieldFile(Section):
     @property
     def stated(self) -> Stated:
         """Statements of the scene about the file."""
-        return Stated(
-            self.array,
-            self.unit,
-            self.size,
-            self.periodic,
-            turn=self.turn,
-            transpose=self.transpose,
-        )
+        own = type(self).model_fields
+        return Stated(**{f.name: getattr(self, f.name) for f in fields(Stated) if f.name in own})
 
 
 class FileSurface(FieldFile):
@@ -113,11 +107,6 @@ class FileSurface(FieldFile):
     def preparation(self) -> Preparation:
         """The steps that prepare the map."""
         return Preparation(**{step.name: getattr(self, step.name) for step in fields(Preparation)})
-
-    @property
-    def stated(self) -> Stated:
-        """Statements of the scene about the file."""
-        return replace(super().stated, missing=self.missing, factor=self.height_factor)
 
     def in_window(self, place: tuple[int, int], window: tuple[float, float]) -> "FileSurface":
         """The same map cropped to one of the windows into which its `crop` is divided.
