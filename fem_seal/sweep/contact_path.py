@@ -5,7 +5,7 @@ from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
-from fem_seal.progress import Report, silent
+from fem_seal.progress import Report
 from fem_seal.scene import Scene
 
 # Loads whose contacts start from an extrapolation. The search for a prescribed area would end,
@@ -29,10 +29,10 @@ class ContactPath:
     def patch(
         self,
         scene: Scene,
-        report: Report = silent,
+        report: Report,
         *,
-        trust: bool = False,
-        comm: Comm = None,
+        trust: bool,
+        comm: Comm,
     ) -> Patch:
         """Patch of the next point, with surface and contact of the last one if they fit."""
         surface, contact, start = None, None, None

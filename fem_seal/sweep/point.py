@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from fem_seal import __version__
-from fem_seal.errors import InvalidInput, MissingPackage, NotConverged
+from fem_seal.errors import NotConverged
 from fem_seal.parallel import Comm
-from fem_seal.progress import Report, silent
+from fem_seal.points import Task
+from fem_seal.progress import Report
 from fem_seal.results.result import Result, digest
 from fem_seal.scene import Scene
 from fem_seal.solved import answer, solve
@@ -93,44 +94,32 @@ def _digest(path: Path, size: int, time: int) -> str:
         return "unreadable"
 
 
-def compute(
-    scene: Scene,
-    values: tuple[str, ...],
-    contacts: ContactPath,
-    report: Report = silent,
-    *,
-    trust: bool = False,
-    comm: Comm = None,
-) -> Point:
-    """Compute a point; if it fails, the row holds the reason in place of numbers.
+@dataclass(frozen=True)
+class ScenePoint(Task[Point]):
+    """A point of a sweep that is to be computed."""
 
-    Parameters
-    ----------
-    scene : without products that are files, from `numbers_only`
-    values : of the axes
-    contacts : passes the surface and the contact on from point to point
-    """
-    try:
-        if scene.total_error is None:
-            solved = answer(contacts.patch(scene, report, trust=trust, comm=comm))
-            contacts.follow(solved.patch)
-        else:
-            solved = solve(scene, report, trust=trust, comm=comm)
-        numbers = dict(_numbers(solved.result()))
-    except MissingPackage:
-        raise
-    except NotConverged as error:
-        return Point(values, _failed(str(error)))
-    except InvalidInput as error:
-        return failed(values, str(error))
-    except (MemoryError, OSError) as error:
-        return failed(values, str(error) or type(error).__name__)
-    return Point(values, numbers)
+    values: tuple[str, ...]  #: values of the axes, as text
+    scene: Scene
+    trust: bool  #: whether gmsh may run its geometry
 
+    def compute(self, handed_on: ContactPath, report: Report, comm: Comm) -> Point:
+        """Compute the point; `handed_on` holds surface and contact of the last point."""
+        scene = numbers_only(self.scene)
+        try:
+            if scene.total_error is None:
+                solved = answer(handed_on.patch(scene, report, trust=self.trust, comm=comm))
+                handed_on.follow(solved.patch)
+            else:
+                solved = solve(scene, report, trust=self.trust, comm=comm)
+            return Point(self.values, dict(_numbers(solved.result())))
+        except NotConverged as error:
+            return Point(self.values, _failed(str(error)))
+        except (MemoryError, OSError) as error:
+            return self.failed(str(error) or type(error).__name__)
 
-def failed(values: tuple[str, ...], reason: str) -> Point:
-    """Row of a point that has no numbers, and is tried again by the next sweep."""
-    return Point(values, _failed(reason), again=True)
+    def failed(self, reason: str) -> Point:
+        """Row of a point that has no numbers, and is tried again by the next sweep."""
+        return Point(self.values, _failed(reason), again=True)
 
 
 def _failed(reason: str) -> dict[str, Number]:

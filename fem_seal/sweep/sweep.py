@@ -7,15 +7,14 @@ from pathlib import Path
 
 from fem_seal import parallel
 from fem_seal.files import locked_folder
-from fem_seal.parallel import Comm
 from fem_seal.patch import require_trusted
-from fem_seal.points import Chain, Task, Work, compute_points
+from fem_seal.points import Chain, Work, compute_points
 from fem_seal.progress import Report, silent
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 from fem_seal.sweep.axis import Axis, combinations
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import Point, compute, failed, name_of, numbers_only
+from fem_seal.sweep.point import Point, ScenePoint, name_of
 from fem_seal.sweep.store import SweepFolder
 
 
@@ -29,24 +28,6 @@ class Tally:
     missing: int  #: number of points that are left to other parts
     table: tuple[Point, ...]  #: all points of the folder, those of this sweep first
     equal: tuple[str, ...] = ()  #: sentences on points that are the same as earlier ones
-
-
-@dataclass(frozen=True)
-class ScenePoint(Task[Point]):
-    """A point of a sweep that is to be computed."""
-
-    values: tuple[str, ...]  #: values of the axes, as text
-    scene: Scene
-    trust: bool  #: whether gmsh may run its geometry
-
-    def compute(self, handed_on: ContactPath, report: Report, comm: Comm) -> Point:
-        """Compute the point; `handed_on` holds surface and contact of the last point."""
-        scene = numbers_only(self.scene)
-        return compute(scene, self.values, handed_on, report, trust=self.trust, comm=comm)
-
-    def failed(self, reason: str) -> Point:
-        """Row of a point that has no result."""
-        return failed(self.values, reason)
 
 
 def sweep(
