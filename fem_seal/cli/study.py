@@ -254,9 +254,15 @@ def _trade(options: argparse.Namespace) -> int:
     from platform import machine, processor
 
     from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.lift_price import LiftRow, lift_price
     from fem_seal.verification.pictures import trade_figure
-    from fem_seal.verification.trade import recommend, trade
+    from fem_seal.verification.trade import (
+        LIFT_COLUMNS,
+        TRADE_COLUMNS,
+        LiftRow,
+        lift_price,
+        recommend,
+        trade,
+    )
 
     scene = _scene(options)
     work = work_of(options)
@@ -271,10 +277,10 @@ def _trade(options: argparse.Namespace) -> int:
     _write(options.out, texts)
     trade_figure(result, options.out / "trade.png", options.scene.stem)
     _say_if_dry(scene)
-    say(as_text(result.points))
+    say(as_text(result.points, TRADE_COLUMNS))
     say(f"extrapolated: {result.reference:.4e} m^3/s ± {per_cent(result.uncertainty)}")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
     if lifts:
         _write(options.out, [("trade-lift.csv", as_csv(lifts))])
-        say(f"\nthe fluid's pressure:\n{as_text(lifts)}")
+        say(f"\nthe fluid's pressure:\n{as_text(lifts, LIFT_COLUMNS)}")
     return 0

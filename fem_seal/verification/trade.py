@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from math import inf
 from pathlib import Path
 from time import process_time
 
@@ -33,6 +34,16 @@ from fem_seal.tables import shown_as
 
 FACTORS = (0.25, 0.5, 1.0, 2.0)
 TOLERANCES = (0.3, 0.1, 0.03)
+LIFTS = ("none", "range", "resolved")
+# Columns of the tables on a terminal.
+TRADE_COLUMNS = (
+    *("samples", "flow", "leak_rate", "lower", "upper", "contact_error", "flow_error"),
+    *("total_error", "seconds", "contact_seconds", "memory_bytes", "pareto"),
+)
+LIFT_COLUMNS = (
+    *("samples", "lift", "leak_rate", "lower", "upper", "converged", "off", "dry_runs"),
+    *("seconds", "memory_bytes"),
+)
 LEAST_SAMPLES = 8
 TARGETS = (0.5, 0.2, 0.1, 0.05, 0.02)  # total errors for which the cheapest point is named
 
@@ -44,6 +55,7 @@ class FlowMethod:
     #: "adaptive", "uniform" or "finite-difference": name of the method, as in flow.method
     method: str
     rtol: float | None  #: relative width of the bracket; None if the method has no tolerance
+    unknowns: int | None = None  #: limit; 1 stops "uniform" on its first mesh, the grid of the gap
 
     def __str__(self) -> str:
         return self.method if self.rtol is None else f"{self.method}, rtol {self.rtol:g}"
@@ -55,12 +67,17 @@ class Run:
 
     samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
     flow: FlowMethod  #: flow method and its tolerance
+    lift: str  #: setting of flow.lift
     state: FlowState  #: state of the leak rate, such as "leaking"
-    leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))  #: leak rate [m^3/s]
-    #: bounds of the leak rate [m^3/s]; None for finite differences
+    #: leak rate [m³/s]; with the lift "range" that of the dry contact
+    leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))
+    #: bounds of the leak rate [m³/s]: with "range" its ends, with "resolved" widened by the
+    #: uncertainty of the equilibrium. None if there is no end, as for finite differences
     lower: float | None = field(metadata=shown_as("lower [m^3/s]"))
     upper: float | None = field(metadata=shown_as("upper [m^3/s]"))
-    seconds: float = field(metadata=shown_as("CPU time [s]"))  #: CPU time [s] of contact and flow
+    converged: bool  #: whether the tolerance was reached
+    #: CPU time of contact, flow and lift [s]
+    seconds: float = field(metadata=shown_as("CPU time [s]"))
     #: CPU time [s] of the contact alone
     contact_seconds: float = field(metadata=shown_as("its contact [s]"))
     #: largest resident memory of the process during the flow solve, libraries included
@@ -110,40 +127,58 @@ class _Contact:
 
 
 @dataclass(frozen=True)
+class LiftRow(Run):
+    """A `Run` compared with the resolved one on its grid."""
+
+    #: largest factor between an end of the leak rate and the resolved leak rate; None if there is
+    #: no end, or only one of the two is sealed
+    off: float | None = field(default=None, metadata=shown_as("off by a factor"))
+    dry_runs: float = 1.0  #: CPU time over that of the dry contact and its flow
+
+
+@dataclass(frozen=True)
 class RunTask(Task[Run]):
     """Task of one flow solve on one contact grid."""
 
-    scene: Scene  #: the scene
+    scene: Scene
     samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
-    flow: FlowMethod  #: flow method and its tolerance
+    flow: FlowMethod
+    lift: str  #: in place of the scene's flow.lift
 
     def compute(self, handed_on: _Contact, report: Report, comm: Comm) -> Run:
         """Solve the flow, and before it the contact unless an earlier flow on its grid has."""
         pressed = handed_on.patch(self.scene, self.samples, report, comm)
-        method, rtol = self.flow.method, self.flow.rtol
-        flow = self.scene.flow_settings
-        # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
-        most = 1 if method == "uniform" else flow.limits.unknowns
-        limits = replace(flow.limits, unknowns=most)
+        flow, own = self.scene.flow_settings, self.flow
+        limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
         patch = Patch(
             self.scene,
             report,
             surface=pressed.surface,
             contact=pressed.contact,
-            lift="none",  # methods and grids are compared on the dry contact
-            flow=replace(flow, method=method, rtol=rtol or flow.rtol, limits=limits),
+            lift=self.lift,
+            flow=replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits),
             comm=comm,
         )
         forget_peak()
         start = process_time()
         leak = patch.leak_rate
+        lower, upper, converged = leak.lower, leak.upper, leak.converged
+        if self.lift == "range":
+            ends = patch.lift_range
+            lower, upper = ends[0].lower, ends[1].upper
+            converged = converged and all(end.converged for end in ends)
+        elif self.lift == "resolved" and leak.lower:
+            claimed = 1 + present(patch.lifted, "lifted state").claimed
+            lower, upper = leak.bounds[0] / claimed, leak.bounds[1] * claimed
         return Run(
             samples=self.samples,
             flow=self.flow,
+            lift=self.lift,
             state=leak.state,
             leak_rate=leak.value,
-            lower=leak.lower,
-            upper=leak.upper,
+            lower=lower,
+            upper=None if upper == inf else upper,
+            converged=converged,
             seconds=handed_on.seconds + process_time() - start,
             contact_seconds=handed_on.seconds,
             memory_bytes=peak_memory(),
@@ -190,18 +225,73 @@ def trade(
     -------
     None if some solves are left to other parts of the study.
     """
+    # Methods and grids are compared on the dry contact.
+    variants = [(scene, choice, "none") for choice in _choices(tolerances)]
+    runs = _computed(scene, factors, variants, out, work, report)
+    return None if runs is None else _judged([run for of_grid in runs for run in of_grid])
+
+
+def lift_price(
+    scene: Scene,
+    *,
+    factors: Sequence[float] = FACTORS[:3],
+    out: Path | None = None,
+    work: Work | None = None,
+    report: Report = silent,
+) -> list[LiftRow] | None:
+    """Compute a scene with the three settings of flow.lift over contact grids.
+
+    The leak rate of the dry contact differs from the resolved one; the range encloses it.
+
+    Parameters
+    ----------
+    scene : scene with a surface and a contact that a fluid can lift; its flow.lift is not used
+    factors, out, work : as of `trade`
+
+    Returns
+    -------
+    Three for each grid; None if some are left to other parts of the study.
+    """
+    if scene.flow.method == "finite-difference":
+        raise InvalidInput(
+            "the answers are compared by their bounds, and flow.method = 'finite-difference' has "
+            "none; choose adaptive or uniform"
+        )
+    method = FlowMethod(scene.flow.method, scene.flow.rtol)
+    asked = [{"flow.lift": lift, "output.products": ["leak_rate"]} for lift in LIFTS]
+    variants = [(one, method, one.lift) for one in map(scene.with_, asked)]
+    runs = _computed(scene, factors, variants, out, work, report)
+    return None if runs is None else [row for of_grid in runs for row in held_against_lift(of_grid)]
+
+
+def _computed(
+    scene: Scene,
+    factors: Sequence[float],
+    variants: Sequence[tuple[Scene, FlowMethod, str]],
+    out: Path | None,
+    work: Work | None,
+    report: Report,
+) -> list[list[Run]] | None:
+    """Runs of all variants by grid; None if some are left to other parts of the study."""
+    grids = trade_grids(surface_of(scene, None).shape, factors)
     with ExitStack() as held:
         if out is None:
             out = held.enter_context(temporary_folder())
         folder = RecordFolder(out / "points", Run)
-        name = name_of(scene)
-        chains = [
-            Chain(folder, _tasks(name, scene, samples, tolerances), _Contact)
-            for samples in trade_grids(surface_of(scene, None).shape, factors)
+        tasks = [[_task(samples, *variant) for variant in variants] for samples in grids]
+        chains = [Chain(folder, tuple(of_grid), _Contact) for of_grid in tasks]
+        if compute_study(chains, work, report).missing:
+            return None
+        return [
+            [present(folder.point(task.name), task.label) for task in of_grid] for of_grid in tasks
         ]
-        missing = compute_study(chains, work, report).missing
-        runs = [folder.point(task.name) for chain in chains for task in chain.tasks]
-    return None if missing else _judged([run for run in runs if run is not None])
+
+
+def _task(samples: tuple[int, int], scene: Scene, flow: FlowMethod, lift: str) -> RunTask:
+    grid = f"{samples[0]}x{samples[1]}"
+    tolerance = f"-{flow.rtol:g}" if flow.rtol else ""
+    name = f"{name_of(scene)}-{grid}-{flow.method}{tolerance}-lift-{lift}"
+    return RunTask(name, f"contact {grid}, {flow}, lift {lift}", scene, samples, flow, lift)
 
 
 def surface_of(scene: Scene, comm: Comm) -> GridField:
@@ -213,23 +303,6 @@ def surface_of(scene: Scene, comm: Comm) -> GridField:
             "on another grid"
         )
     return surface
-
-
-def _tasks(
-    name: str, scene: Scene, samples: tuple[int, int], tolerances: Sequence[float]
-) -> tuple[RunTask, ...]:
-    """Every flow method on one contact grid."""
-    grid = f"{samples[0]}x{samples[1]}"
-    return tuple(
-        RunTask(
-            "-".join([name, grid, choice.method, *([f"{choice.rtol:g}"] if choice.rtol else [])]),
-            f"contact {grid}, {choice}",
-            scene,
-            samples,
-            choice,
-        )
-        for choice in _choices(tolerances)
-    )
 
 
 def warm_up() -> None:
@@ -258,7 +331,7 @@ def trade_grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[
 
 def _choices(tolerances: Sequence[float]) -> list[FlowMethod]:
     adaptive = [FlowMethod("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
-    return [FlowMethod("finite-difference", None), FlowMethod("uniform", None), *adaptive]
+    return [FlowMethod("finite-difference", None), FlowMethod("uniform", None, 1), *adaptive]
 
 
 def forget_peak() -> None:
@@ -287,6 +360,29 @@ def _point(run: Run, best: float, reference: float, uncertainty: float) -> Trade
     return TradePoint(
         **vars(run), contact_error=contact, flow_error=flow, total_error=contact + flow
     )
+
+
+def held_against_lift(runs: Sequence[Run]) -> list[LiftRow]:
+    """Compare the leak rates on one grid, in the order of LIFTS, with the resolved one."""
+    dry, _, resolved = runs
+    return [
+        LiftRow(
+            **vars(run),
+            off=_largest_factor(run, resolved.leak_rate),
+            dry_runs=run.seconds / dry.seconds,
+        )
+        for run in runs
+    ]
+
+
+def _largest_factor(run: Run, exact: float) -> float | None:
+    """Largest factor between an end of a run's leak rate and the exact one, in either direction."""
+    if run.lower is None or run.upper is None:
+        return None
+    ends = (run.lower, run.upper)
+    if exact == 0 or 0 in ends:
+        return 1.0 if max(ends) == exact == 0 else None
+    return max(max(end / exact, exact / end) for end in ends)
 
 
 def mark_pareto(points: Sequence[TradePoint]) -> tuple[TradePoint, ...]:

@@ -6,7 +6,7 @@ from project import write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.scene import Scene
-from fem_seal.verification.lift_price import LIFTS, LiftRun, judged, lift_price
+from fem_seal.verification.trade import LIFTS, FlowMethod, Run, held_against_lift, lift_price
 
 SCENE = {
     "surface": {
@@ -21,7 +21,8 @@ SCENE = {
 
 
 def run(lift, rate, lower, upper, seconds):
-    return LiftRun((8, 8), lift, rate, lower, upper, True, seconds, 10**8)
+    method, bounds = FlowMethod("adaptive", 0.1), (lower, upper)
+    return Run((8, 8), method, lift, "leaking", rate, *bounds, True, seconds, 0.1, 10**8)
 
 
 def test_answers_are_held_against_the_resolved_one():
@@ -31,13 +32,13 @@ def test_answers_are_held_against_the_resolved_one():
         run("range", 1.0, 0.9, 50.0, 3.0),
         run("resolved", 10.0, 9.0, 11.0, 8.0),
     ]
-    rows = judged(answers)
+    rows = held_against_lift(answers)
     assert [row.off for row in rows] == pytest.approx([10 / 0.9, 10 / 0.9, 10 / 9])
     assert [row.dry_runs for row in rows] == [1.0, 1.5, 4.0]
     answers[0] = run("none", 0.0, 0.0, 0.0, 2.0)
     answers[1] = run("range", 0.0, 0.0, None, 2.0)
-    assert [row.off for row in judged(answers)] == pytest.approx([None, None, 10 / 9])
-    assert judged([run(lift, 0.0, 0.0, 0.0, 1.0) for lift in LIFTS])[0].off == 1.0
+    assert [row.off for row in held_against_lift(answers)] == pytest.approx([None, None, 10 / 9])
+    assert held_against_lift([run(lift, 0.0, 0.0, 0.0, 1.0) for lift in LIFTS])[0].off == 1.0
 
 
 def test_range_encloses_on_every_grid(tmp_path):
@@ -78,4 +79,4 @@ def test_parts_and_jobs_compute_the_table_together(tmp_path, capsys):
     assert "the fluid's pressure:" in text
     table = (out / "trade-lift.csv").read_text().splitlines()
     assert len(table) == 1 + 3 * 3
-    assert table[0].startswith("samples,lift,leak_rate,lower,upper,converged,seconds")
+    assert {"samples", "lift", "lower", "upper", "converged", "off"} < set(table[0].split(","))

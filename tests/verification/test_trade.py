@@ -17,7 +17,9 @@ from fem_seal.verification.trade import FlowMethod, Trade, TradePoint, mark_pare
 def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
     bounds = (None, None) if method == "finite-difference" else (0.9, 1.1)
     flow_method, errors = FlowMethod(method, None), (contact, flow, contact + flow)
-    return TradePoint(samples, flow_method, "leaking", 1.0, *bounds, seconds, 0.1, 10**8, *errors)
+    return TradePoint(
+        *(samples, flow_method, "none", "leaking", 1.0, *bounds, True, seconds, 0.1, 10**8), *errors
+    )
 
 
 @pytest.fixture(scope="module")
