@@ -20,7 +20,7 @@ from numpy.lib.format import (
 )
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.field_file.named_arrays import NamedArrays, Variable
+from fem_seal.field_file.named_arrays import NamedArrays, Variable, text_of
 from fem_seal.memory import refuse_too_large
 
 if TYPE_CHECKING:
@@ -100,7 +100,9 @@ def _refuse_large_array(file: IO[bytes], what: str) -> None:
 
 def read_netcdf(path: Path, names: Iterable[str]) -> NamedArrays:
     """Read NetCDF 3 with SciPy, and NetCDF 4, which is HDF5, with h5py."""
-    if _magic(path).startswith(HDF5):
+    with whole(path, "NetCDF"), path.open("rb") as head:
+        is_hdf5 = head.read(4) == HDF5
+    if is_hdf5:
         return read_hdf5(path, names)
     from scipy.io import netcdf_file
 
@@ -110,7 +112,7 @@ def read_netcdf(path: Path, names: Iterable[str]) -> NamedArrays:
     with whole(path, "NetCDF"), netcdf_file(path, mmap=False, maskandscale=True) as file:
         present = {name: file.variables[name] for name in names if name in file.variables}
         arrays = {n: _netcdf_variable(array, f"{n} in {path}") for n, array in present.items()}
-        return NamedArrays(path, arrays, tuple(file.variables), _plain(file._attributes))
+        return NamedArrays(path, arrays, tuple(file.variables), file._attributes)
 
 
 def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
@@ -176,16 +178,16 @@ def memory_to_read(shape: Iterable[int], dtype: "np.dtype") -> int:
 
 def _is_data_set(item: "h5py.Dataset | h5py.Group") -> bool:
     """Whether an item is a data set: neither a group nor a NetCDF 4 dimension without values."""
-    name = str(_decoded(item.attrs.get("NAME", "")))
+    name = text_of(item.attrs.get("NAME", ""))
     return hasattr(item, "shape") and not name.startswith("This is a netCDF dimension but not")
 
 
 def _netcdf_variable(variable: "netcdf_variable", what: str) -> Variable:
-    attributes = _plain(variable._attributes)
+    attributes, dtype = variable._attributes, np.dtype(variable.data.dtype)
     # Check these attributes first: SciPy uses them unchecked.
     _numbers_about(variable.data, attributes, what)
-    values = np.ma.filled(variable[...].astype(_real(variable)), np.nan)
-    return Variable(values, attributes, variable.dimensions)
+    values = variable[...].astype(float if dtype.kind in "iuf" else dtype)
+    return Variable(np.ma.filled(values, np.nan), attributes, variable.dimensions)
 
 
 def _data_set(dataset: "h5py.Dataset", what: str) -> Variable:
@@ -229,20 +231,3 @@ def _numbers_about(
 def _scale_name(dimension: "h5py.h5ds.DimensionProxy") -> str:
     """Name of a dimension, which NetCDF 4 attaches as a scale."""
     return dimension[0].name.rsplit("/", 1)[-1] if len(dimension) else dimension.label
-
-
-def _magic(path: Path) -> bytes:
-    with whole(path, "NetCDF"), path.open("rb") as file:
-        return file.read(4)
-
-
-def _real(variable: "netcdf_variable") -> type:
-    return float if np.dtype(variable.data.dtype).kind in "iuf" else variable.data.dtype
-
-
-def _plain(attributes: Mapping[str, object]) -> dict[str, object]:
-    return {name: _decoded(value) for name, value in attributes.items()}
-
-
-def _decoded(value: object) -> object:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value

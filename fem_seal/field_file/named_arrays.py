@@ -194,11 +194,12 @@ def _unit(arrays: NamedArrays, variable: Variable) -> str | None:
     """Unit of one variable, or of the whole file."""
     for name in ("unit", "units"):
         if name in variable.attributes:
-            return _text(variable.attributes[name])
-    return _text(arrays.variables["unit"].values) if "unit" in arrays.variables else None
+            return text_of(variable.attributes[name])
+    return text_of(arrays.variables["unit"].values) if "unit" in arrays.variables else None
 
 
-def _text(value: object) -> str:
+def text_of(value: object) -> str:
+    """Text of an attribute or an array of one."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.item()
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
