@@ -62,11 +62,6 @@ def _bounds(
     yield Answer(f"{name} √(lo·hi)", leak.value, "", *shared)
 
 
-def _uniform(film: GridFilm, setting: Setting) -> Iterator[Answer]:
-    # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
-    return _bounds(film, setting, "uniform", "FE", Limits(unknowns=1))
-
-
 def _quadratic(film: GridFilm, setting: Setting) -> Iterator[Answer]:
     from fem_seal.verification.quadratic import quadratic_upper
 
@@ -74,10 +69,6 @@ def _quadratic(film: GridFilm, setting: Setting) -> Iterator[Answer]:
     leak = quadratic_upper(film, viscosity=setting.viscosity, pressure_drop=setting.pressure_drop)
     upper = present(leak.upper, "upper bound of quadratic elements")
     yield Answer(QUADRATIC, upper, "above", leak.unknowns, process_time() - start)
-
-
-def _adaptive(film: GridFilm, setting: Setting) -> Iterator[Answer]:
-    return _bounds(film, setting, "adaptive", "adaptive")
 
 
 def _finite_differences(
@@ -107,7 +98,8 @@ Method = Callable[[GridFilm, Setting], Iterator[Answer]]
 METHODS: dict[str, Method] = {
     **{links: partial(_finite_differences, links=links) for links in LINKS},
     "cascade": partial(_finite_differences, links="linear-gap", cascade=True),
-    "uniform": _uniform,
+    # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
+    "uniform": partial(_bounds, method="uniform", name="FE", limits=Limits(unknowns=1)),
     "quadratic": _quadratic,
-    "adaptive": _adaptive,
+    "adaptive": partial(_bounds, method="adaptive", name="adaptive"),
 }
