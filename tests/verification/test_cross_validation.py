@@ -112,7 +112,7 @@ def test_effectivity_is_that_of_the_claim():
     On the checkerboard those converge so slowly (order 0.78) that from one grid to the next the
     error falls by less than half of what is left.
     """
-    rows = on_exact_case(CASES["checkerboard"], (8, 16), ("uniform", "arithmetic"))
+    rows = on_exact_cases([CASES["checkerboard"]], (8, 16), ("uniform", "arithmetic"))[0]
     for row in series(rows, "FE √(lo·hi)"):
         assert row.effectivity > 1 - row.band
         assert abs(row.distance) <= 1 + row.band
