@@ -15,7 +15,6 @@ from pydantic import (
 )
 
 from fem_seal.errors import InvalidInput
-from fem_seal.expression import check_formula
 from fem_seal.scene.measured import LengthUnit
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import Count, InputFile, Length, Section, Truth
@@ -61,6 +60,8 @@ class Shape(Section):
     @classmethod
     def _is_formula(cls, text: str | None) -> str | None:
         if text is not None:
+            from fem_seal.expression import check_formula
+
             try:
                 check_formula(text)
             except InvalidInput as error:

@@ -46,7 +46,14 @@ def test_listed_surface_in_si_units(files):
     data = tomllib.loads(switched_on(SURFACE)) | PRESSED
     surface = Scene.from_mapping(data, folder=files).surface
     assert surface.stated == Stated(
-        "heights", "um", (1e-3, 1e-3), False, missing=-9999, turn=90, transpose=True, factor=1.02
+        "heights",
+        "um",
+        (1e-3, 1e-3),
+        False,
+        missing=-9999,
+        turn=90,
+        transpose=True,
+        height_factor=1.02,
     )
     assert surface.crop == ((1e-4, 9e-4), (1e-4, 9e-4))
     again = Scene.from_mapping(Scene.from_mapping(data, folder=files).to_mapping())
