@@ -18,10 +18,7 @@ UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
 
 
 def close_in(levels: Sequence[Level]) -> bool:
-    """Whether there are two levels or more to show how the bounds closed.
-
-    The last flow of a lifted contact begins on the mesh of the passes and often has one level.
-    """
+    """Whether there are two levels or more to show how the bounds closed."""
     return sum(level.upper > 0 for level in levels) > 1
 
 

@@ -135,7 +135,7 @@ def lift_picture(
     """Four pictures of a lift: gap, dry and lifted, and the pressures of solid and fluid.
 
     Of a sealed film the fluid's part of the load is an assumption: its pressure is known up to the
-    place where it is sealed and behind it, and continued smoothly in between.
+    place where it is sealed and behind it; a film of next to no height gives that in between.
 
     Parameters
     ----------
