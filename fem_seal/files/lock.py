@@ -1,10 +1,11 @@
 """The lock of a folder, held by one run or by any number of sweeps.
 
 The kernel releases a flock when its process ends, for whatever reason: no lock is ever stale. Over
-NFS, Linux turns it into a lock of the server. PyPI's filelock was considered: its shared locks are
-those of an SQLite database, which names no owner for the message. On systems without flock the
-owners listed in the file serve as the lock; two processes that start at the same instant may then
-both take it.
+NFS, Linux turns it into a lock of the server. PyPI's filelock was considered: of its two shared
+locks one is that of an SQLite database, which names no owner for the message, the other a file that
+a thread renews and that counts as stale after 90 s without. On systems without flock the owners
+listed in the file serve as the lock; two processes that start at the same instant may then both
+take it.
 """
 
 import errno

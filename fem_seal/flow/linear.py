@@ -33,6 +33,8 @@ LOST = 1e-11
 # start.
 WORTH = 0.9
 
+FEW = 50  # unknowns that GAMG aggregates without smoothing
+
 # The options tried are in docs/measurements/bounds.md.
 _OPTIONS = {
     "hypre": {
@@ -164,8 +166,8 @@ class CellSpace:
                 )
                 iterations += spent
                 moved = values + np.concatenate(self.comm.allgather(x.array_r))
-                moved = numbering.representable(moved)
                 if np.isfinite(moved).all():
+                    moved = numbering.representable(moved)
                     energy = self.energy(tensor, partial(numbering.corners, moved))
                     # False for NaN: the returned function is always admissible.
                     if energy.value < start.value:
@@ -266,6 +268,9 @@ def preconditioned_cg(matrix: PETSc.Mat) -> PETSc.KSP:
     options, name = PETSc.Options(_PREFIX), preconditioner()
     for option, value in _OPTIONS.get(name, {}).items():
         options[option] = value
+    if name == "gamg":
+        # It smooths with an eigenvalue that CG estimates, which may break down on few unknowns.
+        options["pc_gamg_agg_nsmooths"] = int(matrix.size[0] > FEW)
     solver.setOperators(matrix)
     solver.setType("cg")
     solver.setNormType(PETSc.KSP.NormType.NATURAL)

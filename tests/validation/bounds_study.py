@@ -35,6 +35,7 @@ from fem_seal.verification.methods import Setting
 
 TOLERANCES = (0.8, 0.4, 0.2, 0.1, 0.05, 0.025)
 SHARES = (0.5, 0.8, 0.95, 0.99)  # loads over that which seals
+SEEDS = (1, 2, 3, 4)
 
 
 @dataclass(frozen=True)
@@ -128,12 +129,12 @@ def figure(cases: Sequence[Case], samples: int, path: Path) -> None:
         axes.legend(frameon=False, fontsize=8)
 
 
-def study(samples: int, seeds: Sequence[int], picture: Path) -> str:
+def study(samples: int, picture: Path) -> str:
     """Compute, draw, and return the table."""
-    cases = [rough_case(seed, share, samples) for seed in seeds for share in SHARES]
+    cases = [rough_case(seed, share, samples) for seed in SEEDS for share in SHARES]
     figure(cases, samples, picture)
     return table(cases)
 
 
 if __name__ == "__main__":
-    print(study(int(sys.argv[1]) if len(sys.argv) > 1 else 64, (1, 2), Path("bounds_study.png")))
+    print(study(int(sys.argv[1]) if len(sys.argv) > 1 else 64, Path("bounds_study.png")))

@@ -76,16 +76,20 @@ def with_part(page: str, part: str, text: str) -> str:
 
 def figure(rows: dict[str, Row], path: Path) -> None:
     """Both numbers of each row about the reference, in units of the sum of their errors."""
-    with new_figure((7.5, 0.5 + 0.24 * len(rows)), path) as drawn:
+    with new_figure((7.5, 1.2 + 0.24 * len(rows)), path) as drawn:
         axes = drawn.subplots()
         axes.axvspan(-1, 1, color="0.93", zorder=0)
         axes.axvline(0, color="0.6", lw=0.8)
-        parts = list(dict.fromkeys(row.part for row in rows.values()))
+        parts = dict.fromkeys(row.part for row in rows.values())
+        colours = {part: f"C{k}" for k, part in enumerate(parts)}
         for k, row in enumerate(rows.values()):
             both = row.ours.half + row.reference.half
             share = row.ours.half / both if 0 < both < float("inf") else 0.0
-            colour = f"C{parts.index(row.part)}"
-            axes.errorbar(row.distance, k, xerr=share, fmt="o", ms=4, color=colour, capsize=2)
+            style = {"fmt": "o", "ms": 4, "capsize": 2, "color": colours[row.part]}
+            axes.errorbar(row.distance, k, xerr=share, **style)
+        for part, colour in colours.items():
+            axes.plot([], [], "o", ms=4, color=colour, label=part)
+        drawn.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=8)
         axes.set_yticks(range(len(rows)), rows, fontsize=8)
         axes.set(ylim=(len(rows) - 0.5, -0.5), xlim=(-2.2, 2.2))
         axes.set_xlabel(
@@ -100,7 +104,7 @@ def main(page: Path) -> None:
         rows[name] = ROWS[name](True)
         print(f"{name}: {rows[name].distance:+.2f}", flush=True)
     figure(rows, page.with_suffix(".png"))
-    bounds = study(64, (1, 2), page.with_name("validation-bounds.png"))
+    bounds = study(64, page.with_name("validation-bounds.png"))
     text = with_part(page.read_text(encoding="utf-8"), "rows", tables(rows))
     text = with_part(with_part(text, "bounds", bounds), "lifted", lifted_grids())
     page.write_text(text, encoding="utf-8")

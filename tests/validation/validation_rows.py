@@ -186,7 +186,7 @@ def closed_form(
     return row
 
 
-METHODS = "other methods on the same rough gap"
+METHODS = "other methods on the same gap, dry"
 
 
 def rough_film(n: int, area: float, seed: int = 3) -> GridFilm:
@@ -213,7 +213,7 @@ def finite_differences(page: bool) -> Row:
     )
 
 
-CONTACT = "closed forms of the contact"
+CONTACT = "closed forms of the contact, dry"
 
 
 def wave(n: int) -> GridField:
@@ -526,7 +526,7 @@ def helium_over_air(
     return row
 
 
-LIFT = "contact and flow together"
+LIFT = "contacts lifted by the fluid"
 WAVE, VALLEY = 1e-7, 1e-5  # Δ and λ [m] of waves along the flow
 FULL = pi * 1e7 * WAVE / VALLEY  # pressure that flattens them, p* = π E* Δ/λ
 
@@ -672,7 +672,7 @@ def lifted_grids(page: bool) -> Row:
     )
 
 
-PEERS = "other codes"
+PEERS = "other codes, dry"
 
 
 def peer_contact(code: str, name: str) -> Callable[[bool], Row]:
