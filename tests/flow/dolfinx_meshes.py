@@ -7,11 +7,10 @@ import json
 from collections.abc import Callable
 
 import numpy as np
-from dolfinx.mesh import create_rectangle, locate_entities_boundary, meshtags
 from sample_gaps import FLUID, rough_gap
 from triangulations import ring_parts, scattered_square
 
-from fem_seal.fenicsx import MPI, cell_facets, create_triangle_mesh, fem, functionspace, ufl
+from fem_seal.fenicsx import MPI, cell_facets, create_triangle_mesh, fem, functionspace, mesh, ufl
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, film_from_dolfinx, flow_functions, leak_rate
 from fem_seal.leak_rate import FacetTag
@@ -31,9 +30,9 @@ def tagged(msh, *parts: tuple[int, Callable]):
     tags: dict[int, int] = {}
     cell_facets(msh)
     for number, holds in parts:
-        tags |= dict.fromkeys(locate_entities_boundary(msh, 1, holds).tolist(), number)
+        tags |= dict.fromkeys(mesh.locate_entities_boundary(msh, 1, holds).tolist(), number)
     edges = np.array(sorted(tags), dtype=np.int32)
-    return meshtags(msh, 1, edges, np.array([tags[e] for e in sorted(tags)], dtype=np.int32))
+    return mesh.meshtags(msh, 1, edges, np.array([tags[e] for e in sorted(tags)], dtype=np.int32))
 
 
 def everywhere(x: np.ndarray) -> np.ndarray:
@@ -51,16 +50,16 @@ def ends(length: float, inlet: int = 1, outlet: int = 2, wall: int = 3):
 
 def rectangle(n: tuple[int, int] = (12, 8), comm=MPI.COMM_WORLD):
     """2 × 1, by DOLFINx."""
-    msh = create_rectangle(comm, [[0.0, 0.0], [2.0, 1.0]], list(n))
+    msh = mesh.create_rectangle(comm, [[0.0, 0.0], [2.0, 1.0]], list(n))
     return msh, tagged(msh, *ends(2.0))
 
 
 def unstructured(comm=MPI.COMM_WORLD):
     """Unit square, Delaunay triangles of random points, some of them clockwise."""
-    mesh = scattered_square(80, 4)
-    cells = mesh.cells.copy()
+    square = scattered_square(80, 4)
+    cells = square.cells.copy()
     cells[::3] = cells[::3, ::-1]
-    msh = create_triangle_mesh(comm, mesh.xy, cells)
+    msh = create_triangle_mesh(comm, square.xy, cells)
     return msh, tagged(msh, *ends(1.0))
 
 

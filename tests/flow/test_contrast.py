@@ -6,6 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from sample_gaps import FLUID
 
+from fem_seal.fenicsx import HAS_HYPRE
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
@@ -36,11 +37,14 @@ def test_film_in_series(representation, rtol, decades):
         limits=Limits(unknowns=20_000),
         **FLUID,
     )
-    assert flow.converged
     assert flow.lower < exact * (1 + 1e-12)
     assert flow.upper > exact * (1 - 1e-12)
+    if not HAS_HYPRE and decades == 59:
+        assert not flow.converged  # GAMG cannot be set up
+        return
+    assert flow.converged
     assert flow.inflow == pytest.approx(flow.outflow, rel=2 * FLUX, abs=0)
-    assert flow.inflow == pytest.approx(flow.value, rel=rtol + FLUX, abs=0)
+    assert flow.inflow == pytest.approx(flow.value, rel=rtol + 2 * FLUX, abs=0)
 
 
 @example(seed=31, decades=7)
