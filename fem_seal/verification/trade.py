@@ -4,6 +4,7 @@ The error of a leak rate has two parts. The flow part is the half-width of the c
 or, for finite differences, the distance from the best answer on the same gap. The contact part is
 the discretization error of the contact. The same surface is solved under the same load on finer and
 finer grids; the distance of each leak rate from the extrapolated one is its contact part.
+`lift_price` compares the settings of flow.lift on the same grids.
 """
 
 from collections.abc import Sequence
