@@ -25,6 +25,8 @@ from fem_seal.scene import Scene
 from fem_seal.verification.pictures import trade_figure
 from fem_seal.verification.trade import Trade, TradePoint, recommend, trade
 
+SCENE = Path(__file__).parent / "scenes" / "first.toml"
+
 # %% [markdown]
 # ## The seal
 # Shortest wavelength eight samples, a rubber of 10 MPa pressed on with 0.12 MPa: a fifth of the
@@ -33,25 +35,10 @@ from fem_seal.verification.trade import Trade, TradePoint, recommend, trade
 
 # %%
 def patch(n: int) -> Scene:
-    """A scene of n × n samples."""
-    return Scene.from_mapping(
-        {
-            "surface": {
-                "kind": "self-affine",
-                "shape": [n, n],
-                "size": ["100 um", "100 um"],
-                "hurst": 0.8,
-                "long_wavelength": "50 um",
-                "short_wavelength": f"{800 / n} um",
-                "rms_slope": 0.1,
-                "seed": 2,
-            },
-            "solid": {"contact_modulus": "10 MPa"},
-            "contact": {"pressure": "0.12 MPa"},
-            "fluid": {"viscosity": "1 mPa s"},
-            "flow": {"pressure_drop": "1 bar", "sides": "periodic"},
-        }
-    )
+    """That of first.toml with other waves and less load, on n × n samples."""
+    changes = ["surface.long_wavelength=50 um", f"surface.short_wavelength={800 / n} um"]
+    changes += [f"surface.shape=[{n}, {n}]", "surface.seed=2", "contact.pressure=0.12 MPa"]
+    return Scene.from_file(SCENE, changes)
 
 
 # %%
