@@ -43,33 +43,22 @@ def _harmonic(values: np.ndarray, missing: np.ndarray, spacing: tuple[float, flo
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import spsolve
 
-    number = np.full(values.shape, -1)
-    number[missing] = np.arange(missing.sum())
-    rows, columns, weights = [], [], []
-    diagonal, right = np.zeros(missing.sum()), np.zeros(missing.sum())
+    index, hole = np.arange(values.size).reshape(values.shape), missing.ravel()
+    pairs, roots = [], []
     for axis, distance in enumerate(spacing):
-        first = np.take(number, range(values.shape[axis] - 1), axis).ravel()
-        second = np.take(number, range(1, values.shape[axis]), axis).ravel()
-        h_first = np.take(values, range(values.shape[axis] - 1), axis).ravel()
-        h_second = np.take(values, range(1, values.shape[axis]), axis).ravel()
-        weight = (min(spacing) / distance) ** 2
-        for here, there, h_there in ((first, second, h_second), (second, first, h_first)):
-            inside = here >= 0
-            np.add.at(diagonal, here[inside], weight)
-            known = inside & (there < 0)
-            np.add.at(right, here[known], weight * h_there[known])
-            both = inside & (there >= 0)
-            rows.append(here[both])
-            columns.append(there[both])
-            weights.append(np.full(both.sum(), -weight))
-    unknowns = np.arange(len(diagonal))
-    matrix = coo_matrix(
-        (
-            np.concatenate([*weights, diagonal]),
-            (np.concatenate([*rows, unknowns]), np.concatenate([*columns, unknowns])),
-        )
-    )
-    return spsolve(matrix.tocsc(), right, permc_spec="MMD_AT_PLUS_A")
+        ends = (np.take(index, range(k, values.shape[axis] - 1 + k), axis) for k in (0, 1))
+        both = np.stack([end.ravel() for end in ends], axis=1)
+        pairs.append(both[hole[both].any(axis=1)])
+        roots.append(np.full(len(pairs[-1]), min(spacing) / distance))
+    columns, root = np.concatenate(pairs), np.concatenate(roots)
+    rows = np.repeat(np.arange(len(root)), 2)
+    # Differences of neighbours over their distance, whose sum of squares is least in the solution.
+    D = coo_matrix(
+        (np.stack([-root, root], axis=1).ravel(), (rows, columns.ravel())),
+        (len(root), values.size),
+    ).tocsc()
+    A, right = D[:, hole], -D[:, ~hole] @ values[~missing]
+    return spsolve((A.T @ A).tocsc(), A.T @ right, permc_spec="MMD_AT_PLUS_A")
 
 
 def _linear(values: np.ndarray, missing: np.ndarray, spacing: tuple[float, float]) -> np.ndarray:
