@@ -30,13 +30,7 @@ QUANTILE, OF_SIGMA = 0.95, 1.96
 
 def outliers(heights: FieldMap | GridField) -> np.ndarray:
     """Points (nx, ny) far from the median of their neighbours, true or false."""
-    from scipy.ndimage import (
-        distance_transform_edt,
-        label,
-        maximum_filter,
-        median_filter,
-        minimum_filter,
-    )
+    from scipy import ndimage
 
     missing = np.isnan(heights.values)
     if missing.all():
@@ -44,16 +38,16 @@ def outliers(heights: FieldMap | GridField) -> np.ndarray:
     # The step of heights that were written with few digits; one step is no outlier.
     step = np.diff(np.unique(heights.values[~missing])).min(initial=np.inf)
     values = detrended(heights, "mean" if heights.periodic else "plane").values
-    nearest = distance_transform_edt(missing, return_distances=False, return_indices=True)
+    nearest = ndimage.distance_transform_edt(missing, return_distances=False, return_indices=True)
     # The border is a mirror, in which no point sees itself.
-    above = values - median_filter(values[tuple(nearest)], AROUND, mode="mirror")
+    above = values - ndimage.median_filter(values[tuple(nearest)], AROUND, mode="mirror")
     limit = FAR * max(np.quantile(np.abs(above[~missing]), QUANTILE) / OF_SIGMA, step)
     far = np.abs(above) > limit
     # Heights of the neighbours that are neither missing nor far themselves.
-    highest = maximum_filter(np.where(far | missing, -np.inf, values), 3, mode="mirror")
-    lowest = minimum_filter(np.where(far | missing, np.inf, values), 3, mode="mirror")
+    highest = ndimage.maximum_filter(np.where(far | missing, -np.inf, values), 3, mode="mirror")
+    lowest = ndimage.minimum_filter(np.where(far | missing, np.inf, values), 3, mode="mirror")
     apart = np.where(above > 0, values - highest, lowest - values) > limit
-    groups, count = label(far, np.ones((3, 3)))
+    groups, count = ndimage.label(far, np.ones((3, 3)))
     size = np.bincount(groups.ravel(), minlength=count + 1)
     together = np.bincount(groups.ravel(), (far & ~apart).ravel(), count + 1)
     kept = (size <= LARGEST) & (together == 0)

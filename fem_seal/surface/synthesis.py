@@ -48,7 +48,12 @@ def self_affine(
     require_known(SCALINGS, scaling, "scaling")
     spacing = _spacing(spectrum, shape, size)
     q = wavenumbers(shape, spacing)
-    density = _resolved(spectrum, q, shape)
+    density = _of_grid(spectrum.density(q), shape)
+    if not density.any():
+        raise InvalidInput(
+            f"no wave of a {shape[0]} x {shape[1]} grid lies between the cut-offs "
+            f"{spectrum.long_wavelength} and {spectrum.short_wavelength} m; widen them"
+        )
     modes = np.sqrt(density) * _gaussian_modes(shape, seed)
     power = density if scaling == "ensemble" else modes.real**2 + modes.imag**2
     moment = np.sum(q ** ORDER_OF_MOMENT[kind] * power * multiplicity(shape[1]))
@@ -139,17 +144,6 @@ def _spacing(
             f"long_wavelength {spectrum.long_wavelength} m exceeds the period {max(size)} m"
         )
     return spacing
-
-
-def _resolved(spectrum: Spectrum, q: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """C(q) at the wavenumbers of a grid, with the mean and the Nyquist modes set to 0."""
-    density = _of_grid(spectrum.density(q), shape)
-    if not density.any():
-        raise InvalidInput(
-            f"no wave of a {shape[0]} x {shape[1]} grid lies between the cut-offs "
-            f"{spectrum.long_wavelength} and {spectrum.short_wavelength} m; widen them"
-        )
-    return density
 
 
 def _of_grid(density: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
