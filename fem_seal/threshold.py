@@ -104,10 +104,6 @@ def threshold(patch: Patch) -> Threshold | None:
     return parallel.on_root(lambda: THRESHOLDS[model](patch), patch.comm)
 
 
-def _of_gap(patch: Patch) -> Threshold | None:
-    return threshold_of_cut(patch.film, "gap")
-
-
 def _of_bearing(patch: Patch) -> Threshold | None:
     surface = present(patch.surface, "surface")
     untouched = GridField(
@@ -156,7 +152,7 @@ def sealing_load(patch: Patch) -> float | None:
 
 
 THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {
-    "gap": _of_gap,
+    "gap": lambda patch: threshold_of_cut(patch.film, "gap"),
     "bearing": _of_bearing,
     "gfmd": _of_elastic,
 }

@@ -68,10 +68,6 @@ def window(name: str, shape: tuple[int, int]) -> np.ndarray:
     return np.multiply.outer(*(windows[name](n) for n in shape))
 
 
-def _cut(values: np.ndarray) -> np.ndarray:
-    return values
-
-
 def _mirror(values: np.ndarray) -> np.ndarray:
     # The first and last rows lie on the mirror lines and are not doubled: 2 (n - 1) samples.
     return np.pad(values, [(0, max(n - 2, 0)) for n in values.shape], mode="reflect")
@@ -86,7 +82,7 @@ def _windowed(name: str) -> Callable[[np.ndarray], np.ndarray]:
 
 
 CELLS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "cut": _cut,
+    "cut": lambda values: values,
     "mirror": _mirror,
     "hann": _windowed("hann"),
     "tukey": _windowed("tukey"),

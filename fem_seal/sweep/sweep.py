@@ -109,13 +109,10 @@ def _origin(scene: Scene, keys: tuple[str, ...]) -> Provenance:
         section: {name: value for name, value in fields.items() if f"{section}.{name}" not in keys}
         for section, fields in origin.scene.items()
     }
-    varied = [getattr(scene, key.removesuffix(".path")).path for key in keys if _names_file(key)]
+    files = {"surface.path", "gap.path", "shape.path"}.intersection(keys)
+    varied = [getattr(scene, key.removesuffix(".path")).path for key in files]
     inputs = {path: digest for path, digest in origin.inputs.items() if Path(path) not in varied}
     return origin.model_copy(update={"scene": shared, "inputs": inputs, "seed": None})
-
-
-def _names_file(key: str) -> bool:
-    return key in ("surface.path", "gap.path", "shape.path")
 
 
 def _chains(tasks: Sequence[ScenePoint], folder: SweepFolder) -> list[Chain[Point]]:

@@ -71,14 +71,8 @@ def finer_film(film: GridFilm, times: int = 1) -> GridFilm:
     return replace(film, gap=gap)
 
 
-def _wave_across(n: int) -> tuple[GridFilm, ...]:
-    wave = vertex_gap(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * x), (n, n // 2), (1.0, 0.5))
-    return (GridFilm(wave),)
-
-
-def _wave_along(n: int) -> tuple[GridFilm, ...]:
-    wave = vertex_gap(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * y), (n, n))
-    return (GridFilm(wave),)
+def _wave(position: np.ndarray) -> np.ndarray:
+    return 1 + WAVE * np.cos(2 * np.pi * position)
 
 
 # Gaps of the channel at equal distances; the gap is linear between them.
@@ -103,15 +97,6 @@ def block_film(conductivity: np.ndarray, n: int) -> GridFilm:
     rows, columns = conductivity.shape
     gap = GridField(np.cbrt(conductivity), (1 / rows, 1 / columns))
     return finer_film(GridFilm(gap, representation="constant"), round(np.log2(n / rows)))
-
-
-def _checkerboard(n: int) -> tuple[GridFilm, ...]:
-    return (block_film(np.array([[1, RATIO], [RATIO, 1]]), n),)
-
-
-def _four_phases(n: int) -> tuple[GridFilm, ...]:
-    k1, k2, k3, k4 = PHASES
-    return (block_film(np.array([[k1, k4], [k2, k3]]), n),)
 
 
 def _smooth_checkerboard(n: int) -> tuple[GridFilm, ...]:
@@ -143,13 +128,13 @@ def corner_order(ratio: float) -> float:
 
 CASES: dict[str, ExactCase] = {
     "cosine-across": ExactCase(
-        _wave_across,
+        lambda n: (GridFilm(vertex_gap(lambda x, y: _wave(x), (n, n // 2), (1.0, 0.5))),),
         0.5 * closed_forms.cosine_channel(WAVE, across=True),
         2.0,
         "Sommerfeld's integrals; smooth: second order",
     ),
     "cosine-along": ExactCase(
-        _wave_along,
+        lambda n: (GridFilm(vertex_gap(lambda x, y: _wave(y), (n, n))),),
         closed_forms.cosine_channel(WAVE, across=False),
         2.0,
         "mean of g³; smooth: second order",
@@ -162,13 +147,13 @@ CASES: dict[str, ExactCase] = {
         quadratic_order=4.0,
     ),
     "checkerboard": ExactCase(
-        _checkerboard,
+        lambda n: (block_film(np.array([[1, RATIO], [RATIO, 1]]), n),),
         closed_forms.checkerboard(1.0, RATIO),
         corner_order(RATIO),
         "Keller 1964, Dykhne 1971; corner singularity r^(a-1): order 2a",
     ),
     "four-phases": ExactCase(
-        _four_phases,
+        lambda n: (block_film(np.array([PHASES[::3], PHASES[1:3]]), n),),
         closed_forms.four_phase_checkerboard(*PHASES)[0],
         None,
         "Mortola and Steffé; Milton 2001",
