@@ -7,7 +7,7 @@ the exact leak rate where that is known, otherwise the narrowest certified brack
 """
 
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from math import isfinite, isnan, log2, nan, prod
@@ -186,9 +186,7 @@ def _task(
     )
 
 
-def answers_on(
-    films: Sequence[GridFilm], setting: Setting, times: int, method: str
-) -> tuple[Answer, ...]:
+def answers_on(films: Sequence[GridFilm], setting: Setting, times: int, method: str) -> Answers:
     """Answers of a method; for several films geometric means (that of bounds is a bound)."""
     runs = [list(METHODS[method](finer_film(film, times), setting)) for film in films]
     return tuple(
@@ -209,10 +207,8 @@ def _computed(
     report: Report,
 ) -> list[Series] | None:
     """Compute tasks by grid; None if some are left to other parts of the work."""
-    with ExitStack() as held:
-        if out is None:
-            out = held.enter_context(temporary_folder())
-        folder: RecordFolder[Answers] = RecordFolder(out / "points", Answers)
+    with temporary_folder() if out is None else nullcontext(out) as kept:
+        folder: RecordFolder[Answers] = RecordFolder(kept / "points", Answers)
         every = [task for by_grid in tasks for group in by_grid.values() for task in group]
         if compute_study([chain_of(folder, task) for task in every], work, report).missing:
             return None

@@ -8,7 +8,7 @@ finer grids; the distance of each leak rate from the extrapolated one is its con
 """
 
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import inf
@@ -275,10 +275,8 @@ def _computed(
 ) -> list[list[Run]] | None:
     """Runs of all variants by grid; None if some are left to other parts of the study."""
     grids = trade_grids(surface_of(scene, None).shape, factors)
-    with ExitStack() as held:
-        if out is None:
-            out = held.enter_context(temporary_folder())
-        folder = RecordFolder(out / "points", Run)
+    with temporary_folder() if out is None else nullcontext(out) as kept:
+        folder = RecordFolder(kept / "points", Run)
         tasks = [[_task(samples, *variant) for variant in variants] for samples in grids]
         chains = [Chain(folder, tuple(of_grid), _Contact) for of_grid in tasks]
         if compute_study(chains, work, report).missing:
