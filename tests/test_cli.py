@@ -309,7 +309,7 @@ def test_scene_with_everything(small_scene, tmp_path):
 def test_reference_scene_runs(tmp_path, capsys):
     """The scene of docs/reference/scene.md, on fewer samples; its pictures can be drawn again."""
     (tmp_path / "reference.toml").write_text(REFERENCE)
-    smaller = ("--set", "surface.shape=[64, 64]", "--set", "surface.short_wavelength=6 um")
+    smaller = ("--set", "surface.shape=[32, 32]", "--set", "surface.short_wavelength=8 um")
     products = 'output.products=["contact", "leak_rate", "pictures", "mesh"]'
     assert run("run", "reference.toml", *smaller, "--set", products, "--out", "out") == 0
     pictures = ["contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png"]
@@ -320,10 +320,10 @@ def test_reference_scene_runs(tmp_path, capsys):
     drawn = [(tmp_path / "out" / name).read_bytes() for name in pictures]
     for name in pictures:
         (tmp_path / "out" / name).unlink()
-    assert run("render", "out") == 0
-    assert [(tmp_path / "out" / name).read_bytes() for name in pictures] == drawn
-    assert read_result(tmp_path / "out") == result
     assert run("render", "out", "--all") == 0
+    assert [(tmp_path / "out" / name).read_bytes() for name in pictures] == drawn
+    again = read_result(tmp_path / "out")
+    assert again | {"files": result["files"]} == result
     assert len(result["levels"]) > 1
     details = ["bounds.png", "mesh.png", "pressure.png", "relief.png"]
     assert below(tmp_path / "out") == sorted([*files, *details])

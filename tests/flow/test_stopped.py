@@ -1,14 +1,19 @@
-"""The result if a limit ends the refinement on a mesh of squares of several pixels."""
+"""How a refinement begins, how it steps, and what it leaves where a limit ends it."""
 
 import time
 
 import numpy as np
 import pytest
+from gaps import Random, level_problem, represented
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow.adapt import width_ratio
+from fem_seal.flow.bounds import Bounds
+from fem_seal.flow.marking import Strategy, part_of_a_step
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import relative_width
 
 
 @pytest.mark.parametrize("opening", [1, 6])
@@ -56,3 +61,94 @@ def test_a_limit_leaves_both_bounds(ahead):
             **FLUID,
         )
         assert flow.lower > 0
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("height", [1.0, 1e4, 1e8, 1e12])
+def test_a_start_of_any_energy(representation, height):
+    """Noise has up to 1e24 times the energy of the minimum, far more than what double precision
+    can tell from its neighbour: CG starts again from what is left of it. 2e-8 each, of minima from
+    above: the energy is that of an admissible function."""
+    gap = represented(rough_gap((12, 12), 0.2, 4), representation)
+    problem = level_problem(gap, periodic_sides=True)
+    pressure = problem.pressure(np.zeros(problem.unknowns))
+    stream = problem.stream(np.zeros(len(problem.mesh.xy)))
+    rng = np.random.default_rng(0)
+    high = problem.pressure(height * rng.normal(size=problem.unknowns))
+    steep = problem.stream(height * rng.normal(size=len(problem.mesh.xy)))
+    assert high.energy == pytest.approx(pressure.energy, rel=4e-8, abs=0)
+    assert steep.conductance == pytest.approx(stream.conductance, rel=4e-8, abs=0)
+
+
+REPRESENTATIONS = ["linear", "constant"]
+
+
+def films(representation, sides):
+    """A rough film with contact, and the same lifted by a few per cent of its largest gap."""
+    gap = rough_gap((32, 32), 0.2, seed=3, smooth=2)
+    lifted = GridField(np.where(gap.values > 0, gap.values + 0.03, 0.0), gap.spacing, periodic=True)
+    return [GridFilm(field, sides, representation) for field in (gap, lifted)]
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("seed", range(3))
+def test_gap_at_the_vertices_of_any_mesh(seed, periodic):
+    """As carried along from bisection to bisection, to rounding; contact is exactly contact."""
+    gap = represented(rough_gap((12, 8), 0.4, seed), cut=0.02, floor=0.05)
+    problem = level_problem(gap, 1, periodic, markings=[Random(seed)] * 5)
+    assert (problem.mesh.xy % (1 << 24)).any()  # vertices between the samples are meant
+    values = gap.values_at(problem.mesh)
+    np.testing.assert_allclose(values, problem.values, rtol=0, atol=1e-15)
+    assert np.array_equal(values == 0, problem.values == 0)
+
+
+@pytest.mark.parametrize("representation", REPRESENTATIONS)
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_bounds_from_the_mesh_of_another_film(representation, sides):
+    """They overlap with those from the coarsest mesh, in fewer steps."""
+    film, other = films(representation, sides)
+    flows = []
+    leak_rate(film, **FLUID, keep=flows.append)
+    warm, cold = leak_rate(other, **FLUID, start=flows[0].start), leak_rate(other, **FLUID)
+    assert warm.converged
+    assert max(warm.lower, cold.lower) <= min(warm.upper, cold.upper)
+    assert len(warm.levels) < len(cold.levels)
+
+
+def test_the_part_of_a_step():
+    """The nearer the bounds the smaller, but never nothing, and all of it where they are far."""
+    strategy = Strategy(rtol=0.1)
+    assert part_of_a_step(np.inf, strategy) == part_of_a_step(1.0, strategy) == 1
+    parts = [part_of_a_step(w, strategy) for w in (0.05, 0.09, 0.1, 0.12, 0.15)]
+    assert parts == sorted(parts)
+    assert parts[0] == parts[1] > 0.1
+    assert parts[-1] < 1
+    # 0.63 θ of the difference goes: what is left is 0.9 of the tolerance.
+    for width in (0.12, 0.15):
+        part = part_of_a_step(width, strategy)
+        assert width * (1 - 0.63 * part * strategy.tuning.theta) == pytest.approx(
+            0.09, rel=0.02, abs=0
+        )
+
+
+def test_the_ratio_of_widths_by_bubbles():
+    """Of bounds 0.2 apart, corrected to 1.04 and 1.12; and none of bounds that agree."""
+    solved, corrected = Bounds(1.0, 1.2), Bounds(1.04, 1.12)
+    assert width_ratio(corrected.excess, solved.excess) == pytest.approx((1.12 / 1.04 - 1) / 0.2)
+    assert width_ratio(1e-12, 0.0) == 1
+
+
+def test_a_step_near_the_tolerance_is_smaller():
+    """From the same mesh: the nearer the bounds are to the tolerance, the fewer unknowns are added,
+    and the tolerance is met all the same."""
+    gap = rough_gap((32, 32), 0.3, 5)
+    far = leak_rate(GridFilm(gap), rtol=0.01, every_dual=True, **FLUID).levels
+    widths = [relative_width(level.lower, level.upper) for level in far]
+    last = max(k for k, width in enumerate(widths) if width > 0.1)
+    # Only this step is smaller: all before it are full ones with either tolerance.
+    near = leak_rate(GridFilm(gap), rtol=0.8 * widths[last], every_dual=True, **FLUID)
+    assert near.converged
+    assert [level.unknowns for level in near.levels[: last + 1]] == [
+        level.unknowns for level in far[: last + 1]
+    ]
+    assert near.levels[last + 1].unknowns < far[last + 1].unknowns
