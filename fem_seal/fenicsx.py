@@ -190,10 +190,15 @@ def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray) 
     return mesh.create_mesh(comm, connectivity, domain, x, partitioner)
 
 
+def _nodes(msh: mesh.Mesh) -> Any:
+    """Nodes of each cell: an array, or an adjacency list before DOLFINx 0.7."""
+    return msh.geometry.dofmaps[0] if VERSION >= (0, 11) else msh.geometry.dofmap
+
+
 def geometry_dofs(msh: mesh.Mesh) -> np.ndarray:
     """For each cell of this rank the rows (c, 3) of its vertices in `msh.geometry.x`."""
-    dofmap = msh.geometry.dofmap  # an adjacency list before 0.7
-    return dofmap if isinstance(dofmap, np.ndarray) else dofmap.array.reshape(-1, 3)
+    nodes = _nodes(msh)
+    return nodes if isinstance(nodes, np.ndarray) else nodes.array.reshape(-1, 3)
 
 
 def input_cells(msh: mesh.Mesh) -> np.ndarray:
@@ -219,7 +224,7 @@ def is_linear(function: fem.Function) -> bool:
     All ranks must call this together.
     """
     msh, dofmap = function.function_space.mesh, function.function_space.dofmap
-    nodes = msh.geometry.dofmap  # an adjacency list before 0.7
+    nodes = _nodes(msh)
     own = nodes.shape[1] if isinstance(nodes, np.ndarray) else np.diff(nodes.offsets).max(initial=0)
     return (
         msh.topology.cell_type == mesh.CellType.triangle
