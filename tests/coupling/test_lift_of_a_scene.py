@@ -51,7 +51,7 @@ def test_a_shape_is_not_lifted(lift):
     mapping = scene(lift=lift).to_mapping()
     mapping["flow"]["sides"] = "wall"
     mapping["shape"] = {"kind": "rectangle", "length": 1e-4, "width": 1e-4, "mesh_size": 1e-5}
-    with pytest.raises(InvalidInput, match="needs a contact on its own grid"):
+    with pytest.raises(InvalidInput, match="needs the grid of a contact"):
         Scene.from_mapping(mapping)
 
 
