@@ -52,9 +52,14 @@ def sentence(command, **changes):
     return error
 
 
+of_debian = pytest.mark.skipif(
+    not (DEBIAN_PETSC / "lib/python3/dist-packages/dolfinx").is_dir(),
+    reason="DOLFINx, its MPI and what setup.sh mends are not from Debian",
+)
+
+
+@of_debian
 def test_petsc_dir_hides_dolfinx(folder):
-    if not (DEBIAN_PETSC / "lib/python3/dist-packages/dolfinx").is_dir():
-        pytest.skip("DOLFINx is not from Debian")
     said = sentence(LEAK, PETSC_DIR="/nowhere")
     assert "PETSC_DIR = '/nowhere' hides it: unset PETSC_DIR" in said
     assert "apt-get" not in said
@@ -142,6 +147,7 @@ def test_doctor_says_that_there_is_no_network(folder):
     assert "ip link set lo up" in out
 
 
+@of_debian
 @pytest.mark.mpi
 def test_mpirun_as_the_readme_says(folder):
     """As root, on fewer cores than processes, and with nothing set."""
@@ -159,6 +165,7 @@ def test_mpirun_as_the_readme_says(folder):
     assert float(rate) == pytest.approx(1e-18 * 1e5 / 12e-3, rel=1e-3)
 
 
+@of_debian
 @pytest.mark.mpi
 def test_doctor_says_what_mpirun_wants():
     """Root is told apart from an Open MPI that does not work."""
@@ -232,6 +239,7 @@ def test_name_of_a_folder_is_one_name(text):
     assert len(path.name.encode()) < 256  # what file systems take
 
 
+@of_debian
 def test_renamed_checkout_mends_itself(tmp_path):
     """make runs setup.sh once after a move, and that puts the new place into all programs."""
     old, new = tmp_path / "old", tmp_path / "new place"
