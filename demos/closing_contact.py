@@ -10,7 +10,7 @@
 
 # %%
 import argparse
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, log10
 from pathlib import Path
@@ -20,9 +20,10 @@ import numpy as np
 from fem_seal import LeakRate, Patch, Scene
 from fem_seal.digits import per_cent, with_prefix
 from fem_seal.film import GridFilm
-from fem_seal.render.flow import NO_FLOW, flow_density, flow_panel, flow_scale
-from fem_seal.render.gap import CONTACT, gap_panel, gap_scale
-from fem_seal.render.page import write_page
+from fem_seal.render.colours import CONTACT, NO_FLOW
+from fem_seal.render.flow import draw_flow, flow_density, flow_scale
+from fem_seal.render.gap import draw_gap, gap_scale
+from fem_seal.render.page import add_bar, page, window_of
 from fem_seal.threshold import threshold
 
 FIRST_SCENE = Path(__file__).parent / "scenes/first.toml"
@@ -69,16 +70,17 @@ def draw(steps: list[Loaded], path: Path) -> None:
     peaks = [float(flow_density(flow).max()) for flow in flows]
     gaps = gap_scale(*(step.film.gap.values for step in shown))
     scale = flow_scale(*flows, decades=DECADES + ceil(log10(max(peaks) / min(peaks))))
-    upper, lower = [], []
-    for step in shown:
-        area = per_cent(step.film.contact_area_fraction)
-        title = f"{with_prefix(step.pressure, 'Pa', 3)}, {area} in contact"
-        upper.append(gap_panel(step.film, gaps, long_side=420, title=title))
-        rate = f"{step.leak.value:.1e} m³/s" if step.leak.value else "sealed"
-        lower.append(flow_panel(step.leak.field, step.film, scale, long_side=420, title=rate))
-    # One bar beside each row.
-    upper[-1], lower[-1] = replace(upper[-1], scale=gaps[0]), replace(lower[-1], scale=scale)
-    write_page([upper, lower], path, key=(CONTACT, NO_FLOW))
+    window, shape, key = window_of(shown[0].film), (2, len(shown)), (CONTACT, NO_FLOW)
+    with page(window, path, shape=shape, side=2.1, key=key) as axes:
+        for step, upper, lower in zip(shown, *axes, strict=True):
+            area = per_cent(step.film.contact_area_fraction)
+            title = f"{with_prefix(step.pressure, 'Pa', 3)}, {area} in contact"
+            draw_gap(upper, step.film, gaps, title=title)
+            rate = f"{step.leak.value:.1e} m³/s" if step.leak.value else "sealed"
+            draw_flow(lower, step.leak.field, step.film, scale, title=rate)
+        # One bar beside each row.
+        add_bar(axes[0, -1], gaps)
+        add_bar(axes[1, -1], scale)
 
 
 def main(

@@ -15,14 +15,15 @@ from demos.letter.persson import Prediction
 from demos.letter.thresholds import REFERENCE, ThresholdRow
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.render.contact import CONTACT_KEY, contact_panel
-from fem_seal.render.flow import CONTACT, FLOW_COLOURS, NO_FLOW, flow_panel
-from fem_seal.render.page import write_page
+from fem_seal.render.colours import CONTACT, NO_FLOW
+from fem_seal.render.contact import CONTACT_KEY, draw_contact
+from fem_seal.render.flow import FLOW_COLOURS, draw_flow
+from fem_seal.render.page import Window, add_bar, page, window_of
 from fem_seal.render.plot import new_figure
-from fem_seal.render.window import Scale, Window
+from fem_seal.render.scale import Scale
 
 FORMATS = ("png", "pdf")
-PANEL_SIDE = 700  # pixels of the longer side of each panel of Figs. 1 and 2
+PANEL_SIDE = 3.5  # longer side of each panel of Figs. 1 and 2 [inch]
 MAGNIFIED = 0.25  # part of each side of the cell that their lower row shows
 DECADES = 5  # length of the colour bar of Fig. 2
 LAWS = {"persson": ("Persson (2001)", "-."), "wang-mueser": ("Wang and Müser (2017)", "-")}
@@ -36,35 +37,31 @@ LETTERS_THRESHOLDS = {"bearing": (0.5, 0.02), "elastic": (0.425, 0.025)}
 LETTERS_DECADES = 3
 
 
-def contact_figure(contacts: dict[str, Picture], folder: Path, side: int = PANEL_SIDE) -> None:
+def contact_figure(contacts: dict[str, Picture], folder: Path, side: float = PANEL_SIDE) -> None:
     """Fig. 1: contact and open domains of each model, and a part magnified below."""
-    gaps = {model: picture.gap for model, picture in contacts.items()}
-    whole = [
-        contact_panel(GridFilm(gap, "periodic"), long_side=side, title=_title(model, gap))
-        for model, gap in gaps.items()
-    ]
-    parts = [
-        contact_panel(GridFilm(gap, "periodic"), window=_part(gap), long_side=side)
-        for gap in gaps.values()
-    ]
-    for path in paths(folder, "fig1"):
-        write_page([whole, parts], path, key=CONTACT_KEY)
+    films = {model: GridFilm(picture.gap, "periodic") for model, picture in contacts.items()}
+    window, shape = window_of(next(iter(films.values()))), (2, len(films))
+    with page(window, *paths(folder, "fig1"), shape=shape, side=side, key=CONTACT_KEY) as axes:
+        for (model, film), whole, part in zip(films.items(), *axes, strict=True):
+            draw_contact(whole, film, title=_title(model, film.gap))
+            draw_contact(part, film, window=_part(film.gap))
 
 
-def flow_figure(flows: dict[str, Picture], folder: Path, side: int = PANEL_SIDE) -> None:
+def flow_figure(flows: dict[str, Picture], folder: Path, side: float = PANEL_SIDE) -> None:
     """Fig. 2: flow density of both models on one scale, and a part magnified below."""
     peak = float(flows["bearing"].density.max())
     name = "flow density / peak of the bearing model"
     scale = Scale(name, 10.0**-DECADES, 1.0, True, FLOW_COLOURS, "min")
-    whole, parts = [], []
-    for model, picture in flows.items():
-        field = replace(picture.flow, flux=picture.flow.flux / peak)
-        film, title = GridFilm(picture.gap, "periodic"), _title(model, picture.gap)
-        part = _part(picture.gap)
-        whole.append(flow_panel(field, film, scale, title=title, long_side=side))
-        parts.append(flow_panel(field, film, scale, window=part, long_side=side))
-    for path in paths(folder, "fig2"):
-        write_page([whole, parts], path, scale=scale, key=(CONTACT, NO_FLOW))
+    window, shape = window_of(GridFilm(flows["bearing"].gap, "periodic")), (2, len(flows))
+    key = (CONTACT, NO_FLOW)
+    with page(window, *paths(folder, "fig2"), shape=shape, side=side, key=key) as axes:
+        for (model, picture), whole, part in zip(flows.items(), *axes, strict=True):
+            field = replace(picture.flow, flux=picture.flow.flux / peak)
+            film = GridFilm(picture.gap, "periodic")
+            draw_flow(whole, field, film, scale, title=_title(model, picture.gap))
+            draw_flow(part, field, film, scale, window=_part(picture.gap))
+        for row in axes:
+            add_bar(row[-1], scale)
 
 
 def _title(model: str, gap: GridField) -> str:

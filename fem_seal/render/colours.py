@@ -4,6 +4,7 @@ Also in print without colour they differ: each colour map is a part of one of ma
 lightest colour is darker than the grey of contact, and that grey is darker than the pale blue.
 """
 
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,27 @@ if TYPE_CHECKING:
 
 CONTACT_COLOUR = (200, 202, 206)
 OPEN_COLOUR = (214, 234, 252)
-WHITE = (255, 255, 255)
+
+
+@dataclass(frozen=True)
+class Swatch:
+    """One entry of the key below a picture."""
+
+    name: str  #: the meaning
+    colour: tuple[int, int, int]  #: red, green, blue, 0..255
+
+    @property
+    def rgb(self) -> tuple[float, float, float]:
+        """The colour in 0..1, as matplotlib has it."""
+        red, green, blue = self.colour
+        return red / 255, green / 255, blue / 255
+
+
+# In print without colour the inlet is a darker grey than the outlet.
+INLET, OUTLET = Swatch("inlet", (200, 30, 30)), Swatch("outlet", (70, 160, 255))
+CONTACT = Swatch("contact", CONTACT_COLOUR)
+OPEN = Swatch("open", OPEN_COLOUR)
+NO_FLOW = Swatch("open, but no flow", OPEN_COLOUR)
 
 # For each name the map of matplotlib, and the range 0..1 of it that is used.
 _PARTS = {
@@ -28,16 +49,7 @@ _STEPS = 256
 
 @cache
 def colour_map(name: str) -> "Colormap":
-    """Colour map by its name.
-
-    Parameters
-    ----------
-    name : a name of _PARTS, or of a map of matplotlib
-
-    Returns
-    -------
-    matplotlib Colormap
-    """
+    """Colour map by a name of _PARTS, or of a map of matplotlib."""
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 

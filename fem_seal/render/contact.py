@@ -1,16 +1,18 @@
 """Picture of contact and open domains, like Fig. 1 of the letter (PRL 108, 244301, 2012)."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_seal.film.clusters import label, largest
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.film.lattice import DUAL_CONNECTIVITY, Lattice
-from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR
-from fem_seal.render.page import Panel, Swatch, panel_of, write_page
-from fem_seal.render.tiles import Mosaic, Tiles, mosaic, paint
-from fem_seal.render.window import LONG_SIDE, Window
+from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR, Swatch
+from fem_seal.render.page import Window, draw_samples, frame_film, page, window_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Contact is grey, open is blue or green; the largest patch and channel are darker than the others.
 CONTACT_KEY = (
@@ -22,15 +24,10 @@ CONTACT_KEY = (
 
 
 def contact_classes(sites: Lattice) -> np.ndarray:
-    """Index in CONTACT_KEY of every site.
+    """Index in CONTACT_KEY of every site, uint8 of the shape of sites.gap.
 
     The connectivities of contact and open sites are dual: at most one of the two largest clusters
     spans.
-
-    Returns
-    -------
-    uint8 array of the shape of sites.gap
-        0 contact, 1 largest contact patch, 2 open, 3 largest open channel.
     """
     classes = np.where(sites.open, np.uint8(2), np.uint8(0))
     phases = (
@@ -42,41 +39,20 @@ def contact_classes(sites: Lattice) -> np.ndarray:
     return classes
 
 
-def contact_panel(
-    film: GridFilm,
-    *,
-    window: Window | None = None,
-    long_side: int = LONG_SIDE,
-    title: str = "",
-) -> Panel:
-    """Draw the contact and open domains; see `contact_picture` for the arguments."""
-    view = mosaic(film, window, long_side)
-    return panel_of(film, paint(_tiles(view), view.window, long_side), view.window, title)
+def draw_contact(
+    axes: "Axes", film: GridFilm, *, window: Window | None = None, title: str = ""
+) -> None:
+    """Draw contact and open domains, whole or in part; see `contact_picture`."""
+    frame_film(axes, film, window, title)
+    palette = np.array([(*swatch.colour, 255) for swatch in CONTACT_KEY], dtype=np.uint8)
+    draw_samples(axes, film, palette[film.sites.on_samples(contact_classes(film.sites))])
 
 
-def _tiles(view: Mosaic) -> Tiles:
-    """Tiles in the colours of CONTACT_KEY."""
-    classes = view.sites.on_samples(contact_classes(view.sites))
-    return view.mean_colours(classes, np.array([s.colour for s in CONTACT_KEY]))
-
-
-def contact_picture(
-    film: GridFilm,
-    path: str | Path,
-    *,
-    window: Window | None = None,
-) -> Path:
+def contact_picture(film: GridFilm, path: str | Path) -> Path:
     """Picture of contact (gap exactly 0) and open domains, the largest cluster of each in colour.
 
-    Parameters
-    ----------
-    film : film on a grid; clusters are connected across its periodic sides
-    path : the file, .png, .pdf or .svg
-    window : part of the seal to show [m]; all if left out. Clusters are those of the whole seal
-
-    Returns
-    -------
-    Path of the file.
+    Clusters are connected across the periodic sides of the film; `path` ends in .png, .pdf or .svg.
     """
-    panel = contact_panel(film, window=window)
-    return write_page([[panel]], path, key=CONTACT_KEY)
+    with page(window_of(film), path, key=CONTACT_KEY) as axes:
+        draw_contact(axes[0, 0], film)
+    return Path(path)

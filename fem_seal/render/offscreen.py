@@ -1,8 +1,8 @@
 """Drawing without a screen: the only module that imports PyVista.
 
-A drawing is a stack of layers inside a window of the seal. All coordinates are converted from
-metres to pixels for VTK: camera and clipping planes are then the same for a flange of a metre and a
-patch of a micrometre.
+A drawing is a stack of layers inside a window of the seal. Coordinates are converted from metres to
+pixels for VTK: camera and clipping planes are then the same for a flange of a metre and a patch of
+a micrometre.
 """
 
 import ctypes.util
@@ -11,17 +11,19 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.render.colours import colour_map
-from fem_seal.render.window import LONG_SIDE, Scale, Window
+from fem_seal.render.page import Window
+from fem_seal.render.scale import Scale
 
 if TYPE_CHECKING:
     import pyvista
 
+LONG_SIDE = 1200  # longer side of a drawing [pixel]
 SUPERSAMPLING = 2  # each pixel is the mean of SUPERSAMPLING² drawn ones: edges become smooth
 
 # Light on a landscape: direction towards the sun, at the left front, and part without direction.
@@ -36,24 +38,16 @@ GL_LIBRARIES = {
 
 
 @dataclass(frozen=True, eq=False)
-class DrawnTriangles:
-    """Triangles coloured by values on cells or at points."""
+class Layer:
+    """Triangles in one colour, or in the colours of a scale."""
 
     points: np.ndarray  #: (N, 2), coordinates [m]
     cells: np.ndarray  #: (C, 3) int, corners of the triangles
-    #: (C,) or (N,), values that are constant on cells, or at points and linear on cells
-    values: np.ndarray
-    scale: Scale  #: colour scale of the values
-
-
-@dataclass(frozen=True, eq=False)
-class DrawnMesh:
-    """Triangles in one colour, drawn as edges or filled."""
-
-    points: np.ndarray  #: (N, 2), coordinates [m]
-    cells: np.ndarray  #: (C, 3) int, corners of the triangles
-    colour: tuple[int, int, int]  #: red, green, blue, 0..255
-    line: float  #: width of the edges [pixel]; 0 fills the triangles
+    colour: tuple[int, int, int] = (0, 0, 0)  #: red, green, blue, 0..255, of a layer without scale
+    #: (C,) or (N,), values that are constant on cells, or at points and linear on cells, in the
+    #: unit of the scale
+    values: np.ndarray | None = None
+    scale: Scale | None = None
 
 
 def require_gl() -> None:
@@ -97,24 +91,22 @@ def _import_pyvista() -> ModuleType:
     return pyvista
 
 
-Layer = DrawnTriangles | DrawnMesh
-
-
 def draw_layers(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) -> np.ndarray:
     """Draw layers, later ones over earlier ones, in parallel projection.
 
     Parameters
     ----------
-    layers : sequence of DrawnTriangles and DrawnMesh
-    window : the rectangle [m] that fills the picture exactly
-    long_side : length of the longer side [pixel]
+    window
+        The rectangle [m] that fills the picture exactly.
+    layers, long_side
+        The triangles, and the length of the longer side [pixel].
 
     Returns
     -------
     (height, width, 3) uint8, first row at y = y1, first column at x = x0.
     """
     vista = _import_pyvista()
-    width, height = window.pixels(long_side)
+    width, height = (round(long_side * part) for part in window.shape)
     plotter = vista.Plotter(
         off_screen=True,
         window_size=(SUPERSAMPLING * width, SUPERSAMPLING * height),
@@ -123,8 +115,20 @@ def draw_layers(layers: Sequence[Layer], window: Window, long_side: int = LONG_S
     try:
         plotter.set_background("white")
         for depth, layer in enumerate(layers):
-            to_pixels = _Map(window, width, height, depth)
-            _draw(vista, plotter, layer, to_pixels)
+            pixels = (layer.points - (window.x0, window.y0)) / window.sides * (width, height)
+            points = np.column_stack([pixels, np.full(len(pixels), float(depth))])
+            surface = vista.PolyData.from_regular_faces(points, np.asarray(layer.cells))
+            colours: dict[str, Any] = {"color": layer.colour}
+            if layer.scale is not None:
+                colours = {
+                    "scalars": np.asarray(layer.values, dtype=float),
+                    "clim": (layer.scale.low, layer.scale.high),
+                    "cmap": colour_map(layer.scale.colours),
+                    "log_scale": layer.scale.logarithmic,
+                    "interpolate_before_map": True,
+                    "show_scalar_bar": False,
+                }
+            plotter.add_mesh(surface, lighting=False, **colours)
         plotter.camera_position = [
             (width / 2, height / 2, len(layers) + 10.0),
             (width / 2, height / 2, 0.0),
@@ -151,15 +155,9 @@ class Relief:
 
 
 def draw_relief(relief: Relief, long_side: int = LONG_SIDE) -> np.ndarray:
-    """Draw a landscape without white margins, seen from above the edge of smallest y.
+    """Draw a landscape, seen from above the edge of smallest y, as (height, width, 3) uint8.
 
-    Parameters
-    ----------
-    long_side : width of the picture before its margins are cut off [pixel]
-
-    Returns
-    -------
-    (height, width, 3) uint8
+    Its white margins are cut off; before that it is `long_side` pixels wide.
     """
     vista = _import_pyvista()
     points = relief.points / relief.points[..., :2].max()
@@ -216,61 +214,3 @@ def _without_margins(pixels: np.ndarray, margin: int = 20) -> np.ndarray:
         first, last = (inside[0], inside[-1]) if inside.size else (0, drawn.shape[1 - axis] - 1)
         cut.append(slice(max(first - margin, 0), last + 1 + margin))
     return pixels[cut[0], cut[1]]
-
-
-@dataclass(frozen=True)
-class _Map:
-    """Map from metres in the window to pixels; layers of larger depth lie in front."""
-
-    window: Window
-    width: int
-    height: int
-    depth: int
-
-    def __call__(self, points: np.ndarray) -> np.ndarray:
-        w = self.window
-        x = (points[:, 0] - w.x0) / (w.x1 - w.x0) * self.width
-        y = (points[:, 1] - w.y0) / (w.y1 - w.y0) * self.height
-        return np.column_stack([x, y, np.full(len(points), float(self.depth))])
-
-
-def _surface(vista: ModuleType, layer: Layer, to_pixels: _Map) -> "pyvista.PolyData":
-    return vista.PolyData.from_regular_faces(to_pixels(layer.points), np.asarray(layer.cells))
-
-
-def _draw_triangles(
-    vista: ModuleType, plotter: "pyvista.Plotter", triangles: DrawnTriangles, to_pixels: _Map
-) -> None:
-    surface = _surface(vista, triangles, to_pixels)
-    scale = triangles.scale
-    plotter.add_mesh(
-        surface,
-        scalars=np.asarray(triangles.values, dtype=float),
-        clim=(scale.low, scale.high),
-        cmap=colour_map(scale.colours),
-        log_scale=scale.logarithmic,
-        interpolate_before_map=True,
-        lighting=False,
-        show_scalar_bar=False,
-    )
-
-
-def _draw_mesh(
-    vista: ModuleType, plotter: "pyvista.Plotter", mesh: DrawnMesh, to_pixels: _Map
-) -> None:
-    surface = _surface(vista, mesh, to_pixels)
-    plotter.add_mesh(
-        surface,
-        style="wireframe" if mesh.line else "surface",
-        color=mesh.colour,
-        line_width=SUPERSAMPLING * mesh.line or None,
-        lighting=False,
-    )
-
-
-def _draw(vista: ModuleType, plotter: "pyvista.Plotter", layer: Layer, to_pixels: _Map) -> None:
-    match layer:
-        case DrawnTriangles():
-            _draw_triangles(vista, plotter, layer, to_pixels)
-        case DrawnMesh():
-            _draw_mesh(vista, plotter, layer, to_pixels)

@@ -3,7 +3,6 @@
 `lift_picture` shows the dry contact beside the lifted one.
 """
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,30 +11,23 @@ import numpy as np
 from fem_seal.digits import readable
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR
-from fem_seal.render.gap import CONTACT, gap_panel, gap_scale, tile_colours
-from fem_seal.render.page import ISOLINES, Panel, Swatch, panel_of, write_page
-from fem_seal.render.tiles import mosaic, paint
-from fem_seal.render.window import (
-    LONG_SIDE,
-    Scale,
-    Window,
-    isoline_levels,
-    step_above,
-)
+from fem_seal.render.colours import CONTACT_COLOUR, OPEN, Swatch
+from fem_seal.render.gap import CONTACT, draw_gap, gap_scale
+from fem_seal.render.page import ISOLINES, add_bar, draw_samples, frame_film, page, window_of
+from fem_seal.render.scale import Scale, isoline_levels, step_above
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 CONTACT_PRESSURE_COLOURS, PRESSURE_COLOURS = "contact pressure", "pressure"
-OPEN = Swatch("open", OPEN_COLOUR)
 POCKET = Swatch("pocket: its fluid pressure is assumed", (246, 222, 150))
 # Part of the contact whose pressure lies within the colour bar; single peaks lie above it.
 SHOWN = 0.999
+LIFT_SIDE = 3.0  # longer side of each of the four drawings of a lift [inch]
 
 
-def contact_pressure_scale(pressure: np.ndarray) -> tuple[Scale, float] | None:
-    """Linear scale from 0 in a readable unit, and the factor from Pa to it; None if no contact."""
+def contact_pressure_scale(pressure: np.ndarray) -> Scale | None:
+    """Linear scale from 0 in a readable unit; None if nothing touches."""
     carried = pressure[pressure > 0]
     if not carried.size:
         return None
@@ -44,83 +36,64 @@ def contact_pressure_scale(pressure: np.ndarray) -> tuple[Scale, float] | None:
     label, beyond = f"contact pressure [{unit}]", "neither"
     if carried.max() > highest:
         label, beyond = f"{label}, at most {factor * carried.max():.2g}", "max"
-    return Scale(label, 0.0, highest * factor, False, CONTACT_PRESSURE_COLOURS, beyond), factor
+    return Scale(
+        label, 0.0, highest * factor, False, CONTACT_PRESSURE_COLOURS, beyond, per_si=factor
+    )
 
 
-def contact_pressure_panel(
-    film: GridFilm,
-    pressure: GridField,
-    *,
-    window: Window | None = None,
-    long_side: int = LONG_SIDE,
-    title: str = "",
-) -> Panel:
+def draw_contact_pressure(
+    axes: "Axes", film: GridFilm, pressure: GridField, title: str = ""
+) -> None:
     """Draw the contact pressure with a bar of its own; see `contact_pressure_picture`."""
-    view = mosaic(film, window, long_side)
-    samples = on_samples(film, pressure)
-    values, scale = view.crop(samples), contact_pressure_scale(pressure.values)
-    tiles = view.tiles(tile_colours(view, values, values > 0, scale, OPEN.colour))
-    pixels = paint(tiles, view.window, long_side)
-    return panel_of(film, pixels, view.window, title, scale=scale[0] if scale else None)
+    frame_film(axes, film, None, title)
+    values, scale = on_samples(film, pressure), contact_pressure_scale(pressure.values)
+    shown = (scale or Scale("", 0.0, 1.0)).paint(values, values > 0, OPEN.colour)
+    draw_samples(axes, film, shown)
+    add_bar(axes, scale)
 
 
-def contact_pressure_picture(
-    film: GridFilm, pressure: GridField, path: str | Path, *, window: Window | None = None
-) -> Path:
-    """Picture of the pressure between the solids, pale blue where they do not touch.
+def contact_pressure_picture(film: GridFilm, pressure: GridField, path: str | Path) -> Path:
+    """Picture of the pressure [Pa] between the solids, pale blue where they do not touch.
 
-    Parameters
-    ----------
-    film : film between the solids
-    pressure : contact pressure [Pa]; in a lifted contact its excess over the fluid's pressure
-    path : the file, .png, .pdf or .svg
-    window : part of the seal to show [m]; all if left out
-
-    Returns
-    -------
-    Path of the file.
+    In a lifted contact it is the excess over the fluid's pressure. `path` ends in .png, .pdf or
+    .svg.
     """
-    panel = contact_pressure_panel(film, pressure, window=window)
-    return write_page([[panel]], path, key=(OPEN,))
+    with page(window_of(film), path, key=(OPEN,)) as axes:
+        draw_contact_pressure(axes[0, 0], film, pressure)
+    return Path(path)
 
 
-def fluid_pressure_panel(
-    film: GridFilm, pressure: GridField, *, long_side: int = LONG_SIDE, title: str = ""
-) -> Panel:
-    """Draw the fluid's pressure with isobars and a bar of its own, and contact in grey.
+def draw_fluid_pressure(axes: "Axes", film: GridFilm, pressure: GridField, title: str = "") -> None:
+    """Draw the fluid's pressure [Pa], continued to contact, with isobars and a bar of its own.
 
     Pockets have a colour of their own: no fluid moves there, and nothing determines its pressure.
-
-    Parameters
-    ----------
-    film : film of the fluid
-    pressure : pressure [Pa] of the fluid, continued to the samples in contact
-    long_side : length of the longer side [pixel]
     """
-    view = mosaic(film, None, long_side)
     samples = on_samples(film, pressure)
     factor, unit = readable(float(np.abs(samples).max()), "Pa")
     low, high = factor * float(samples.min()), factor * float(samples.max())
     if not high > low:
         low, high = low - 0.5, high + 0.5
     levels = isoline_levels(low, high)
-    scale = Scale(f"fluid pressure [{unit}]", low, high, colours=PRESSURE_COLOURS, lines=levels)
-    wet = (view.samples > 0) & ~film.pockets
-    colours = tile_colours(view, samples, wet, (scale, factor), CONTACT_COLOUR)
-    colours += view.mean(film.pockets)[:, :, None] * np.subtract(POCKET.colour, CONTACT_COLOUR)
-    pixels = paint(view.tiles(colours), view.window, long_side)
-    panel = panel_of(film, pixels, view.window, title, scale=scale, marked=True)
+    scale = Scale(
+        f"fluid pressure [{unit}]",
+        low,
+        high,
+        colours=PRESSURE_COLOURS,
+        lines=levels,
+        per_si=factor,
+    )
+    frame_film(axes, film, None, title, marked=True)
+    wet = (film.sites.on_samples(film.sites.gap) > 0) & ~film.pockets
+    colours = scale.paint(samples, wet, CONTACT_COLOUR)
+    colours[film.pockets] = (*POCKET.colour, 255)
+    draw_samples(axes, film, colours)
+    add_bar(axes, scale)
     shown = np.where(wet, factor * samples, np.nan)
     lines = [level for level in levels if (shown < level).any() and (shown > level).any()]
-    if not lines or min(shown.shape) < 2:
-        return panel
-    (x0, y0), (dx, dy), (mx, my) = film.sites.origin, film.sites.spacing, shown.shape
-
-    def isobars(axes: "Axes", unit: float) -> None:
-        x, y = unit * (x0 + dx * np.arange(mx)), unit * (y0 + dy * np.arange(my))
+    if lines and min(shown.shape) > 1:
+        (x0, y0), (dx, dy), (nx, ny) = film.sites.origin, film.sites.spacing, shown.shape
+        x, y = x0 + dx * np.arange(nx), y0 + dy * np.arange(ny)
         axes.contour(x, y, shown.T, levels=lines, **ISOLINES)
-
-    return replace(panel, isolines=isobars)
 
 
 def lift_picture(
@@ -129,51 +102,26 @@ def lift_picture(
     contact_pressure: GridField,
     fluid_pressure: GridField,
     path: str | Path,
-    *,
-    long_side: int = 600,
 ) -> Path:
-    """Four pictures of a lift: gap, dry and lifted, and the pressures of solid and fluid.
+    """Four pictures of a lift: gap, dry and lifted, and the pressures [Pa] of solid and fluid.
 
     Of a sealed film the fluid's part of the load is an assumption: its pressure is known up to the
     place where it is sealed and behind it; a film of next to no height gives that in between.
-
-    Parameters
-    ----------
-    lifted, dry : films with and without the fluid's pressure
-    contact_pressure, fluid_pressure : pressures of the lifted contact [Pa]
-    path : the file, .png, .pdf or .svg
-    long_side : length of the longer side of each picture [pixel]
-
-    Returns
-    -------
-    Path of the file.
     """
     gaps = [film.gap.values for film in (dry, lifted)]
     scale = gap_scale(*gaps) if any(gap.any() for gap in gaps) else None
-    gap_panels = [
-        gap_panel(film, scale, long_side=long_side, title=f"{name}: {_area(film)}")
-        for film, name in ((dry, "dry"), (lifted, "lifted by the fluid"))
-    ]
-    if scale is not None:
-        gap_panels = [replace(panel, scale=scale[0]) for panel in gap_panels]
-    solid = contact_pressure_panel(
-        lifted,
-        contact_pressure,
-        long_side=long_side,
-        title=f"the solid carries {_mean(contact_pressure)}",
-    )
-    fluid = fluid_pressure_panel(
-        lifted,
-        fluid_pressure,
-        long_side=long_side,
-        title=f"the fluid carries {_mean(fluid_pressure)}{', by assumption' * lifted.sealed}",
-    )
     key = (CONTACT, OPEN, POCKET) if lifted.pockets.any() else (CONTACT, OPEN)
-    return write_page([gap_panels, [solid, fluid]], path, key=key)
-
-
-def _area(film: GridFilm) -> str:
-    return f"{100 * film.contact_area_fraction:.3g} % in contact"
+    with page(window_of(lifted), path, shape=(2, 2), side=LIFT_SIDE, key=key) as axes:
+        for place, film, name in zip(axes[0], (dry, lifted), ("dry", "lifted"), strict=True):
+            area = f"{100 * film.contact_area_fraction:.3g} % in contact"
+            draw_gap(place, film, scale, title=f"{name}: {area}")
+            add_bar(place, scale)
+        solid, fluid = map(_mean, (contact_pressure, fluid_pressure))
+        draw_contact_pressure(axes[1, 0], lifted, contact_pressure, f"the solid carries {solid}")
+        assumed = ", by assumption" * lifted.sealed
+        title = f"the fluid carries {fluid}{assumed}"
+        draw_fluid_pressure(axes[1, 1], lifted, fluid_pressure, title)
+    return Path(path)
 
 
 def _mean(pressure: GridField) -> str:

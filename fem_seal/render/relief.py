@@ -1,30 +1,29 @@
 """The gap as a landscape: contact is its plateau, the flow runs through its valleys."""
 
+from math import ceil
 from pathlib import Path
 
 import numpy as np
 
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import LeakRate
-from fem_seal.render.flow import CONTACT, NO_FLOW, flow_of, flow_panel, flow_scale
+from fem_seal.render.colours import CONTACT, INLET, NO_FLOW, OUTLET, Swatch
+from fem_seal.render.flow import draw_flow, flow_of, flow_scale
 from fem_seal.render.offscreen import Relief, draw_relief
-from fem_seal.render.page import INLET, OUTLET, Panel, Swatch, write_page
-from fem_seal.render.tiles import mosaic
-from fem_seal.render.window import LONG_SIDE, step_above
+from fem_seal.render.page import SIDE, Window, add_bar, page, window_of
+from fem_seal.render.plot import DPI
+from fem_seal.render.scale import step_above
 
-SIDE = 400  # samples of the landscape along its longer side; each is the mean of a block of the gap
+SAMPLES = 400  # samples of the landscape along its longer side, at most; means of blocks
 DEPTH = 0.06  # least depth of the deepest valley, as part of the longer side
-WIDTH = 4 * LONG_SIDE // 3  # width of the drawing before its margins are cut off [pixel]
+WIDTH = 1600  # width of the drawing before its margins are cut off [pixel]
 PIN = Swatch("pin: critical constriction", (0, 0, 0))
 
 
 def exaggeration(deepest: float, length: float) -> float:
-    """Factor, 1, 2 or 5 times a power of ten, by which gaps are enlarged to visible depths.
+    """Factor, 1, 2 or 5 times a power of ten, that makes the largest gap [m] a visible depth.
 
-    Parameters
-    ----------
-    deepest : largest gap [m]
-    length : longer side of the seal [m]
+    `length` is the longer side of the seal [m].
     """
     return step_above(DEPTH * length / deepest)
 
@@ -32,40 +31,46 @@ def exaggeration(deepest: float, length: float) -> float:
 def relief_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
     """Picture of the gap as a landscape, its depth exaggerated, with the flow density on it.
 
-    Parameters
-    ----------
-    leak : leak rate with its flow field
-    film : film on a grid through which the fluid flows
-    path : the file, .png, .pdf or .svg
-
-    Returns
-    -------
-    Path of the file.
+    `path` ends in .png, .pdf or .svg.
     """
     field = flow_of(leak)
-    scale = flow_scale(field)
-    flat = flow_panel(field, film, scale)
-    view = mosaic(film, None, SIDE)
-    gap = view.mean(view.samples)
+    scale, sites = flow_scale(field), film.sites
+    gap = sites.on_samples(sites.gap)
+    block = ceil(max(gap.shape) / SAMPLES)
+    nx, ny = (n // block for n in gap.shape)
+    gap = gap[: nx * block, : ny * block].reshape(nx, block, ny, block).mean(axis=(1, 3))
     factor = exaggeration(float(gap.max()), max(film.size))
-    across = [_centres(*of_axis) for of_axis in zip(view.block, gap.shape, strict=True)]
-    x, y = (
-        np.clip(origin + spacing * centres, 0.0, size)
-        for origin, spacing, centres, size in zip(
-            film.sites.origin, film.sites.spacing, across, film.size, strict=True
-        )
-    )
     # The picture covers the landscape from edge to edge.
-    x[[0, -1]], y[[0, -1]] = (0.0, film.size[0]), (0.0, film.size[1])
+    x, y = np.linspace(0.0, film.size[0], nx), np.linspace(0.0, film.size[1], ny)
     points = np.stack([*np.meshgrid(x, y, indexing="ij"), -factor * gap], axis=2)
     critical = film.constriction
     pin = None if critical is None else (*critical.position, -factor * critical.gap)
-    pixels = draw_relief(Relief(points, flat.pixels, (INLET.colour, OUTLET.colour), pin), WIDTH)
-    title = f"the gap as a landscape, its depth times {factor:g}; contact is the plateau"
-    panel = Panel(pixels, flat.window, title, axes=False)
-    return write_page([[panel]], path, scale=scale, key=(CONTACT, NO_FLOW, INLET, OUTLET, PIN))
+    relief = Relief(points, _flat(leak, film), (INLET.colour, OUTLET.colour), pin)
+    pixels = draw_relief(relief, WIDTH)
+    height, width = pixels.shape[:2]
+    key = (CONTACT, NO_FLOW, INLET, OUTLET, PIN)
+    with page(Window(0, width, 0, height), path, side=1.3 * SIDE, key=key) as axes:
+        axes[0, 0].imshow(pixels)
+        axes[0, 0].set_axis_off()
+        axes[0, 0].set_title(
+            f"the gap as a landscape, its depth times {factor:g}; contact is the plateau"
+        )
+        add_bar(axes[0, 0], scale)
+    return Path(path)
 
 
-def _centres(block: int, count: int) -> np.ndarray:
-    """Positions of the centres of blocks of samples, counted in samples."""
-    return block * np.arange(count) + 0.5 * (block - 1)
+def _flat(leak: LeakRate, film: GridFilm) -> np.ndarray:
+    """The flow from above, (height, width, 3) uint8, without axes, to be laid on the landscape."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    field = flow_of(leak)
+    wide, high = window_of(film).shape
+    figure = Figure((SIDE * wide, SIDE * high), dpi=DPI)
+    canvas, axes = FigureCanvasAgg(figure), figure.add_axes((0, 0, 1, 1))
+    draw_flow(axes, field, film, flow_scale(field))
+    for line in axes.lines:
+        line.remove()
+    axes.set_axis_off()
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3]

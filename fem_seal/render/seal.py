@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.render.plot import new_figure
 from fem_seal.results.seal import SealRecord, lifted_words
 from fem_seal.upscaling.conductivity import ConductivityTable
 
@@ -21,40 +22,42 @@ def seal_picture(seal: SealRecord, path: str | Path) -> Path:
     steepest fall of the fluid's pressure: K at a place influences p, and so the net load P - p, of
     all places behind it.
 
-    Parameters
-    ----------
-    seal : seal of a result.json
-    path : PNG file to write
+    A sealed seal has no K along its path; in place of it stands how far each patch is from
+    leaking. Of a seal that is lifted off only the two pressures are drawn.
     """
-    figure = seal_figure(seal)
-    path = Path(path)
-    figure.savefig(path, dpi=120)
-    return path
+    with new_figure((11, 7.5), path) as figure:
+        draw_seal(figure, seal)
+    return Path(path)
 
 
-def seal_figure(seal: SealRecord) -> "Figure":
-    """Draw the figure of `seal_picture`; for a seal that is lifted off only the two pressures."""
-    from matplotlib.figure import Figure
-
+def draw_seal(figure: "Figure", seal: SealRecord) -> None:
+    """Draw the axes of `seal_picture`."""
     if seal.leak_rate is None:
-        figure = Figure(figsize=(7, 5), layout="constrained")
+        figure.set_size_inches(7, 5)
         _draw_lifted(seal, figure.add_subplot())
-        return figure
-    figure = Figure(figsize=(11, 7.5), layout="constrained")
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.2, 1))
-    pressures = figure.add_subplot(grid[0, 0])
-    conductivity = figure.add_subplot(grid[1, 0], sharex=pressures)
-    _draw_path(seal, pressures, conductivity)
-    _draw_loads(seal, figure.add_subplot(grid[:, 1]))
-    return figure
+    elif seal.patches[_median(seal)].state == "sealed":
+        figure.set_size_inches(11, 4.5)
+        pressures, margins = figure.subplots(1, 2)
+        _draw_path(seal, pressures)
+        pressures.set(xlabel="x [mm]")
+        _legend_below(pressures)
+        _draw_margins(seal, margins)
+    else:
+        grid = figure.add_gridspec(2, 2, width_ratios=(1.2, 1))
+        pressures = figure.add_subplot(grid[0, 0])
+        conductivity = figure.add_subplot(grid[1, 0], sharex=pressures)
+        _draw_path(seal, pressures)
+        _draw_path(seal, conductivity, of_fluid=False)
+        pressures.tick_params(labelbottom=False)
+        _legend_below(pressures, room=0.02)
+        _draw_loads(seal, figure.add_subplot(grid[:, 1]))
 
 
 def _draw_lifted(seal: SealRecord, axes: "Axes") -> None:
     """Draw the contact pressure, and the fluid pressure that is nowhere below it."""
     axes.set(xlabel="x [mm]", ylabel="pressure [MPa]")
     axes.set_title(lifted_words(seal).replace(", is", ",\nis"), fontsize=11)
-    if seal.path is None:
-        _write_into(axes, "this result has no pressures: run it again")
+    if seal.path is None:  # in results of earlier versions
         return
     x = 1e3 * np.array(seal.path.x)
     axes.plot(x, 1e-6 * np.array(seal.path.contact_pressure), "k", label="contact pressure P")
@@ -79,44 +82,42 @@ def _legend_below(axes: "Axes", room: float = 0.12) -> None:
     )
 
 
-def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> None:
-    title = "along the leak path, from inlet to outlet"
-    pressures.set(ylabel="pressure [MPa]", title=title)
-    conductivity.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]")
-    pressures.tick_params(labelbottom=False)
+def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None:
+    """Draw both pressures along the path, or its conductivity; shade the part that decides."""
     sealed = seal.patches[_median(seal)].state == "sealed"
-    if seal.sealing is not None:
-        for axes in (pressures, conductivity):
-            # At least as wide as a line: a seal may be known to be sealed at one place only.
-            axes.axvspan(
-                1e3 * seal.sealing.start,
-                1e3 * seal.sealing.end,
-                facecolor="tab:green",
-                edgecolor="tab:green",
-                alpha=0.4 if sealed else 0.12,
-                label="sealed: K = 0" if sealed else "decides the leak rate (90 %)",
-            )
-    if seal.path is not None:
-        x, P = 1e3 * np.array(seal.path.x), 1e-6 * np.array(seal.path.contact_pressure)
-        pressures.plot(x, P, "k", label="contact pressure P")
-        _draw_fluid_pressure(seal, pressures, sealed)
-        K = np.array([value or np.nan for value in seal.path.conductivity])
-        if not sealed:
-            conductivity.semilogy(x, K, "tab:red")
-        else:
-            _write_into(conductivity, _why_no_conductivity(seal))
-    _legend_below(pressures, room=0.02)
-
-
-def _draw_fluid_pressure(seal: SealRecord, axes: "Axes", sealed: bool) -> None:
-    """Draw the fluid's pressure; inside a sealed part it is not known."""
+    part = None if seal.sealing is None else (1e3 * seal.sealing.start, 1e3 * seal.sealing.end)
+    if part is not None:
+        # With an edge, since a seal may be known to be sealed at one place only.
+        axes.axvspan(
+            *part,
+            facecolor="tab:green",
+            edgecolor="tab:green",
+            alpha=0.4 if sealed else 0.12,
+            label="sealed: K = 0" if sealed else "decides the leak rate (90 %)",
+        )
+    if not of_fluid:
+        axes.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]", yscale="log")
+    else:
+        axes.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
     if seal.path is None:
         return
-    x, p = 1e3 * np.array(seal.path.x), 1e-6 * np.array(seal.path.fluid_pressure)
-    if not sealed or seal.sealing is None:
+    x, P, p = (
+        scale * np.array(values)
+        for scale, values in (
+            (1e3, seal.path.x),
+            (1e-6, seal.path.contact_pressure),
+            (1e-6, seal.path.fluid_pressure),
+        )
+    )
+    if not of_fluid:
+        axes.plot(x, [value or np.nan for value in seal.path.conductivity], "tab:red")
+        return
+    axes.plot(x, P, "k", label="contact pressure P")
+    if not sealed or part is None:
         axes.plot(x, p, "tab:blue", label="fluid pressure p, above ambient")
         return
-    start, end = 1e3 * seal.sealing.start, 1e3 * seal.sealing.end
+    # Inside a sealed part the fluid's pressure is not known.
+    start, end = part
     before = np.append(x[x < start], start), np.append(p[x < start], p[0])
     behind = np.append(end, x[x > end]), np.append(p[-1], p[x > end])
     label = "fluid pressure p, above ambient; not known where sealed"
@@ -124,11 +125,34 @@ def _draw_fluid_pressure(seal: SealRecord, axes: "Axes", sealed: bool) -> None:
     axes.plot(*behind, "o-", color="tab:blue", markevery=[0], clip_on=False)
 
 
-def _why_no_conductivity(seal: SealRecord) -> str:
-    part, path = seal.sealing, seal.path
-    if part is not None and path is not None and (part.start, part.end) == path.ends:
-        return "K = 0 on the whole path"
-    return "no fluid passes the sealed place:\nK elsewhere was not computed"
+def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
+    """Draw the net loads at which each patch leaks and is sealed, and that of the tightest place.
+
+    The place of the highest contact pressure has this net load when fluid of the inlet's pressure
+    reaches it: by how much it exceeds the load from which on the patches are sealed is to spare.
+    """
+    tables = [one.conductivity.table for one in seal.patches if one.conductivity is not None]
+    sealed_from = [1e-6 * table.loads[table.upper == 0].min(initial=np.inf) for table in tables]
+    leaks_to = [1e-6 * table.loads[table.upper > 0].max(initial=0.0) for table in tables]
+    numbers = np.arange(1, len(tables) + 1)
+    if seal.path is not None:
+        has = 1e-6 * (max(seal.path.contact_pressure) - seal.path.fluid_pressure[0])
+    else:
+        has = min(sealed_from)
+    spare = has - np.median(sealed_from)
+    words = f"to spare: at least {1e3 * spare:.3g} kPa, {100 * spare / has:.2g} % of it"
+    axes.set_title(words if spare > 0 else "sealed at this net load; less was not solved")
+    axes.set(xlabel="net load P - p [MPa]", ylabel="patch", xlim=(0, 1.25 * has))
+    axes.set_ylim(0, len(tables) + 1)
+    axes.locator_params(axis="y", integer=True)
+    starts = np.minimum(sealed_from, 1.25 * has)
+    for low, high, colour, label in (
+        (starts, 1.25 * has, "tab:green", "sealed: K = 0"),
+        (0, leaks_to, "tab:red", "leaks"),
+    ):
+        axes.hlines(numbers, low, high, colour, lw=5, alpha=0.4, label=label)
+    axes.axvline(has, color="k", lw=1, label="highest net load along the path")
+    _legend_below(axes)
 
 
 def _median(seal: SealRecord) -> int:
@@ -137,23 +161,12 @@ def _median(seal: SealRecord) -> int:
     return order[len(order) // 2]
 
 
-def _write_into(axes: "Axes", text: str) -> None:
-    """Write a text into axes that would be empty."""
-    axes.set_yticks([])
-    box = {"facecolor": "white", "edgecolor": "none"}
-    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, bbox=box)
-
-
 def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
     """Draw K of every patch against the net load, all but the median patch in grey.
 
     A dotted line goes from the last load at which a patch leaks to the first at which it is sealed.
     """
     axes.set(xlabel="net load P - p [MPa]", title="every patch")
-    tables = [one.conductivity.table for one in seal.patches if one.conductivity is not None]
-    if not any((table.upper > 0).any() for table in tables):
-        _draw_sealed_loads(tables, axes)
-        return
     axes.set(ylabel="K [m³/(Pa s)]", yscale="log")
     axes.locator_params(axis="x", nbins=6)
     median, ends = _median(seal), []
@@ -179,18 +192,6 @@ def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
             sealed, lowest, "x", color=colour, clip_on=False, zorder=layer + 3,
             label="sealed at this net load and above",
         )  # fmt: skip
-    _legend_below(axes, room=0.08)
-
-
-def _draw_sealed_loads(tables: list[ConductivityTable], axes: "Axes") -> None:
-    """Draw the net loads from which on each patch is sealed, where none was seen to leak."""
-    loads = [1e-6 * float(table.loads[0]) for table in tables]
-    numbers = np.arange(1, len(loads) + 1)
-    most = 1.25 * max(loads, default=1.0)
-    axes.set(ylabel="patch", xlim=(0, most), ylim=(0, len(loads) + 1))
-    axes.locator_params(axis="y", integer=True)
-    axes.hlines(numbers, loads, most, color="tab:green", lw=3, alpha=0.4, label="sealed: K = 0")
-    axes.plot(loads, numbers, "x", color="k", label="solved, and sealed; less was not solved")
     _legend_below(axes, room=0.08)
 
 

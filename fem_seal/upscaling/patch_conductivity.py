@@ -60,6 +60,8 @@ SMALL = 0.02
 # Intervals between the places of an enclosure, and (c - b)/(b - a) of the line beyond b.
 BETWEEN, BEYOND = 2, 0.125
 SIMPSON = (4, 1, 1)  # weights of the value and of both bounds
+# The load from which on a sealed patch is sealed is known to this part of the highest one.
+MARGIN = 1 / 16
 NARROW = 1e-6  # relative distance of two pressures that count as one
 # Most samples of all flows that are kept; the oldest flows are dropped first.
 KEPT = 1 << 25
@@ -293,7 +295,11 @@ def refined_table(
     decisive = profile.highest - ends.inlet
     progress("whether it seals")
     if patch.sealed(decisive):
-        table = patch.table([decisive])
+        opens, sealed = 0.0, decisive  # for the margin; no flow is solved
+        while sealed - opens > MARGIN * decisive:
+            middle = 0.5 * (opens + sealed)
+            opens, sealed = (opens, middle) if patch.sealed(middle) else (middle, sealed)
+        table = patch.table([sealed, decisive])
         return PatchFlow(table, seal_flow(table, profile, path, ends))
     from fem_seal.flow.marking import doerfler
 

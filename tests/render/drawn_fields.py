@@ -1,6 +1,7 @@
 """Synthetic gaps and flows to draw, and the values that drawn colours stand for."""
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate
@@ -44,3 +45,10 @@ def positions(pixels, colours):
     best = distance.argmin(axis=1)
     shape = pixels.shape[:-1]
     return (best / 255).reshape(shape), distance.min(axis=1).reshape(shape)
+
+
+def colours_of(draw, *arguments, **options):
+    """Colours (nx, ny, 4) of the samples that a function draws, one after the other, into axes."""
+    axes = Figure().subplots()
+    draw(axes, *arguments, **options)
+    return axes, axes.images[-1].get_array().transpose(1, 0, 2)

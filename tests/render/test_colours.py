@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_seal.render import contact, flow, gap, pressures, shape
-from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR, colour_map
+from fem_seal.render.colours import CONTACT, CONTACT_COLOUR, NO_FLOW, OPEN_COLOUR, colour_map
 
 # Rec. 709: how light a printed colour is, 0 to 1.
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
@@ -31,7 +31,7 @@ def test_maps_are_monotonic_and_darker_than_contact(name):
 
 
 @pytest.mark.parametrize(
-    "key", [contact.CONTACT_KEY, (*shape.BOUNDARIES.values(), flow.CONTACT, flow.NO_FLOW)]
+    "key", [contact.CONTACT_KEY, (*shape.BOUNDARIES.values(), CONTACT, NO_FLOW)]
 )
 def test_entries_of_a_key_differ_in_grey(key):
     shades = np.sort([lightness(swatch.colour) for swatch in key])

@@ -2,75 +2,38 @@
 
 import numpy as np
 import pytest
-from drawn_fields import smooth_gap
+from drawn_fields import colours_of, smooth_gap
+from PIL import Image
 
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.render.contact import CONTACT_KEY, contact_classes, contact_panel
-from fem_seal.render.window import Window
+from fem_seal.render.contact import CONTACT_KEY, contact_classes, contact_picture, draw_contact
+from fem_seal.render.page import Window
 
-pytestmark = pytest.mark.render
-PALETTE = np.array([swatch.colour for swatch in CONTACT_KEY], dtype=float)
-SIDE = 600
-
-
-def area_shares(classes):
-    """Area fractions of the classes of vertices; a vertex on the boundary has half a tile."""
-    weights = [np.r_[0.5, np.ones(n - 2), 0.5] for n in classes.shape]
-    area = np.outer(*weights)
-    return np.array([area[classes == k].sum() for k in range(4)]) / area.sum()
-
-
-def unlike_edges(classes):
-    """Edges between tiles of different classes."""
-    return np.count_nonzero(np.diff(classes, axis=0)) + np.count_nonzero(np.diff(classes, axis=1))
+PALETTE = np.array([swatch.colour for swatch in CONTACT_KEY])
 
 
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
-@pytest.mark.parametrize("area", [0.35, 0.46])
-def test_colours_cover_the_area_shares(sides, area):
-    gap = smooth_gap((96, 64), area, seed=3)
-    sites = GridFilm(gap, sides).sites
-    classes = sites.on_samples(contact_classes(sites)).astype(int)
-    pixels = contact_panel(GridFilm(gap, sides), long_side=SIDE).pixels
-    assert pixels.shape == (400, 600, 3)
-    nearest = np.abs(pixels[:, :, None, :] - PALETTE).sum(axis=3).argmin(axis=2)
-    drawn = np.bincount(nearest.ravel(), minlength=4) / nearest.size
-    # Only pixels cut by an edge between classes can go to the wrong one, and of each at most half.
-    tile = SIDE / 96
-    tolerance = 0.5 * unlike_edges(classes) * tile / nearest.size
-    assert np.abs(drawn - area_shares(classes)).max() < tolerance
-    assert min(drawn) > 0  # all four classes occur, so that the comparison tests each
+def test_every_sample_has_the_colour_of_its_class(sides):
+    film = GridFilm(smooth_gap((96, 64), 0.46, seed=3), sides)
+    _, colours = colours_of(draw_contact, film)
+    classes = film.sites.on_samples(contact_classes(film.sites))
+    assert len(np.unique(classes)) == 4
+    np.testing.assert_array_equal(colours[..., :3], PALETTE[classes])
+    assert (colours[..., 3] == 255).all()
 
 
-def test_thinned_grid_keeps_the_area_shares():
-    """The colour of a block is the mean of its samples: the mean colour gives all four shares."""
-    gap = smooth_gap((1300, 900), 0.4, seed=1)
-    sites = GridFilm(gap).sites
-    shares = area_shares(contact_classes(sites))
-    pixels = contact_panel(GridFilm(gap), long_side=260).pixels
-    # 5 x 5 samples per tile; rounding to 8 bits is random, tiles do not cross the frame by more
-    # than half a sample on each of four sides, and that error is at most the rim's share.
-    rim = 2 / 1300 + 2 / 900
-    system = np.vstack([PALETTE.T / 255, np.ones(4)])
-    drawn = np.linalg.solve(system, np.append(pixels.mean(axis=(0, 1)) / 255, 1.0))
-    amplification = np.abs(np.linalg.inv(system)).sum(axis=1).max()
-    assert np.abs(drawn - shares).max() < rim * amplification
-
-
-def test_one_contact_sample_is_drawn_at_its_position():
-    """Flow runs along x to the right, y points up: neither flipped nor transposed."""
-    values = np.ones((31, 21))
-    values[7, 16] = 0.0
-    gap = GridField(values, (1e-6, 2e-6))
-    pixels = contact_panel(GridFilm(gap), long_side=SIDE).pixels
-    height, width = pixels.shape[:2]
-    dark = np.argwhere((pixels == PALETTE[1]).all(axis=2))  # the only patch is the largest
-    y, x = height - (dark[:, 0].mean() + 0.5), dark[:, 1].mean() + 0.5
-    assert x == pytest.approx(7 / 30 * width, abs=0.5)
-    assert y == pytest.approx(16 / 20 * height, abs=0.5)
-    tile = (width / 30) * (height / 20)
-    assert len(dark) == pytest.approx(tile, abs=width / 30 + height / 20)  # pixels on edges
+def test_pixels_of_a_large_grid_have_the_mean_colour_of_their_samples(tmp_path):
+    """Stripes of contact, one sample in four, all finer than a pixel: a quarter of its colour."""
+    values = np.ones((4000, 4000))
+    values[:, ::4] = 0.0
+    film = GridFilm(GridField(values, (1.0, 1.0)), "wall", "constant")
+    with Image.open(contact_picture(film, tmp_path / "a.png")) as image:
+        pixels = np.asarray(image.convert("RGB"), dtype=float)
+    middle = pixels[400:800, 400:1000].mean(axis=(0, 1))
+    # Of the stripes one is the largest patch, and one channel the largest: 1 of 1000 of the rest.
+    expected = 0.25 * PALETTE[0] + 0.75 * PALETTE[2]
+    assert np.abs(middle - expected).max() < 1
 
 
 def test_clusters_join_across_periodic_sides_only():
@@ -84,19 +47,11 @@ def test_clusters_join_across_periodic_sides_only():
         assert set(np.flatnonzero(classes == 3)) == orange
 
 
-def test_constant_representation_fills_whole_pixels():
-    gap = GridField(np.array([[1.0, 0.0], [1.0, 1.0], [1.0, 1.0]]), (1e-6, 1e-6))
-    panel = contact_panel(GridFilm(gap, "wall", "constant"), long_side=600)
-    assert panel.window == Window(0.0, 3e-6, 0.0, 2e-6)
-    contact = (panel.pixels == PALETTE[1]).all(axis=2)
-    assert contact[:200, :200].all()  # sample (0, 1): left column, upper row
-    assert contact.sum() == 200 * 200
-
-
-def test_window_shows_the_same_tiles_larger():
-    gap = smooth_gap((64, 64), 0.4, seed=5, periodic=False)
-    whole = contact_panel(GridFilm(gap), long_side=630).pixels  # 10 pixels per sample
-    part = contact_panel(GridFilm(gap), long_side=630, window=Window(0, 21e-6, 21e-6, 42e-6)).pixels
-    # Three times as large: every 15th pixel of the part is every 5th of the whole. Both stay clear
-    # of the edges of tiles, which lie at 5 + 10 k in the whole and 15 + 30 k in the part.
-    np.testing.assert_array_equal(part[7::15, 7::15], whole[212:420:5, 2:210:5])
+def test_a_window_shows_the_same_samples_larger():
+    film = GridFilm(smooth_gap((64, 64), 0.4, seed=5, periodic=False))
+    window = Window(0, 21e-6, 21e-6, 42e-6)
+    whole, colours = colours_of(draw_contact, film)
+    part, same = colours_of(draw_contact, film, window=window)
+    np.testing.assert_array_equal(colours, same)
+    assert (*part.get_xlim(), *part.get_ylim()) == pytest.approx(window)
+    assert whole.get_xlim() == pytest.approx((0, 63e-6))

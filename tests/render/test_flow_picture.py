@@ -10,8 +10,10 @@ from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.render import flow
-from fem_seal.render.offscreen import DrawnMesh, DrawnTriangles, draw_layers
-from fem_seal.render.window import Scale, Window
+from fem_seal.render.colours import CONTACT, NO_FLOW
+from fem_seal.render.offscreen import Layer, draw_layers
+from fem_seal.render.page import Window
+from fem_seal.render.scale import Scale
 
 pytestmark = pytest.mark.render
 OPEN = GridFilm(GridField(np.ones((21, 11)), (1e-6, 1e-6)))  # 20 by 10 µm
@@ -19,13 +21,20 @@ SIZE = (20e-6, 10e-6)
 SIDE = 600  # 30 pixels per interval
 
 
+def drawn_flow(field, film, scale):
+    """Pixels (height, width, 3) of the triangles, colours (nx, ny, 4) of the samples on them."""
+    axes = Figure().subplots()
+    flow.draw_flow(axes, field, film, scale)
+    triangles, samples = (image.get_array() for image in axes.images)
+    return triangles, samples.transpose(1, 0, 2)
+
+
 def test_decades_of_flow_are_equal_steps_of_colour():
     """|j| = 10^(-9 + 4 x/Lx) on a scale of the four decades: position on the map = x/Lx."""
     field = structured_flow(20, 10, SIZE, lambda x: 10 ** (-9 + 4 * x))
     scale = Scale("|j|", 1e-9, 1e-5, True, flow.FLOW_COLOURS)
-    pixels = flow.flow_panel(field, OPEN, scale, long_side=SIDE).pixels
-    middles = pixels[150, 15::30]
-    drawn, distance = positions(middles, scale.colours)
+    pixels, _ = drawn_flow(field, OPEN, scale)
+    drawn, distance = positions(pixels[300, 30::60], scale.colours)
     assert distance.max() <= 1
     assert np.abs(drawn - (np.arange(20) + 0.5) / 20).max() <= 2 / 255
 
@@ -35,10 +44,11 @@ def test_flow_below_the_scale_has_the_colour_of_its_end(density):
     """White is left to what no flow can reach."""
     field = structured_flow(20, 10, SIZE, lambda x: density + 0 * x)
     scale = Scale("|j|", 1e-9, 1e-5, True, flow.FLOW_COLOURS)
-    pixels = flow.flow_panel(field, OPEN, scale, long_side=SIDE).pixels
+    pixels, samples = drawn_flow(field, OPEN, scale)
     drawn, distance = positions(pixels[::10, ::10], scale.colours)
     assert drawn.max() == 0
     assert distance.max() <= 1
+    assert (samples[..., 3] == 0).all()
 
 
 @pytest.mark.parametrize(
@@ -74,33 +84,30 @@ def test_one_scale_covers_several_fields():
 
 
 def test_contact_covers_flow_cells_and_pockets_are_pale():
+    """The one coarse row of cells reaches 1.5 samples into the contact."""
     values = np.ones((21, 11))
     values[14:, :] = 0.0
     values[17, 5] = 1.0  # a pocket
-    values[14:, 10] = 1.0  # the channel to the outlet, half a sample wide in the picture
-    gap = GridField(values, (1e-6, 1e-6))
-    # One coarse row of cells, which reaches 1.5 samples into the contact: tiles begin at 13.5.
+    values[14:, 10] = 1.0  # the channel to the outlet
+    film = GridFilm(GridField(values, (1e-6, 1e-6)))
     field = structured_flow(1, 1, (15e-6, 10e-6), lambda x: 1e-6 + 0 * x)
-    pixels = flow.flow_panel(field, GridFilm(gap), flow.flow_scale(field), long_side=SIDE).pixels
-    contact, pocket = (np.array(s.colour) for s in (flow.CONTACT, flow.NO_FLOW))
-    right = pixels[15:, 405:].reshape(-1, 3)
-    grey = (right == contact).all(axis=1).sum()
-    white = (right == pocket).all(axis=1).sum()
-    assert white == 30 * 30
-    assert grey + white == len(right)
-    left = pixels[:, :405]
-    _, distance = positions(left[::15, ::15], flow.FLOW_COLOURS)
-    assert distance.max() <= 1
-    assert len(np.unique(left.reshape(-1, 3), axis=0)) == 1
+    _, samples = drawn_flow(field, film, flow.flow_scale(field))
+    opaque = samples[..., 3] == 255
+    np.testing.assert_array_equal(
+        opaque, (values == 0) | (np.arange(21) == 17)[:, None] & (np.arange(11) == 5)
+    )
+    assert (samples[values == 0, :3] == CONTACT.colour).all()
+    assert (samples[17, 5, :3] == NO_FLOW.colour).all()
 
 
 def test_pressure_is_interpolated_before_it_is_coloured():
     """On one cell from 1 to 0 the colours follow the map, not the line between its two ends."""
     field = structured_flow(1, 1, SIZE, lambda x: 1 + 0 * x, lambda x: 1e5 * (1 - x))
-    scale, factor = flow.pressure_scale(field)
+    scale = flow.pressure_scale(field)
     assert scale.label == "pressure [kPa]"
     assert (scale.low, scale.high) == pytest.approx((0.0, 100.0))
-    layer = DrawnTriangles(field.points, field.cells, field.pressure * factor, scale)
+    values = field.pressure * scale.per_si
+    layer = Layer(field.points, field.cells, values=values, scale=scale)
     pixels = draw_layers([layer], Window(0, SIZE[0], 0, SIZE[1]), SIDE)
     drawn, distance = positions(pixels[150], scale.colours)
     # A pixel is the mean of two neighbouring colours of the map where they change inside it.
@@ -108,31 +115,16 @@ def test_pressure_is_interpolated_before_it_is_coloured():
     assert np.abs(drawn - (1 - (np.arange(SIDE) + 0.5) / SIDE)).max() <= 3 / 255
 
 
-def test_isobars_lie_where_the_pressure_has_their_level(monkeypatch):
+def test_isobars_lie_where_the_pressure_has_their_level():
     """Pressure falls evenly from 1 to 0: lines at equal steps, as many as the bar shows."""
     field = structured_flow(20, 10, SIZE, lambda x: 1 + 0 * x, lambda x: 1e5 * (1 - x))
-    scale, _ = flow.pressure_scale(field)
+    scale = flow.pressure_scale(field)
     assert scale.lines == pytest.approx(np.arange(10, 100, 10))
-    seen = []
-    monkeypatch.setattr(flow, "write_page", lambda rows, *rest, **options: seen.extend(rows[0]))
-    flow.pressure_picture(leaking(field), OPEN, "pressure.png")
     axes = Figure().subplots()
-    seen[0].isolines(axes, 1.0)
+    flow.draw_pressure(axes, field, OPEN, scale)
     (lines,) = axes.collections
     for level, line in zip(lines.levels, lines.get_paths(), strict=True):
         assert line.vertices[:, 0] == pytest.approx(SIZE[0] * (1 - level / 100), rel=1e-9)
-
-
-def test_mesh_edges_are_dark_and_cells_are_clear():
-    field = structured_flow(20, 10, SIZE, lambda x: 1 + 0 * x)
-    mesh = DrawnMesh(field.points, field.cells, flow.EDGES, 2.0)
-    pixels = draw_layers([mesh], Window(0, SIZE[0], 0, SIZE[1]), SIDE).astype(int)
-    # Centroids of the lower triangles lie at (2/3, 1/3) of each square of 30 pixels.
-    assert (pixels[::-1][10::30, 20::30] == 255).all()
-    # Edges at multiples of 30 pixels: both pixels that touch the line are mostly ink.
-    assert pixels[::-1][10::30, 29:-1:30].max() < 150
-    assert pixels[::-1][10::30, 30::30].max() < 150
-    assert pixels[::-1][29:-1:30, 20::30].max() < 150
 
 
 def test_mesh_picture_has_a_detail_around_the_strongest_flow():

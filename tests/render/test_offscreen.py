@@ -10,7 +10,7 @@ import pytest
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.render.offscreen import draw_layers, require_gl
-from fem_seal.render.window import SHORT_SIDE, Scale, Window
+from fem_seal.render.page import NARROWEST, Window
 
 pytestmark = pytest.mark.render
 VARIABLE = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -79,10 +79,10 @@ def test_draws_in_a_process_that_uses_fenicsx():
     # In a process of its own: a crash here must not take the other tests with it.
     code = (
         "import fem_seal.fenicsx, numpy as np\n"
-        "from fem_seal.render.offscreen import DrawnMesh, draw_layers\n"
-        "from fem_seal.render.window import Window\n"
+        "from fem_seal.render.offscreen import Layer, draw_layers\n"
+        "from fem_seal.render.page import Window\n"
         "xy, cells = np.array([[0, 0], [3, 0], [0, 3]]), np.array([[0, 1, 2]])\n"
-        "print(draw_layers([DrawnMesh(xy, cells, (7, 7, 7), 0)], Window(0, 1, 0, 1), 240).mean())\n"
+        "print(draw_layers([Layer(xy, cells, (7, 7, 7))], Window(0, 1, 0, 1), 240).mean())\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
@@ -90,24 +90,14 @@ def test_draws_in_a_process_that_uses_fenicsx():
 
 
 @pytest.mark.parametrize(
-    ("window", "size"),
+    ("window", "shape"),
     [
-        (Window(0, 1, 0, 1), (1200, 1200)),
-        (Window(0, 3, 0, 2), (1200, 800)),
-        (Window(0, 1, 0, 2), (600, 1200)),
-        (Window(0, 1000, 0, 1), (1200, SHORT_SIDE)),
+        (Window(0, 1, 0, 1), (1, 1)),
+        (Window(0, 3, 0, 2), (1, 2 / 3)),
+        (Window(0, 1, 0, 2), (0.5, 1)),
+        (Window(0, 1000, 0, 1), (1, NARROWEST)),
     ],
 )
-def test_size_depends_on_the_aspect_alone(window, size):
-    assert window.pixels() == size
-
-
-def test_empty_windows_and_scales_are_refused():
-    with pytest.raises(InvalidInput, match="x0 < x1"):
-        Window(1.0, 1.0, 0.0, 1.0)
-    with pytest.raises(InvalidInput, match="low < high"):
-        Scale("gap [m]", 1.0, 1.0)
-    with pytest.raises(InvalidInput, match="0 < low < high"):
-        Scale("|j| [m²/s]", 0.0, 1.0, logarithmic=True)
-    with pytest.raises(InvalidInput, match="finite"):
-        Scale("gap [m]", 0.0, float("nan"))
+def test_size_depends_on_the_aspect_alone(window, shape):
+    assert window.shape == pytest.approx(shape)
+    assert Window(*(1e-6 * v for v in window)).shape == pytest.approx(shape)

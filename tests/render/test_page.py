@@ -1,28 +1,36 @@
 """The page: what its axes, bars and keys say, where they stand, and that it is written whole."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
 from fem_seal.errors import InvalidInput
-from fem_seal.render.colours import colour_map
-from fem_seal.render.page import CONSTRICTION, INLET, OUTLET, Panel, Swatch, draw_page, write_page
-from fem_seal.render.window import Scale, Window
+from fem_seal.film import GridFilm
+from fem_seal.grid import GridField
+from fem_seal.render.colours import INLET, OUTLET, Swatch, colour_map
+from fem_seal.render.page import Window, add_bar, draw_samples, frame, frame_film, page, window_of
+from fem_seal.render.scale import Scale
 
 WINDOW = Window(0.0, 4e-6, 0.0, 3e-6)
 SCALE = Scale("gap [nm]", 0.0, 50.0)
 
 
-def blank(shape=(300, 400)):
-    return np.full((*shape, 3), 255, np.uint8)
+def film(shape=(5, 4), representation="linear"):
+    gap = np.ones(shape)
+    gap[2, 1:3] = 0.5  # the constriction
+    gap[2, 3:] = gap[2, 0] = 0.0
+    return GridFilm(GridField(gap * 1e-6, (1e-6, 1e-6)), "wall", representation)
 
 
-def drawn(*panels):
-    """Figure of a row of panels."""
-    figure = Figure(figsize=(5 * len(panels), 4), layout="constrained")
-    draw_page(figure, [panels])
-    return figure
+def framed(*arguments, **options):
+    """Axes on a page of one panel."""
+    axes = Figure(layout="constrained").subplots()
+    frame_film(axes, *arguments, **options)
+    return axes
 
 
 def read(path):
@@ -31,19 +39,53 @@ def read(path):
 
 
 def test_axes_and_bar_state_their_units():
-    """The drawing fills its window, to scale; the bar has its limits and colours."""
-    figure = drawn(Panel(blank(), WINDOW, scale=SCALE))
-    (axes,) = figure.axes
+    axes = framed(film())
+    add_bar(axes, SCALE)
+    axes.figure.draw_without_rendering()
     (bar,) = axes.child_axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [µm], flow →", "y [µm]")
-    assert axes.images[0].get_extent() == pytest.approx((0, 4, 0, 3))
+    labels = dict(zip(axes.get_xticks(), map(float, texts(axes.get_xticklabels())), strict=True))
+    assert [1e6 * place for place in labels] == pytest.approx(list(labels.values()))
     assert axes.get_box_aspect() == pytest.approx(3 / 4)
     assert bar.get_ylabel() == "gap [nm]"
     assert bar.get_ylim() == pytest.approx((0, 50))
 
 
+def texts(labels):
+    return [label.get_text().replace("\N{MINUS SIGN}", "-") for label in labels]
+
+
+@pytest.mark.parametrize("length", [1e-12, 1e-3, 1e6])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_a_sample_is_drawn_around_its_place(tmp_path, representation, length):
+    """In any unit: flow runs along x to the right, y points up; pixels of a vertex begin half a
+    spacing before it."""
+    gap = GridField(np.ones((4, 3)), (length, length))
+    grid = GridFilm(gap, "wall", representation)
+    colours = np.full((4, 3, 4), 255, np.uint8)
+    colours[2, 0] = (0, 0, 200, 255)
+    window = window_of(grid)
+    figure = Figure([2 * side for side in window.shape], dpi=200)
+    axes = figure.add_axes((0, 0, 1, 1))
+    frame(axes, window)
+    axes.set_axis_off()
+    draw_samples(axes, grid, colours)
+    figure.savefig(tmp_path / "a.png")
+    pixels = read(tmp_path / "a.png")
+    height, width = pixels.shape[:2]
+    step = 3 if representation == "linear" else 4
+    first = (1.5 if representation == "linear" else 2) * width / step
+    blue = np.argwhere((pixels == (0, 0, 200)).all(axis=2))
+    assert blue[:, 1].min() == pytest.approx(first, abs=2)
+    assert blue[:, 1].max() == pytest.approx(first + width / step, abs=2)
+    assert blue[:, 0].max() == height - 1
+
+
 def test_bar_runs_through_the_colours_of_its_scale(tmp_path):
-    written = read(write_page([[Panel(blank(), WINDOW)]], tmp_path / "page.png", scale=SCALE))
+    with page(WINDOW, tmp_path / "page.png") as axes:
+        frame(axes[0, 0], WINDOW)
+        add_bar(axes[0, 0], SCALE)
+    written = read(tmp_path / "page.png")
     for level in (0.1, 0.5, 0.9):
         colour = 255 * np.array(colour_map(SCALE.colours)(level)[:3])
         assert (np.abs(written - colour).max(axis=2) < 2).any()
@@ -52,9 +94,10 @@ def test_bar_runs_through_the_colours_of_its_scale(tmp_path):
 @pytest.mark.parametrize(("low", "high"), [(0.5, 500.0), (2e-11, 1e-9), (0.9, 1000.0), (1.0, 10.0)])
 def test_logarithmic_bars_have_numbers(low, high):
     """Two at least, plain ones where they are short."""
-    figure = drawn(Panel(blank(), WINDOW, scale=Scale("s", low, high, True)))
-    figure.draw_without_rendering()
-    (bar,) = figure.axes[0].child_axes
+    axes = framed(film())
+    add_bar(axes, Scale("s", low, high, True))
+    axes.figure.draw_without_rendering()
+    (bar,) = axes.child_axes
     shown = [
         label.get_text()
         for label, at in zip(bar.get_yticklabels(), bar.get_yticks(), strict=True)
@@ -64,49 +107,64 @@ def test_logarithmic_bars_have_numbers(low, high):
     assert any("$" in text for text in shown) == (low < 1e-3)
 
 
-def test_inlet_and_outlet_are_coloured_and_named_where_they_are_shown(tmp_path):
-    """The panel says which edges they are; a part in the middle of a seal shows neither."""
-    for ends in ((True, True), (False, True), (False, False)):
-        panel = Panel(blank(), WINDOW, ends=ends)
-        names = [text.get_text() for text in drawn(panel).axes[0].texts]
-        assert names == [n for n, shown in zip(("inlet", "outlet"), ends, strict=True) if shown]
-        written = read(write_page([[panel]], tmp_path / "page.png"))
-        for swatch, shown in zip((INLET, OUTLET), ends, strict=True):
-            assert ((written == swatch.colour).all(axis=2).sum() > 300) == shown
+def test_inlet_and_outlet_are_coloured_and_named_where_they_are_shown():
+    """A part in the middle of a seal shows neither."""
+    whole = window_of(film())
+    for window, names in (
+        (whole, ["inlet", "outlet"]),
+        (Window(1e-6, 4e-6, 0, 3e-6), ["outlet"]),
+        (Window(1e-6, 2e-6, 0, 3e-6), []),
+    ):
+        axes = framed(film(), window)
+        assert [text.get_text() for text in axes.texts] == names
+        for swatch, side in ((INLET, "left"), (OUTLET, "right")):
+            drawn = np.allclose(axes.spines[side].get_edgecolor()[:3], swatch.rgb)
+            assert drawn == (swatch.name in names)
 
 
-@pytest.mark.parametrize(("place", "shown"), [((1e-6, 1e-6), True), ((9e-6, 1e-6), False)])
-def test_the_constriction_has_a_ring_and_an_entry_in_the_key(tmp_path, place, shown):
-    panel = Panel(np.full((300, 400, 3), 200, np.uint8), WINDOW, constriction=place)
-    assert panel.marked is shown
-    plain = read(write_page([[Panel(panel.pixels, WINDOW)]], tmp_path / "plain.png"))
-    written = read(write_page([[panel]], tmp_path / "page.png"))
-    assert (written.shape[0] > plain.shape[0]) is shown  # the key
-    rings = drawn(panel).axes[0].lines
-    assert bool(rings) is shown
-    if shown:
-        assert rings[-1].get_markeredgecolor() == pytest.approx(np.array(CONSTRICTION.colour) / 255)
-        assert [*rings[-1].get_xydata()[0]] == pytest.approx([1, 1])
+@pytest.mark.parametrize(("window", "shown"), [(None, True), (Window(0, 1e-6, 0, 1e-6), False)])
+def test_the_constriction_has_a_ring_and_an_entry_in_the_key(tmp_path, window, shown):
+    path = tmp_path / "page.png"
+    with page(WINDOW, path) as axes:
+        frame_film(axes[0, 0], film(), window, marked=True)
+    rings, names = axes[0, 0].get_legend_handles_labels()
+    assert names == ["critical constriction"] * shown
+    for ring in rings:
+        assert [*ring.get_xydata()[0]] == pytest.approx(film().constriction.position)
+    assert [*axes[0, 0].figure.legends] != [] if shown else axes[0, 0].figure.legends == []
 
 
 def test_panels_with_bars_of_their_own_do_not_overlap():
     """The neighbour begins to the right of the bar and its label."""
-    figure = drawn(*(Panel(blank(), WINDOW, scale=SCALE) for _ in range(2)))
-    figure.draw_without_rendering()
-    first, second = (axes.get_tightbbox() for axes in figure.axes)
+    panels = Figure(figsize=(12, 5), layout="constrained").subplots(1, 2)
+    for axes in panels:
+        frame_film(axes, film())
+        add_bar(axes, SCALE)
+    panels[0].figure.draw_without_rendering()
+    first, second = (axes.get_tightbbox() for axes in panels)
     assert first.x1 < second.x0
 
 
-def test_a_stretched_drawing_says_so():
-    assert Panel(blank((240, 1200)), Window(0, 100, 0, 1)).heading == "y stretched 20 times"
-    assert Panel(blank((400, 100)), Window(0, 1, 0, 8), "a").heading == "a, x stretched 2 times"
-    assert Panel(blank(), WINDOW, "true").heading == "true"
+@pytest.mark.parametrize(
+    ("window", "title", "heading"),
+    [
+        (Window(0, 100, 0, 1), "", "y stretched 20 times"),
+        (Window(0, 1, 0, 8), "a", "a, x stretched 1.6 times"),
+        (WINDOW, "true", "true"),
+    ],
+)
+def test_a_stretched_drawing_says_so(window, title, heading):
+    axes = Figure().subplots()
+    frame(axes, window, title)
+    assert axes.get_title() == heading
 
 
 def test_narrow_pages_hold_their_key(tmp_path):
     key = [Swatch(f"a rather long name number {k}", (40 * k, 0, 0)) for k in range(5)]
-    narrow = Panel(blank((400, 100)), Window(0, 1, 0, 4))
-    written = read(write_page([[narrow]], tmp_path / "page.png", key=key))
+    window = Window(0, 1, 0, 4)
+    with page(window, tmp_path / "page.png", side=2.0, key=key) as axes:
+        frame(axes[0, 0], window)
+    written = read(tmp_path / "page.png")
     for edge in (written[:, :3], written[:, -3:], written[:3], written[-3:]):
         assert (edge == 255).all()
     for swatch in key:
@@ -122,16 +180,36 @@ def test_a_failed_picture_leaves_the_old_one_and_no_rubbish(tmp_path, monkeypatc
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Figure, "savefig", half_written)
-    with pytest.raises(KeyboardInterrupt):
-        write_page([[Panel(blank(), WINDOW)]], path)
+    with pytest.raises(KeyboardInterrupt), page(WINDOW, path):
+        pass
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_bad_paths_are_refused(tmp_path):
-    rows = [[Panel(blank(), WINDOW)]]
     with pytest.raises(InvalidInput, match=r"end in \.png, \.pdf, \.svg"):
-        write_page(rows, tmp_path / "page.bmp")
-    with pytest.raises(InvalidInput, match="not a folder"):
-        write_page(rows, tmp_path / "nowhere" / "page.png")
+        page(WINDOW, tmp_path / "page.bmp").__enter__()
+    with (
+        pytest.raises(InvalidInput, match="not a folder"),
+        page(WINDOW, tmp_path / "nowhere" / "page.png"),
+    ):
+        pass
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("call", ["contact_picture(film, p)", "gap_picture(film, p)"])
+def test_pictures_of_a_grid_need_no_opengl(tmp_path, call):
+    """VTK is not loaded, so that they are drawn where no OpenGL library is installed."""
+    code = (
+        "import sys, numpy as np\n"
+        "from fem_seal.film import GridFilm\n"
+        "from fem_seal.grid import GridField\n"
+        "from fem_seal.render import contact_picture, gap_picture\n"
+        "film = GridFilm(GridField(np.eye(9), (1.0, 1.0)))\n"
+        f"p = {str(tmp_path / 'a.png')!r}\n"
+        f"{call}\n"
+        "assert not {'pyvista', 'vtkmodules'} & set(sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a.png").stat().st_size > 1000

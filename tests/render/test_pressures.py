@@ -2,21 +2,22 @@
 
 import numpy as np
 import pytest
-from drawn_fields import positions, smooth_gap
-from matplotlib.figure import Figure
+from drawn_fields import colours_of, positions, smooth_gap
 from PIL import Image
 
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
+from fem_seal.render.plot import DPI
 from fem_seal.render.pressures import (
     CONTACT_PRESSURE_COLOURS,
+    LIFT_SIDE,
     OPEN,
     POCKET,
     PRESSURE_COLOURS,
-    contact_pressure_panel,
     contact_pressure_picture,
     contact_pressure_scale,
-    fluid_pressure_panel,
+    draw_contact_pressure,
+    draw_fluid_pressure,
     lift_picture,
 )
 
@@ -31,23 +32,22 @@ def pressed(gap):
 def test_contact_pressure_can_be_recovered_from_the_colours():
     gap = smooth_gap((40, 24), 0.3, periodic=False)
     pressure = pressed(gap)
-    panel = contact_pressure_panel(GridFilm(gap), pressure, long_side=780)  # 20 pixels per sample
-    assert panel.scale.label == "contact pressure [MPa]"
-    assert (panel.scale.low, panel.scale.high) == (0.0, pytest.approx(2.0))
-    middle = panel.pixels[::-1][20:-1:20, 20:-1:20].transpose(1, 0, 2)
-    inside = pressure.values[1:-1, 1:-1]
-    drawn, distance = positions(middle, CONTACT_PRESSURE_COLOURS)
-    solid = inside > 0
-    assert (middle[~solid] == OPEN.colour).all()
+    axes, colours = colours_of(draw_contact_pressure, GridFilm(gap), pressure)
+    (bar,) = axes.child_axes
+    assert bar.get_ylabel() == "contact pressure [MPa]"
+    assert bar.get_ylim() == pytest.approx((0, 2))
+    drawn, distance = positions(colours[..., :3], CONTACT_PRESSURE_COLOURS)
+    solid = pressure.values > 0
+    assert (colours[~solid] == (*OPEN.colour, 255)).all()
     assert distance[solid].max() <= 1
     # The map has 256 colours, and rounding to 8 bits can look like a neighbour on either side.
-    assert np.abs(drawn - inside / 2e6)[solid].max() <= 3 / 255
+    assert np.abs(drawn - pressure.values / 2e6)[solid].max() <= 3 / 255
 
 
 def test_single_samples_of_high_pressure_do_not_set_the_bar():
     values = np.full((100, 100), 0.7e6)
     values[0, 0] = 1e9
-    scale, _ = contact_pressure_scale(values)
+    scale = contact_pressure_scale(values)
     label = "contact pressure [MPa], at most 1e+03"
     assert (scale.high, scale.label) == (pytest.approx(1.0), label)
     assert scale.beyond == "max"
@@ -56,36 +56,28 @@ def test_single_samples_of_high_pressure_do_not_set_the_bar():
 def test_an_open_film_has_no_bar(tmp_path):
     field = GridField(np.ones((5, 5)), (1e-6, 1e-6))
     none = GridField(np.zeros((5, 5)), (1e-6, 1e-6))
-    assert contact_pressure_panel(GridFilm(field), none).scale is None
+    axes, _ = colours_of(draw_contact_pressure, GridFilm(field), none)
+    assert not axes.child_axes
     assert contact_pressure_picture(GridFilm(field), none, tmp_path / "p.png").is_file()
-
-
-def isobars(panel):
-    """Levels and lines (x, y) [m] that a panel draws, in the order of the levels."""
-    axes = Figure().subplots()
-    panel.isolines(axes, 1.0)
-    (lines,) = axes.collections
-    return zip(lines.levels, lines.get_paths(), strict=True)
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_fluid_pressure_and_its_isobars(representation):
-    """Pressure that falls evenly along x: tiles in the colours of their samples, lines between."""
+    """Pressure that falls evenly along x: samples in its colours, and lines between them."""
     n = 21
     gap = GridField(np.ones((n, n)), (1e-6, 1e-6))
     film = GridFilm(gap, "wall", representation)
     pressure = GridField(np.repeat(np.linspace(1e5, 0, n)[:, None], n, 1), gap.spacing)
-    panel = fluid_pressure_panel(film, pressure, long_side=630)
-    assert panel.scale.lines == pytest.approx(np.arange(10, 100, 10))
-    # Samples are vertices from one edge to the other, or the centres of pixels.
-    first = 0.0 if representation == "linear" else 0.5
-    places = first + np.arange(n)
-    tiles = panel.pixels[315, np.clip((places / film.size[0] * 1e-6 * 630).astype(int), 0, 629)]
-    drawn, distance = positions(tiles, PRESSURE_COLOURS)
+    axes, colours = colours_of(draw_fluid_pressure, film, pressure)
+    drawn, distance = positions(colours[:, 3, :3], PRESSURE_COLOURS)
     assert distance.max() <= 1
     # Of the 256 colours of viridis 194 are used: neighbouring steps may share one.
     assert np.abs(drawn - np.linspace(1, 0, n)).max() <= 3 / 255
-    for level, line in isobars(panel):
+    # Samples are vertices from one edge to the other, or the centres of pixels.
+    first = 0.0 if representation == "linear" else 0.5
+    (lines,) = axes.collections
+    assert lines.levels == pytest.approx(np.arange(10, 100, 10))
+    for level, line in zip(lines.levels, lines.get_paths(), strict=True):
         exact = 1e-6 * (first + (n - 1) * (1 - level / 100))
         assert line.vertices[:, 0] == pytest.approx(exact, rel=1e-6)
 
@@ -93,8 +85,8 @@ def test_fluid_pressure_and_its_isobars(representation):
 def test_uniform_fluid_pressure_has_no_isobars():
     gap = smooth_gap((20, 20), 0.3)
     pressure = GridField(np.full((20, 20), 8e4), gap.spacing, True)
-    panel = fluid_pressure_panel(GridFilm(gap, "periodic"), pressure, long_side=240)
-    assert panel.isolines is None
+    axes, _ = colours_of(draw_fluid_pressure, GridFilm(gap, "periodic"), pressure)
+    assert not axes.collections
 
 
 def test_the_pressure_in_a_pocket_is_not_drawn():
@@ -103,10 +95,10 @@ def test_the_pressure_in_a_pocket_is_not_drawn():
     gap[:4, 8:12] = gap[10:14, 8:12] = 1e-6
     film = GridFilm(GridField(gap, (1e-6, 1e-6)), "wall", "constant")
     pressure = GridField(np.linspace(1e5, 0, 20)[:, None].repeat(20, 1), (1e-6, 1e-6))
-    pixels = fluid_pressure_panel(film, pressure, long_side=200).pixels
-    pocket = (pixels == POCKET.colour).all(axis=2)
-    assert pocket[81:119, 101:139].all()
-    assert pocket.mean() == pytest.approx(16 / 400, rel=0.05)  # edges between pixels
+    _, colours = colours_of(draw_fluid_pressure, film, pressure)
+    pocket = (colours == (*POCKET.colour, 255)).all(axis=2)
+    assert pocket[10:14, 8:12].all()
+    assert pocket.sum() == 16
 
 
 def test_lift_is_one_page_of_four_pictures(tmp_path):
@@ -116,8 +108,7 @@ def test_lift_is_one_page_of_four_pictures(tmp_path):
     closed = GridField(np.zeros(gap.shape), gap.spacing, True)
     for dry in (gap, closed):
         films = (GridFilm(field, "periodic") for field in (gap, dry))
-        lift_picture(*films, pressed(gap), fluid, tmp_path / "lift.png", long_side=240)
+        lift_picture(*films, pressed(gap), fluid, tmp_path / "lift.png")
         with Image.open(tmp_path / "lift.png") as image:
             width, height = image.size
-        assert width > 2 * 240
-        assert height > 2 * 240
+        assert min(width, height) > 2 * LIFT_SIDE * DPI

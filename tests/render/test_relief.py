@@ -9,8 +9,8 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+from fem_seal.render.colours import INLET, OUTLET
 from fem_seal.render.offscreen import Relief, draw_relief
-from fem_seal.render.page import INLET, OUTLET
 from fem_seal.render.relief import DEPTH, exaggeration, relief_picture
 
 pytestmark = pytest.mark.render

@@ -1,15 +1,17 @@
 """Pictures of a film of any shape: their key names what they show."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from drawn_fields import leaking
+from matplotlib.figure import Figure
 
 from fem_seal.leak_rate import FlowField
 from fem_seal.patch import Patch
 from fem_seal.render import shape
-from fem_seal.render.flow import CONTACT, NO_FLOW
+from fem_seal.render.colours import CONTACT, NO_FLOW
 from fem_seal.scene import Scene
 
 SIZE = {"length": "4 mm", "width": "2 mm", "mesh_size": "1 mm"}
@@ -30,11 +32,16 @@ def flow_everywhere(film, density=1.0):
 @pytest.fixture
 def keys(monkeypatch):
     """Keys of the pages, which are not drawn."""
-    seen = []
-    monkeypatch.setattr(
-        shape, "draw_layers", lambda layers, window, side: np.zeros((9, 9, 3), np.uint8)
-    )
-    monkeypatch.setattr(shape, "write_page", lambda rows, path, *, scale, key: seen.append(key))
+    seen = {}
+
+    @contextmanager
+    def page(window, path, *, key):
+        seen[path.stem] = key
+        yield Figure().subplots(1, 1, squeeze=False)
+
+    blank = np.zeros((9, 9, 3), np.uint8)
+    monkeypatch.setattr(shape, "draw_layers", lambda layers, window: blank)
+    monkeypatch.setattr(shape, "page", page)
     return seen
 
 
@@ -46,16 +53,16 @@ def test_key_names_open_places_without_flow_only_where_there_are_some(keys, tmp_
     weak = replace(
         whole, flux=whole.flux * np.where(np.arange(len(whole.cells)) == 0, 1e-9, 1)[:, None]
     )
-    for field in (whole, part, weak):
-        shape._flow_picture(leaking(field), film, tmp_path / "flow.png")
-    assert [NO_FLOW in key for key in keys] == [False, True, False]
-    assert not any(CONTACT in key for key in keys)
+    for field, pockets in ((whole, False), (part, True), (weak, False)):
+        shape.draw_shape(film, leaking(field), tmp_path)
+        assert (NO_FLOW in keys["flow"]) == pockets
+        assert not any(CONTACT in key for key in keys.values())
 
 
 def test_key_names_contact_if_the_gap_has_contact(keys, tmp_path):
     film = strip({"gap_expression": "max(0, 1e-6 * (x / 0.002 - 1))"})
-    shape._flow_picture(leaking(flow_everywhere(film)), film, tmp_path / "flow.png")
-    assert CONTACT in keys[0]
+    shape.draw_shape(film, leaking(flow_everywhere(film)), tmp_path)
+    assert all(CONTACT in key for key in keys.values())
 
 
 def area_of(layers):
@@ -91,6 +98,7 @@ def test_triangles_are_cut_into_equal_ones_that_cover_them():
 
 
 @pytest.mark.render
-def test_flow_of_a_shape_does_not_claim_to_run_along_x():
+def test_flow_of_a_shape_does_not_claim_to_run_along_x(tmp_path):
     film = strip({"gap": "1 um"})
-    assert not shape._panel([], film.mesh).along_x
+    with shape._page(film, tmp_path / "a.png", []) as axes:
+        assert axes.get_xlabel() == "x [mm]"

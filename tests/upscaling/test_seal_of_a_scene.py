@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 from project import scene_of_samples, write_toml
 from test_cli import FEM_SEAL, mpirun
 
@@ -19,7 +20,7 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import combined, factor_words
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.seal import _patches
-from fem_seal.render.seal import seal_figure
+from fem_seal.render.seal import draw_seal
 from fem_seal.results import Result
 from fem_seal.results.rates import unit_words
 from fem_seal.results.seal import SealPatchRecord, SealRecord
@@ -30,7 +31,7 @@ from fem_seal.sweep.summary import COLUMNS, Group
 from fem_seal.upscaling import StraightPath
 from fem_seal.upscaling import seal as seal_module
 from fem_seal.upscaling.conductivity import StoredTable
-from fem_seal.upscaling.patch_conductivity import PatchFlow
+from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow
 from fem_seal.upscaling.profile import Hertz, Uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
 from fem_seal.upscaling.scene_profile import profile_of, read_profile
@@ -179,9 +180,15 @@ def test_undecided_names_the_range_that_is_held_against_the_limit():
     assert ends == pytest.approx([leak * lower, leak * upper, 100 * lower, 100 * upper], rel=1e-2)
 
 
+def axes_of(seal):
+    figure = Figure()
+    draw_seal(figure, seal)
+    return figure.axes
+
+
 def test_picture_of_a_seal_that_is_lifted_off_has_both_pressures():
     lifted = SealRecord.of(solve_seal(Patch(scene(contact={"pressure": 4e4}))))
-    (axes,) = seal_figure(lifted).axes
+    (axes,) = axes_of(lifted)
     assert "at most 40 kPa,\nis nowhere above the fluid's at the inlet, 50 kPa" in axes.get_title()
     P, inlet = (line.get_ydata() for line in axes.lines)
     assert pytest.approx(0.04) == P
@@ -789,32 +796,34 @@ def test_a_sealed_seal_has_pressures_and_words(profile):
     assert (np.diff(p) <= 0).all()
     assert P.max() == pytest.approx(2e6 * (1 if profile == "uniform" else 4 / np.pi), rel=1e-5)
     (words,) = (text for label, text in lines_of(result) if label == "seal")
-    assert "; solved at a net load (contact pressure less fluid pressure) of " in words
+    assert "; solved at 2 net loads (contact pressure less fluid pressure) from " in words
     if profile == "hertz":
-        assert words.endswith("seals where the contact pressure is highest, 50 um behind the inlet")
+        assert re.search(r"seals from \S+ um to \S+ um behind the inlet$", words)
     else:
         assert words.endswith("seals on the whole path, 100 um")
 
 
 @pytest.mark.parametrize("profile", ["uniform", "hertz"])
 def test_picture_of_a_sealed_seal_draws_what_is_known(profile):
-    """p outside the sealed part alone; at the right each patch from its lowest sealed load on."""
+    """p outside the sealed part alone; at the right by how much the load may fall."""
     asked = scene(contact={"pressure": 2e6}, seal={"patches": 2, "pressure_profile": profile})
     seal = entries(asked)[0].seal
-    pressures, conductivity, loads = seal_figure(seal).axes
-    reason = "no fluid passes the sealed place:\nK elsewhere was not computed"
-    whole = "K = 0 on the whole path"
-    (text,) = (text.get_text() for text in conductivity.texts)
-    assert text == (whole if profile == "uniform" else reason)
+    pressures, margins = axes_of(seal)
     _, before, behind = pressures.lines
     assert before.get_xdata().max() == pytest.approx(1e3 * seal.sealing.start)
     assert behind.get_xdata().min() == pytest.approx(1e3 * seal.sealing.end)
     assert before.get_ydata() == pytest.approx(0.05)
     assert set(behind.get_ydata()) == {0.0}
-    (sealed,) = loads.lines
+    has = 2 * (1 if profile == "uniform" else 4 / np.pi) - 0.05
+    assert list(margins.lines[0].get_xdata()) == pytest.approx([has] * 2, rel=1e-5)
+    spare = float(re.search(r"at least (\S+) kPa", margins.get_title())[1]) / 1e3
     drawn = [1e-6 * one.conductivity.loads[0] for one in seal.patches]
-    assert list(sealed.get_xdata()) == pytest.approx(drawn)
-    assert list(sealed.get_ydata()) == [1, 2]
+    assert spare == pytest.approx(has - np.median(drawn), rel=1e-2)
+    # Each patch is sealed at the left end of its line, and leaks a sixteenth of `has` before it.
+    for one, start in zip(realizations(asked), drawn, strict=True):
+        patch = LoadedPatch(Patch(one), 0.1)
+        assert patch.sealed(1e6 * start)
+        assert not patch.sealed(1e6 * (start - has / 16))
 
 
 def test_a_cross_ends_the_curve_of_a_patch_that_becomes_sealed():
@@ -824,7 +833,7 @@ def test_a_cross_ends_the_curve_of_a_patch_that_becomes_sealed():
         state="leaking", value=1e-15, lower=1e-16, upper=1e-14, conductivity=K
     )
     seal = entries(scene(seal={"patches": 1}))[0].seal.model_copy(update={"patches": (leaking,)})
-    *_, axes = seal_figure(seal).axes
+    *_, axes = axes_of(seal)
     curve, dotted, cross = axes.lines
     assert list(dotted.get_xdata()) == pytest.approx([0.2, 0.3])
     assert dotted.get_ydata()[0] == curve.get_ydata()[-1]
