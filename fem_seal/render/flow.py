@@ -14,7 +14,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.colours import CONTACT, INLET, NO_FLOW
-from fem_seal.render.offscreen import Layer, draw_layers
+from fem_seal.render.offscreen import DrawnTriangles, draw_layers
 from fem_seal.render.page import (
     ISOLINES,
     Window,
@@ -63,11 +63,11 @@ def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
     return logarithmic_scale("flow density |j| [m²/s]", density, decades, FLOW_COLOURS)
 
 
-def flow_layer(field: FlowField, scale: Scale) -> Layer:
+def flow_layer(field: FlowField, scale: Scale) -> DrawnTriangles:
     """Triangles of a field in the colours of its flow density."""
     # Zero has no logarithm: draw it like all flow that is below the scale.
     values = np.maximum(flow_density(field), scale.low)
-    return Layer(field.points, field.cells, values=values, scale=scale)
+    return DrawnTriangles(field.points, field.cells, values=values, scale=scale)
 
 
 def pressure_scale(field: FlowField) -> Scale:
@@ -81,7 +81,9 @@ def pressure_scale(field: FlowField) -> Scale:
     )
 
 
-def _draw_below_contact(axes: "Axes", film: GridFilm, layer: Layer, window: Window) -> None:
+def _draw_below_contact(
+    axes: "Axes", film: GridFilm, layer: DrawnTriangles, window: Window
+) -> None:
     """Draw triangles below contact and pockets, over which those wider than a sample extend."""
     axes.imshow(draw_layers([layer], window), extent=window, aspect="auto")
     _draw_contact(axes, film)
@@ -144,7 +146,7 @@ def draw_pressure(axes: "Axes", field: FlowField, film: GridFilm, scale: Scale) 
     from matplotlib.tri import Triangulation
 
     pressure = field.pressure * scale.per_si
-    layer = Layer(field.points, field.cells, values=pressure, scale=scale)
+    layer = DrawnTriangles(field.points, field.cells, values=pressure, scale=scale)
     _draw_below_contact(axes, film, layer, frame_film(axes, film, marked=True))
     if scale.lines:
         x, y = field.points.T

@@ -38,7 +38,7 @@ GL_LIBRARIES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class DrawnTriangles:
     """Triangles in one colour, or in the colours of a scale."""
 
     points: np.ndarray  #: (N, 2), coordinates [m]
@@ -91,7 +91,9 @@ def _import_pyvista() -> ModuleType:
     return pyvista
 
 
-def draw_layers(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) -> np.ndarray:
+def draw_layers(
+    layers: Sequence[DrawnTriangles], window: Window, long_side: int = LONG_SIDE
+) -> np.ndarray:
     """Draw layers, later ones over earlier ones, in parallel projection.
 
     Parameters

@@ -13,7 +13,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.render.colours import CONTACT, INLET, NO_FLOW, OUTLET, Swatch
 from fem_seal.render.flow import flow_layer, flow_of, flow_scale
 from fem_seal.render.gap import gap_scale
-from fem_seal.render.offscreen import LONG_SIDE, Layer, draw_layers
+from fem_seal.render.offscreen import LONG_SIDE, DrawnTriangles, draw_layers
 from fem_seal.render.page import Window, add_bar, frame, page
 from fem_seal.render.scale import Scale
 
@@ -37,7 +37,7 @@ def draw_shape(film: MeshFilm, leak: LeakRate | None, folder: Path) -> tuple[str
     if film.highest > 0:
         scale = gap_scale(film.values)
         shown = np.maximum(film.values * scale.per_si, scale.low)
-        layers = [Layer(mesh.xy, mesh.cells, values=shown, scale=scale), *contact]
+        layers = [DrawnTriangles(mesh.xy, mesh.cells, values=shown, scale=scale), *contact]
     with _page(film, folder / "gap.png", layers, scale):
         pass
     if leak is None or leak.field is None:
@@ -45,7 +45,7 @@ def draw_shape(film: MeshFilm, leak: LeakRate | None, folder: Path) -> tuple[str
     field = flow_of(leak)
     scale = flow_scale(field)
     open_cells = mesh.cells[(film.values[mesh.cells] > 0).any(axis=1)]
-    ground = Layer(mesh.xy, open_cells, NO_FLOW.colour)
+    ground = DrawnTriangles(mesh.xy, open_cells, NO_FLOW.colour)
     # There are pockets if the field of the flow covers less than the open area.
     pockets = _area(field.points, field.cells) < (1 - 1e-9) * _area(mesh.xy, open_cells)
     layers = [ground, flow_layer(field, scale), *contact]
@@ -58,7 +58,7 @@ def draw_shape(film: MeshFilm, leak: LeakRate | None, folder: Path) -> tuple[str
 def _page(
     film: MeshFilm,
     path: Path,
-    layers: Sequence[Layer],
+    layers: Sequence[DrawnTriangles],
     scale: Scale | None = None,
     more: tuple[Swatch, ...] = (),
 ) -> "Iterator[Axes]":
@@ -91,7 +91,7 @@ def _area(points: np.ndarray, cells: np.ndarray) -> float:
     return 0.5 * float(np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum())
 
 
-def _contact_of(film: MeshFilm) -> list[Layer]:
+def _contact_of(film: MeshFilm) -> list[DrawnTriangles]:
     """Layers of the contact; empty list if there is none.
 
     Triangles with all corners in contact are drawn. If the film has a formula, so is the part of
@@ -99,13 +99,13 @@ def _contact_of(film: MeshFilm) -> list[Layer]:
     """
     mesh = film.mesh
     touching = (film.values[mesh.cells] == 0).sum(axis=1)
-    layers = [Layer(mesh.xy, mesh.cells[touching == 3], CONTACT.colour)]
+    layers = [DrawnTriangles(mesh.xy, mesh.cells[touching == 3], CONTACT.colour)]
     if film.formula is not None:
         at_rim = mesh.xy[mesh.cells[(touching > 0) & (touching < 3)]]
         xy = _cut(at_rim, float(np.ptp(mesh.xy, axis=0).max()) / LONG_SIDE)
         xy = xy[film.formula(xy.mean(axis=1)) == 0]
         cells = np.arange(3 * len(xy)).reshape(-1, 3)
-        layers.append(Layer(xy.reshape(-1, 2), cells, CONTACT.colour))
+        layers.append(DrawnTriangles(xy.reshape(-1, 2), cells, CONTACT.colour))
     return [layer for layer in layers if len(layer.cells)]
 
 

@@ -11,7 +11,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.render import flow
 from fem_seal.render.colours import CONTACT, NO_FLOW
-from fem_seal.render.offscreen import Layer, draw_layers
+from fem_seal.render.offscreen import DrawnTriangles, draw_layers
 from fem_seal.render.page import Window
 from fem_seal.render.scale import Scale
 
@@ -107,7 +107,7 @@ def test_pressure_is_interpolated_before_it_is_coloured():
     assert scale.label == "pressure [kPa]"
     assert (scale.low, scale.high) == pytest.approx((0.0, 100.0))
     values = field.pressure * scale.per_si
-    layer = Layer(field.points, field.cells, values=values, scale=scale)
+    layer = DrawnTriangles(field.points, field.cells, values=values, scale=scale)
     pixels = draw_layers([layer], Window(0, SIZE[0], 0, SIZE[1]), SIDE)
     drawn, distance = positions(pixels[150], scale.colours)
     # A pixel is the mean of two neighbouring colours of the map where they change inside it.

@@ -79,10 +79,11 @@ def test_draws_in_a_process_that_uses_fenicsx():
     # In a process of its own: a crash here must not take the other tests with it.
     code = (
         "import fem_seal.fenicsx, numpy as np\n"
-        "from fem_seal.render.offscreen import Layer, draw_layers\n"
+        "from fem_seal.render.offscreen import DrawnTriangles, draw_layers\n"
         "from fem_seal.render.page import Window\n"
         "xy, cells = np.array([[0, 0], [3, 0], [0, 3]]), np.array([[0, 1, 2]])\n"
-        "print(draw_layers([Layer(xy, cells, (7, 7, 7))], Window(0, 1, 0, 1), 240).mean())\n"
+        "layers = [DrawnTriangles(xy, cells, (7, 7, 7))]\n"
+        "print(draw_layers(layers, Window(0, 1, 0, 1), 240).mean())\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
