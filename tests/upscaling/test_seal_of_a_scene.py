@@ -798,7 +798,7 @@ def test_a_sealed_seal_has_pressures_and_words(profile):
     (words,) = (text for label, text in lines_of(result) if label == "seal")
     assert "; solved at 2 net loads (contact pressure less fluid pressure) from " in words
     if profile == "hertz":
-        assert re.search(r"seals from \S+ um to \S+ um behind the inlet$", words)
+        assert re.search(r"seals from \S+ \S+ to \S+ \S+ behind the inlet$", words)
     else:
         assert words.endswith("seals on the whole path, 100 um")
 
