@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
 
-from fem_seal.installed import how_to_get_fenicsx
+from fem_seal.installed import how_to_add, how_to_get_fenicsx
 
 OFF_SCREEN = "vtkEGLRenderWindow"
 PATIENCE = 120  # seconds that one probe may take: the first use of DOLFINx compiles
@@ -199,13 +199,8 @@ def _compiler_remedy() -> str:
     return "apt-get install gcc python3-dev" if which("gcc") is None else "see the lines above"
 
 
-def _pip(name: str) -> str:
-    # Some of these packages require a newer numpy, which would break petsc4py.
-    return f".venv/bin/pip install -c .venv/debian.txt {name}"
-
-
 def _optional(name: str, needed_for: str) -> Finding:
     works = find_spec(name) is not None
-    source = "apt-get install python3-gmsh" if name == "gmsh" else _pip(name)
+    source = "apt-get install python3-gmsh" if name == "gmsh" else how_to_add(name)
     found = "installed" if works else "not installed"
     return Finding(name, needed_for, works, found, source, required=False)

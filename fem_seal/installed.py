@@ -1,6 +1,7 @@
 """Reasons for a failed import: a missing package, or an environment variable that hides it."""
 
 import os
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -32,6 +33,14 @@ def how_to_get_fenicsx() -> str:
             "PETSC_DIR"
         )
     return "on Debian: apt-get install python3-dolfinx" + _variables(", unless ", " hides it")
+
+
+def how_to_add(package: str) -> str:
+    """Command that adds a package of PyPI to this Python."""
+    # Where setup.sh has installed: a newer numpy, which some packages require, breaks petsc4py.
+    if (Path(sys.prefix) / "debian.txt").is_file():
+        return f".venv/bin/pip install -c .venv/debian.txt {package}"
+    return f"python -m pip install {package}"
 
 
 def require_fenicsx(what: str, otherwise: str = "") -> None:

@@ -21,6 +21,7 @@ from numpy.lib.format import (
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.field_file.named_arrays import NamedArrays, Variable, text_of
+from fem_seal.installed import how_to_add
 from fem_seal.memory import refuse_too_large
 
 if TYPE_CHECKING:
@@ -121,8 +122,7 @@ def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
         import h5py
     except ImportError:
         raise MissingPackage(
-            f"{path} is an HDF5 file, which needs h5py: "
-            ".venv/bin/pip install -c .venv/debian.txt h5py"
+            f"{path} is an HDF5 file, which needs h5py: {how_to_add('h5py')}"
         ) from None
 
     with whole(path, "HDF5"), h5py.File(path, "r") as file:

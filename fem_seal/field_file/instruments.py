@@ -15,6 +15,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.field_file.containers import BROKEN, memory_to_read, refuse_data_elsewhere
 from fem_seal.field_file.recorded import Pair, Recorded
+from fem_seal.installed import how_to_add
 from fem_seal.memory import refuse_too_large
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def _exceptions(path: Path) -> tuple[type[Exception], ...]:
     except ImportError:
         raise MissingPackage(
             f"{path} is none of .npz, .npy, .nc, .h5, .txt and .csv; other formats need "
-            "SurfaceTopography: .venv/bin/pip install -c .venv/debian.txt SurfaceTopography"
+            f"SurfaceTopography: {how_to_add('SurfaceTopography')}"
         ) from None
     return ReadFileError, UnknownFileFormat
 
