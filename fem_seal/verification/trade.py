@@ -77,7 +77,7 @@ class Run:
     lower: float | None = field(metadata=shown_as("lower [m^3/s]"))
     upper: float | None = field(metadata=shown_as("upper [m^3/s]"))
     converged: bool  #: whether the tolerance was reached
-    #: CPU time of contact, flow and lift [s]
+    #: CPU time of dry contact, flow and lift [s]
     seconds: float = field(metadata=shown_as("CPU time [s]"))
     #: CPU time [s] of the contact alone
     contact_seconds: float = field(metadata=shown_as("its contact [s]"))
