@@ -1,10 +1,10 @@
 """The section of the fluid: a liquid, or an isothermal ideal gas."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from fem_seal.errors import present
 from fem_seal.fluid import Drive, GasDrive, LiquidDrive, Slip
@@ -89,23 +89,21 @@ class Fluid(Section):
             reference_pressure=self.reference_pressure or NORMAL_PRESSURE,
         )
 
-    @model_validator(mode="after")
-    def _check(self) -> "Fluid":
+    def _contradictions(self) -> Iterator[str]:
         of_gas = [name for name in _OF_GAS if getattr(self, name) is not None]
         if self.kind == "liquid" and of_gas:
-            raise ContradictionError(f"{of_gas[0]} is for kind = 'gas' only; this is a liquid")
+            yield f"{of_gas[0]} is for kind = 'gas' only; this is a liquid"
         missing = [name for name in _NEEDED_BY_GAS if getattr(self, name) is None]
         if self.kind == "gas" and missing:
-            raise ContradictionError(f"{missing[0]} is missing: kind = 'gas' needs it")
+            yield f"{missing[0]} is missing: kind = 'gas' needs it"
         if self.slip is False and self.accommodation is not None:
-            raise ContradictionError("accommodation is for a gas that slips: leave out slip")
+            yield "accommodation is for a gas that slips: leave out slip"
         sigma = self.accommodation
         if self.slip == "kinetic" and sigma is not None and sigma < LEAST_ACCOMMODATION:
-            raise ContradictionError(
+            yield (
                 f"accommodation = {sigma:g} is below {LEAST_ACCOMMODATION:g}, the least that "
                 "slip = 'kinetic' covers; slip = 'first-order' covers less"
             )
-        return self
 
 
 def _liquid(flow: Flow) -> LiquidDrive:

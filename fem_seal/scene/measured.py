@@ -1,5 +1,6 @@
 """The sections that name a file of heights or of a gap."""
 
+from collections.abc import Iterator
 from dataclasses import fields
 from hashlib import sha256
 from math import isfinite
@@ -7,13 +8,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import Stated, length_in_metres
 from fem_seal.files import atomic_write, cache_folder
 from fem_seal.grid import GridField
-from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import (
     Coordinate,
     Count,
@@ -124,14 +124,12 @@ class FileSurface(FieldFile):
         )
         return self.model_copy(update={"crop": crop})
 
-    @model_validator(mode="after")
-    def _check(self) -> "FileSurface":
+    def _contradictions(self) -> Iterator[str]:
         for name, (start, end) in zip("xy", self.crop or (), strict=False):
             if not start < end:
-                raise ContradictionError(f"crop in {name} must end after {start:g} m, not {end:g}")
+                yield f"crop in {name} must end after {start:g} m, not {end:g}"
         if self.make_periodic and self.periodic:
-            raise ContradictionError("periodic = true needs no make_periodic; leave one out")
-        return self
+            yield "periodic = true needs no make_periodic; leave one out"
 
 
 class Heights(FileSurface):

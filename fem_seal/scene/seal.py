@@ -1,13 +1,13 @@
 """The section of the whole seal, whose patches the other sections describe."""
 
+from collections.abc import Iterator
 from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo
 
 from fem_seal.errors import present
-from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import (
     Count,
     Length,
@@ -20,6 +20,7 @@ from fem_seal.scene.sections import (
 )
 
 PROFILES = ("uniform", "hertz")
+LENGTHS = ("leak_path", "circumference")
 RADII = ("inlet_radius", "outlet_radius")
 CYLINDER = ("line_load", "cylinder_radius")
 
@@ -99,59 +100,45 @@ class Seal(Section):
             maximum = (load * contact_modulus / (pi * radius)) ** 0.5
         return float(pi / 4 * maximum)
 
-    @model_validator(mode="after")
-    def _check(self) -> "Seal":
-        self._check_profile()
-        lengths = ("leak_path", "circumference")
-        if self._both(RADII):
-            self._refuse(lengths, "the radii of the ring give it")
+    def _contradictions(self) -> Iterator[str]:
+        for names in (CYLINDER, RADII):
+            missing = [name for name in names if getattr(self, name) is None]
+            if len(missing) == 1:
+                (other,) = set(names) - set(missing)
+                yield f"{missing[0]} is missing: {other} needs it"
+        if self.own_load and self.pressure_profile != "hertz":
+            name = "maximum_pressure" if self.maximum_pressure is not None else "line_load"
+            yield f'{name} is of a cylinder: set pressure_profile = "hertz", or leave it out'
+        if self.line_load is not None and self.maximum_pressure is not None:
+            yield "maximum_pressure and line_load both give the pressure; leave one of them out"
+        if self.is_ring:
+            yield from self._superfluous(LENGTHS, "the radii of the ring give it")
             if self.line_load is not None:
-                raise ContradictionError(
+                yield (
                     "line_load gives the width of the contact, and so do the radii of the ring; "
                     "give circumference in place of the radii, or maximum_pressure in place of "
                     "line_load and cylinder_radius"
                 )
             if self.inlet_radius == self.outlet_radius:
-                raise ContradictionError("inlet_radius and outlet_radius of the ring must differ")
-            return self
+                yield "inlet_radius and outlet_radius of the ring must differ"
+            return
         if self.circumference is None:
-            raise ContradictionError(
+            yield (
                 "circumference is missing: give the length of the seal across the flow, or "
                 "inlet_radius and outlet_radius of a flat ring"
             )
         if self.table is not None:
-            self._refuse(("leak_path",), "it is the length of the table of pressure_profile")
+            reason = "it is the length of the table of pressure_profile"
+            yield from self._superfluous(("leak_path",), reason)
         elif self.line_load is not None:
-            self._refuse(("leak_path",), "line_load and cylinder_radius give it")
+            yield from self._superfluous(("leak_path",), "line_load and cylinder_radius give it")
         elif self.leak_path is None:
-            raise ContradictionError(
+            yield (
                 "leak_path is missing: give the length of the contact from inlet to outlet, or "
                 "inlet_radius and outlet_radius of a flat ring"
             )
-        return self
 
-    def _check_profile(self) -> None:
-        """Refuse loads of Hertz's profile that contradict each other, or another profile."""
-        loaded = self._both(CYLINDER)
-        if self.own_load and self.pressure_profile != "hertz":
-            name = "maximum_pressure" if self.maximum_pressure is not None else "line_load"
-            raise ContradictionError(
-                f'{name} is of a cylinder: set pressure_profile = "hertz", or leave it out'
-            )
-        if loaded and self.maximum_pressure is not None:
-            raise ContradictionError(
-                "maximum_pressure and line_load both give the pressure; leave one of them out"
-            )
-
-    def _both(self, names: tuple[str, str]) -> bool:
-        """Whether two fields are set; ContradictionError if only one is."""
-        missing = [name for name in names if getattr(self, name) is None]
-        if len(missing) == 1:
-            other = next(name for name in names if name not in missing)
-            raise ContradictionError(f"{missing[0]} is missing: {other} needs it")
-        return not missing
-
-    def _refuse(self, names: tuple[str, ...], reason: str) -> None:
+    def _superfluous(self, names: tuple[str, ...], reason: str) -> Iterator[str]:
         for name in names:
             if getattr(self, name) is not None:
-                raise ContradictionError(f"{name} must be left out: {reason}")
+                yield f"{name} must be left out: {reason}"

@@ -1,6 +1,6 @@
 """The sections of a scene file: frozen, validated, in SI units."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from math import isclose
 from pathlib import Path
@@ -108,6 +108,16 @@ class Section(BaseModel, metaclass=SectionType):
     named_in_messages: ClassVar[bool] = True
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
+    def _contradictions(self) -> Iterator[str]:
+        """Sentences on fields that contradict each other; the first one counts."""
+        yield from ()
+
+    @model_validator(mode="after")
+    def _check(self) -> "Section":
+        for sentence in self._contradictions():
+            raise ContradictionError(sentence)
+        return self
+
     def __dir__(self) -> list[str]:
         """Names of a section, without those that pydantic adds."""
         return own_names(self)
@@ -126,13 +136,12 @@ class Section(BaseModel, metaclass=SectionType):
         )
 
 
-def exactly_one(section: Section, names: tuple[str, ...]) -> str:
-    """Name of the only field of `names` that is set; ContradictionError if none or several are."""
+def not_one(section: Section, names: tuple[str, ...]) -> Iterator[str]:
+    """Sentence if none or several of some fields are set."""
     fields = [name for name in names if getattr(section, name) is not None]
     if len(fields) != 1:
         got = f"got {' and '.join(fields)}" if fields else "got none"
-        raise ContradictionError(f"give exactly one of {', '.join(names)}; {got}")
-    return fields[0]
+        yield f"give exactly one of {', '.join(names)}; {got}"
 
 
 class SelfAffine(Section):
@@ -166,32 +175,28 @@ class SelfAffine(Section):
         """Distance (dx, dy) of the samples [m]."""
         return self.size[0] / self.shape[0], self.size[1] / self.shape[1]
 
-    @model_validator(mode="after")
-    def _check(self) -> "SelfAffine":
-        exactly_one(self, ("rms_height", "rms_slope"))
+    def _contradictions(self) -> Iterator[str]:
+        yield from not_one(self, ("rms_height", "rms_slope"))
         grid, short, long = max(self.spacing), self.short_wavelength, self.long_wavelength
         # One pixel is allowed, as in the letter; the tolerance is for rounding errors only.
         if short < grid and not isclose(short, grid, rel_tol=1e-9):
-            raise ContradictionError(
+            yield (
                 f"short_wavelength = {short:g} m is finer than the grid, whose samples are "
                 f"{grid:g} m apart; raise it or shape"
             )
         if not short < long:
-            raise ContradictionError(
-                f"short_wavelength = {short:g} m must be below long_wavelength = {long:g} m"
-            )
+            yield f"short_wavelength = {short:g} m must be below long_wavelength = {long:g} m"
         if long > max(self.size) and not isclose(long, max(self.size), rel_tol=1e-9):
-            raise ContradictionError(
+            yield (
                 f"long_wavelength = {long:g} m does not fit into the cell of size "
                 f"{self.size[0]:g} m by {self.size[1]:g} m"
             )
         rolloff = self.rolloff_wavelength
         if rolloff is not None and not short < rolloff <= long:
-            raise ContradictionError(
+            yield (
                 f"rolloff_wavelength = {rolloff:g} m must lie above short_wavelength = "
                 f"{short:g} m and not above long_wavelength = {long:g} m"
             )
-        return self
 
 
 def one_or_more(value: object) -> object:
@@ -222,36 +227,34 @@ class Solid(Section):
         None, description="ν of the layer; poisson_ratio, else 0.5, if left out"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> "Solid":
-        exactly_one(self, ("contact_modulus", "youngs_modulus"))
+    def _contradictions(self) -> Iterator[str]:
+        yield from not_one(self, ("contact_modulus", "youngs_modulus"))
         E, ratios = self.youngs_modulus or (), self.poisson_ratio or ()
         if (self.youngs_modulus is None) != (self.poisson_ratio is None):
-            raise ContradictionError("youngs_modulus and poisson_ratio belong together; give both")
+            yield "youngs_modulus and poisson_ratio belong together; give both"
         if len(E) != len(ratios):
-            raise ContradictionError(
+            yield (
                 f"youngs_modulus is that of {_solids(len(E))}, and poisson_ratio that of "
                 f"{_solids(len(ratios))}; give both for the same solids"
             )
         if self.layer_thickness is None:
             if self.layer_base != "fixed" or self.layer_poisson_ratio is not None:
-                raise ContradictionError(
+                yield (
                     "layer_base and layer_poisson_ratio are those of a layer; give its "
                     "layer_thickness, or leave them out for a half-space"
                 )
-            return self
+            return
         if len(E) == 2:
-            raise ContradictionError(
+            yield (
                 "layer_thickness is for one solid, the layer, and what it touches is taken for "
                 "rigid; give youngs_modulus and poisson_ratio of the layer alone, or "
                 "contact_modulus, its E/(1 - ν²)"
             )
         if self.layer_poisson_ratio not in (None, *ratios) and ratios:
-            raise ContradictionError(
+            yield (
                 f"layer_poisson_ratio = {self.layer_poisson_ratio:g} and poisson_ratio = "
                 f"{ratios[0]:g} are those of one layer; leave one out"
             )
-        return self
 
     @property
     def elastic(self) -> ElasticSolid:
@@ -305,17 +308,15 @@ class Contact(Section):
         None, le=1024, description="threads of the contact; the cores of this process if left out"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> "Contact":
+    def _contradictions(self) -> Iterator[str]:
         # A [seal] may give the load in place of this section: `checks.check_load`.
         if any(getattr(self, name) is not None for name in LOADS):
-            exactly_one(self, LOADS)
+            yield from not_one(self, LOADS)
         if self.model == "bearing" and self.pressure is not None:
-            raise ContradictionError(
+            yield (
                 "pressure has no meaning for model = 'bearing', which knows no elasticity; "
                 "give area_fraction or mean_gap"
             )
-        return self
 
     @property
     def is_elastic(self) -> bool:
@@ -403,22 +404,20 @@ class Flow(Section):
         """Limits at which a refinement stops although its tolerance is not reached."""
         return Limits(self.max_unknowns, self.max_seconds, self.max_memory)
 
-    @model_validator(mode="after")
-    def _check(self) -> "Flow":
+    def _contradictions(self) -> Iterator[str]:
         if self.method != "finite-difference":
             if self.links != "linear-gap":
-                raise ContradictionError(
+                yield (
                     f"links = {self.links!r} is for method = 'finite-difference' only; "
                     f"method = {self.method!r} has no links: leave it out"
                 )
-            return self
+            return
         for name in ("max_unknowns", "max_seconds", "max_memory"):
             if getattr(self, name) is not None:
-                raise ContradictionError(
+                yield (
                     f"{name} ends a refinement, which method = 'finite-difference' has not; leave "
                     "it out, or choose adaptive or uniform"
                 )
-        return self
 
 
 Product = Literal[

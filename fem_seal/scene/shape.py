@@ -1,6 +1,6 @@
 """The section [shape]: a film that is not the rectangle of a grid, with its mesh and its gap."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from math import pi, sqrt
 from typing import Annotated, ClassVar, Literal
@@ -11,7 +11,6 @@ from pydantic import (
     Strict,
     ValidationInfo,
     field_validator,
-    model_validator,
 )
 
 from fem_seal.errors import InvalidInput
@@ -92,30 +91,28 @@ class Shape(Section):
         own = [name for name in type(self).model_fields if name not in shared]
         return {name: getattr(self, name) for name in own} if self.source else {}
 
-    @model_validator(mode="after")
-    def _check_gap(self) -> "Shape":
+    def _contradictions(self) -> Iterator[str]:
         if self.gap is not None and self.gap_expression is not None:
-            raise ContradictionError("gap and gap_expression are both given; give one")
+            yield "gap and gap_expression are both given; give one"
         if self.own_gap and (self.grid, self.grid_origin) != ("cartesian", (0.0, 0.0)):
-            raise ContradictionError(
+            yield (
                 "grid and grid_origin belong to a gap on a grid, but the gap is given by "
                 f"{'gap' if self.gap is not None else 'gap_expression'}"
             )
         if self.grid == "polar" and self.grid_origin[0] < 0:
-            raise ContradictionError(
+            yield (
                 f"grid_origin of a polar grid starts at a radius of {self.grid_origin[0]:g} m, "
                 "below 0"
             )
         size = getattr(self, "mesh_size", None)
         if self.smallest_size is not None and size is not None and self.smallest_size > size:
-            raise ContradictionError(
+            yield (
                 f"smallest_size = {self.smallest_size:g} m must not exceed mesh_size = {size:g} m"
             )
-        return self
 
 
-def _refuse_too_many(area: float, rim: float, shape: "_Strip | _Ring") -> None:
-    """Refuse a mesh that would be too large to be made, by area [m²] and length of the rim [m]."""
+def _too_many(area: float, rim: float, shape: "_Strip | _Ring") -> Iterator[str]:
+    """A mesh that would be too large to be made, by area [m²] and length of the rim [m]."""
     # Equilateral triangles; a strip narrower than its edges has two along each of them. The size
     # grows as half the distance from a channel's bank, so it takes about two triangles for each
     # of the smallest edges, and the channel is assumed to be half as long as the rim.
@@ -124,7 +121,7 @@ def _refuse_too_many(area: float, rim: float, shape: "_Strip | _Ring") -> None:
     count = inside + rim / shape.mesh_size + narrow
     if count > MOST_TRIANGLES:
         name = "mesh_size" if narrow < count / 2 else "smallest_size"
-        raise ContradictionError(
+        yield (
             f"{name} = {getattr(shape, name):g} m would take about {count:.0e} triangles, more "
             f"than {MOST_TRIANGLES:.0e}; choose larger edges"
         )
@@ -135,11 +132,10 @@ class _Strip(Shape):
     width: Length = Field(description="width between the side walls")
     mesh_size: Length = Field(description="longest edge of the first mesh")
 
-    @model_validator(mode="after")
-    def _check_cost(self) -> "_Strip":
+    def _contradictions(self) -> Iterator[str]:
+        yield from super()._contradictions()
         area, rim = self.length * self.width, 2 * (self.length + self.width)
-        _refuse_too_many(area, rim, self)
-        return self
+        yield from _too_many(area, rim, self)
 
 
 class Rectangle(_Strip):
@@ -148,14 +144,13 @@ class Rectangle(_Strip):
     kind: Literal["rectangle"] = Field(description="name of the shape")
     source: ClassVar[str] = "rectangle.geo"
 
-    @model_validator(mode="after")
-    def _check_sizes(self) -> "Rectangle":
+    def _contradictions(self) -> Iterator[str]:
+        yield from super()._contradictions()
         if self.smallest_size is not None:
-            raise ContradictionError(
+            yield (
                 "smallest_size has no meaning for kind = 'rectangle', whose squares are equal; "
                 "choose kind = 'strip'"
             )
-        return self
 
 
 class Strip(_Strip):
@@ -179,14 +174,11 @@ class PlateWithHoles(_Strip):
         del constants["holes"]
         return constants | dict(zip(("holes_x", "holes_y"), self.holes, strict=True))
 
-    @model_validator(mode="after")
-    def _check_radius(self) -> "PlateWithHoles":
+    def _contradictions(self) -> Iterator[str]:
+        yield from super()._contradictions()
         room = min(self.length / self.holes[0], self.width / self.holes[1])
         if 2 * self.radius >= room:
-            raise ContradictionError(
-                f"radius = {self.radius:g} m does not fit: the holes stand {room:g} m apart"
-            )
-        return self
+            yield f"radius = {self.radius:g} m does not fit: the holes stand {room:g} m apart"
 
 
 class _Ring(Shape):
@@ -194,17 +186,16 @@ class _Ring(Shape):
     outer_radius: Length = Field(description="radius of the outlet")
     mesh_size: Length = Field(description="longest edge of the first mesh")
 
-    @model_validator(mode="after")
-    def _check_radii(self) -> "_Ring":
+    def _contradictions(self) -> Iterator[str]:
+        yield from super()._contradictions()
         if not self.inner_radius < self.outer_radius:
-            raise ContradictionError(
+            yield (
                 f"inner_radius = {self.inner_radius:g} m must be below outer_radius = "
                 f"{self.outer_radius:g} m"
             )
         width = self.outer_radius - self.inner_radius
         rim = 2 * pi * (self.outer_radius + self.inner_radius)
-        _refuse_too_many(width * rim / 2, rim, self)
-        return self
+        yield from _too_many(width * rim / 2, rim, self)
 
 
 class FaceSeal(_Ring):
@@ -244,16 +235,15 @@ class MeshFile(Shape):
         """Whether there is no mesh yet."""
         return self.path.suffix.lower() == ".geo"
 
-    @model_validator(mode="after")
-    def _check_sizes(self) -> "MeshFile":
+    def _contradictions(self) -> Iterator[str]:
+        yield from super()._contradictions()
         if not self.needs_gmsh and (self.mesh_size or self.smallest_size):
-            raise ContradictionError(
+            yield (
                 "mesh_size and smallest_size are for a .geo file; "
                 f"{self.path.name} is meshed already"
             )
         if self.smallest_size and not self.mesh_size:
-            raise ContradictionError("smallest_size needs mesh_size, the size in the open")
-        return self
+            yield "smallest_size needs mesh_size, the size in the open"
 
 
 AnyShape = Annotated[
