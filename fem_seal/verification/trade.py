@@ -22,6 +22,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.files import temporary_folder
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
+from fem_seal.grid_series import LEAST_SAMPLES
 from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
@@ -45,7 +46,6 @@ LIFT_COLUMNS = (
     *("samples", "lift", "leak_rate", "lower", "upper", "converged", "off", "dry_runs"),
     *("seconds", "memory_bytes"),
 )
-LEAST_SAMPLES = 8
 TARGETS = (0.5, 0.2, 0.1, 0.05, 0.02)  # total errors for which the cheapest point is named
 
 
