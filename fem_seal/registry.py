@@ -1,6 +1,8 @@
-"""Look up one of several alternatives by the name that a scene or an argument gives."""
+"""Arguments that are checked alike: names of alternatives, and positive numbers."""
 
 from collections.abc import Collection, Mapping
+from math import isfinite
+from numbers import Real
 from typing import TypeVar
 
 from fem_seal.errors import InvalidInput
@@ -9,18 +11,7 @@ Choice = TypeVar("Choice")
 
 
 def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
-    """Look up the value registered under a name.
-
-    Parameters
-    ----------
-    registry : the values by name
-    name : name of the value
-    field : name of the input that makes the choice, for the message
-
-    Returns
-    -------
-    The value registered under `name`.
-    """
+    """Look up the value registered under a name; a message calls the input `field`."""
     require_known(registry, name, field)
     return registry[name]
 
@@ -29,3 +20,10 @@ def require_known(names: Collection[str], name: str, field: str) -> None:
     """Raise InvalidInput unless `name` is one of `names`; see `choose`."""
     if name not in names:
         raise InvalidInput(f"{field} = {name!r} is unknown; choose from {', '.join(names)}")
+
+
+def require_positive(**values: float) -> None:
+    """Raise InvalidInput if one of the named values is not a positive number."""
+    for name, value in values.items():
+        if not (isinstance(value, Real) and isfinite(value) and value > 0):
+            raise InvalidInput(f"{name} = {value!r} must be a positive number, in SI units")

@@ -105,8 +105,13 @@ def lattice(film: "GridFilm") -> Lattice:
             gap.values, connectivity, (False, periodic_sides), half, gap.spacing, seam=False
         )
     vertices = gap.vertices()
+    if min(vertices.shape) < 2:
+        raise InvalidInput(
+            f"a linear gap needs two samples along each axis, got shape {gap.shape}; "
+            "use representation = 'constant' for a single row"
+        )
     if periodic_sides:
-        if vertices.shape[1] < 2 or not np.array_equal(vertices[:, 0], vertices[:, -1]):
+        if not np.array_equal(vertices[:, 0], vertices[:, -1]):
             raise InvalidInput(
                 "sides = 'periodic' needs a periodic gap or equal first and last columns; "
                 "set periodic on the gap or use sides = 'wall'"

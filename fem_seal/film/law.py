@@ -14,10 +14,13 @@ from typing import TypeVar
 
 import numpy as np
 
+from fem_seal.errors import InvalidInput
 from fem_seal.fluid import Slip
 from fem_seal.rarefied import PoiseuilleCoefficient
 
 Gap = TypeVar("Gap", float, np.float64, np.ndarray)
+# Smallest leak rate [m³/s] that is a unit: it leaves room for 180 decades, those of a gap's cube.
+LEAST_UNIT = 1e-100
 _RATIO = 1.05  # ratio of neighbouring gaps in a table of extremes if c has no kinks
 Line = tuple[np.ndarray | float, np.ndarray | float]
 
@@ -28,6 +31,18 @@ def film_conductivity(gap: Gap, viscosity: float) -> Gap:
     K [m³/(Pa s)] of a gap [m], which may be a UFL expression, at a viscosity η [Pa s].
     """
     return gap**3 / (12 * viscosity)
+
+
+def leak_rate_of_square(highest: float, viscosity: float, pressure_drop: float) -> float:
+    """Leak rate [m³/s] of a square film of the largest gap [m], the unit of the solved problems."""
+    with np.errstate(over="ignore", under="ignore"):
+        unit = film_conductivity(np.float64(highest), viscosity) * pressure_drop
+    if not LEAST_UNIT < unit < 1 / LEAST_UNIT:
+        raise InvalidInput(
+            f"a gap of {highest:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has a "
+            "leak rate beyond double precision; check the units"
+        )
+    return float(unit)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
 from fem_seal.film import clusters
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.film.lattice import Lattice
@@ -113,11 +112,6 @@ def _along_y(sites: Lattice, rule: LinkRule) -> np.ndarray:
 def _vertex_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
     """Links between vertices, each as wide as the two half pixels beside it."""
     g = sites.gap
-    if g.shape[0] < 2 or (g.shape[1] < 2 and not sites.periodic[1]):
-        raise InvalidInput(
-            f"a linear gap needs at least 2 samples along each side, got {g.shape}; "
-            "use representation = 'constant' for a single row of pixels"
-        )
     dx, dy = sites.spacing
     x = _between(rule, g[:-1], g[1:]) * (fluidity * dy / dx)
     y = _along_y(sites, rule) * (fluidity * dx / dy)

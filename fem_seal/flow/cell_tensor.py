@@ -5,14 +5,14 @@ from collections.abc import Callable
 import numpy as np
 
 from fem_seal.fenicsx import MPI, explained_compilation
-from fem_seal.film.law import CUBE, mean_pressure_law
+from fem_seal.film.law import CUBE, leak_rate_of_square, mean_pressure_law
 from fem_seal.film.winding import periodic_sites, widest_winding
 from fem_seal.flow.adapt import refined
 from fem_seal.flow.bounds import TensorBounds, widest
 from fem_seal.flow.cell_problem import CellProblem
 from fem_seal.flow.film_on_mesh import Start
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
-from fem_seal.flow.leak import require_conducting, require_positive, unit_of_leak_rate
+from fem_seal.flow.leak import require_conducting
 from fem_seal.flow.marking import Strategy, Tuning
 from fem_seal.flow.stopping import Stopping, Tolerance
 from fem_seal.fluid import Slip
@@ -21,6 +21,7 @@ from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.nested import coarsest_width
 from fem_seal.mesh.torus import Torus, uniform_torus
+from fem_seal.registry import require_positive
 
 # Smallest part of the largest conductivity that can be resolved. The pressure is prescribed
 # nowhere, so its rounding errors in open regions hide smaller conductivities.
@@ -60,14 +61,14 @@ def conductivity_tensor(
     tuning : parameters that change the cost of the bounds, never their validity
     comm : all its ranks must call this together, with the same gap
     """
-    require_positive({"viscosity": viscosity, "rtol": rtol})
+    require_positive(viscosity=viscosity, rtol=rtol)
     sites = periodic_sites(gap, representation)
     limits, tuning = limits or Limits(), tuning or Tuning()
     widest = [widest_winding(gap, representation, axis) for axis in (0, 1)]
     if not any(widest):
         return TensorBounds(np.zeros((2, 2)), np.zeros((2, 2)))
     highest = float(sites.max())
-    per_pascal = unit_of_leak_rate(highest, viscosity, pressure_drop=1.0)
+    per_pascal = leak_rate_of_square(highest, viscosity, pressure_drop=1.0)
     law = CUBE
     if slip is not None:
         law = mean_pressure_law(slip, highest)

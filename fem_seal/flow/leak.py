@@ -1,15 +1,14 @@
 """The leak rate of a gap with its bounds, in SI units."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from numbers import Real
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, MeshFilm, film_conductivity, require_film
-from fem_seal.film.law import CUBE, FilmLaw
+from fem_seal.film.law import CUBE, FilmLaw, leak_rate_of_square
 from fem_seal.flow.adapt import refined, unchanged
 from fem_seal.flow.film_on_mesh import LevelSolution, Start
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, GapOnMesh, VertexGap
@@ -24,11 +23,10 @@ from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.nested import coarsest_width, uniform_mesh
-from fem_seal.registry import require_known
+from fem_seal.registry import require_known, require_positive
 
 METHODS = ("adaptive", "uniform")
 NARROWEST = 1e-60  # smallest critical constriction, as a part of the largest gap
-LEAST_UNIT = 1e-100  # leaves room for the 180 decades of NARROWEST cubed
 
 
 @explained_compilation()
@@ -93,14 +91,14 @@ def leak_rate(
     Where the linear solver cannot reach its tolerance, the functions it has reached still give
     bounds; they are returned, with `converged` False if they are further apart than asked for.
     """
-    require_positive({"viscosity": viscosity, "pressure_drop": pressure_drop, "rtol": rtol})
+    require_positive(viscosity=viscosity, pressure_drop=pressure_drop, rtol=rtol)
     if decide is not None:
-        require_positive({"decide": decide})
+        require_positive(decide=decide)
     require_known(METHODS, method, "method")
-    require_area(film)
+    require_film(film, (GridFilm, MeshFilm))
     if film.sealed:
         return LeakRate.sealed(method)
-    scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
+    scale = leak_rate_of_square(film.highest, viscosity, pressure_drop)
     critical = present(film.constriction, "constriction").gap
     slipping = None if slip is None else SlippingFilm(slip, film.highest, critical)
     slip_factor = slipping.slip_factor if slipping else 1.0
@@ -152,37 +150,6 @@ def leak_rate(
         missed = result.refined_bounds if decide is None else result.bounds
         reason = f"{reason}; {criterion.missed(*missed)}"
     return replace(result, converged=not reason, reason=reason, field=drawn)
-
-
-def require_area(film: Film) -> None:
-    """Raise InvalidInput unless the argument is a film with a positive area."""
-    require_film(film, (GridFilm, MeshFilm))
-    if isinstance(film, GridFilm) and min(film.samples.shape) < 1 + (
-        film.representation == "linear"
-    ):
-        raise InvalidInput(
-            f"a linear gap needs two samples along each axis, got shape {film.gap.shape}; "
-            "use representation = 'constant' for a single row"
-        )
-
-
-def require_positive(values: Mapping[str, float]) -> None:
-    """Raise InvalidInput if one of the named values is not a positive number."""
-    for name, value in values.items():
-        if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
-            raise InvalidInput(f"{name} = {value!r} must be a positive number, in SI units")
-
-
-def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) -> float:
-    """Leak rate [m³/s] of a square film of the largest gap [m]: the unit of the solved problem."""
-    with np.errstate(over="ignore", under="ignore"):
-        unit = film_conductivity(np.float64(highest), viscosity) * pressure_drop
-    if not LEAST_UNIT < unit < 1 / LEAST_UNIT:
-        raise InvalidInput(
-            f"a gap of {highest:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has a "
-            "leak rate beyond double precision; check the units"
-        )
-    return float(unit)
 
 
 def require_conducting(tightest: str, narrowest: float) -> None:

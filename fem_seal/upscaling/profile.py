@@ -9,12 +9,7 @@ from math import pi, sqrt
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-
-
-def _require_positive(**numbers: float) -> None:
-    for name, number in numbers.items():
-        if not (np.isfinite(number) and number > 0):
-            raise InvalidInput(f"{name} of a pressure profile must be positive, got {number:g}")
+from fem_seal.registry import require_positive
 
 
 @dataclass(frozen=True)
@@ -25,7 +20,7 @@ class Uniform:
     length: float  #: L [m], > 0
 
     def __post_init__(self) -> None:
-        _require_positive(pressure=self.pressure, length=self.length)
+        require_positive(pressure=self.pressure, length=self.length)
 
     @property
     def nodes(self) -> np.ndarray:
@@ -50,7 +45,7 @@ class Hertz:
     length: float  #: width 2 a of the contact [m], > 0
 
     def __post_init__(self) -> None:
-        _require_positive(maximum=self.maximum, length=self.length)
+        require_positive(maximum=self.maximum, length=self.length)
 
     @classmethod
     def pressed(cls, line_load: float, radius: float, contact_modulus: float) -> "Hertz":
@@ -59,7 +54,7 @@ class Hertz:
         w is the force per length [N/m]; of two cylinders 1/R = 1/R1 + 1/R2. K. L. Johnson, Contact
         Mechanics (Cambridge, 1985), eqs. 4.43 and 4.45.
         """
-        _require_positive(line_load=line_load, radius=radius, contact_modulus=contact_modulus)
+        require_positive(line_load=line_load, radius=radius, contact_modulus=contact_modulus)
         a = 2 * sqrt(line_load * radius / (pi * contact_modulus))
         return cls(2 * line_load / (pi * a), 2 * a)
 

@@ -213,7 +213,7 @@ def test_one_row_and_one_column_of_pixels(sides, links):
 
 
 def test_a_linear_gap_needs_two_rows_and_columns():
-    with pytest.raises(InvalidInput, match="at least 2 samples"):
+    with pytest.raises(InvalidInput, match="two samples"):
         leak(np.ones((1, 7)))
     assert leak(np.ones((1, 7)), periodic=True) == approx(7, rel=1e-13)
 
@@ -238,7 +238,7 @@ def test_cascade_agrees_with_elimination_and_conserves(representation, sides):
 
 def test_bad_input_is_refused():
     gap = GridField(np.ones((3, 3)), (1, 1))
-    with pytest.raises(InvalidInput, match="viscosity must be a positive number, got -1"):
+    with pytest.raises(InvalidInput, match="viscosity = -1"):
         solve(GridFilm(gap, sides="wall"), viscosity=-1, pressure_drop=1)
     with pytest.raises(InvalidInput, match=r"links = 'median'.*linear-gap, arithmetic"):
         solve(GridFilm(gap, sides="wall"), links="median", **FLUID)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fem_seal.film import GridFilm
+from fem_seal.film.law import leak_rate_of_square
 from fem_seal.flow import leak_rate
-from fem_seal.flow.leak import unit_of_leak_rate
 from fem_seal.grid import GridField
 
 UNIT = {"viscosity": 1.0, "pressure_drop": 1.0}
@@ -35,7 +35,7 @@ def test_own_bounds():
     """For the film itself they are those of its last level."""
     one = film(rough(1))
     leak, flow = solved(one)
-    unit = unit_of_leak_rate(one.highest, **UNIT)
+    unit = leak_rate_of_square(one.highest, **UNIT)
     (above,), (below,) = flow.conductances_below([one]), flow.resistances_above([one])
     assert unit * above == pytest.approx(leak.upper, rel=1e-9)
     assert unit / below == pytest.approx(leak.lower, rel=1e-9)
@@ -62,7 +62,7 @@ def test_bounds_of_other_films_hold(seed):
     gap = rough(seed)
     one = film(gap)
     _, flow = solved(one)
-    unit = unit_of_leak_rate(one.highest, **UNIT)
+    unit = leak_rate_of_square(one.highest, **UNIT)
     smaller = [film(np.maximum(gap - 0.02 * k, 0)) for k in (1, 3)]
     larger = [film(gap + 0.05), film(1.3 * gap)]
     for other, upper in zip(smaller, flow.conductances_below([one, *smaller])[1:], strict=True):
@@ -92,7 +92,7 @@ def test_bounds_are_second_order():
     gap = rough(2, contact=0.0, n=16) + 1.0
     one = film(gap)
     leak, flow = solved(one, rtol=1e-3)
-    unit = unit_of_leak_rate(one.highest, **UNIT)
+    unit = leak_rate_of_square(one.highest, **UNIT)
     pattern = np.cos(np.arange(16) / 3.0)[:, None] ** 2
     errors = []
     for size in (0.4, 0.2):

@@ -319,7 +319,7 @@ def test_bounds_that_scatter_are_widened_until_they_fall():
         (lambda: TabulatedProfile([0, 1], [1]), "2 places and 1 pressures"),
         (lambda: TabulatedProfile([0, 0], [1, 1]), "ascend"),
         (lambda: TabulatedProfile([0, 1], [0, 0]), "not all 0"),
-        (lambda: Hertz(0, 1), "maximum of a pressure profile must be positive"),
+        (lambda: Hertz(0, 1), "maximum = 0 must be a positive number"),
         (lambda: EndPressures(1, 2), "must be above the outlet's"),
         (lambda: RingPath(1, 1), "must be positive and differ"),
         (lambda: StraightPath(0, 1), "must be positive"),
