@@ -23,12 +23,12 @@ from fem_seal.flow.gap_on_mesh import GapOnMesh, LinearGap
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Numbering
-from fem_seal.flow.topology import dual_numbering, open_cells, primal_numbering, side_ends
+from fem_seal.flow.topology import dual_numbering, open_cells, primal_numbering
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.leak_rate import FacetTag
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
-from fem_seal.mesh.mesh import find_edges
+from fem_seal.mesh.mesh import find_edges, side_ends
 from fem_seal.mesh.nested import NestedMesh
 
 

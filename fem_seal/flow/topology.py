@@ -13,6 +13,7 @@ from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.numbering import Numbering, numbered
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import components
+from fem_seal.mesh.mesh import corner_links, side_ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +52,6 @@ def open_cells(mesh: AnyMesh, data: CellData) -> OpenCells:
     kept = through.take(piece) & (data.K > 0)
     keep = [slots[kept[slots // 3]] for slots in (inlet, outlet)]
     return OpenCells(kept, pairs.compress(kept.take(pairs[:, 0] // 3), axis=0), *keep)
-
-
-def side_ends(slots: np.ndarray) -> np.ndarray:
-    """(n, 2) corner slots at the two ends of each side slot."""
-    cell, side = slots // 3, slots % 3
-    return np.stack([3 * cell + (side + 1) % 3, 3 * cell + (side + 2) % 3], axis=1)
 
 
 def primal_numbering(mesh: AnyMesh, data: CellContact, cells: OpenCells) -> Numbering:
@@ -118,10 +113,7 @@ def continuous_labels(
     # Pairs of sides without a special vertex join corners that have one label anyway.
     near = np.logical_or.reduce(special.take(vertex.T))
     pairs = pairs.compress(near.take(pairs[:, 0] // 3), axis=0)
-    first, second = side_ends(pairs[:, 0]), side_ends(pairs[:, 1])
-    swap = flat[first[:, 0]] != flat[second[:, 0]]
-    second[swap] = second[swap][:, ::-1]
-    links = np.stack([first.ravel(), second.ravel()], axis=1)
+    links = corner_links(flat, pairs)
     links = links.compress(special.take(flat.take(links[:, 0])), axis=0)
     corners = np.flatnonzero(special.take(flat))
     place = np.zeros(len(flat), dtype=np.int32)

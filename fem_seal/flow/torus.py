@@ -18,9 +18,9 @@ from fem_seal.flow.topology import (
     continuous_labels,
     passable_sides,
     patch_ties,
-    side_ends,
 )
 from fem_seal.mesh.grouping import components
+from fem_seal.mesh.mesh import side_ends
 from fem_seal.mesh.torus import Torus
 
 

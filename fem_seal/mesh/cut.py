@@ -5,6 +5,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from fem_seal.mesh.grouping import components
+from fem_seal.mesh.mesh import corner_links, find_edges, side_ends
 from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP
 
 
@@ -53,7 +54,6 @@ def cut_open(
     index[path] = np.arange(len(path))
     adjacent = np.flatnonzero((index[cells] >= 0).any(axis=1))
     corner = cells[adjacent]
-    slot = np.arange(3 * len(adjacent)).reshape(-1, 3)
     ends = corner[:, [[1, 2], [2, 0], [0, 1]]]
     along = index[ends[:, :, 1]] - index[ends[:, :, 0]]
     on_path = (index[ends] >= 0).all(axis=2) & (np.abs(along) == 1)
@@ -62,29 +62,13 @@ def cut_open(
     for bank, label in ((left, BOTTOM), (right, TOP)):
         cell, side = np.nonzero(bank)
         sides[adjacent[cell], side] = label
-    component = _joined_corners(slot, ends, on_path)
-    side_slots = slot[np.arange(len(adjacent))[:, None, None], [[1, 2], [2, 0], [0, 1]]]
-    on_right = np.isin(component, component[side_slots[right].ravel()]).reshape(-1, 3)
+    # Sides off the path join the corners at one vertex; those of the right bank are on the right.
+    slots = find_edges(ends, len(xy)).slots()
+    joining = slots[(slots[:, 1] >= 0) & ~on_path.ravel()[slots[:, 0]]]
+    component = components(corner_links(corner.ravel(), joining), corner.size)
+    of_bank = component[side_ends(np.flatnonzero(right)).ravel()]
+    on_right = np.isin(component, of_bank).reshape(-1, 3)
     cells = cells.copy()
     cells[adjacent] = np.where(on_right & (index[corner] >= 0), len(xy) + index[corner], corner)
     twin = np.concatenate([np.arange(len(xy)), path])
     return np.concatenate([xy, xy[path]]), cells, sides, twin
-
-
-def _joined_corners(slot: np.ndarray, ends: np.ndarray, on_path: np.ndarray) -> np.ndarray:
-    """Component (3 n,) of each corner, where sides off the path join corners at one vertex.
-
-    `slot` (n, 3) numbers the corners of n cells, `ends` (n, 3, 2) are the vertices at the ends of
-    their sides, and `on_path` (n, 3) the sides that join nothing.
-    """
-    cell, side = np.nonzero(~on_path)
-    edge = ends[cell, side]
-    pair = np.stack([slot[cell, (side + 1) % 3], slot[cell, (side + 2) % 3]], axis=1)
-    swap = edge[:, 0] > edge[:, 1]
-    edge[swap], pair[swap] = edge[swap][:, ::-1], pair[swap][:, ::-1]
-    order = np.lexsort(edge.T)
-    same = (edge[order[1:]] == edge[order[:-1]]).all(axis=1)
-    links = np.concatenate(
-        [np.stack([pair[order[:-1]][same, k], pair[order[1:]][same, k]], 1) for k in (0, 1)]
-    )
-    return components(links, slot.size)

@@ -61,6 +61,23 @@ def find_edges(ends: np.ndarray, count: int) -> Edges:
     return Edges(np.stack([low[first], high[first]], axis=1), sides.reshape(-1, 3))
 
 
+def side_ends(slots: np.ndarray) -> np.ndarray:
+    """(n, 2) corner slots at the two ends of each side slot."""
+    cell, side = slots // 3, slots % 3
+    return np.stack([3 * cell + (side + 1) % 3, 3 * cell + (side + 2) % 3], axis=1)
+
+
+def corner_links(vertex: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Pairs (2 n, 2) of corner slots at one vertex, from the slots (n, 2) of both sides of edges.
+
+    `vertex` has the vertex of each corner slot.
+    """
+    first, second = side_ends(pairs[:, 0]), side_ends(pairs[:, 1])
+    swap = vertex[first[:, 0]] != vertex[second[:, 0]]
+    second[swap] = second[swap][:, ::-1]
+    return np.stack([first.ravel(), second.ravel()], axis=1)
+
+
 def _picked(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     """values[places] in parts, because NumPy converts all indices to 64 bits at once."""
     picked = np.empty(len(places), dtype=values.dtype)
