@@ -8,6 +8,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film.lattice import DUAL_CONNECTIVITY
+from fem_seal.mesh.grouping import components
 from fem_seal.registry import require_known
 
 
@@ -105,16 +106,11 @@ def _merged(
     dtype: np.dtype, count: int, joins: list[tuple[np.ndarray, np.ndarray]]
 ) -> tuple[np.ndarray, int]:
     """Number (count + 1,) of the cluster of each piece, from pairs of joined pieces; 0 stays 0."""
-    from scipy import sparse
-
-    first, second = (np.concatenate(ends) for ends in zip(*joins, strict=True))
-    if first.size == 0:
+    pairs = np.concatenate([np.stack(ends, axis=1) for ends in joins])
+    if not len(pairs):
         return np.arange(count + 1, dtype=dtype), count
-    links = sparse.coo_matrix(
-        (np.ones(first.size, dtype=bool), (first - 1, second - 1)), shape=(count, count)
-    )
-    merged_count, merged = sparse.csgraph.connected_components(links, directed=False)
-    return np.concatenate([[0], merged + 1]).astype(dtype), int(merged_count)
+    merged = components(pairs - 1, count)
+    return np.append(0, merged + 1).astype(dtype), int(merged.max()) + 1
 
 
 def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool]) -> SeamLinks:
@@ -123,8 +119,24 @@ def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool
     The labels are those without seams. Links of a cluster to itself are included: such a cluster
     winds around the cell.
     """
-    shape = np.array(labels.shape)
-    start, stop = _last_edges(labels.shape[0], labels.shape[1], connectivity)
+    shape, (nx, ny) = np.array(labels.shape), labels.shape
+    # Pixels (i, j) of the last row and column. Row nx stands for row 0 across the seam.
+    i = np.concatenate([np.full(ny, nx - 1), np.arange(nx - 1)])
+    j = np.concatenate([np.arange(ny), np.full(nx - 1, ny - 1)])
+    corner, even, every = np.stack([i, j], axis=1), (i + j) % 2 == 0, np.ones(i.size, dtype=bool)
+    rising, falling = {
+        "4": (~every, ~every),
+        "8": (every, every),
+        "triangulation": (even, ~even),
+    }[connectivity]
+    edges = (
+        (every, (0, 0), (1, 0)),
+        (every, (0, 0), (0, 1)),
+        (rising, (0, 0), (1, 1)),
+        (falling, (1, 0), (0, 1)),
+    )
+    start = np.concatenate([corner[pixels] + a for pixels, a, _ in edges])
+    stop = np.concatenate([corner[pixels] + b for pixels, _, b in edges])
     wraps = (start == shape) | (stop == shape)
     shift = (stop == shape).astype(int) - (start == shape)
     keep = wraps.any(axis=1) & shift.any(axis=1) & (~wraps | np.array(periodic)).all(axis=1)
@@ -132,30 +144,3 @@ def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool
     second = labels[tuple((stop[keep] % shape).T)]
     in_mask = (first > 0) & (second > 0)
     return SeamLinks(first[in_mask], second[in_mask], shift[keep][in_mask])
-
-
-def _last_edges(nx: int, ny: int, connectivity: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return both ends, (m, 2) each, of the edges of the last row and column of pixels.
-
-    Row nx stands for row 0 across the seam, column ny for column 0.
-    """
-    i = np.concatenate([np.full(ny, nx - 1), np.arange(nx - 1)])
-    j = np.concatenate([np.arange(ny), np.full(nx - 1, ny - 1)])
-    even = (i + j) % 2 == 0
-    all_pixels = np.ones(i.size, dtype=bool)
-    no_pixels = ~all_pixels
-    rising, falling = {
-        "4": (no_pixels, no_pixels),
-        "8": (all_pixels, all_pixels),
-        "triangulation": (even, ~even),
-    }[connectivity]
-    corner = np.stack([i, j], axis=1)
-    edges = (
-        (all_pixels, (0, 0), (1, 0)),
-        (all_pixels, (0, 0), (0, 1)),
-        (rising, (0, 0), (1, 1)),
-        (falling, (1, 0), (0, 1)),
-    )
-    start = np.concatenate([corner[pixels] + a for pixels, a, _ in edges])
-    stop = np.concatenate([corner[pixels] + b for pixels, _, b in edges])
-    return start, stop
