@@ -223,7 +223,6 @@ def _restrict_gap(
     """Write the free set into `free`, and g - level on it into r; return its size and Σ r."""
 
     def restrict(rows: slice) -> tuple[int, float]:
-        """Write these rows; return their number of free samples and Σ r."""
         # Subtract in float64, so that the small residuals of pressed samples keep their digits.
         above, residual = g[rows] - level, r[rows]
         mask = above < 0

@@ -31,7 +31,6 @@ class Halving:
         """Write the restriction of `fine`, multiplied by `weights` if not None, into `out`."""
 
         def pass_over(rows: slice) -> None:
-            """Write these rows of the coarser grid."""
             first, last = 2 * rows.start - 1, 2 * rows.stop + 1
             block = _rows(fine, first, last, 2 * self.coarse[0])
             if weights is not None:
@@ -50,7 +49,6 @@ class Halving:
         """Write base + weights × interpolation of `coarse` into `out`; no weights: ones."""
 
         def pass_over(rows: slice) -> None:
-            """Write the rows of the finer grid that lie in these rows of the coarser one."""
             wide = _double_columns(
                 _rows(coarse, rows.start - 1, rows.stop + 1, len(coarse)), self.shape[1]
             )

@@ -14,7 +14,7 @@ from fem_seal.finite_difference.cascade import first_guess
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.relaxation import relax
 from fem_seal.finite_difference.slipping import film_without_slip
-from fem_seal.finite_difference.stencil import FlowGrid, flow_grid
+from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.fluid import Slip
 from fem_seal.leak_rate import LeakRate
 from fem_seal.registry import require_positive
@@ -81,31 +81,18 @@ def solve(
             "five-point stencil does not follow; sample it finer",
         )
     if cascade:
-        return _relaxed(grid, pressure_drop, tol)
-    return _eliminated(grid, pressure_drop)
-
-
-def _eliminated(grid: FlowGrid, pressure_drop: float) -> LeakRate:
-    """Leak rate by elimination; inflow and outflow are equal, since one link joins the two ends."""
-    flux = conductance(grid.network) * pressure_drop
+        # The dissipation: its error is the square of that of the pressure.
+        relaxed = relax(grid.network, grid.carrying, first_guess(grid), tol)
+        rates = relaxed.energy, relaxed.inflow, relaxed.outflow
+    else:
+        # One link joins the two ends, so that inflow and outflow are equal.
+        rates = (conductance(grid.network),) * 3
+    value, inflow, outflow = (rate * pressure_drop for rate in rates)
     return LeakRate(
         state="leaking",
         method=METHOD,
-        value=flux,
+        value=value,
         unknowns=grid.unknowns,
-        inflow=flux,
-        outflow=flux,
-    )
-
-
-def _relaxed(grid: FlowGrid, pressure_drop: float, tol: float) -> LeakRate:
-    """Leak rate by the cascade from Q Δp, the dissipation: its error is the square of that of p."""
-    relaxed = relax(grid.network, grid.carrying, first_guess(grid), tol)
-    return LeakRate(
-        state="leaking",
-        method=METHOD,
-        value=relaxed.energy * pressure_drop,
-        unknowns=grid.unknowns,
-        inflow=relaxed.inflow * pressure_drop,
-        outflow=relaxed.outflow * pressure_drop,
+        inflow=inflow,
+        outflow=outflow,
     )

@@ -72,14 +72,6 @@ class Tolerance:
         state = f"the bracket is {width:.2g} wide" if lower > 0 else "no lower bound yet"
         return f"{state}, {self.rtol:.2g} was asked for"
 
-    def out_of_reach(self, solution: LevelSolution) -> str:
-        """Always "": every tolerance is met on a mesh that is fine enough."""
-        return ""
-
-    def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
-        """Message if bounds that converge as in `history` never meet the criterion, else ""."""
-        return out_of_reach(history, self.rtol, growth)
-
 
 @dataclass(frozen=True)
 class Decision:
@@ -104,7 +96,7 @@ class Decision:
         below, above = lower / self.limit, upper / self.limit
         return f"the leak rate is between {below:.4g} and {above:.4g} times the limit"
 
-    def out_of_reach(self, solution: LevelSolution) -> str:
+    def undecidable(self, solution: LevelSolution) -> str:
         """Message if no mesh can decide because of slip or the margin, else ""."""
         bounds = solution.level.bounds
         if bounds.lower == 0 or (solution.slip is None and self.margin == 0):
@@ -121,10 +113,6 @@ class Decision:
                 f"the limit lies within the uncertainty of the {error}, which no further mesh "
                 "reduces; a smaller flow.rtol reduces that of the lift"
             )
-        return ""
-
-    def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
-        """Always "": wide bounds may decide as well as narrow ones."""
         return ""
 
 
@@ -179,16 +167,20 @@ class Stopping:
         """Reason to end with this solution, "" to go on."""
         last = sum(solution.level.seconds.values())
         limit = self.limits.exceeded(self.started, self.growth, last)
-        if not limit and self.doubtful:
+        criterion = self.criterion
+        # Wide bounds may decide as well as narrow ones: a decision is never too slow.
+        if not limit and self.doubtful and isinstance(criterion, Tolerance):
             # A mesh has half as many vertices as cells. Unknowns would not do as a measure: where
             # the pressure is constant there are fewer.
             history = [(level.cells // 2, level.bounds.width) for level in self.levels]
-            words = self.criterion.too_slow(history, self.growth)
+            words = out_of_reach(history, criterion.rtol, self.growth)
             limit = words and words + self.advice
         # Time and memory differ from rank to rank.
         limit = self.comm.bcast(limit)
         stalled = solution.stalled if self._no_closer() else ""
-        return limit or stalled or self.criterion.out_of_reach(solution)
+        if limit or stalled or isinstance(criterion, Tolerance):
+            return limit or stalled
+        return criterion.undecidable(solution)
 
     def _no_closer(self) -> bool:
         """Whether the last two meshes have hardly improved the bounds."""

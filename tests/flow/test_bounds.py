@@ -130,4 +130,4 @@ def test_a_decision_looks_at_both_bounds_and_at_the_slip():
     assert not decision.reached(solution(1.4, 2.0))
     assert not decision.reached(solution(1.5, 2.0))
     assert not decision.reached(solution(1.0, 1.4, slip=Bounds(0.9, 1.6)))
-    assert decision.out_of_reach(solution(1.0, 1.6)) == ""
+    assert decision.undecidable(solution(1.0, 1.6)) == ""
