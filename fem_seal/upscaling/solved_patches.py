@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from hashlib import sha256
 from math import isfinite, sqrt
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 
@@ -39,14 +38,12 @@ class SolvedPatch:
     """Conductivity of a patch at the net loads that the seal needs."""
 
     stored: StoredTable
-    size: tuple[float, float]  #: lengths (Lx, Ly) of the patch [m]
     converged: bool  #: whether the leak rate of a seal of such patches is known to seal.rtol
     reason: str  #: why it is not, else empty
     #: estimated relative error of the conductivity due to the grid of the contact, at the load that
     #: matters most; None if there is no estimate
     contact_error: float | None
     critical_gap: float | None  #: gap of the critical constriction at that load [m]; None if sealed
-    seconds: float  #: time of the computation
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,6 @@ class PatchTask(Task[SolvedPatch]):
 
 def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     """Conductivity of the patch of a realization that does not lift off, refined in load."""
-    start = perf_counter()
     seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
     table_report = _TableReport(report)
@@ -82,12 +78,10 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     table, load = present(outcome.table, "table of the patch"), _load_that_matters(outcome)
     return SolvedPatch(
         StoredTable.of(table),
-        present(patch.surface, "surface").size,
         outcome.converged,
         outcome.reason,
         None if load is None else _contact_error(loaded, load),
         None if load is None else loaded.critical_gap(load),
-        perf_counter() - start,
     )
 
 
