@@ -18,11 +18,9 @@ def shortest_path(
     joins two of its vertices, and bisection does not change this.
     """
     count = int(cells.max()) + 1
-    cell, side = np.nonzero(sides == INSIDE)
-    edges = np.stack([cells[cell, (side + 1) % 3], cells[cell, (side + 2) % 3]], axis=1)
+    edges = cells.ravel()[side_ends(np.flatnonzero(sides == INSIDE))]
     allowed = np.ones(count, dtype=bool)
-    boundary_cell, boundary_side = np.nonzero(sides != INSIDE)
-    allowed[cells[boundary_cell, (boundary_side + 1) % 3]] = False
+    allowed[cells.ravel()[side_ends(np.flatnonzero(sides != INSIDE))]] = False
     allowed[start], allowed[end] = True, True
     edges = edges[allowed[edges].all(axis=1)]
     # The path may start at any vertex of the first loop: an extra node is linked to all of them.

@@ -16,6 +16,7 @@ from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.checks import coordinates
 from fem_seal.mesh.cut import cut_open, shortest_path
 from fem_seal.mesh.grouping import components
+from fem_seal.mesh.mesh import side_ends
 from fem_seal.mesh.triangles import (
     BOTTOM,
     INLET,
@@ -96,7 +97,7 @@ class _Loops:
 
     def __init__(self, xy: np.ndarray, cells: np.ndarray, sides: np.ndarray):
         cell, side = np.nonzero(sides != INSIDE)
-        tail, head = cells[cell, (side + 1) % 3], cells[cell, (side + 2) % 3]
+        tail, head = cells.ravel()[side_ends(3 * cell + side)].T
         order = np.argsort(tail)
         twice = np.flatnonzero(np.diff(tail[order]) == 0)
         if twice.size:
@@ -195,11 +196,10 @@ def _ends_apart(mesh: TriangleMesh, values: np.ndarray) -> tuple[TriangleMesh, n
     """
     while True:
         wall = mesh.sides >= BOTTOM
-        cell, side = np.nonzero(wall)
-        ends = mesh.cells[cell[:, None], np.stack([(side + 1) % 3, (side + 2) % 3], axis=1)]
+        ends = mesh.side_ends(wall)
         both = mesh.inlet[ends].all(axis=1) | mesh.outlet[ends].all(axis=1)
         marked = np.zeros(len(mesh.cells), dtype=bool)
-        marked[cell[both]] = True
+        marked[np.nonzero(wall)[0][both]] = True
         if not marked.any():
             return mesh, values
         mesh, values = _halved(mesh, marked, values)

@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.mesh.mesh import Edges, Halvings, Mesh
+from fem_seal.mesh.mesh import Edges, Halvings, Mesh, side_ends
 from fem_seal.mesh.nested import TooFine
 
 # Labels of sides. BOTTOM and TOP are the two side walls (ψ = 0 and ψ = 1) of a shape whose inlet
@@ -68,9 +68,7 @@ class TriangleMesh(Mesh):
 
     def side_ends(self, selected: np.ndarray) -> np.ndarray:
         """(n, 2) vertices at the ends of the selected sides (C, 3) bool."""
-        cell, side = np.nonzero(selected)
-        corners = np.stack([(side + 1) % 3, (side + 2) % 3], axis=1)
-        return self.cells[cell[:, None], corners]
+        return self.cells.ravel()[side_ends(np.flatnonzero(selected))]
 
     @property
     def _walls(self) -> list[int]:
