@@ -92,7 +92,7 @@ def lifting_problem(
 
 def _multigrid() -> Solver:
     """Solver that needs FEniCSx, which the method of finite differences does without."""
-    from fem_seal.flow.multigrid import by_multigrid
+    from fem_seal.flow.linear import by_multigrid
 
     return by_multigrid
 

@@ -16,10 +16,13 @@ diagonal: constants would no longer be near-null vectors.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from weakref import finalize
 
 import numpy as np
+from scipy import sparse
 
 from fem_seal.fenicsx import HAS_HYPRE, MPI, PETSc
+from fem_seal.finite_difference.film_pressure import eliminated
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.integrals import AT_ONCE, batch
 from fem_seal.flow.numbering import Numbering
@@ -330,3 +333,35 @@ def minimise_by_cg(
     if not reached[0] <= tolerance:
         state = f"at a relative energy error of {reached[0]:.1e}, wanted {tolerance:.0e}"
     return iterations, f"CG stopped after {iterations} iterations {state}"
+
+
+def by_multigrid(matrix: sparse.csr_array) -> Callable[[np.ndarray, float], np.ndarray]:
+    """Solver (right side, relative tolerance) -> solution of a symmetric positive matrix.
+
+    CG stops by the norm of the preconditioned residual, which is about that of the error: pockets
+    that hardly conduct count as much as the channels.
+    """
+    index = PETSc.IntType
+    rows = matrix.indptr.astype(index), matrix.indices.astype(index), matrix.data
+    whole = PETSc.Mat().createAIJ(matrix.shape, csr=rows, comm=PETSc.COMM_SELF)
+    solver = preconditioned_cg(whole)
+    solver.setNormType(PETSc.KSP.NormType.PRECONDITIONED)
+    x, b = whole.createVecs()
+
+    def solve(right_side: np.ndarray, tolerance: float) -> np.ndarray:
+        b.setArray(right_side)
+        solver.setTolerances(rtol=tolerance, atol=0.0, max_it=2 * MAX_ITERATIONS)
+        solver.solve(b, x)
+        if solver.getConvergedReason() > 0:
+            return x.array_r.copy()
+        # CG breaks down at conductances over more decades than double precision has digits.
+        return eliminated(matrix)(right_side, tolerance)
+
+    # Free the memory with the function: petsc4py would defer it.
+    finalize(solve, _destroy, solver, whole, x, b).atexit = False
+    return solve
+
+
+def _destroy(*petsc_objects: PETSc.Object) -> None:
+    for one in petsc_objects:
+        one.destroy()

@@ -23,6 +23,7 @@ NODES = 2  # nodes along a side of a patch
 # the conductivity little; a wider seal is an average of independent blocks of this width.
 MOST_ALONG, BLOCK = 40, 16
 DRAWS = 24  # networks that are drawn for a seal
+DRAWN_BLOCKS = 100  # drawn blocks of a seal, through one of which leaking patches may conduct
 LEVEL = 0.95  # probability of a confidence interval
 # Fewest leaking patches from which the scatter of their logarithms is estimated.
 LEAST_LEAKING = 3
@@ -71,9 +72,7 @@ class DrawnSeals:
     scatter: float  #: standard deviation of a seal's leak rate over its mean, from draw to draw
 
 
-def drawn_seals(
-    rates: np.ndarray, count: PatchCount, *, draws: int = DRAWS, seed: int = 0
-) -> DrawnSeals:
+def drawn_seals(rates: np.ndarray, count: PatchCount, *, draws: int = DRAWS) -> DrawnSeals:
     """Draw patches into the network of a seal, again and again.
 
     `rates` (N, 3) are lower bound, value and upper bound of the leak rate that the seal would have
@@ -87,7 +86,7 @@ def drawn_seals(
         mean = rates.mean(axis=0)
         scatter = rates[:, 1].std() / np.sqrt(count.across) / mean[1] if mean[1] > 0 else 0.0
         return DrawnSeals(mean, float(scatter))
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
     seals = np.empty((draws, 3))
     for seal in seals:
@@ -161,11 +160,11 @@ def sealed_share(sealed: int, patches: int) -> tuple[float, float]:
     return float(interval.low), float(interval.high)
 
 
-def may_conduct(leaking: float, count: PatchCount, *, draws: int = 100, seed: int = 0) -> bool:
+def may_conduct(leaking: float, count: PatchCount) -> bool:
     """Whether patches, of which a share leaks, conduct through one of many drawn blocks."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
-    patches = (lognormal_patches(shape, 0.0, leaking, rng) for _ in range(draws))
+    patches = (lognormal_patches(shape, 0.0, leaking, rng) for _ in range(DRAWN_BLOCKS))
     return any(network_conductivity(K, nodes=1) > 0 for K in patches)
 
 

@@ -8,7 +8,7 @@ from fem_seal.film import GridFilm
 from fem_seal.finite_difference.film_pressure import FilmPressure, eliminated
 from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.finite_difference.solver import solve
-from fem_seal.flow.multigrid import by_multigrid
+from fem_seal.flow.linear import by_multigrid
 from fem_seal.grid import GridField
 
 SHAPE = 16, 24
