@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.film.winding import unwind
 from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.numbering import Numbering, numbered
 from fem_seal.mesh.bisection import AnyMesh
@@ -134,16 +133,14 @@ def dual_numbering(
     """
     pairs = patch_ties(mesh, data, kept, merge_blocked) + mesh.wall_ties()
     patch = components(np.concatenate(pairs), len(mesh.xy))
-    count = int(patch.max()) + 1
     if mesh.periodic:
-        # ψ jumps by one from a vertex at y = 0 to its twin at y = Ly.
         top = np.flatnonzero(mesh.top)
-        jumps = np.tile([0, 1], (len(top), 1))
-        unwound = unwind(patch[mesh.twin[top]], patch[top], jumps, count)
-        if len(unwound.windings):  # a patch winds around the strip and bars it
+        joined = _winding(patch[mesh.twin[top]], patch[top], int(patch.max()) + 1)
+        if joined is None:
             return None
-        root, offset = unwound.root.astype(np.int32), unwound.offset[:, 1]
+        root, offset = joined
     else:
+        count = int(patch.max()) + 1
         root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
         if patch[mesh.bottom][0] == patch[mesh.top][0]:
             return None
@@ -173,3 +170,36 @@ def patch_ties(
     both = data.contact_vertex & data.contact_vertex[:, [1, 2, 0]]
     edges = ((mesh.cells.compress(both[:, k], axis=0), k) for k in range(3))
     return pairs + [cells[:, [k, (k + 1) % 3]] for cells, k in edges]
+
+
+def _winding(low: np.ndarray, high: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Join patches across a periodic side on which the stream function jumps by one.
+
+    Low and high (n,) are the patches of the same point at y = 0 and at y = Ly: ψ(high) = ψ(low) +
+    1. Returns root and offset (count,) of each with ψ(patch) = ψ(root) + offset; None if a patch
+    meets itself with another offset, that is, winds around the strip and bars it.
+    """
+    parent, above = list(range(count)), [0] * count
+
+    def root_of(i: int) -> tuple[int, int]:
+        """Root of a patch and its offset; the patches on the way then point to the root."""
+        path, total = [], 0
+        while parent[i] != i:
+            path.append(i)
+            i = parent[i]
+        for j in reversed(path):
+            total = above[j] + (above[parent[j]] if parent[j] != i else 0)
+            parent[j], above[j] = i, total
+        return i, (above[path[0]] if path else 0)
+
+    for u, v in zip(low.tolist(), high.tolist(), strict=True):
+        (ru, ou), (rv, ov) = root_of(u), root_of(v)
+        if ru == rv:
+            if ov != ou + 1:
+                return None
+        else:
+            parent[rv], above[rv] = ru, ou + 1 - ov
+    root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
+    for i in np.unique(np.concatenate([low, high])).tolist():
+        root[i], offset[i] = root_of(i)
+    return root, offset
