@@ -158,26 +158,6 @@ def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> 
     return NestedMesh(xy, cells, (int(squares[0]), int(squares[1])), twin.ravel())
 
 
-def on_pixels(samples: np.ndarray, steps: np.ndarray, rounding: float = 0.0) -> np.ndarray:
-    """Samples (nx, ny, ...), linear on the pixel triangles, at steps (n, 2) of the spacing.
-
-    A point on a sample or on the side of a triangle must not get a rounding error of the next
-    sample: in contact that would open a channel as narrow as the rounding error. Weights below
-    `rounding` therefore count as 0.
-    """
-    i, j = np.minimum(steps.astype(int), np.array(samples.shape[:2]) - 2).T
-    s, t = steps[:, 0] - i, steps[:, 1] - j
-    # Weights of the corners sw, se, nw, ne of the pixel; its diagonal rises where i + j is even.
-    rising = [1 - np.maximum(s, t), np.maximum(s - t, 0), np.maximum(t - s, 0), np.minimum(s, t)]
-    ne = np.maximum(s + t - 1, 0)
-    falling = [np.maximum(1 - s - t, 0), s - ne, t - ne, ne]
-    weights = np.where((i + j) % 2 == 0, rising, falling)
-    weights[weights < rounding] = 0
-    corners = [samples[i, j], samples[i + 1, j], samples[i, j + 1], samples[i + 1, j + 1]]
-    weights = weights.reshape(4, -1, *[1] * (samples.ndim - 2))
-    return (weights * corners).sum(axis=0) / weights.sum(axis=0)
-
-
 def coarsest_width(squares: tuple[int, int], at_least: int = 8) -> int:
     """Width in pixels, a power of two, of the squares of the coarsest mesh of (mx, my) pixels.
 
