@@ -107,11 +107,13 @@ def test_loads_gather_where_it_matters():
     assert np.diff(loads)[0] < np.diff(loads)[-1]
 
 
-def test_a_seal_that_is_sealed_needs_one_contact():
-    P, ends = 9e6, EndPressures(1e5)
-    outcome = refined_table(rough(), Hertz(P, 2e-3), STRIP, ends)
+def test_a_seal_that_is_sealed_needs_no_flow():
+    patch, P, ends = rough(), 9e6, EndPressures(1e5)
+    outcome = refined_table(patch, Hertz(P, 2e-3), STRIP, ends)
     assert outcome.flow.state == "sealed"
-    assert outcome.table.loads.tolist() == [P - 1e5]
+    assert outcome.table.loads[-1] == P - 1e5
+    assert set(outcome.table.upper) == {0.0}
+    assert not patch._flows
 
 
 @pytest.mark.parametrize("profile", [Uniform(3.99e5, 2e-3), Hertz(3.99e5, 2e-3)])
