@@ -25,6 +25,11 @@ unexport PETSC_DIR SLEPC_DIR PYTHONPATH PYTHONHOME
 
 demo: .venv/ready
 	.venv/bin/fem-seal run demos/scenes/first.toml --out results/first --overwrite
+	@echo
+	@echo "next       open results/first/flow.png: where it leaks, and through which channels"
+	@echo "           .venv/bin/fem-seal report results/first    one page with numbers and pictures"
+	@echo "           .venv/bin/fem-seal new YOUR_MAP            a scene for your own heights: docs/guide/first-verdict.md"
+	@echo "           a whole seal: docs/guide/ring.md; from Python: docs/guide/python.md"
 
 # A worker that has nothing left to do takes over tests of another.
 PYTEST = .venv/bin/python -m pytest -n $(shell env -u OMP_NUM_THREADS nproc) --dist worksteal

@@ -12,7 +12,8 @@
 #
 # The grid misses asperities between its samples, and no flow solver can see that error. To estimate
 # it, the contact of the *same* surface (its Fourier series sampled anew) is solved on grids of n/4,
-# n/2, n and 2n points, and the leak rates are extrapolated.
+# n/2, n and 2n points, and each leak rate is compared with that on the finest; what a still finer
+# grid would change of that one is estimated.
 #
 # The demo computes all combinations of contact grid, flow method and tolerance, and names the
 # cheapest one for each accuracy.

@@ -14,6 +14,7 @@ from fem_seal.errors import printable
 Report = Callable[[str, str], None]
 
 LINES_APART = 30.0  # seconds between two plain lines
+NOTE = "note"  # stage whose detail is a line that stays
 
 
 def silent(stage: str, detail: str) -> None:
@@ -23,29 +24,34 @@ def silent(stage: str, detail: str) -> None:
 class Pace:
     """A `Report` that puts first how many points are done, and about how long the others take.
 
-    The estimate counts on points that take alike; there is none before the first one is done. The
-    points have a name, such as "patches".
+    The estimate counts on points that take alike. It is made when a point is done, and runs down
+    until the next one is; before the first one it is the time [s] that all are expected to take, if
+    that is known. The points have a name, such as "patches".
     """
 
-    def __init__(self, total: int, name: str, report: Report):
+    def __init__(self, total: int, name: str, report: Report, expected: float | None = None):
         self.done = 0
         self._total, self._name, self._report = total, name, report
         self._start = monotonic()
+        self._end = None if expected is None else self._start + expected
 
-    def count(self) -> None:
-        """Count one more point as done."""
-        self.done += 1
+    def count(self, done: int | None = None) -> None:
+        """Count one more point as done, or say how many are."""
+        done = self.done + 1 if done is None else done
+        if done > self.done:
+            spent = monotonic() - self._start
+            self.done, self._end = done, self._start + spent * self._total / done
 
     def __call__(self, stage: str, detail: str) -> None:
         """Report a stage of the present point."""
         text = f"{self.done} of {self._total} {self._name} done"
-        if 0 < self.done < self._total:
-            seconds = (monotonic() - self._start) * (self._total - self.done) / self.done
-            text += f", about {_duration(seconds)} left"
+        left = 0.0 if self._end is None else self._end - monotonic()
+        if left > 0 and self.done < self._total:
+            text += f", about {duration(left)} left"
         self._report(f"{text}: {stage}" if stage else text, detail)
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
     """Time in words, in one unit."""
     for unit, length in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 1.5 * length:
@@ -73,7 +79,12 @@ class Display:
         self._thread = Thread(target=self._refresh, daemon=True)
 
     def __call__(self, stage: str, detail: str) -> None:
-        """Set the stage and the detail to show."""
+        """Set the stage and the detail to show, or print a note."""
+        if stage == NOTE:
+            if self._shown or self._lines:
+                clear = "\r\x1b[K" if self._shown else ""
+                print(f"{clear}fem-seal: {printable(detail)}", file=sys.stderr, flush=True)  # noqa: T201
+            return
         self._line = printable(f"{stage}: {detail}" if detail else stage)
         if self._lines and monotonic() > self._next:
             self._next = monotonic() + LINES_APART

@@ -20,7 +20,8 @@ from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.memory import peak_memory
 from fem_seal.patch import Patch
 from fem_seal.points import Work
-from fem_seal.progress import Report, silent
+from fem_seal.prediction import predicted
+from fem_seal.progress import NOTE, Report, silent
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.headline import Headline, headline
 from fem_seal.quantities.inputs import corner, inputs_entry
@@ -54,7 +55,10 @@ from fem_seal.scene.scene import require_scene
 from fem_seal.tables import html_table
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import profile_of
-from fem_seal.upscaling.seal import SealLeak, solve_seal
+from fem_seal.upscaling.seal import SealLeak, solve_seal, under_less_load
+
+# Lower loads of a sealed seal may take half of the predicted time of the run, at least this [s].
+A_MINUTE = 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +237,13 @@ def answer(
     ends: tuple[LeakRate, ...] = patch.lift_range if scene.lift == "range" else ()
     if scene.seal is not None:
         with patch.timed("seal"):
-            seal = solve_seal(patch, patches, work)
+            expected = predicted(scene, patch.surface, 1 if work is None else work.jobs)
+            patch.report(NOTE, str(expected))
+            each = expected.parts["patches"] / expected.patches
+            seal = solve_seal(patch, patches, work, each=each)
+            if seal.state == "sealed" and scene.limit is not None:
+                seconds = max(expected.seconds / 2, A_MINUTE)
+                seal = under_less_load(patch, seal, seconds, patches, work)
         leak, budget, state = leak_rate_of(patch, seal), seal_budget(patch, seal), seal.state
         ends = (leak,)
     if leak is not None and scene.tolerances is not None:

@@ -49,6 +49,7 @@ ORDER = [
         "grid_series",
         "accuracy",
         "upscaling",
+        "prediction",
         "quantities",
         "results",
     ),

@@ -64,21 +64,28 @@ def test_plain_lines_where_there_is_no_terminal(monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("done", "seconds", "text"),
     [
-        (0, 50.0, "0 of 8 patches done"),
+        (0, 50.0, "0 of 8 patches done, about 30 s left"),
         (2, 10.0, "2 of 8 patches done, about 30 s left"),
         (2, 40.0, "2 of 8 patches done, about 2 min left"),
-        (1, 1800.0, "1 of 8 patches done, about 4 h left"),
+        (1, 1850.0, "1 of 8 patches done, about 4 h left"),
         (8, 99.0, "8 of 8 patches done"),
     ],
 )
 def test_pace(done, seconds, text, monkeypatch):
-    """The points that are left take as long as those that are done, if they take alike."""
+    """The points that are left take as long as those that are done, if they take alike.
+
+    Before the first one is done, the expected time runs down; until the next one, that of the last.
+    """
     now, heard = [1000.0], []
     monkeypatch.setattr("fem_seal.progress.monotonic", lambda: now[0])
-    pace = Pace(8, "patches", lambda stage, detail: heard.append((stage, detail)))
+    report = lambda stage, detail: heard.append((stage, detail))  # noqa: E731
+    pace = Pace(8, "patches", report, 80.0)
+    now[0] += seconds
     for _ in range(done):
         pace.count()
-    now[0] += seconds
     pace("patch 3 of 8", "iteration 2")
     pace("", "")
     assert heard == [(f"{text}: patch 3 of 8", "iteration 2"), (text, "")]
+    now[0] += 10.0
+    pace("", "")
+    assert heard[-1][0] == text.replace("30 s", "20 s")

@@ -12,6 +12,7 @@ from fem_seal.cli.common import (
     default_folder,
     jobs_of,
     run_and_print,
+    say,
 )
 from fem_seal.errors import InvalidInput
 
@@ -27,6 +28,9 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     add_scene(command)
     add_trust(command)
     add_jobs(command, "processes of this machine, for the patches of a [seal] (1)")
+    command.add_argument(
+        "--dry-run", action="store_true", help="print time and memory; solve and write nothing"
+    )
     add_output(command, "results/NAME for NAME.toml, and -KEY=VALUE for each --set")
     add_for_programs(command)
     command.set_defaults(command=_run)
@@ -41,6 +45,11 @@ def _run(options: argparse.Namespace) -> int:
             f"--jobs = {work.jobs} distributes the patches of a [seal], which this scene has not; "
             "leave it out, or start the command by mpirun"
         )
+    if options.dry_run:
+        from fem_seal.prediction import predicted
+
+        say(str(predicted(scene, jobs=work.jobs)))
+        return 0
     out = options.out or default_folder(options.scene, options.overrides)
     text = options.scene.read_text(encoding="utf-8-sig")
     return run_and_print(scene, out, options, trust=options.trust, work=work, scene_text=text)

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -278,7 +279,8 @@ def _trade(options: argparse.Namespace) -> int:
     trade_figure(result, options.out / "trade.png", options.scene.stem)
     _say_if_dry(scene)
     say(as_text(result.points, TRADE_COLUMNS))
-    say(f"extrapolated: {result.reference:.4e} m^3/s ± {per_cent(result.uncertainty)}")
+    finer = per_cent(result.uncertainty) if result.uncertainty < inf else "not known"
+    say(f"on the finest grid: {result.reference:.4e} m^3/s; a finer one changes it by: {finer}")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
     if lifts:
         _write(options.out, [("trade-lift.csv", as_csv(lifts))])

@@ -1,7 +1,6 @@
 """Elastic contact of rough surfaces on periodic grids, and the bearing model beside it."""
 
 from fem_seal.contact.bearing import bearing
-from fem_seal.contact.grid_error import Extrapolation, extrapolate
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.load_path import load_path
 from fem_seal.contact.methods import METHODS, ContactStopping
@@ -16,13 +15,11 @@ __all__ = [
     "ContactState",
     "ContactStopping",
     "ElasticSolid",
-    "Extrapolation",
     "GapState",
     "Layer",
     "Load",
     "bearing",
     "contact_under",
-    "extrapolate",
     "load_path",
     "solve",
 ]

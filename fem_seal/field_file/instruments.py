@@ -99,7 +99,10 @@ def _open(path: Path) -> "ReaderBase":
     # (terrain) has no signature to check.
     terrain = reader is not None and reader.format() == "hgt" and path.suffix.lower() != ".hgt"
     if reader is None or terrain or not reader.channels:
-        raise InvalidInput(f"{path} is in no format that SurfaceTopography knows, or is cut off")
+        raise InvalidInput(
+            f"{path} is in no format that SurfaceTopography knows, or is cut off; the program of "
+            "the instrument writes .x3p or text as well"
+        )
     return reader
 
 

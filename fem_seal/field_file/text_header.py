@@ -17,7 +17,7 @@ from fem_seal.field_file.text_table import Layout, TextTable
 # Words of a key, in lower case. German ones are those of instruments sold with German software.
 STEPS = {"step", "spacing", "increment", "pitch", "cellsize", "sampling", "calibration", "dx", "dy"}
 STEPS |= {"interval", "delta", "xstep", "ystep", "schritt", "schrittweite", "punktabstand"}
-STEPS |= {"pixelgröße", "justierung", "pas"}
+STEPS |= {"abstand", "pixelgröße", "justierung", "pas"}
 STEP_PAIRS = [{"pixel", "size"}, {"pixel", "width"}, {"pixel", "height"}, {"point", "distance"}]
 STEP_PAIRS += [{"lateral", "resolution"}, {"cell", "size"}, {"x", "resolution"}]
 STEP_PAIRS += [{"y", "resolution"}, {"distance", "points"}, {"distance", "lines"}]

@@ -50,6 +50,7 @@ def compute_points(
     report: Report = silent,
     gather: Callable[[], object] = nothing,
     name: str = "points",
+    expected: float | None = None,
 ) -> Outcome:
     """Compute the points of some chains that their folders do not hold.
 
@@ -61,6 +62,7 @@ def compute_points(
     gather : makes a table of the finished points; the first process calls it now and then, and at
         the end
     name : name of the points in the progress
+    expected : time [s] that they are expected to take
 
     Raises
     ------
@@ -75,7 +77,7 @@ def compute_points(
     failures: Failures = {}
     try:
         if missing and work.jobs == 1 and work.executor is None:
-            now_and_then, pace = _Throttled(gather), Pace(len(missing), name, report)
+            now_and_then, pace = _Throttled(gather), Pace(len(missing), name, report, expected)
 
             def after_each() -> None:
                 pace.count()
@@ -84,7 +86,7 @@ def compute_points(
             for chain in mine:
                 failures |= compute_chain(chain, pace, after_each=after_each)
         elif missing:
-            pace = Pace(len(missing), name, report)
+            pace = Pace(len(missing), name, report, expected)
             failures = _by_workers(mine, missing, work, pace, gather)
     finally:
         if parallel.is_root(work.comm):
@@ -178,7 +180,7 @@ def _by_workers(
 
     def poll() -> int:
         now_and_then()
-        pace.done = sum(folder_of[name].exists(name) for name in missing)
+        pace.count(sum(folder_of[name].exists(name) for name in missing))
         pace("", "")
         return pace.done
 

@@ -60,6 +60,9 @@ class Uncertainty:
         if not self.name:
             object.__setattr__(self, "name", self.key.replace("_", " "))
 
+    def __str__(self) -> str:
+        return f"{self.name} ({self.kind}): {self.sentence}"
+
     @property
     def counted(self) -> bool:
         """Whether a verdict counts the entry."""

@@ -29,7 +29,6 @@ from fem_seal.upscaling.network import (
     LEAST_LEAKING,
     may_conduct,
     patches_for,
-    sealed_share,
 )
 from fem_seal.upscaling.seal import SealLeak
 
@@ -192,22 +191,24 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
             f"the {seal.count.along} patches along the path"
         )
         return Uncertainty("patches", "estimated", sentence, 1.0, 1.0)
-    many = _patches_that_exclude_a_path(seal)
+    may_cross = f"if {100 * leaking:.0f} % of the patches leak, a path of them may cross the seal"
+    number, lowered = len(seal.patches), seal.lowered
+    if lowered is None or lowered.at_most is None:
+        part = "less" if lowered is None else f"about {100 * lowered.part:.0f} % of its"
+        few = number < LEAST_LEAKING
+        more = f" with {LEAST_LEAKING} realizations (seal.patches)" if few else ""
+        sentence = (
+            f"{sealed}; {may_cross}; try {part} load{more}, until patches leak: under its own load "
+            "the seal leaks less than the upper end of the interval there"
+        )
+        return Uncertainty("patches", "not covered", sentence, 1.0, None, caution=True)
     sentence = (
-        f"{sealed}; if {100 * leaking:.0f} % of the patches leak, a path of them may cross the "
-        f"seal: {many} realizations (seal.patches) that are all sealed exclude it"
+        f"{sealed}; {may_cross}; under {100 * lowered.part:.0f} % of its load {lowered.leaking} of "
+        f"{number} leak, and under its own load the seal leaks less than the upper end of the 95 % "
+        "interval there"
     )
-    return Uncertainty("patches", "not covered", sentence, 1.0, None, caution=True)
-
-
-def _patches_that_exclude_a_path(seal: SealLeak) -> str:
-    """Text on the number of sealed patches that exclude a path of leaking ones."""
-    number = 2 * len(seal.patches)
-    while number <= MOST_PATCHES:
-        if not may_conduct(1 - sealed_share(number, number)[0], seal.count):
-            return f"about {number}"
-        number *= 2
-    return f"more than {MOST_PATCHES}"
+    rate = lowered.at_most
+    return Uncertainty("patches", "estimated", sentence, 1.0, None, upper_rate=rate)
 
 
 def _contact_grid(seal: SealLeak) -> Uncertainty:

@@ -46,6 +46,9 @@ class Verdict:
     needed_unknowns: int | None = None
     comparison: str = ""  #: the leak rate against the limit, and what would decide
 
+    def __str__(self) -> str:
+        return self.sentence
+
 
 def verdict(
     leak: LeakRate,

@@ -3,7 +3,7 @@
 P is the total normal stress, carried by the solid and the fluid together.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi, sqrt
 
 import numpy as np
@@ -35,6 +35,10 @@ class Uniform:
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """P [Pa] everywhere."""
         return np.full_like(x, self.pressure, dtype=float)
+
+    def times(self, part: float) -> "Uniform":
+        """A part of the pressure."""
+        return replace(self, pressure=part * self.pressure)
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,10 @@ class Hertz:
         """Pressure [Pa] at x [m]."""
         from_middle = 2 * np.asarray(x) / self.length - 1
         return self.maximum * np.sqrt(np.maximum(1 - from_middle**2, 0.0))
+
+    def times(self, part: float) -> "Hertz":
+        """A part of the pressure over the same width."""
+        return replace(self, maximum=part * self.maximum)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +125,10 @@ class TabulatedProfile:
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Pressure [Pa] at x [m]."""
         return np.interp(x, self.x, self.pressure)
+
+    def times(self, part: float) -> "TabulatedProfile":
+        """A part of the pressure."""
+        return replace(self, pressure=part * self.pressure)
 
 
 # x = 0 at the inlet; between neighbouring `nodes` the pressure is monotone.

@@ -51,15 +51,20 @@ class PatchTask(Task[SolvedPatch]):
     """A patch to be solved under a chain of loads."""
 
     scene: Scene  #: scene of the realization, with its [seal]
+    part: float = 1.0  #: of its load
 
     def compute(self, handed_on: None, report: Report, comm: Comm) -> SolvedPatch:
         """Solve the patch; nothing is handed on from patch to patch."""
-        return solved_patch(self.scene, report, comm)
+        return solved_patch(self.scene, report, comm, self.part)
 
 
-def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
-    """Conductivity of the patch of a realization that does not lift off, refined in load."""
+def solved_patch(scene: Scene, report: Report, comm: Comm, part: float = 1.0) -> SolvedPatch:
+    """Conductivity of the patch of a realization that does not lift off, under a part of its load.
+
+    It is refined in load.
+    """
     seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
+    profile = profile.times(part)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
     table_report = _TableReport(report)
     patch = Patch(scene, table_report, comm=comm)
@@ -130,15 +135,21 @@ def _on_grid(patch: LoadedPatch, load: float) -> OnGrid:
 
 
 def solved_patches(
-    scenes: tuple[Scene, ...], like: Patch, folder: Path | None, work: Work
+    scenes: tuple[Scene, ...],
+    like: Patch,
+    folder: Path | None,
+    work: Work,
+    part: float = 1.0,
+    each: float | None = None,
 ) -> tuple[SolvedPatch, ...]:
     """Solve the patches that a folder does not hold yet; without one, this process solves them all.
 
-    They have the report and the processes of the patch `like`.
+    They have the report and the processes of the patch `like`, and a part of their load. Each is
+    expected to add a time [s].
     """
     number = len(scenes)
     tasks = [
-        PatchTask(_name(scene), f"patch {k + 1} of {number}", scene)
+        PatchTask(_name(scene, part), f"patch {k + 1} of {number}", scene, part)
         for k, scene in enumerate(scenes)
     ]
     if folder is None:
@@ -147,16 +158,19 @@ def solved_patches(
         )
     points = RecordFolder(folder, SolvedPatch)
     chains: list[Chain[SolvedPatch]] = [Chain(points, (task,)) for task in tasks]
+    left = parallel.on_root(
+        lambda: sum(not points.finished(task.name) for task in tasks), like.comm
+    )
+    expected = None if each is None else left * each
     if work.jobs == 1 and work.executor is None:
         failures: dict[str, FemSealError] = {}
-        left = parallel.on_root(
-            lambda: sum(not points.finished(task.name) for task in tasks), like.comm
-        )
-        pace = Pace(left, PATCHES, like.report)
+        pace = Pace(left, PATCHES, like.report, expected)
         for chain in chains:
             failures |= compute_chain(chain, pace, comm=like.comm, after_each=pace.count)
     else:
-        failures = compute_points(chains, work, report=like.report, name=PATCHES).failures
+        failures = compute_points(
+            chains, work, report=like.report, name=PATCHES, expected=expected
+        ).failures
     for error in failures.values():
         raise error
     return parallel.on_root(
@@ -164,10 +178,11 @@ def solved_patches(
     )
 
 
-def _name(scene: Scene) -> str:
-    """Name of the file of a patch: a hash of its scene, its input files and the version."""
+def _name(scene: Scene, part: float) -> str:
+    """Name of the file of a patch: a hash of scene, load, input files and version."""
     mapping = scene.to_mapping()
     mapping["seal"].pop("patches")
     inputs = [digest(path) for path in scene.input_files]
-    text = json.dumps({"scene": mapping, "inputs": inputs, "version": __version__}, sort_keys=True)
+    content = {"scene": mapping, "part": part, "inputs": inputs, "version": __version__}
+    text = json.dumps(content, sort_keys=True)
     return sha256(text.encode()).hexdigest()[:32]

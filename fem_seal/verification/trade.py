@@ -3,7 +3,9 @@
 The error of a leak rate has two parts. The flow part is the half-width of the certified bracket,
 or, for finite differences, the distance from the best answer on the same gap. The contact part is
 the discretization error of the contact. The same surface is solved under the same load on finer and
-finer grids; the distance of each leak rate from the extrapolated one is its contact part.
+finer grids; the distance of each leak rate from that on the finest grid is its contact part, and
+what a still finer one would change is estimated as for any result (`grid_series`). Grids that are
+sealed where the finest leaks are left out: they have no leak rate to compare.
 `lift_price` compares the settings of flow.lift on the same grids.
 """
 
@@ -17,12 +19,12 @@ from time import process_time
 
 import numpy as np
 
-from fem_seal.contact.grid_error import extrapolate
+from fem_seal.accuracy import relative_error
 from fem_seal.errors import InvalidInput, present
 from fem_seal.files import temporary_folder
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.grid_series import LEAST_SAMPLES
+from fem_seal.grid_series import LEAST_SAMPLES, OnGrid, grid_error
 from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
@@ -83,6 +85,8 @@ class Run:
     contact_seconds: float = field(metadata=shown_as("its contact [s]"))
     #: largest resident memory of the process during the flow solve, libraries included
     memory_bytes: int = field(metadata=shown_as("memory [byte]"))
+    critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
+    unresolved: float  #: height that the grid leaves out between its samples [m]
 
     @property
     def certified(self) -> bool:
@@ -163,6 +167,7 @@ class RunTask(Task[Run]):
         forget_peak()
         start = process_time()
         leak = patch.leak_rate
+        seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
         lower, upper, converged = leak.lower, leak.upper, leak.converged
         if self.lift == "range":
             ends = patch.lift_range
@@ -180,9 +185,11 @@ class RunTask(Task[Run]):
             lower=lower,
             upper=None if upper == inf else upper,
             converged=converged,
-            seconds=handed_on.seconds + process_time() - start,
+            seconds=handed_on.seconds + seconds,
             contact_seconds=handed_on.seconds,
-            memory_bytes=peak_memory(),
+            memory_bytes=memory,
+            critical_gap=grid.critical_gap,
+            unresolved=grid.unresolved,
         )
 
 
@@ -191,8 +198,9 @@ class Trade:
     """Leak rates of one scene over contact grids and flow methods."""
 
     points: tuple[TradePoint, ...]  #: all leak rates with errors and cost
-    reference: float  #: leak rate extrapolated to a contact grid of spacing 0 [m^3/s]
-    uncertainty: float  #: relative uncertainty of the reference
+    reference: float  #: best leak rate on the finest contact grid [m³/s]
+    uncertainty: float  #: what a finer grid may change of it, relative; infinite if not known
+    sealed: tuple[tuple[int, int], ...] = ()  #: contact grids left out, since they are sealed
 
     def front(self, certified: bool) -> tuple[TradePoint, ...]:
         """Pareto front of the points with or without bounds, the fastest point first."""
@@ -228,8 +236,9 @@ def trade(
     """
     # Methods and grids are compared on the dry contact.
     variants = [(scene, choice, "none") for choice in _choices(tolerances)]
+    by_area = scene.contact is not None and scene.contact.area_fraction is not None
     runs = _computed(scene, factors, variants, out, work, report)
-    return None if runs is None else _judged([run for of_grid in runs for run in of_grid])
+    return None if runs is None else trade_of([run for of_grid in runs for run in of_grid], by_area)
 
 
 def lift_price(
@@ -338,17 +347,27 @@ def forget_peak() -> None:
     Path("/proc/self/clear_refs").write_text("5")
 
 
-def _judged(runs: Sequence[Run]) -> Trade:
+def trade_of(runs: Sequence[Run], by_area: bool = False) -> Trade:
+    """Errors of runs on grids from coarse to fine, whose contact area may be prescribed."""
     # The tolerances fall: the last adaptive run on each grid is the most accurate.
     best = {run.samples: run for run in runs if run.flow.method == "adaptive"}
-    finest = list(best.values())[-1]
+    *_, coarser, finest = best.values()
     if finest.state == "sealed":
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
-    limit = extrapolate([run.leak_rate for run in best.values()])
-    reference = limit.limit if limit.limit > 0 else finest.leak_rate
-    uncertainty = max(limit.error / reference, relative_half_width(*finest.bounds))
-    points = [_point(run, best[run.samples].leak_rate, reference, uncertainty) for run in runs]
-    return Trade(mark_pareto(points), reference, uncertainty)
+    reference = finest.leak_rate
+    two = [
+        OnGrid(one.leak_rate, one.leak_rate, one.critical_gap, one.unresolved, by_area)
+        for one in (coarser, finest)
+    ]
+    estimated = relative_error(grid_error(*two).part)
+    uncertainty = max(estimated, relative_half_width(*finest.bounds))
+    sealed = tuple(samples for samples, run in best.items() if run.state == "sealed")
+    points = [
+        _point(run, best[run.samples].leak_rate, reference, uncertainty)
+        for run in runs
+        if run.samples not in sealed
+    ]
+    return Trade(mark_pareto(points), reference, uncertainty, sealed)
 
 
 def _point(run: Run, best: float, reference: float, uncertainty: float) -> TradePoint:
@@ -402,15 +421,21 @@ def _beaten(point: TradePoint, points: Sequence[TradePoint]) -> bool:
 def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, ...]:
     """Sentence on the cheapest point of a trade for each total relative error.
 
-    A single one if the leak rate still changes by its own size from one contact grid to the next:
-    its limit is then unknown.
+    A single one if a finer grid than all may change the leak rate by its own size. Before them, one
+    for each grid that was left out.
     """
+    left_out = tuple(
+        f"contact on {_size(samples)} is left out: it is sealed there, and leaks on the finest grid"
+        for samples in result.sealed
+    )
     if result.uncertainty >= 1:
+        known = f"known to {100 * result.uncertainty:.0f} % only"
         return (
-            "nothing to recommend: from one contact grid to the next the leak rate changes so much "
-            f"that its limit is known to {100 * result.uncertainty:.0f} % only; take more samples",
+            *left_out,
+            "nothing to recommend: a finer grid may change the leak rate so much that it is "
+            f"{known if result.uncertainty < inf else 'not known'}; take more samples",
         )
-    return tuple(_advice(result, target) for target in sorted(targets, reverse=True))
+    return *left_out, *(_advice(result, target) for target in sorted(targets, reverse=True))
 
 
 def _advice(result: Trade, target: float) -> str:
@@ -429,10 +454,13 @@ def _advice(result: Trade, target: float) -> str:
     return f"{prefix}: {_describe(bounded)}; without bounds of its own {_describe(cheapest)}"
 
 
+def _size(samples: tuple[int, int]) -> str:
+    return " x ".join(map(str, samples))
+
+
 def _describe(point: TradePoint) -> str:
-    grid = " x ".join(map(str, point.samples))
     return (
-        f"contact on {grid}, {point.flow}: about {point.seconds:.2g} s and "
+        f"contact on {_size(point.samples)}, {point.flow}: about {point.seconds:.2g} s and "
         f"{point.memory_bytes / 1e6:.0f} MB (contact grid {100 * point.contact_error:.2g} %, "
         f"flow {100 * point.flow_error:.2g} %)"
     )

@@ -50,6 +50,15 @@ def encloses(flow, exact, width):
     assert flow.upper / flow.lower - 1 < width
 
 
+TABLE = TabulatedProfile(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 3e5, 1e5]))
+
+
+@pytest.mark.parametrize("profile", [Uniform(1e6, 2e-3), Hertz(1e6, 2e-3), TABLE])
+def test_a_part_of_the_load_is_that_part_everywhere(profile):
+    x = np.linspace(0, 2e-3, 7)
+    assert profile.times(0.4)(x) == pytest.approx(0.4 * profile(x))
+
+
 @pytest.mark.parametrize("profile", [Uniform(1e6, 2e-3), Hertz(1e6, 2e-3)])
 def test_smooth_strip(profile):
     """A constant K takes no notice of the profile where P > p: Q = K W (p_in - p_out)/L there."""

@@ -11,14 +11,25 @@ from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
-from fem_seal.verification.trade import FlowMethod, Trade, TradePoint, mark_pareto, recommend, trade
+from fem_seal.verification.trade import (
+    FlowMethod,
+    Run,
+    Trade,
+    TradePoint,
+    mark_pareto,
+    recommend,
+    trade,
+    trade_of,
+)
 
 
 def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
     bounds = (None, None) if method == "finite-difference" else (0.9, 1.1)
     flow_method, errors = FlowMethod(method, None), (contact, flow, contact + flow)
     return TradePoint(
-        *(samples, flow_method, "none", "leaking", 1.0, *bounds, True, seconds, 0.1, 10**8), *errors
+        *(samples, flow_method, "none", "leaking", 1.0, *bounds, True, seconds, 0.1, 10**8),
+        *(1e-7, 1e-9),
+        *errors,
     )
 
 
@@ -119,6 +130,24 @@ def test_no_recommendation_before_the_grids_converge():
     (text,) = recommend(Trade((point(1, 7.3, 0.1),), 1.0, 7.3), (0.2, 0.1))
     assert text.startswith("nothing to recommend")
     assert "730 %" in text
+
+
+def run(n, leak_rate, unresolved):
+    """A run on n² samples of a channel whose gap is 1."""
+    state, gap = ("leaking", 1.0) if leak_rate else ("sealed", 0.0)
+    flow, bounds = FlowMethod("adaptive", 0.1), (0.99 * leak_rate, 1.01 * leak_rate)
+    cost = (True, 1.0, 0.1, 10**8)
+    return Run((n, n), flow, "none", state, leak_rate, *bounds, *cost, gap, unresolved)
+
+
+def test_a_sealed_grid_is_left_out():
+    """It neither stands in the table nor changes what is said of the finest grid."""
+    finer = [run(16, 1.1, 0.04), run(32, 1.0, 0.01)]
+    series = trade_of([run(8, 0.0, 0.16), *finer])
+    assert {p.samples[0] for p in series.points} == {16, 32}
+    assert series.sealed == ((8, 8),)
+    assert series.uncertainty == trade_of([run(8, 1.5, 0.16), *finer]).uncertainty < 0.1
+    assert recommend(series)[0].startswith("contact on 8 x 8 is left out: it is sealed")
 
 
 def test_what_cannot_be_traded(small_scene, tmp_path):

@@ -1,0 +1,231 @@
+"""Time and memory of a scene before it is solved.
+
+The laws were fitted to runs on one core; `python tests/benchmarks/prediction.py` says how far they
+are off. They hold where contacts are open: next to closing the lift takes several times as long,
+and a patch that is sealed needs no flow at all.
+"""
+
+from dataclasses import dataclass
+from math import ceil, inf, log, pi, prod, sqrt
+from time import perf_counter, thread_time
+
+import numpy as np
+
+from fem_seal import parallel
+from fem_seal.contact.halfspace import THREADED_FROM
+from fem_seal.errors import InvalidInput, present
+from fem_seal.grid import GridField
+from fem_seal.grid_series import half
+from fem_seal.memory import available_memory
+from fem_seal.patch import Patch
+from fem_seal.progress import duration
+from fem_seal.scene import Scene, SelfAffine
+from fem_seal.upscaling.patch_conductivity import KEPT
+from fem_seal.upscaling.profile import Uniform
+from fem_seal.upscaling.scene_profile import profile_of
+
+# CPU time of an FFT of 512² samples on the machine of the laws [s]: others are as much faster.
+REFERENCE = 0.91e-3
+TRIED = 0.05  # seconds for which that transform is repeated
+# Libraries [s, bytes]: of the contact, of the flow, of pictures.
+CONTACT, FLOW, PICTURES = (1.1, 0.95e8), (0.75, 0.8e8), (5.5, 8.8e8)
+# CPU time a sample [s] of flows that follow the grid, and of the networks of a flow that lifts.
+OF_SAMPLE, LIFT_OF_SAMPLE = {"finite-difference": 3e-6, "uniform": 9e-6}, 6e-6
+BYTES_OF_SAMPLE, BYTES_OF_LIFT, BYTES_OF_UNKNOWN = 85, 700, 1200
+# Of each flow that a patch of a seal keeps: bytes an unknown and a sample.
+KEPT_OF_UNKNOWN, KEPT_OF_SAMPLE = 500, 370
+USUAL = 8.0  # longest waves along a side of a map, where nobody says how many
+FALL = 8.0  # d ln K/d ln P: more loads are needed where K falls steeply along the path
+LONG, MANY = 600.0, 0.8  # seconds, and the part of the available memory, from which there is advice
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Time and memory that a scene takes on this machine, to a factor of about 1.5."""
+
+    samples: tuple[int, int]  #: of a patch
+    patches: int  #: of the seal; 1 without one
+    parts: dict[str, float]  #: time of each stage [s]
+    memory: float  #: of all processes [bytes]
+    advice: str  #: what makes it shorter; "" where it is short
+
+    @property
+    def seconds(self) -> float:
+        """Time of the whole [s]."""
+        return sum(self.parts.values())
+
+    def __str__(self) -> str:
+        nx, ny = self.samples
+        patches = "" if self.patches == 1 else f"{self.patches} patches of "
+        parts = ", ".join(f"{name} {_short(seconds)}" for name, seconds in self.parts.items())
+        words = (
+            f"{patches}{nx} x {ny} samples: about {duration(self.seconds)} ({parts}) and "
+            f"{self.memory / 1e9:.1f} GB"
+        )
+        return f"{words}; {self.advice}" if self.advice else words
+
+
+def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> Prediction:
+    """Predict time and memory of a scene; a file of heights or gaps is read.
+
+    Parameters
+    ----------
+    surface
+        Heights, if they are at hand.
+    jobs
+        Processes that share the patches of a [seal].
+
+    Raises
+    ------
+    InvalidInput
+        For a shape, whose mesh no law describes.
+    """
+    if scene.shape is not None:
+        raise InvalidInput("time and memory of a [shape] depend on its mesh and are not predicted")
+    shape, channels = _grid(scene, surface)
+    pace, samples = _fft_seconds() / REFERENCE, prod(shape)
+    threads = parallel.cores() if samples >= THREADED_FROM else 1
+    processes = parallel.processes()
+    rtol = scene.total_error or scene.flow.rtol
+    pressed = scene.contact is not None and scene.contact.is_elastic
+    lifted = scene.lift == "resolved"
+    estimated = scene.accuracy is None or scene.accuracy.contact_grid
+    coarse = half(shape) if pressed and estimated and scene.seal is None else None
+
+    def contact(samples: float) -> float:
+        return contact_seconds(samples) / sqrt(threads) if pressed else 0.0
+
+    def flow(samples: float, rtol: float) -> float:
+        each = OF_SAMPLE.get(scene.flow.method, 0.0) * samples
+        each = each or flow_seconds(samples, channels, rtol)
+        # A gas that slips takes two flows.
+        each = 2 * each if lifted or scene.slip is not None else each
+        return (each + LIFT_OF_SAMPLE * samples * lifted) / sqrt(processes)
+
+    patches, together, parts = 1, 1, {"contact": contact(samples)}
+    unknowns, kept = unknowns_of(channels, rtol), 0.0
+    if scene.seal is not None:
+        patches, rtol, loads = scene.seal.patches, scene.seal.rtol, loads_of(scene)
+        together = min(jobs, patches)
+        each = loads * patch_seconds(samples, channels, rtol)
+        parts["patches"] = ceil(patches / together) * each
+        unknowns = unknowns_of(channels, rtol / 2)
+        kept = min(loads, KEPT / samples) * (KEPT_OF_UNKNOWN * unknowns + KEPT_OF_SAMPLE * samples)
+    if scene.needs_flow:
+        parts["flow and lift" if lifted else "flow"] = flow(samples, rtol)
+        if scene.lift == "range":
+            parts["range"] = contact(samples) + flow(samples, rtol)
+        if coarse is not None:
+            loose = min(6 * rtol, 0.3)
+            parts["contact grid"] = contact(prod(coarse)) + flow(prod(coarse), loose)
+    if "conductivity_tensor" in scene.output.products:
+        parts["tensor"] = 2 * flow(samples, rtol)
+    if scene.tolerances is not None:
+        parts["tolerances"] = 2 * sum(parts.values())
+    parts = {name: pace * seconds for name, seconds in parts.items()}
+    flows = scene.needs_rates or "tensor" in parts
+    libraries = [CONTACT] + [FLOW] * flows
+    memory = sum(size for _, size in libraries) + BYTES_OF_SAMPLE * samples
+    if lifted:
+        memory += BYTES_OF_LIFT * samples
+    if flows:
+        memory += BYTES_OF_UNKNOWN * unknowns + kept
+    memory *= max(together, processes)
+    start = sum(seconds for seconds, _ in libraries)
+    if "pictures" in scene.output.products:
+        # What the flow took is free again by then.
+        memory = max(memory, PICTURES[1] + BYTES_OF_SAMPLE * samples)
+        parts["pictures"] = pace * PICTURES[0]
+    parts = {"libraries": pace * start} | parts
+    seconds = sum(parts.values())
+    return Prediction(shape, patches, parts, memory, _advice(scene, seconds, memory))
+
+
+def _short(seconds: float) -> str:
+    """Time of a part in words, with a decimal where it is short."""
+    return duration(seconds) if seconds >= 10 else f"{seconds:.1f} s"
+
+
+def _grid(scene: Scene, surface: GridField | None) -> tuple[tuple[int, int], float]:
+    """Samples of the scene's grid, and a measure of the number of channels in its gap."""
+    known = scene.surface
+    if isinstance(known, SelfAffine):
+        side = sqrt(prod(known.size))
+        shape, waves = known.shape, min(side / known.short_wavelength, sqrt(prod(known.shape)) / 2)
+        long = side / known.long_wavelength
+    else:
+        field = surface
+        if field is None:
+            patch = Patch(scene)
+            field = patch.grid_gap if known is None else present(patch.surface, "surface")
+        shape, long = field.shape, USUAL
+        waves = sqrt(prod(shape)) / _shortest(field)
+    return shape, waves**0.91 * sqrt(long / USUAL)
+
+
+def _shortest(field: GridField) -> float:
+    """Shortest wavelength of heights in samples, from rms curvature over rms slope.
+
+    At H = 0.8 that is 0.41 of the largest wave number.
+    """
+    slope, curvature = (
+        sqrt(sum(float(np.mean(np.square(np.diff(field.values, n, axis)))) for axis in (0, 1)))
+        for n in (1, 2)
+    )
+    return max(2.0, 0.41 * 2 * pi * slope / curvature) if curvature else 2.0
+
+
+def _fft_seconds() -> float:
+    """CPU time of an FFT of 512² samples [s], the least of those in `TRIED` seconds."""
+    from scipy.fft import rfft2
+
+    values, least, end = np.ones((512, 512)), inf, perf_counter() + TRIED
+    while perf_counter() < end:
+        start = thread_time()
+        rfft2(values)
+        least = min(least, thread_time() - start)
+    return least
+
+
+def _advice(scene: Scene, seconds: float, memory: float) -> str:
+    """What makes a long or large run shorter, else ""."""
+    if seconds < LONG and memory < MANY * available_memory():
+        return ""
+    ways = ["fewer samples (surface.shape, or crop of a map)"]
+    if scene.seal is not None:
+        ways += ["fewer seal.patches", "a larger seal.rtol", "--jobs"]
+    elif scene.needs_flow:
+        ways += ["a larger flow.rtol", "flow.method = 'finite-difference'"]
+    return f"to see something sooner: {', '.join(ways)}"
+
+
+def contact_seconds(samples: float) -> float:
+    """CPU time of an elastic contact: iterations, each of 2.5 pairs of FFTs."""
+    iterations = 4 + 0.6 * samples**0.25
+    return 0.034e-6 * iterations * samples
+
+
+def flow_seconds(samples: float, channels: float, rtol: float) -> float:
+    """CPU time of a flow, from its channels and the width of its bounds."""
+    return 34e-6 * unknowns_of(channels, rtol) + 0.3e-6 * samples
+
+
+def loads_of(scene: Scene) -> float:
+    """Net loads of a patch of a seal."""
+    seal, profile = present(scene.seal, "[seal]"), profile_of(scene)[0]
+    inlet = max(scene.gauge_pressures[0], 0.0)
+    fall = FALL * log(profile.highest / max(profile.highest - inlet, 0.05 * profile.highest))
+    loads = 2.2 * (fall * sqrt(0.44 / seal.rtol)) ** 0.5
+    if not isinstance(profile, Uniform):
+        loads += 5
+    return min(loads, seal.max_loads)
+
+
+def patch_seconds(samples: float, channels: float, rtol: float) -> float:
+    """CPU time of a patch of a seal at one net load: contact, flow, and bounds between loads."""
+    return 0.5 * contact_seconds(samples) + 1.4 * flow_seconds(samples, channels, rtol / 2) + 0.03
+
+
+def unknowns_of(channels: float, rtol: float) -> float:
+    """Unknowns of the last mesh of a flow."""
+    return 154 * channels * rtol**-0.43

@@ -1,0 +1,92 @@
+"""How far predicted time and memory are off (`fem-seal run --dry-run`).
+
+    OMP_NUM_THREADS=1 python tests/benchmarks/prediction.py [--most SECONDS]
+
+Runs scenes of all kinds as a user does, each in a process of its own: contacts, dry and lifted
+flows, seals, pictures. Prints CPU seconds and peak memory over those predicted, and how many lie
+within a factor of 1.5. Scenes that are predicted to take longer than --most (60 s) are left out.
+The constants of `fem_seal/prediction.py` were fitted to the first column of seconds on one machine.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from itertools import product
+from pathlib import Path
+
+from fem_seal.prediction import predicted
+from fem_seal.scene import Scene
+
+SCENES = Path(__file__).parents[2] / "demos" / "scenes"
+WITHIN = 1.5
+
+
+def cases() -> list[tuple[str, list[str]]]:
+    """Scene files of demos/scenes with settings."""
+    found = [("first.toml", [])]
+    for n, load, rtol, lift in product(
+        (64, 256, 512, 1024), (0.08, 0.15), (0.05, 0.3), ("none", "resolved")
+    ):
+        settings = [f"surface.shape=[{n},{n}]", f"surface.size=['{n} um','{n} um']"]
+        settings += [f"surface.long_wavelength={n / 4} um", "surface.short_wavelength=4 um"]
+        settings += [f"contact.pressure={load} MPa", "flow.pressure_drop=0.3 bar"]
+        settings += [f"flow.rtol={rtol}", f"flow.lift={lift}", 'output.products=["leak_rate"]']
+        found.append(("first.toml", settings))
+    for n in (256, 1024, 2048):
+        size = [f"surface.shape=[{n},{n}]", 'output.products=["contact"]']
+        found.append(("first.toml", size))
+    for n, profile, load, rtol in product(
+        (64, 128, 256), ("uniform", "hertz"), (0.4, 0.5), (0.1, 0.5)
+    ):
+        settings = [f"surface.shape=[{n},{n}]", f"surface.size=['{n} um','{n} um']"]
+        settings += [f"surface.long_wavelength={n / 4} um", "surface.short_wavelength=4 um"]
+        settings += [f"contact.pressure={load} MPa", f"seal.pressure_profile={profile}"]
+        settings += [f"seal.rtol={rtol}", "seal.patches=3", 'output.products=["seal"]']
+        found.append(("o-ring.toml", settings))
+    found += [("o-ring.toml", []), ("o-ring-measured.toml", [])]
+    return found
+
+
+def measured(scene: str, settings: list[str], out: str) -> tuple[float, float]:
+    """CPU seconds and peak memory [bytes] of `fem-seal run`."""
+    command = [sys.executable, "-m", "fem_seal", "run", str(SCENES / scene), "--out", out]
+    command += [word for setting in settings for word in ("--set", setting)]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, _, used = os.wait4(process.pid, 0)
+    result = json.loads((Path(out) / "result.json").read_text(encoding="utf-8"))
+    return used.ru_utime + used.ru_stime, result["peak_memory_bytes"]
+
+
+def main() -> None:
+    """Print the table."""
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--most", type=float, default=60.0)
+    most = options.parse_args().most
+    times, memories = [], []
+    print("seconds  predicted  factor  GB    predicted  factor  scene")
+    for scene, settings in cases():
+        said = predicted(Scene.from_file(SCENES / scene, settings))
+        if said.seconds > most:
+            continue
+        with tempfile.TemporaryDirectory() as out:
+            seconds, memory = measured(scene, settings, out)
+        times.append(seconds / said.seconds)
+        memories.append(memory / said.memory)
+        print(
+            f"{seconds:7.1f}  {said.seconds:9.1f}  {times[-1]:6.2f}  {memory / 1e9:4.2f}  "
+            f"{said.memory / 1e9:9.2f}  {memories[-1]:6.2f}  {scene} {' '.join(settings)}",
+            flush=True,
+        )
+    for name, factors in (("time", times), ("memory", memories)):
+        within = sum(1 / WITHIN <= factor <= WITHIN for factor in factors)
+        print(
+            f"{name}: {within} of {len(factors)} within a factor of {WITHIN}; "
+            f"{min(factors):.2f} to {max(factors):.2f}"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""Time and memory before a scene is solved; how exact they are: tests/benchmarks/prediction.py."""
+
+from pathlib import Path
+
+import pytest
+from project import scene_of_samples, write_toml
+
+from fem_seal import cli
+from fem_seal.errors import InvalidInput
+from fem_seal.patch import Patch
+from fem_seal.prediction import predicted
+from fem_seal.scene import Heights, Scene
+
+SEAL = {"leak_path": "0.5 mm", "circumference": "0.1 m", "patches": 4}
+
+
+def pressed(sections):
+    """A dry contact under a pressure, its flow with bounds."""
+    flow = {**sections["flow"], "method": "adaptive", "rtol": 0.2, "lift": "none"}
+    return Scene.from_mapping(sections | {"contact": {"pressure": "0.2 MPa"}, "flow": flow})
+
+
+def without_clock(monkeypatch):
+    """The machine of the laws, so that predictions of two scenes compare."""
+    monkeypatch.setattr("fem_seal.prediction._fft_seconds", lambda: 1e-3)
+
+
+def test_a_dry_run_solves_and_writes_nothing(small_scene, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = write_toml(tmp_path / "scene.toml", small_scene)
+    monkeypatch.setattr("fem_seal.patch.Patch.solve", None)
+    assert cli.main(["run", str(path), "--dry-run"]) == 0
+    assert " s (" in (text := capsys.readouterr().out)
+    assert "GB" in text
+    assert [one.name for one in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_more_work_takes_longer(small_scene, monkeypatch):
+    """A finer grid, narrower bounds, the lift, tolerances, and patches over few processes."""
+    without_clock(monkeypatch)
+    base = pressed(small_scene)
+    changes = [
+        {"surface.shape": [2 * n for n in base.surface.shape]},
+        {"flow.rtol": 0.1},
+        {"flow.lift": "resolved"},
+        {"tolerances.heights": "2 %"},
+        {"output.products": [*base.output.products, "conductivity_tensor"]},
+    ]
+    for change in changes:
+        assert predicted(base.with_(change)).seconds > predicted(base).seconds
+    seal = base.with_({"seal": SEAL, "flow.lift": None, "output.products": ["seal"]})
+    one, two = predicted(seal), predicted(seal, jobs=2)
+    assert two.parts["patches"] == pytest.approx(one.parts["patches"] / 2)
+    assert two.memory == pytest.approx(2 * one.memory)
+    assert predicted(seal.with_({"seal.patches": 8})).seconds > one.seconds
+
+
+def test_a_map_is_predicted_like_the_surface_that_it_shows(tmp_path, monkeypatch):
+    """The heights alone tell the shortest wave; the law of the surface knows it."""
+    without_clock(monkeypatch)
+    scene = pressed(scene_of_samples(64))
+    heights = Patch(scene).surface
+    other = scene.with_({"surface": Heights(heights)})
+    assert predicted(other).seconds == pytest.approx(predicted(scene).seconds, rel=0.3)
+
+
+def test_long_runs_come_with_advice(small_scene, monkeypatch):
+    without_clock(monkeypatch)
+    monkeypatch.setattr("fem_seal.prediction.available_memory", lambda: 1e9)
+    scene = Scene.from_mapping(small_scene)
+    assert predicted(scene).advice == ""
+    large = scene.with_({"surface.shape": (4096, 4096)})
+    assert "fewer samples" in predicted(large).advice
+
+
+def test_a_shape_is_not_predicted():
+    scene = Scene.from_file(Path(__file__).parents[1] / "demos/scenes/flange.toml")
+    with pytest.raises(InvalidInput, match="mesh"):
+        predicted(scene)
