@@ -1,6 +1,8 @@
-"""Every demo runs from the command line of Python, keeps its claims and draws something."""
+"""Every demo runs, keeps its claims and draws something."""
 
+import inspect
 import re
+import runpy
 import subprocess
 import sys
 
@@ -27,13 +29,13 @@ SMALL = {
 }
 # Pages with the numbers that a demo prints, in four digits.
 PAGES = {"ordinary_dolfinx": "docs/reference/results.md"}
-# A demo that draws takes the folder `out`.
+# From the command line of Python: FEniCSx and VTK must be loaded in this order in one process.
+FRESH = ("closing_contact", "closing_saddle")
 RUN = """
-import inspect, runpy, sys
+import runpy, sys
 from pathlib import Path
 main = runpy.run_path(sys.argv[1], run_name="demo")["main"]
-out = {"out": Path(sys.argv[2])} if "out" in inspect.signature(main).parameters else {}
-assert main(**out, **eval(sys.argv[3])) is not None
+assert main(out=Path(sys.argv[2]), **eval(sys.argv[3])) is not None
 """
 
 
@@ -43,20 +45,23 @@ def test_every_demo_has_small_arguments():
 
 @pytest.mark.render
 @pytest.mark.parametrize("name", DEMOS)
-def test_demo_keeps_its_claims(name, tmp_path):
+def test_demo_keeps_its_claims(name, tmp_path, monkeypatch, capsys):
     """The claims are asserted in `main`; the result is what they were asserted of."""
-    demo = ROOT / "demos" / f"{name}.py"
-    done = subprocess.run(
-        [sys.executable, "-c", RUN, str(demo), str(tmp_path), repr(SMALL[name])],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        env=alone(),
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    assert done.stdout.strip(), "a demo says what it has found"
+    demo = str(ROOT / "demos" / f"{name}.py")
+    monkeypatch.chdir(tmp_path)
+    if name in FRESH:
+        command = [sys.executable, "-c", RUN, demo, str(tmp_path), repr(SMALL[name])]
+        done = subprocess.run(command, capture_output=True, text=True, env=alone())
+        assert done.returncode == 0, done.stderr[-2000:]
+        said = done.stdout
+    else:
+        main = runpy.run_path(demo, run_name="demo")["main"]
+        draws = "out" in inspect.signature(main).parameters
+        assert main(**({"out": tmp_path} if draws else {}), **SMALL[name]) is not None
+        said = capsys.readouterr().out
+    assert said.strip(), "a demo says what it has found"
     page = (ROOT / PAGES[name]).read_text() if name in PAGES else ""
-    for number in re.findall(r"\d\.\d+e-\d+", done.stdout) if page else ():
+    for number in re.findall(r"\d\.\d+e-\d+", said) if page else ():
         assert f"{float(number):.3e}" in page, f"{PAGES[name]} lacks {number}"
     pictures = list(tmp_path.rglob("*.png"))
     assert pictures, "a demo draws what it claims"

@@ -283,16 +283,18 @@ def test_scales(case, powers, method):
     assert found == pytest.approx(scale * case.differences(), rel=ROUNDING, abs=0)
 
 
-@settings(max_examples=40)
+@settings(max_examples=150)
 @given(cases(), SEEDS, st.sampled_from([0.03, 0.3]), st.sampled_from([0.0, 0.7]))
 def test_monotone_in_the_gap(case, seed, share, factor):
     """More contact, or a lower gap anywhere, at some places or at many, never lets more through."""
+    most = case.differences() * (1 + ROUNDING)
     lowered = np.random.default_rng(seed).random(case.samples.shape) < share
     narrower = case.with_samples(np.where(lowered, factor, 1.0) * case.samples)
-    assert (narrower.differences() <= case.differences() * (1 + ROUNDING)).all()
-    before, after = case.bounds(), narrower.bounds()
-    assert after.lower <= before.upper
-    assert before.state == "leaking" or after.state == "sealed"
+    assert (narrower.differences() <= most).all()
+    if seed % 4 == 0:  # bounds take longer
+        before, after = case.bounds(), narrower.bounds()
+        assert after.lower <= before.upper
+        assert before.state == "leaking" or after.state == "sealed"
 
 
 @settings(max_examples=30)
