@@ -23,9 +23,7 @@ with ended_silently():
         moved,
         new,
         render,
-        report,
         run,
-        schema,
         study,
         surface,
         sweep,
@@ -35,10 +33,7 @@ with ended_silently():
     from fem_seal.installed import why_not_imported
     from fem_seal.interrupts import interruptible
 
-COMMANDS = (
-    *(new, run, leak, sweep, report, render, surface, mesh),
-    *(study, doctor, schema),
-)
+COMMANDS = (new, run, leak, sweep, render, surface, mesh, study, doctor)
 INTERRUPTED = 130
 
 
@@ -55,12 +50,19 @@ class _Parser(argparse.ArgumentParser):
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
         """Parse; the command behind which an unknown option stands reports it as an error."""
+        self.fill()
         known, others = super().parse_known_args(args, namespace)
         for word in others:
             if word.startswith("-"):
                 name = word.partition("=")[0]
                 self.error(f"{name} is no option{self._nearest(name, self._option_string_actions)}")
         return known, others
+
+    def fill(self) -> None:
+        """Add the options that need the scene's model, once."""
+        if (fill := self.get_default("fill")) is not None:
+            self.set_defaults(fill=None)
+            fill(self)
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is not None and value not in action.choices:
@@ -79,8 +81,8 @@ class _Parser(argparse.ArgumentParser):
         self.exit(InvalidInput.exit_status, f"{self.prog}: {text}; see {self.prog} --help\n")
 
 
-def parser() -> argparse.ArgumentParser:
-    """Command line of fem-seal."""
+def parser(whole: bool = True) -> argparse.ArgumentParser:
+    """Command line of fem-seal; options that need the scene's model are left out unless `whole`."""
     top = _Parser(
         prog="fem-seal",
         description="How much leaks through a rough contact, and how sure are we?",
@@ -93,6 +95,9 @@ def parser() -> argparse.ArgumentParser:
     for command in COMMANDS:
         command.add(subparsers)
     moved.add(subparsers, moved.COMMANDS)
+    if whole:
+        for name in subparsers.choices:
+            subparsers.choices[name].fill()
     return top
 
 
@@ -111,7 +116,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         parallel.abort_together()
         with interruptible():
-            options = parser().parse_args(arguments)
+            options = parser(whole=False).parse_args(arguments)
             options.command_line = sys.argv[1:] if arguments is None else arguments
             if (elsewhere := use_writable_cache()) and parallel.is_root():
                 print(f"fem-seal: {printable(elsewhere)}", file=sys.stderr)  # noqa: T201

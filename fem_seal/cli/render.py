@@ -1,4 +1,4 @@
-"""fem-seal render: the pictures of a result folder, drawn again."""
+"""fem-seal render and fem-seal report: a result folder in pictures, and as one HTML page."""
 
 import argparse
 from pathlib import Path
@@ -9,22 +9,36 @@ FLOW = "flow.png"
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add the command."""
-    command = add_command(
+    """Add both commands."""
+    report = add_command(
+        subparsers,
+        "report",
+        "gather a result folder in one HTML page, pictures inside",
+        "fem-seal report results/first",
+    )
+    render = add_command(
         subparsers,
         "render",
         "draw the pictures of a result folder again",
         "fem-seal render results/first",
     )
-    command.add_argument(
-        "folder", type=Path, metavar="DIR", help="folder of fem-seal run or leak --out"
-    )
-    command.add_argument(
+    for command, call in ((report, _report), (render, _render)):
+        command.add_argument(
+            "folder", type=Path, metavar="DIR", help="folder of fem-seal run or leak --out"
+        )
+        command.set_defaults(command=call)
+    render.add_argument(
         "--all",
         action="store_true",
         help="also pressure, refined mesh, relief, and how the bounds closed",
     )
-    command.set_defaults(command=_render)
+
+
+def _report(options: argparse.Namespace) -> int:
+    from fem_seal.render.report import report
+
+    say(f"{report(options.folder)}")
+    return 0
 
 
 def _render(options: argparse.Namespace) -> int:
