@@ -65,6 +65,11 @@ def in_digits(number: float, digits: int = 4) -> str:
     return f"{mantissa}{exponent}{power}"
 
 
+def number_of(count: int, noun: str) -> str:
+    """Write a number of things, "1 patch", "4 patches"."""
+    return f"{count} {noun}" + ("" if count == 1 else "es" if noun.endswith("ch") else "s")
+
+
 def per_cent(fraction: float) -> str:
     """Write a fraction in per cent to two digits, "4.1 %"; from 99 % on to whole per cent."""
     number = 100 * fraction

@@ -26,9 +26,8 @@ from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.headline import Headline, headline
 from fem_seal.quantities.inputs import corner, inputs_entry
 from fem_seal.quantities.of_patch import Quantities, quantities, shown_in
-from fem_seal.quantities.remarks import cautions
+from fem_seal.quantities.remarks import cautions, slope_between_samples
 from fem_seal.quantities.seal import leak_rate_of, seal_advice, seal_budget
-from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict, verdict
 from fem_seal.render.patch import PICTURES, SEAL_PICTURE, draw_patch
@@ -44,11 +43,8 @@ from fem_seal.results.arrays import (
     write_mesh,
 )
 from fem_seal.results.folder import PATCHES
-from fem_seal.results.lift import LiftRecord
-from fem_seal.results.preparation import StepRecord
-from fem_seal.results.rates import GasRecord, Rate
+from fem_seal.results.records import GasRecord, LiftRecord, Rate, SealRecord, StepRecord
 from fem_seal.results.result import Origin, Provenance
-from fem_seal.results.seal import SealRecord
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.scene.scene import require_scene
@@ -253,7 +249,7 @@ def answer(
         carried = lifted.fluid_load / load if lifted is not None and load else 0.0
         budget = (*budget, inputs_entry(scene, leak, closed, opened, carried))
     if seal is not None:
-        advice = seal_advice(seal, budget)
+        advice = seal_advice(patch, seal, budget)
     named = quantities(patch)
     decision, shown = None, None if leak is None else shown_in(scene)
     if leak is not None and shown is not None:

@@ -16,8 +16,9 @@ from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.patch import Patch
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow
 from fem_seal.results.arrays import write_flow
-from fem_seal.results.preparation import StepRecord, preparation_words
+from fem_seal.results.records import StepRecord
 from fem_seal.results.result import Provenance
+from fem_seal.results.words import preparation_words
 from fem_seal.scene import Scene
 from fem_seal.solved import Solved, answer
 from fem_seal.steps import FLOWS

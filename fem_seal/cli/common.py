@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 MOST_METRES = 1e100  # longest side of a map
 NOT_KEPT = 4  # exit status with --strict if the limit is not surely kept
+WIDTH = 100  # characters of a printed line
 LONGEST_NAME = 60  # most characters of the name of a result folder
 
 
@@ -266,7 +268,17 @@ def summary(result: "Result", out: Path | None) -> list[str]:
     """Lines of the printed result; result.json has all digits."""
     from fem_seal.results.words import summary_of
 
-    lines = [f"{label:10} {text}" for label, text in summary_of(result)]
+    lines = [
+        fill(
+            text,
+            WIDTH,
+            initial_indent=f"{label:10} ",
+            subsequent_indent=" " * 11,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        for label, text in summary_of(result)
+    ]
     if out is not None:
         lines.append(f"result     {', '.join(('result.json', *result.files))} in {out}")
     return lines

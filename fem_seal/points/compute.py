@@ -54,20 +54,12 @@ def compute_points(
 ) -> Outcome:
     """Compute the points of some chains that their folders do not hold.
 
-    Parameters
-    ----------
-    chains : chains of all parts
-    work : how they are shared among workers
-    report : called with point and stage, and with a detail
-    gather : makes a table of the finished points; the first process calls it now and then, and at
-        the end
-    name : name of the points in the progress
-    expected : time [s] that they are expected to take
+    The chains are those of all parts. `gather` makes a table of the finished points; the first
+    process calls it now and then, and at the end. `name` is that of the points in the progress.
+    `expected` is the time [s] that they are expected to take.
 
     Raises
     ------
-    InvalidInput
-        If a folder cannot be written.
     MissingPackage
         If no point can be computed on this machine.
     """
@@ -122,18 +114,11 @@ def compute_chain(
     comm: parallel.Comm = None,
     after_each: Callable[[], object] = nothing,
 ) -> Failures:
-    """Compute the points of a chain that its folder does not hold.
-
-    Parameters
-    ----------
-    report : called with point and stage, and with a detail
-    comm : the processes that compute the chain together; all of this run if left out
-    after_each : called by the first of them after each point
+    """Compute the points of a chain that its folder does not hold, `comm` together.
 
     Returns
     -------
-    dict of str to FemSealError
-        Errors by label, of points that failed and left no file.
+    Errors by label, of points that failed and left no file.
     """
     handed_on = chain.begin()
     failures: Failures = {}

@@ -35,11 +35,8 @@ def preload(modules: Sequence[str]) -> None:
     """Start the process from which workers are forked, and let it import what they will need.
 
     Optional: `farm` starts it otherwise. A command calls this before it imports the same modules
-    itself, so that both happen at the same time.
-
-    Parameters
-    ----------
-    modules : modules to import; none of them may start MPI, which does not survive a fork
+    itself, so that both happen at the same time. None of them may start MPI, which does not survive
+    a fork.
     """
     multiprocessing.set_forkserver_preload(list(modules))
     # The fork server and its workers inherit this mask: only the present process handles Ctrl-C.
@@ -65,11 +62,12 @@ def farm(
 
     Parameters
     ----------
-    chains : chains to compute; each is pickled
-    compute : computes a chain in a process of its own; a function of a module
-    jobs : most processes at a time
-    poll : called every half second and at the end; returns how many points are finished
-    memory : most memory of all processes together [bytes]; what the machine has if left out
+    chains, compute
+        Each chain is pickled; `compute` is a function of a module.
+    poll
+        Called every half second and at the end; returns how many points are finished.
+    memory
+        Most memory of all processes together [bytes]; what the machine has if left out.
 
     Returns
     -------
@@ -116,11 +114,8 @@ def farm(
 def processes_that_fit(need: int, resident: Sequence[int], available: int) -> int:
     """Count the processes that the memory holds, at least one.
 
-    Parameters
-    ----------
-    need : memory that a process takes at most [bytes]
-    resident : what each running process holds already [bytes]; it may still grow to `need`
-    available : memory that nobody uses [bytes]
+    All in bytes: `need` is what a process takes at most, `resident` what each running one holds
+    already, which may still grow to that, `available` what nobody uses.
     """
     if not need:
         return 1
@@ -137,16 +132,8 @@ def watch(
 ) -> list[Answer]:
     """Compute chains by an executor, such as that of a Dask cluster.
 
-    Parameters
-    ----------
-    chains, compute, poll : as in `farm`
-    executor : concurrent.futures.Executor
-    most_running : largest number of chains that run at a time, from the number of finished points.
-        If left out, all chains are submitted at once
-
-    Returns
-    -------
-    As of `farm`.
+    As `farm`; `most_running` gives the largest number of chains that run at a time from the number
+    of finished points, and without it all are submitted at once.
     """
     waiting = deque(chains)
     running: set[Future[Answer]] = set()

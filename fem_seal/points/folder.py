@@ -15,10 +15,7 @@ Point = TypeVar("Point")
 class PointFolder(ABC, Generic[Point]):
     """Points of one kind, each in a file of its own.
 
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Made when the first point is written.
+    The folder is made when the first point is written.
     """
 
     suffix = ".json"
@@ -85,13 +82,7 @@ class PointFolder(ABC, Generic[Point]):
 
 
 class RecordFolder(PointFolder[Point]):
-    """Points that are dataclasses, as JSON.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-    kind : the dataclass
-    """
+    """Points that are dataclasses, as JSON."""
 
     def __init__(self, folder: Path, kind: type[Point]):
         super().__init__(folder)

@@ -56,10 +56,7 @@ def compute_study(
 ) -> Outcome:
     """Compute the points that the folders lack; one that fails does not stop the others.
 
-    Parameters
-    ----------
-    chains : chains of `StudyTask`
-    work, report, gather : as of `compute_points`; one after the other if `work` is None
+    Arguments as of `compute_points`; one chain after the other if `work` is None.
 
     Raises
     ------

@@ -23,16 +23,8 @@ class Task(ABC, Generic[Point]):
     def compute(self, handed_on: Any, report: Report, comm: Comm) -> Point:
         """Compute the point.
 
-        Parameters
-        ----------
-        handed_on : the object that the points of the chain share; see `Chain.begin`
-        report : called with stage and detail
-        comm : the processes that solve together
-
-        Raises
-        ------
-        FemSealError
-            If the point fails; the other points are computed all the same.
+        `handed_on` is the object that the points of the chain share; see `Chain.begin`. After a
+        FemSealError the other points are computed all the same.
         """
 
     def failed(self, reason: str) -> Point | None:

@@ -30,10 +30,10 @@ def hydraulic_aperture(
 
     Parameters
     ----------
-    leak : Q, of the film
-    uniform : Q₁ with its bounds, of the uniform film of height h₁ under the same pressures
-    height : h₁ [m]
-    slip : slip of a gas at the walls; None if there is none
+    leak
+        Q, of the film.
+    uniform, height
+        Q₁ with its bounds, of the uniform film of height h₁ [m] under the same pressures.
     """
     lower, upper = uniform.bounds
     return HydraulicAperture(
@@ -61,14 +61,7 @@ def uniform_rectangle(
 ) -> LeakRate:
     """Leak rate of a uniform film on the rectangle of another, exact.
 
-    Q₁ = Ly/Lx h₁³/(12 η) Δp, with slip times its gain.
-
-    Parameters
-    ----------
-    film : film of the size of the rectangle
-    height : h₁ [m]
-    viscosity, pressure_drop : η [Pa s], Δp [Pa]
-    slip : slip of a gas at the walls; None if there is none
+    Q₁ = Ly/Lx h₁³/(12 η) Δp, with slip times its gain; h₁ [m], η [Pa s], Δp [Pa].
     """
     Lx, Ly = film.size
     rate = Ly / Lx * film_conductivity(height, viscosity) * pressure_drop

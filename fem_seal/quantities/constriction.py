@@ -35,17 +35,13 @@ class Constriction:
 def constriction(
     film: GridFilm | MeshFilm, field: FlowField | None = None, potential: np.ndarray | None = None
 ) -> Constriction | None:
-    """Find the critical constriction of a film and its share of the pressure drop.
+    """Find the critical constriction of a film and its share of the pressure drop; None if sealed.
 
     Parameters
     ----------
-    field : the flow, for the share of the pressure
-    potential : (N,), potential at the points of `field`; the flux is linear in it: p of a liquid,
-        p² of a gas
-
-    Returns
-    -------
-    Or None if the film is sealed.
+    field, potential
+        For the share: the flow, and (N,) potential at its points, in which the flux is linear: p of
+        a liquid, p² of a gas.
     """
     tightest = film.constriction
     if tightest is None:
@@ -82,19 +78,10 @@ def _width_on_mesh(film: MeshFilm, position: tuple[float, float]) -> float | Non
 
 
 def channel_width(sites: Lattice, position: tuple[float, float]) -> float | None:
-    """Distance between the solid on both sides of an open site.
+    """Distance [m] between the solid on both sides of an open site; None without both.
 
     It is the distance from the nearest contact, or side wall, to the nearest one on the other side.
     If the gap between two contact patches is convex, only open sites lie between them.
-
-    Parameters
-    ----------
-    sites : sites of the gap
-    position : position of an open site [m]
-
-    Returns
-    -------
-    float [m], or None if there is no solid on both sides.
     """
     reach = REACH
     while True:
@@ -152,12 +139,8 @@ def share_within(
 ) -> float:
     """Part of the dissipation in the triangles whose centres lie in a disc.
 
-    Parameters
-    ----------
-    field : the flow
-    potential : (N,) potential at the points of the field
-    centre, radius : centre and radius of the disc [m]
-    period : period of the domain along y [m]; inf between walls
+    Lengths in m; `potential` (N,) at the points of the field; `period` of the domain along y, inf
+    between walls.
     """
     away = field.points[field.cells].mean(axis=1) - centre
     if np.isfinite(period):

@@ -23,11 +23,6 @@ def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertai
 
     Both use one longest wavelength: of a random surface its long cut-off, of a measured one that of
     the whole map (`surface.longest_wavelength`), whether or not windows of it are the patches.
-
-    Parameters
-    ----------
-    patch : patch of a scene with [seal]
-    leak_path : length of the path [m]
     """
     surface, heights = patch.scene.surface, present(patch.surface, "surface")
     if isinstance(surface, FileSurface):

@@ -9,7 +9,6 @@ from fem_seal.film import MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import ErrorBudget
-from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.scene import FileSurface
 from fem_seal.steps import whole_map
 from fem_seal.surface import Lay, PreparedSurface, spikes_caution
@@ -34,11 +33,7 @@ def cautions(
 ) -> tuple[str, ...]:
     """Sentences about the error budget, the heights, the contact and the gap of a patch.
 
-    Parameters
-    ----------
-    patch : patch whose contact and gap are checked
-    budget : error budget of the patch or its seal; its cautions come first
-    seal : leak rate of the whole seal, for a scene with [seal]
+    The cautions of the budget, of the patch or its seal, come first.
     """
     sentences = [entry.sentence for entry in budget or () if entry.caution]
     sentences.extend(cautions_of_map(patch))
@@ -213,4 +208,17 @@ def steep(slope: float, what: str) -> str | None:
     return (
         f"{what} has slopes of {slope:.2g} (rms), where contact and film want them well below 1: "
         "are heights and spacing in the same unit?"
+    )
+
+
+def slope_between_samples(gap: GridField) -> float:
+    """Root mean square gradient of a gap by the differences of neighbouring samples."""
+    vertices = gap.vertices()
+    return float(
+        sum(
+            np.mean((np.diff(vertices, axis=axis) / step) ** 2)
+            for axis, step in enumerate(gap.spacing)
+            if vertices.shape[axis] > 1
+        )
+        ** 0.5
     )

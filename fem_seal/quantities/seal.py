@@ -5,7 +5,7 @@ from statistics import stdev
 
 import numpy as np
 
-from fem_seal.digits import per_cent
+from fem_seal.digits import number_of, per_cent
 from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate
@@ -20,11 +20,12 @@ from fem_seal.quantities.error_budget import (
     Uncertainty,
 )
 from fem_seal.quantities.inputs import exact_inputs
-from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import KINETIC_ERROR, first_order
+from fem_seal.quantities.uncertainties import isotropy
 from fem_seal.quantities.verdict import open_entries
 from fem_seal.rarefied import FIRST_ORDER
+from fem_seal.scene import FileSurface
 from fem_seal.upscaling.network import (
     LEAST_LEAKING,
     may_conduct,
@@ -39,7 +40,6 @@ NARROW = 2.0  # upper over lower end of an interval that is narrow enough
 # Advice on what narrows an entry of a seal's error budget, by the key of the entry.
 REMEDIES = {
     FLOW_AND_LOADS: "a smaller seal.rtol",
-    CONTACT_GRID: "a finer grid of the contact (surface.shape, or a map in smaller steps)",
     INPUTS: "smaller [tolerances]",
 }
 
@@ -59,7 +59,7 @@ def leak_rate_of(patch: Patch, seal: SealLeak) -> LeakRate:
     )
 
 
-def seal_advice(seal: SealLeak, budget: ErrorBudget) -> str:
+def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
     """Advice for an undecided verdict: what narrows the widest entry of the budget.
 
     No tolerance helps while an entry is unbounded on a side: its sentence is the advice then.
@@ -80,6 +80,10 @@ def seal_advice(seal: SealLeak, budget: ErrorBudget) -> str:
             return advice
         many = _realizations_for(seal, NARROW)
         return f"{advice}: {many} give the mean to a factor of {NARROW:g}"
+    if widest == CONTACT_GRID:
+        of_file = isinstance(patch.scene.surface, FileSurface)
+        setting = "a map in smaller steps" if of_file else "surface.shape"
+        return f"a finer grid of the contact ({setting}) might decide"
     if widest not in REMEDIES:
         return f"no setting narrows {widest.replace('_', ' ')}, the widest of them"
     return f"{REMEDIES[widest]} might decide"
@@ -134,10 +138,9 @@ def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
 
 def _patches(seal: SealLeak) -> Uncertainty:
     number, share = len(seal.patches), seal.share_sealed
-    are = "realization is" if number == 1 else "realizations are"
     sealed = (
-        f"{100 * share.value:.0f} % of {number} {are} sealed (95 %: {100 * share.lower:.0f} to "
-        f"{100 * share.upper:.0f} %)"
+        f"{round(share.value * number)} of {number_of(number, 'realization')} sealed (95 % "
+        f"interval: {100 * share.lower:.0f} to {100 * share.upper:.0f} %)"
     )
     if seal.state == "sealed":
         return _sealed_patches(seal, sealed)
@@ -188,7 +191,7 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
     if not may_conduct(leaking, seal.count):
         sentence = (
             f"{sealed}; even if {100 * leaking:.0f} % of the patches leak, no path of them crosses "
-            f"the {seal.count.along} patches along the path"
+            f"the {number_of(seal.count.along, 'patch')} along the path"
         )
         return Uncertainty("patches", "estimated", sentence, 1.0, 1.0)
     may_cross = f"if {100 * leaking:.0f} % of the patches leak, a path of them may cross the seal"

@@ -15,10 +15,9 @@ from fem_seal.quantities.error_budget import (
     of_flow,
 )
 from fem_seal.quantities.inputs import exact_inputs
-from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.lift import lift_entry
 from fem_seal.quantities.slip import slip, slip_interval
-from fem_seal.scene import FileSurface
+from fem_seal.scene import FileSurface, ProfileSurface
 
 
 def error_budget(patch: Patch) -> ErrorBudget | None:
@@ -74,6 +73,17 @@ def _one_patch(patch: Patch) -> Uncertainty | None:
         return None
     sentence = "this is one piece of one rough surface; others leak more or less"
     return Uncertainty(ONE_PATCH, "not covered", sentence)
+
+
+def isotropy(patch: Patch) -> Uncertainty | None:
+    """Entry for the assumption behind a surface made of profiles; None for other surfaces."""
+    if not isinstance(patch.scene.surface, ProfileSurface):
+        return None
+    sentence = (
+        "the surface is random, isotropic and Gaussian with the spectrum of the profiles; lay, "
+        "plateaus and pits of the measured one are not in it"
+    )
+    return Uncertainty("isotropic_surface", "not covered", sentence)
 
 
 # Assumption of each contact model.

@@ -17,8 +17,7 @@ from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.quantities.error_budget import combined, factor_words
 from fem_seal.render.bounds import bounds_plot, close_in
 from fem_seal.results import Result
-from fem_seal.results.rates import unit_words
-from fem_seal.results.words import first_sentence, remarks, summary_of
+from fem_seal.results.words import first_sentence, remarks, summary_of, unit_words
 from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
 

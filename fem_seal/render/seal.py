@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.render.plot import new_figure
-from fem_seal.results.seal import SealRecord, lifted_words
+from fem_seal.results.records import SealRecord
+from fem_seal.results.words import lifted_words
 from fem_seal.upscaling.conductivity import ConductivityTable
 
 if TYPE_CHECKING:

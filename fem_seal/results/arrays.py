@@ -52,18 +52,10 @@ def write_contact(
     lift: Lift | None = None,
     log_rate_by_height: GridField | None = None,
 ) -> str:
-    """Write gap [m] and pressure [Pa]; the file is a gap file as well.
+    """Write gap [m] and pressure [Pa], and return the name of the file, a gap file as well.
 
-    Parameters
-    ----------
-    folder : folder of contact.npz
-    contact : elastic contact, or bearing contact, which has no pressure
-    lift : gap [m] of the dry contact and fluid pressure [Pa], if the contact is lifted
-    log_rate_by_height : ∂ ln Q/∂h at the samples [1/m], of the product "sensitivity"
-
-    Returns
-    -------
-    Name of the file.
+    A lifted contact has the fields of `lift` too, the product "sensitivity" `log_rate_by_height`
+    [1/m]; a bearing contact has no pressure.
     """
     gap = contact.gap
     arrays = {"gap": gap.values, "spacing": np.array(gap.spacing), "periodic": gap.periodic}
@@ -109,17 +101,7 @@ def _beside(folder: str | Path, gap: GridField, name: str) -> GridField | None:
 
 
 def write_flow(folder: Path, field: FlowField) -> str:
-    """Write the flow on its mesh for ParaView; the points lie in the plane z = 0.
-
-    Parameters
-    ----------
-    folder : folder of flow.vtu
-    field : the flow
-
-    Returns
-    -------
-    Name of the file.
-    """
+    """Write the flow on its mesh for ParaView, in the plane z = 0; return the name of the file."""
     import meshio
 
     mesh = meshio.Mesh(
@@ -138,17 +120,7 @@ def _tags(field: FlowField) -> dict[str, list[np.ndarray]]:
 
 
 def write_mesh(folder: Path, gap: "MeshFilm") -> str:
-    """Write the mesh of a shape with its gap; a scene can name the file as its own mesh.
-
-    Parameters
-    ----------
-    folder : folder of mesh.vtu
-    gap : gap on its mesh
-
-    Returns
-    -------
-    Name of the file.
-    """
+    """Write the mesh of a shape with its gap, which a scene can name as its own; return its name."""
     import meshio
 
     mesh = gap.mesh
@@ -170,13 +142,7 @@ def write_mesh(folder: Path, gap: "MeshFilm") -> str:
 
 
 def read_mesh(folder: str | Path) -> "MeshFilm":
-    """Gap on the mesh of a shape, as `write_mesh` has left it in a folder.
-
-    Raises
-    ------
-    InvalidInput
-        If mesh.vtu is missing or damaged.
-    """
+    """Gap on the mesh of a shape, as `write_mesh` has left it in a folder."""
     from scipy.spatial import cKDTree
 
     from fem_seal.film.mesh_film import MeshFilm

@@ -50,11 +50,8 @@ class ResultFolder:
     def __enter__(self) -> "ResultFolder":
         """Lock the folder and finish the moves of a killed run.
 
-        Raises
-        ------
-        InvalidInput
-            If the folder cannot be written, is in use, holds another scene's result or files of
-            unknown origin that the run would replace, or if it would replace its own input.
+        InvalidInput is raised if the folder cannot be written, is in use, holds another scene's
+        result or files of unknown origin, or if the run would replace its own input.
         """
         with writing(self.path):
             if self.path.exists() and not self.path.is_dir():
@@ -80,14 +77,7 @@ class ResultFolder:
     def commit(self, result: Result) -> None:
         """Move the staged files into the folder; they replace the files of the last result.
 
-        Parameters
-        ----------
-        result : names all files of the folder: the staged ones, and old ones that stay
-
-        Raises
-        ------
-        InvalidInput
-            If the folder cannot be written after all.
+        The result names all files of the folder: the staged ones, and old ones that stay.
         """
         with writing(self.path):
             (self.staged / RESULT_FILE).write_text(result.to_json(), encoding="utf-8")

@@ -20,11 +20,15 @@ from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.quantities.headline import Headline, Shown, headline
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.verdict import Verdict
-from fem_seal.results.lift import LiftRecord
-from fem_seal.results.preparation import StepRecord
-from fem_seal.results.rates import GasRecord, Rate
-from fem_seal.results.record import Finite, Record
-from fem_seal.results.seal import SealRecord
+from fem_seal.results.records import (
+    Finite,
+    GasRecord,
+    LiftRecord,
+    Rate,
+    Record,
+    SealRecord,
+    StepRecord,
+)
 from fem_seal.scene import Flow, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain

@@ -1,4 +1,8 @@
-"""Verdict, units and quantities of a result in words, for the terminal and for the report."""
+"""The sentences about a result, for the terminal, the report and notebooks.
+
+Those of the entries of the error budget and of cautions are made with their numbers, in
+`fem_seal.quantities`; all others are here.
+"""
 
 from collections.abc import Callable
 from functools import partial
@@ -7,8 +11,11 @@ from typing import TypeVar
 from fem_seal.digits import (
     bracket_digits,
     in_digits,
+    number_of,
     per_cent,
     readable,
+    rounded_down,
+    rounded_up,
     with_prefix,
 )
 from fem_seal.errors import present
@@ -26,12 +33,10 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.verdict import Verdict
-from fem_seal.results.lift import lift_words
-from fem_seal.results.preparation import preparation_words
-from fem_seal.results.rates import GasRecord
+from fem_seal.results.records import GasRecord, LiftRecord, SealRecord, StepRecord
 from fem_seal.results.result import AccuracyRecord, Result
-from fem_seal.results.seal import seal_words
 from fem_seal.threshold import Threshold
+from fem_seal.units import RateUnit
 
 Part = TypeVar("Part")
 
@@ -260,6 +265,93 @@ def aperture_words(aperture: HydraulicAperture) -> str:
     scale, unit = readable(aperture.value, "m")
     lower, upper = (None if b is None else b * scale for b in (aperture.lower, aperture.upper))
     return rate_text(aperture.value * scale, lower, upper, unit.replace("µ", "u"))
+
+
+def unit_words(unit: str, gas: GasRecord | None) -> str:
+    """Unit of a leak rate; of a volume of gas with the conditions at which it is stated."""
+    if gas is None or RateUnit.parse(unit).kind != "volume":
+        return unit
+    return f"{unit} {volume_conditions(gas.reference_temperature, gas.reference_pressure)}"
+
+
+def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
+    """Loads of fluid and solid, or the range of leak rates, in words.
+
+    In a sealed film the fluid's pressure is that of a film that conducts a little in contact, so
+    that the loads are an assumption.
+    """
+    area = 100 * lift.dry.contact_area_fraction
+    dry = f"dry, {area:.4g} % of the area would touch"
+    if lift.model == "range":
+        low = f"at least {rounded_down(present(lift.lowest, 'lowest leak rate'))}"
+        high = "without an upper end, the seal may lift off"
+        if lift.highest is not None:
+            high = f"at most {rounded_up(lift.highest)} m^3/s"
+        return f"at any fluid pressure between the ends' {low} and {high}"
+    if lift.solid_pressure is None:
+        return f"no load is left to the solid; {dry}"
+    carried = with_prefix(present(lift.fluid_pressure, "fluid pressure"), "Pa")
+    kept = with_prefix(lift.solid_pressure, "Pa")
+    steps = number_of(lift.steps, "step")
+    if not lift.settled:
+        steps += ", not settled"
+    elif lift.change:
+        steps += f", the last changes the leak rate by {100 * lift.change:.2g} %"
+    assumed = ", if its pressure falls evenly through the contact" if sealed else ""
+    return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {steps}"
+
+
+def preparation_words(steps: tuple[StepRecord, ...]) -> str:
+    """Rms height, rms slope and seam after each step, and the number of points filled."""
+    words = []
+    for before, step in zip((None, *steps), steps, strict=False):
+        filled = before.missing - step.missing if before and step.name.startswith("fill") else 0
+        name = f"{step.name} ({number_of(filled, 'point')})" if filled else step.name
+        height = with_prefix(step.rms_height, "m")
+        words.append(f"{name}: {height}, {step.rms_slope:.3g}, {step.seam:.3g}")
+    return "; ".join(words) + " (rms height, rms slope, seam)"
+
+
+def lifted_words(seal: SealRecord) -> str:
+    """Why a seal is lifted off, with both pressures."""
+    if seal.path is None:
+        return "lifted off: the contact pressure is nowhere above the fluid's at the inlet"
+    P, inlet = max(seal.path.contact_pressure), seal.path.fluid_pressure[0]
+    return (
+        f"lifted off: the contact pressure, at most {with_prefix(P, 'Pa')}, is nowhere above the "
+        f"fluid's at the inlet, {with_prefix(inlet, 'Pa')}; press harder"
+    )
+
+
+def seal_words(seal: SealRecord) -> str:
+    """Number of the patches of a seal, net loads, and the part that seals."""
+    if seal.leak_rate is None:
+        return lifted_words(seal)
+    rate = seal.leak_rate
+    sealed = sum(patch.state == "sealed" for patch in seal.patches)
+    where = "along the path" if rate.upper == 0 else "along the part of the path that seals"
+    made = (
+        f"{number_of(seal.patches_along, 'patch')} {where}, {seal.patches_around} around the seal"
+    )
+    words = f"{made}, drawn from {number_of(len(seal.patches), 'realization')}, {sealed} sealed"
+    net = "(contact pressure less fluid pressure)"
+    if len(seal.loads) == 1:
+        words += f"; solved at a net load {net} of {with_prefix(seal.loads[0], 'Pa')}"
+    elif seal.loads:
+        ends = f"{with_prefix(seal.loads[0], 'Pa')} to {with_prefix(seal.loads[-1], 'Pa')}"
+        words += f"; solved at {len(seal.loads)} net loads {net} from {ends}"
+    if seal.sealing is None:
+        return words
+    start, middle, end = (
+        with_prefix(x, "m") for x in (seal.sealing.start, seal.sealing.middle, seal.sealing.end)
+    )
+    if start == end:
+        return f"{words}; seals where the contact pressure is highest, {start} behind the inlet"
+    if seal.path is not None and (seal.sealing.start, seal.sealing.end) == seal.path.ends:
+        return f"{words}; seals on the whole path, {end}"
+    begin = f"from {start}" if seal.sealing.start > 0 else "from the inlet"
+    words += f"; seals {begin} to {end} behind the inlet"
+    return words if rate.upper == 0 else f"{words}, half of it before {middle}"
 
 
 def _length(length: float) -> str:

@@ -1,0 +1,262 @@
+"""The parts of result.json, each made of the solver's own objects."""
+
+from dataclasses import asdict
+from math import isfinite
+from typing import Annotated
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict
+
+from fem_seal.errors import present
+from fem_seal.fluid import GasDrive
+from fem_seal.leak_rate import FlowState, LeakRate
+from fem_seal.patch import Patch
+from fem_seal.quantities.headline import Shown
+from fem_seal.quantities.slip import knudsen_number
+from fem_seal.scene.readable import own_names
+from fem_seal.units import RATES
+from fem_seal.upscaling.conductivity import StoredTable
+from fem_seal.upscaling.seal import SealLeak, Share, median_patch
+from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
+
+POINTS = 400  # most points of the leak path in the record
+
+# A number that JSON can hold: what is infinite, or not known, is null.
+Finite = Annotated[
+    float | None,
+    BeforeValidator(lambda x: x if not isinstance(x, float) or isfinite(x) else None),
+]
+
+
+class Record(BaseModel):
+    """Part of a result: frozen, without unknown fields, made of an object with such attributes."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", populate_by_name=True, from_attributes=True
+    )
+
+    def __dir__(self) -> list[str]:
+        """Names of a record, without those that pydantic adds."""
+        return own_names(self)
+
+
+class Rate(Record):
+    """Leak rate with guaranteed bounds, which finite differences do not have."""
+
+    value: float
+    lower: float | None
+    upper: float | None
+    unit: str = "m^3/s"
+
+    @classmethod
+    def of(cls, leak: LeakRate | None, shown: Shown | None = None) -> "Rate | None":
+        """Value and bounds of a leak rate in a unit; None if nothing limits it (lifted off)."""
+        if leak is None or leak.state == "lifted off":
+            return None
+        return cls.in_unit(leak, shown or Shown())
+
+    @classmethod
+    def in_unit(cls, leak: LeakRate, shown: Shown) -> "Rate":
+        """Value and bounds of a leak rate that has a limit."""
+        lower, upper = (
+            None if b is None else b * shown.per_solved for b in (leak.lower, leak.upper)
+        )
+        return cls(value=leak.value * shown.per_solved, lower=lower, upper=upper, unit=shown.name)
+
+
+class GasRecord(Record):
+    """Rates of a gas that do not depend on reference conditions."""
+
+    mass_rate: Rate
+    amount_rate: Rate
+    throughput: Rate
+    reference_temperature: float  #: T0 [K]
+    reference_pressure: float  #: p0 [Pa]
+    mean_free_path: float  #: at the mean of the two pressures [m]
+    #: The mean free path over the critical gap; None if sealed, and of a whole seal.
+    knudsen_number: float | None = None
+    slip: str | None = None  #: law at the walls, "first-order" or "kinetic"
+    accommodation: float | None = None  #: coefficient of the walls
+
+    @classmethod
+    def of(cls, patch: Patch, leak: LeakRate | None) -> "GasRecord | None":
+        """Rates of a patch or its seal; None for a liquid, without a flow, or if lifted off."""
+        if leak is None or leak.state == "lifted off":
+            return None
+        if not isinstance(patch.scene.drive, GasDrive):
+            return None
+        gas = patch.scene.drive
+        fluid = present(patch.scene.fluid, "[fluid]")
+        rates = {
+            kind: Rate.in_unit(leak, Shown(RATES[kind], size)) for kind, size in gas.rates.items()
+        }
+        return cls(
+            mass_rate=rates["mass"],
+            amount_rate=rates["amount"],
+            throughput=rates["throughput"],
+            reference_temperature=gas.reference_temperature,
+            reference_pressure=gas.reference_pressure,
+            mean_free_path=gas.mean_free_path(fluid.viscosity),
+            knudsen_number=None if patch.scene.seal is not None else knudsen_number(patch),
+            slip=None if patch.scene.slip is None else fluid.slip_law,
+            accommodation=None if patch.scene.slip is None else fluid.accommodation or 1.0,
+        )
+
+
+class DryRecord(Record):
+    """The contact without the fluid's pressure."""
+
+    contact_area_fraction: float
+    mean_gap: float
+
+
+class LiftRecord(Record):
+    """Loads, Newton's steps and leak rates of a lift; docs/reference/results.md explains each."""
+
+    model: str
+    solid_pressure: float | None
+    fluid_pressure: float | None
+    steps: int
+    change: Finite
+    lowest: Finite
+    highest: Finite
+    dry: DryRecord
+    settled: bool = True
+    residuals: tuple[float, ...] = ()
+
+    @classmethod
+    def of(cls, patch: Patch) -> "LiftRecord | None":
+        """Record of a patch; None if flow.lift is "none"."""
+        model = patch.scene.lift
+        if model == "none":
+            return None
+        dry = DryRecord.model_validate(present(patch.contact, "contact"))
+        if model == "range":
+            low, high = patch.lift_range
+            return cls(
+                model=model,
+                solid_pressure=None,
+                fluid_pressure=None,
+                steps=2,
+                change=None,
+                lowest=low.value if low.lower is None else low.lower,
+                highest=high.value if high.upper is None else high.upper,
+                dry=dry,
+            )
+        state = present(patch.lifted, "lifted state")
+        return cls(
+            model=model,
+            solid_pressure=state.contact.mean_pressure if state.contact else None,
+            fluid_pressure=state.fluid_load,
+            steps=state.steps,
+            change=state.change if state.contact else None,
+            lowest=state.lowest,
+            highest=state.highest,
+            dry=dry,
+            settled=state.converged,
+            residuals=state.residuals,
+        )
+
+
+class StepRecord(Record):
+    """A step and the map after it."""
+
+    name: str
+    samples: tuple[int, int]
+    missing: int
+    rms_height: float
+    rms_slope: float
+    seam: float
+    skewness: float | None = None  # None in results of earlier versions
+
+    @classmethod
+    def all_of(cls, patch: Patch) -> "tuple[StepRecord, ...] | None":
+        """Records of all steps of a patch; None if its surface was not read from a map."""
+        if patch.prepared is None:
+            return None
+        records = []
+        for step in patch.prepared.steps:
+            numbers = asdict(step.statistics)
+            records.append(cls(name=step.name, samples=numbers.pop("shape"), **numbers))
+        return tuple(records)
+
+
+class SealPatchRecord(Record):
+    """Leak rate [m³/s] of a seal all of whose patches are like this one, and the patch's table."""
+
+    state: FlowState
+    value: float | None
+    lower: float | None
+    upper: float | None
+    conductivity: StoredTable | None = None  #: K [m³/(Pa s)] at net loads [Pa]
+
+
+class PathRecord(Record):
+    """Pressures [Pa] and conductivity [m³/(Pa s)] along the leak path; null where it is open."""
+
+    x: tuple[float, ...]
+    contact_pressure: tuple[float, ...]
+    fluid_pressure: tuple[float, ...]
+    conductivity: tuple[float | None, ...]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Distances of inlet and outlet from the inlet [m]."""
+        return self.x[0], self.x[-1]
+
+    @classmethod
+    def of(cls, path: PathFlow) -> "PathRecord":
+        """Record of a path, at most `POINTS` places of it."""
+        every = -(-len(path.x) // POINTS)
+        kept = np.unique(np.append(np.arange(0, len(path.x), every), len(path.x) - 1))
+        K = path.conductivity[kept].tolist()
+        return cls(
+            x=tuple(path.x[kept].tolist()),
+            contact_pressure=tuple(path.contact_pressure[kept].tolist()),
+            fluid_pressure=tuple(path.fluid_pressure[kept].tolist()),
+            conductivity=tuple(value if np.isfinite(value) else None for value in K),
+        )
+
+
+class SealRecord(Record):
+    """The whole seal; docs/reference/results.md explains each."""
+
+    leak_rate: Rate | None
+    patches: tuple[SealPatchRecord, ...]
+    share_sealed: Share
+    patches_along: int
+    patches_around: int
+    scatter: float | None
+    interval: tuple[float, float] | None = None
+    loads: tuple[float, ...]
+    sealing: SealingPart | None = None
+    path: PathRecord | None = None
+
+    @classmethod
+    def of(cls, seal: SealLeak) -> "SealRecord":
+        """Record of a seal; it has no leak rates if the seal is lifted off."""
+        lifted = seal.state == "lifted off"
+        bounds = {"value": seal.value, "lower": seal.lower, "upper": seal.upper}
+        tables = [one.table for one in seal.patches if one.table is not None]
+        along = median_patch(seal.patches).flow.path
+        return cls(
+            leak_rate=None if lifted else Rate(**bounds),
+            patches=tuple(
+                SealPatchRecord(
+                    state=one.flow.state,
+                    value=None if lifted else one.flow.value,
+                    lower=None if lifted else one.flow.lower,
+                    upper=None if lifted else one.flow.upper,
+                    conductivity=None if one.table is None else StoredTable.of(one.table),
+                )
+                for one in seal.patches
+            ),
+            share_sealed=seal.share_sealed,
+            patches_along=seal.count.along,
+            patches_around=seal.count.across,
+            scatter=seal.scatter if len(seal.patches) > 1 and not lifted else None,
+            interval=seal.interval,
+            loads=tuple(sorted({load for table in tables for load in table.loads.tolist()})),
+            sealing=seal.sealing,
+            path=None if along is None else PathRecord.of(along),
+        )
