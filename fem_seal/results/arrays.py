@@ -120,7 +120,7 @@ def _tags(field: FlowField) -> dict[str, list[np.ndarray]]:
 
 
 def write_mesh(folder: Path, gap: "MeshFilm") -> str:
-    """Write the mesh of a shape with its gap, which a scene can name as its own; return its name."""
+    """Write the mesh of a shape with its gap, which a scene can name as its own."""
     import meshio
 
     mesh = gap.mesh
