@@ -217,14 +217,8 @@ def answer(
 ) -> Solved:
     """Compute the products of a patch's scene; what the patch has computed already is used.
 
-    Parameters
-    ----------
-    patch, choice
-        As `accuracy.chosen_patch` returns them.
-    start
-        perf_counter() at the start of the solution; now if left out.
-    patches, work
-        As of `solve`.
+    `patch` and `choice` are those of `accuracy.chosen_patch`; `start` is perf_counter() at the
+    start of the solution, now if left out; the others are as of `solve`.
     """
     start, scene = perf_counter() if start is None else start, patch.scene
     # All processes solve film and flow together; what follows is the first one's in places.

@@ -1,6 +1,7 @@
 """Folders of the project, writing of scene files, and environments for other processes."""
 
 import os
+import re
 from pathlib import Path
 
 from fem_seal.parallel import OF_MPI
@@ -63,3 +64,8 @@ def _toml(value: object) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_toml, value))}]"
     return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def unwrapped(text: str) -> str:
+    """Printed lines of a result, each on a line of its own."""
+    return re.sub(r"\n {11}", " ", text)

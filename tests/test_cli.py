@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import MPI_ENVIRONMENT, alone, write_toml
+from project import MPI_ENVIRONMENT, alone, unwrapped, write_toml
 from test_scene import REFERENCE
 
 import fem_seal
@@ -111,7 +111,9 @@ def test_limit_and_unit_of_leak(wedge, capsys):
     for limit, words in ((1.02 * rate, "within limit"), (0.98 * rate, "above limit")):
         options = ("--unit", "ml/h", "--limit", f"{limit} ml/h", "--rtol", "0.01")
         assert run("leak", wedge, *options) == 0
-        lines = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+        lines = dict(
+            line.split(maxsplit=1) for line in unwrapped(capsys.readouterr().out).splitlines()
+        )
         assert lines["verdict"].startswith(words)
         assert lines["tightest"].startswith("1 um high")
     assert run("leak", wedge, "--unit", "mol/s") == 2
@@ -131,6 +133,34 @@ def test_limit_is_reached(tmp_path, capsys, limit):
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert result["reason"] in error
+
+
+def test_every_field_of_some_sections_is_an_option_of_leak(wedge, tmp_path):
+    """Two ways to say the same: options, and a scene with these fields."""
+    gas = {"viscosity": "18 uPa s", "molar-mass": "28 g/mol", "temperature": "20 degC"}
+    drive = {"inlet-pressure": "1.2 bar", "outlet-pressure": "1e5", "method": "finite-difference"}
+    options = {"kind": "gas", "slip": "no", "max-unknowns": "1e6"} | gas | drive
+    assert (
+        run("leak", wedge, *(f"--{key}={text}" for key, text in options.items()), "--out", "a") == 0
+    )
+    scene = {
+        "gap": {"path": str(wedge)},
+        "fluid": {"kind": "gas", "slip": False} | {k.replace("-", "_"): v for k, v in gas.items()},
+        "flow": {"max_unknowns": 10**6} | {k.replace("-", "_"): v for k, v in drive.items()},
+        "output": {"products": ["leak_rate"]},
+    }
+    scene["flow"]["outlet_pressure"] = 1e5
+    write_toml(tmp_path / "same.toml", scene)
+    assert run("run", "same.toml", "--out", "b") == 0
+    first, second = (read_result(tmp_path / name) for name in "ab")
+    assert first["gas"] == second["gas"]
+    assert first["provenance"]["scene"] == second["provenance"]["scene"]
+
+
+def test_help_of_all_commands_reads_no_model():
+    code = "import sys; from fem_seal import cli; cli.parser(whole=False).format_help(); "
+    code += "assert 'pydantic' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_leak_without_a_folder_writes_nothing(wedge, tmp_path, capsys):
@@ -210,7 +240,7 @@ def test_heights_in_another_unit_than_the_grid_are_said(tmp_path, capsys, unit):
     save_gap("gap.npz", (1 + 0.05 * i + 0.12 * j) * unit)
     assert run("leak", "gap.npz", "--out", "out") == 0
     assert read_result(tmp_path / "out")["gap_slope"] == pytest.approx(0.13 * unit / 1e-6, rel=1e-9)
-    assert ("the same unit?" in capsys.readouterr().out) is (unit == 1.0)
+    assert ("the same unit?" in unwrapped(capsys.readouterr().out)) is (unit == 1.0)
 
 
 def test_sides_follow_from_the_gap_and_walls_of_a_periodic_one_are_said(capsys):
@@ -221,7 +251,9 @@ def test_sides_follow_from_the_gap_and_walls_of_a_periodic_one_are_said(capsys):
         save_gap("gap.npz", gap, periodic=periodic)
         options = ("--sides", "wall") if walls else ()
         assert run("leak", "gap.npz", *options, "--representation", "constant") == 0
-        lines = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+        lines = dict(
+            line.split(maxsplit=1) for line in unwrapped(capsys.readouterr().out).splitlines()
+        )
         joined = periodic and not walls
         assert lines["state"] == ("leaking" if joined else "sealed")
         sides = "periodic sides" if joined else "wall sides"

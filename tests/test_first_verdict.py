@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from project import ROOT
+from project import ROOT, unwrapped
 
 from fem_seal import cli
 
@@ -58,7 +58,7 @@ def test_page(tmp_path, monkeypatch, capsys):
             for section, fields in tomllib.loads(block).items():
                 assert fields.items() <= tomllib.loads(scene)[section].items()
         elif kind == "text":
-            for line in block.splitlines():
+            for line in unwrapped(block).splitlines():
                 lines = [text for text in printed.splitlines() if shape(text) == shape(line)]
                 assert lines, line
                 if line.startswith("leak rate"):
@@ -73,7 +73,7 @@ def test_page(tmp_path, monkeypatch, capsys):
             edited = Path(target) if target.endswith(".toml") else edited
         else:
             assert cli.main(shlex.split(command)[1:]) == 0
-            printed = capsys.readouterr().out
+            printed = unwrapped(capsys.readouterr().out)
     assert Path("results/map/report.html").is_file()
     assert Path("results/ring/seal.png").is_file()
     ring = tomllib.loads(Path("ring.toml").read_text(encoding="utf-8"))

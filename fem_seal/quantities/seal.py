@@ -21,7 +21,7 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.quantities.inputs import exact_inputs
 from fem_seal.quantities.patch_size import scale_entries
-from fem_seal.quantities.slip import KINETIC_ERROR, first_order
+from fem_seal.quantities.slip import first_order, kinetic
 from fem_seal.quantities.uncertainties import isotropy
 from fem_seal.quantities.verdict import open_entries
 from fem_seal.rarefied import FIRST_ORDER
@@ -257,13 +257,7 @@ def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:
         return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
     if law.coefficient is FIRST_ORDER:
         return first_order(knudsen)
-    error = KINETIC_ERROR * (1 - 1 / law.mean_gain(seal.critical_gap))
-    sentence = (
-        "slip of the gas at the walls is that of the linearised BGK equation, and other models of "
-        f"the gas differ from it by up to {per_cent(KINETIC_ERROR)} of what slip adds; Knudsen "
-        f"number {knudsen:.2g} at the tightest place"
-    )
-    return Uncertainty("slip", "estimated", sentence, 1 / (1 + error), 1 + error)
+    return kinetic(law, seal.critical_gap, knudsen)
 
 
 def _slip_along(patch: Patch, seal: SealLeak) -> Uncertainty | None:

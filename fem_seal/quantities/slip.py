@@ -1,5 +1,7 @@
 """Error budget: slip of a gas at the walls."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fem_seal.digits import per_cent, with_prefix
@@ -85,28 +87,34 @@ def first_order(knudsen: float) -> Uncertainty:
     return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
 
 
-def _kinetic(patch: Patch, law: Slip, knudsen: float) -> Uncertainty:
-    """Entry of the kinetic law: its model of the gas, and molecules that fly past the film."""
-    critical = present(patch.film.constriction, "constriction").gap
+def kinetic(law: Slip, critical: float, knudsen: float) -> Uncertainty:
+    """Entry of the kinetic law at a critical gap [m]: other models of the gas differ a little."""
     error = KINETIC_ERROR * (1 - 1 / law.mean_gain(critical))
     sentence = (
         "slip of the gas at the walls is that of the linearised BGK equation, and other models of "
         f"the gas differ from it by up to {per_cent(KINETIC_ERROR)} of what slip adds; Knudsen "
         f"number {knudsen:.2g} at the tightest place"
     )
+    return Uncertainty("slip", "estimated", sentence, 1 / (1 + error), 1 + error)
+
+
+def _kinetic(patch: Patch, law: Slip, knudsen: float) -> Uncertainty:
+    """Entry of the kinetic law: its model of the gas, and molecules that fly past the film."""
+    critical = present(patch.film.constriction, "constriction").gap
+    entry = kinetic(law, critical, knudsen)
     path, length = knudsen * critical, _length(patch)
     if path <= length:
-        return Uncertainty("slip", "estimated", sentence, 1 / (1 + error), 1 + error)
+        return entry
     # For the lower bound shorten the mean free path to the length of the film, as a higher pressure
     # would.
     t = critical * law.mean_pressure / law.product
     shorter = float(law.coefficient(t * path / length) / law.coefficient(t))
-    sentence += (
-        f"; the mean free path {with_prefix(path, 'm')} is longer than the film, so that molecules "
-        "which fly along the gap carry less than between endless walls"
+    sentence = (
+        f"{entry.sentence}; the mean free path {with_prefix(path, 'm')} is longer than the film, "
+        "so that molecules which fly along the gap carry less than between endless walls"
     )
-    lower = min(shorter, 1.0) / (1 + error)
-    return Uncertainty("slip", "estimated", sentence, lower, 1 + error, caution=True)
+    lower = min(shorter, 1.0) * present(entry.lower, "lower factor")
+    return replace(entry, sentence=sentence, lower=lower, caution=True)
 
 
 def _length(patch: Patch) -> float:

@@ -6,7 +6,7 @@ Those of the entries of the error budget and of cautions are made with their num
 
 from collections.abc import Callable
 from functools import partial
-from typing import TypeVar
+from typing import Any
 
 from fem_seal.digits import (
     bracket_digits,
@@ -31,14 +31,12 @@ from fem_seal.quantities.error_budget import (
     factor_words,
     may_open,
 )
+from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.records import GasRecord, LiftRecord, SealRecord, StepRecord
 from fem_seal.results.result import AccuracyRecord, Result
 from fem_seal.threshold import Threshold
 from fem_seal.units import RateUnit
-
-Part = TypeVar("Part")
 
 WALLS = (
     "walls, though the gap is periodic, and walls make it leak less; --sides periodic (flow.sides "
@@ -165,38 +163,25 @@ def accuracy_words(accuracy: AccuracyRecord, state: FlowState) -> str:
 
 
 def lines_of(result: Result) -> list[tuple[str, str]]:
-    """Labels and texts of all products beside the leak rate."""
-    scene_has_limit = bool(result.provenance.scene.get("limit"))
-    lines = [
-        *_line("surface", preparation_words, result.preparation or None),
-        *_line("seal", seal_words, result.seal),
-        *_line("lift", partial(lift_words, sealed=result.state == "sealed"), result.lift),
-        *_line("gas", gas_words, result.gas),
-        *_line("verdict", _compared, result.verdict if scene_has_limit else None),
-        *(("caution", caution) for caution in result.cautions),
+    """Labels and texts of all products beside the leak rate, of those that the result has."""
+    judged = result.verdict if result.provenance.scene.get("limit") else None
+    named = result.quantities or Quantities()
+    parts: list[tuple[str, Callable[[Any], str], object]] = [
+        ("surface", preparation_words, result.preparation or None),
+        ("seal", seal_words, result.seal),
+        ("lift", partial(lift_words, sealed=result.state == "sealed"), result.lift),
+        ("gas", gas_words, result.gas),
+        # What is uncertain stands in other lines.
+        ("verdict", lambda judged: f"{judged.decision}: {judged.comparison}", judged),
+        *(("caution", str, caution) for caution in result.cautions),
+        ("tightest", constriction_words, named.constriction),
+        ("threshold", threshold_words, named.threshold),
+        ("aperture", aperture_words, named.hydraulic_aperture),
+        ("trapped", trapped_words, named.trapped_volume),
+        ("tensor", tensor_words, named.conductivity_tensor),
+        ("sensitivity", sensitivity_words, named.sensitivity),
     ]
-    quantities = result.quantities
-    if quantities is None:
-        return lines
-    return [
-        *lines,
-        *_line("tightest", constriction_words, quantities.constriction),
-        *_line("threshold", threshold_words, quantities.threshold),
-        *_line("aperture", aperture_words, quantities.hydraulic_aperture),
-        *_line("trapped", trapped_words, quantities.trapped_volume),
-        *_line("tensor", tensor_words, quantities.conductivity_tensor),
-        *_line("sensitivity", sensitivity_words, quantities.sensitivity),
-    ]
-
-
-def _compared(verdict: Verdict) -> str:
-    """Decision and comparison with the limit; other lines say what is uncertain."""
-    return f"{verdict.decision}: {verdict.comparison}"
-
-
-def _line(label: str, words: Callable[[Part], str], part: Part | None) -> list[tuple[str, str]]:
-    """One line for a part that the result has, none for one that it lacks."""
-    return [] if part is None else [(label, words(part))]
+    return [(label, words(part)) for label, words, part in parts if part is not None]
 
 
 def trapped_words(volume: float) -> str:

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from mesh_files import CORNERS, scene_of, write_msh
-from project import ROOT, alone, write_toml
+from project import ROOT, alone, unwrapped, write_toml
 from scipy.integrate import trapezoid
 
 from fem_seal import run
@@ -381,7 +381,7 @@ def test_run_mesh_and_render(tmp_path, capsys):
     capsys.readouterr()
     assert main(["mesh", str(path), "--out", str(tmp_path / "b")]) == 0
     # Lengths with the prefix that suits them, as everywhere.
-    words = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    words = dict(line.split(maxsplit=1) for line in unwrapped(capsys.readouterr().out).splitlines())
     assert "triangles" in words["mesh"]
     assert words["extent"] == "-2 m to 2 m by -2 m to 2 m"
     assert words["gap"] == "5 um to 5 um, mean 5 um"
