@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.digits import per_cent
 from fem_seal.render.plot import new_figure
 from fem_seal.results.records import SealRecord
 from fem_seal.results.words import lifted_words
@@ -134,14 +135,14 @@ def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
     """
     tables = [one.conductivity.table for one in seal.patches if one.conductivity is not None]
     sealed_from = [1e-6 * table.loads[table.upper == 0].min(initial=np.inf) for table in tables]
-    leaks_to = [1e-6 * table.loads[table.upper > 0].max(initial=0.0) for table in tables]
+    leaks_to = np.array([table.loads[table.upper > 0].max(initial=0.0) for table in tables]) / 1e6
     numbers = np.arange(1, len(tables) + 1)
     if seal.path is not None:
         has = 1e-6 * (max(seal.path.contact_pressure) - seal.path.fluid_pressure[0])
     else:
         has = min(sealed_from)
     spare = has - np.median(sealed_from)
-    words = f"to spare: at least {1e3 * spare:.3g} kPa, {100 * spare / has:.2g} % of it"
+    words = f"half of them have at least {1e3 * spare:.3g} kPa to spare, {per_cent(spare / has)}"
     axes.set_title(words if spare > 0 else "sealed at this net load; less was not solved")
     axes.set(xlabel="net load P - p [MPa]", ylabel="patch", xlim=(0, 1.25 * has))
     axes.set_ylim(0, len(tables) + 1)
@@ -151,7 +152,8 @@ def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
         (starts, 1.25 * has, "tab:green", "sealed: K = 0"),
         (0, leaks_to, "tab:red", "leaks"),
     ):
-        axes.hlines(numbers, low, high, colour, lw=5, alpha=0.4, label=label)
+        if np.any(high > low):
+            axes.hlines(numbers, low, high, colour, lw=5, alpha=0.4, label=label)
     axes.axvline(has, color="k", lw=1, label="highest net load along the path")
     _legend_below(axes)
 

@@ -836,7 +836,7 @@ def test_picture_of_a_sealed_seal_draws_what_is_known(profile):
     assert set(behind.get_ydata()) == {0.0}
     has = 2 * (1 if profile == "uniform" else 4 / np.pi) - 0.05
     assert list(margins.lines[0].get_xdata()) == pytest.approx([has] * 2, rel=1e-5)
-    spare = float(re.search(r"at least (\S+) kPa", margins.get_title())[1]) / 1e3
+    spare = float(re.search(r"at least (\S+) kPa to", margins.get_title())[1]) / 1e3
     drawn = [1e-6 * one.conductivity.loads[0] for one in seal.patches]
     assert spare == pytest.approx(has - np.median(drawn), rel=1e-2)
     # Each patch is sealed at the left end of its line, and leaks a sixteenth of `has` before it.
