@@ -105,7 +105,10 @@ def _sealed(budget: ErrorBudget, shown: Shown, unit: str) -> tuple[float | None,
 def _all_errors(
     value: float, low: float | None, high: float | None, budget: ErrorBudget, shown: Shown
 ) -> str:
-    """The value and its range with all counted errors, or the range alone; "at least" if open."""
+    """The value and its range with all counted errors, or the range alone; "at least" if open.
+
+    With both sides open it names the entries that open them.
+    """
     scale = shown.per_solved
     if high is not None and high > USELESS * value:
         high = None
@@ -117,8 +120,12 @@ def _all_errors(
         number, ends = f"{text} {shown.unit}, ", f"{least} to {most}"
     elif low is not None:
         ends = f"at least {rounded_down(low * scale)}"
+    elif high is not None:
+        ends = f"at most {rounded_up(high * scale)}"
     else:
-        ends = "anything" if high is None else f"at most {rounded_up(high * scale)}"
+        wide = [e.name for e in budget if e.counted and None in (e.lower, e.upper)]
+        names = " and ".join(wide) or "the counted errors together"
+        return f"{shown.text(value)} as computed, but {names} may change it by any factor"
     if any(entry.is_range for entry in budget):
         return f"{ends} {shown.unit} {COUNTED}"
     return f"{number}{ends} {COUNTED}"
