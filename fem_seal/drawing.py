@@ -28,20 +28,9 @@ from fem_seal.solved import require_packages
 def draw(
     folder: str | Path, report: Report = silent, *, everything: bool = False
 ) -> tuple[str, ...]:
-    """Draw the pictures of a result folder again, from its arrays.
+    """Draw the pictures of a result folder again, from its arrays; return their names.
 
-    Parameters
-    ----------
-    folder
-        Result folder of `run`; the flow is drawn if the folder holds it.
-    report
-        Called with stage and detail.
-    everything
-        Whether to draw those of `draw_details` too.
-
-    Returns
-    -------
-    Names of the pictures, in the folder.
+    The flow is drawn if the folder holds it, and with `everything` what `draw_details` draws.
 
     Raises
     ------
@@ -98,16 +87,7 @@ def _film_of(result: Result, folder: Path) -> GridFilm | MeshFilm:
 def mesh(
     scene: Scene, out: str | Path, report: Report = silent, *, trust: bool = False
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Write and draw the mesh of a scene's shape.
-
-    Parameters
-    ----------
-    scene
-        Scene with [shape].
-    out
-        Folder of mesh.vtu, shape.png and gap.png.
-    report, trust
-        As of `solve`.
+    """Write and draw the mesh of a scene's shape: mesh.vtu, shape.png and gap.png in `out`.
 
     Returns
     -------

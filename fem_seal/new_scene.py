@@ -77,13 +77,9 @@ class NewScene:
 
 
 def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
-    """Scene that presses the heights of a file against a flat.
+    """Scene that presses the heights of a file, a map or profiles, against a flat.
 
-    Parameters
-    ----------
-    path : file of heights, or text file of profiles
-    folder : folder of the scene; the path to the file in the scene is relative to it
-    stated : unit and size that the file does not contain
+    The scene names the file relative to `folder`; `stated` is what the file does not contain.
     """
     if path.suffix.lower() == ".toml":
         raise InvalidInput(f"{path} is a scene already; name a file of heights")

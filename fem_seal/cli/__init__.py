@@ -102,16 +102,7 @@ def parser(whole: bool = True) -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run one command.
-
-    Parameters
-    ----------
-    arguments : words of the command line; if left out, those of this process
-
-    Returns
-    -------
-    Exit status.
-    """
+    """Run one command, of these words or of those of this process, and return the exit status."""
     _replace_unprintable(sys.stdout)
     try:
         parallel.abort_together()

@@ -138,12 +138,7 @@ def _bytes(gigabytes: float | None) -> int | None:
 
 
 def add_work(command: argparse.ArgumentParser, noun: str) -> None:
-    """Add the options that distribute points over processes.
-
-    Parameters
-    ----------
-    noun : name of the items of which a part computes every N-th, such as "surface"
-    """
+    """Add the options that distribute points over processes; a part is every N-th `noun`."""
     add_jobs(command, "processes of this machine (1)")
     command.add_argument(
         "--part",

@@ -27,16 +27,7 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
 
     A logarithmic axis has no place for a lower bound of zero: for such a level the plot shows the
     upper bound and a relative half-width of 1. The thin line is proportional to 1/unknowns, the
-    optimal rate of adaptive linear elements for an energy.
-
-    Parameters
-    ----------
-    levels : refinement history, at least one level with a positive upper bound
-    path : the file, .png, .pdf or .svg
-
-    Returns
-    -------
-    Path of the file.
+    optimal rate of adaptive linear elements for an energy. `path` ends in .png, .pdf or .svg.
     """
     levels = [level for level in levels if level.upper > 0]
     if not levels:

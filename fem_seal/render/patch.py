@@ -35,26 +35,11 @@ def draw_pictures(
     lift: Lift | None = None,
     by_height: GridField | None = None,
 ) -> tuple[str, ...]:
-    """Draw contact and gap, and of contact pressure, lift and flow those that are given.
+    """Draw contact and gap, and what else is given; return the names of the files.
 
-    For the film of a shape its mesh is drawn in place of the contact.
-
-    Parameters
-    ----------
-    leak
-        Leak rate with its field, or None.
-    pressure
-        Contact pressure [Pa] of an elastic contact.
-    lift
-        Dry gap and fluid pressure of a lifted contact.
-    by_height
-        ∂ ln Q/∂h [1/m] of the product "sensitivity".
-    film, folder
-        Film that is drawn, and where.
-
-    Returns
-    -------
-    Names of the files.
+    `leak` is drawn if it has its field. `pressure` [Pa] is that of an elastic contact, `lift` of a
+    lifted one, `by_height` ∂ ln Q/∂h [1/m] of the product "sensitivity". For the film of a shape
+    its mesh is drawn in place of the contact.
     """
     if isinstance(film, MeshFilm):
         from fem_seal.render.shape import draw_shape

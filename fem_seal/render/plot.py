@@ -33,13 +33,10 @@ def picture_path(path: str | Path) -> Path:
 def new_figure(
     size: tuple[float, float], *paths: str | Path, tight: bool = False
 ) -> "Iterator[Figure]":
-    """Figure to draw into; it is written at the end of the `with`, not after an error.
+    """Figure of a size [inch] to draw into; it is written at the end of the `with`.
 
-    Parameters
-    ----------
-    size : width and height [inch]
-    *paths : the files, .png, .pdf or .svg
-    tight : whether the page ends where the drawing does, in place of having that size
+    After an error it is not. A `tight` page ends where the drawing does, in place of having that
+    size. The files end in .png, .pdf or .svg.
     """
     files = [picture_path(path) for path in paths]
     import matplotlib
