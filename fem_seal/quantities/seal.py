@@ -21,7 +21,7 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.quantities.inputs import exact_inputs
 from fem_seal.quantities.patch_size import scale_entries
-from fem_seal.quantities.slip import first_order, kinetic
+from fem_seal.quantities.slip import first_order, of_kinetic_law
 from fem_seal.quantities.uncertainties import isotropy
 from fem_seal.quantities.verdict import open_entries
 from fem_seal.rarefied import FIRST_ORDER
@@ -257,7 +257,7 @@ def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:
         return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
     if law.coefficient is FIRST_ORDER:
         return first_order(knudsen)
-    return kinetic(law, seal.critical_gap, knudsen)
+    return of_kinetic_law(law, seal.critical_gap, knudsen)
 
 
 def _slip_along(patch: Patch, seal: SealLeak) -> Uncertainty | None:

@@ -87,7 +87,7 @@ def first_order(knudsen: float) -> Uncertainty:
     return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
 
 
-def kinetic(law: Slip, critical: float, knudsen: float) -> Uncertainty:
+def of_kinetic_law(law: Slip, critical: float, knudsen: float) -> Uncertainty:
     """Entry of the kinetic law at a critical gap [m]: other models of the gas differ a little."""
     error = KINETIC_ERROR * (1 - 1 / law.mean_gain(critical))
     sentence = (
@@ -101,7 +101,7 @@ def kinetic(law: Slip, critical: float, knudsen: float) -> Uncertainty:
 def _kinetic(patch: Patch, law: Slip, knudsen: float) -> Uncertainty:
     """Entry of the kinetic law: its model of the gas, and molecules that fly past the film."""
     critical = present(patch.film.constriction, "constriction").gap
-    entry = kinetic(law, critical, knudsen)
+    entry = of_kinetic_law(law, critical, knudsen)
     path, length = knudsen * critical, _length(patch)
     if path <= length:
         return entry
