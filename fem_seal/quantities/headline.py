@@ -125,7 +125,8 @@ def _all_errors(
     else:
         wide = [e.name for e in budget if e.counted and None in (e.lower, e.upper)]
         names = " and ".join(wide) or "the counted errors together"
-        return f"{shown.text(value)} as computed, but {names} may change it by any factor"
+        text = f"{in_digits(value * scale)} {shown.unit}"
+        return f"{text} as computed, but {names} may change it by any factor"
     if any(entry.is_range for entry in budget):
         return f"{ends} {shown.unit} {COUNTED}"
     return f"{number}{ends} {COUNTED}"

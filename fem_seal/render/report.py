@@ -75,7 +75,6 @@ def report(folder: str | Path) -> Path:
         verdict=first_sentence(result),
         remarks=remarks(result),
         result=result,
-        open=[e for e in result.error_budget or () if e.lower is None or e.upper is None],
         pictures=list(_pictures(folder, result)),
         summary=summary_of(result),
         scene=rows_of_mapping(provenance.scene, Scene),

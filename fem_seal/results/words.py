@@ -91,7 +91,8 @@ def remarks(result: Result) -> list[str]:
         sentences.append(
             "zero is the leak rate as computed; errors that are not covered may open a path"
         )
-        sentences += [e.sentence for e in budget if e.counted and e.key not in IN_BOUNDS]
+        own = [e.sentence for e in budget if e.counted and e.key not in IN_BOUNDS]
+        sentences += [sentence for sentence in own if sentence not in first]
     if result.state == "sealed" and any(entry.key == ONE_PATCH for entry in budget):
         opens = "less load or more fluid pressure may open a path, and so may another piece of the"
         opens += " face"

@@ -26,7 +26,7 @@ from fem_seal.quantities.verdict import verdict
 from fem_seal.render.seal import draw_seal
 from fem_seal.results import Result
 from fem_seal.results.records import SealPatchRecord, SealRecord
-from fem_seal.results.words import first_sentence, lines_of, remarks, summary_of, unit_words
+from fem_seal.results.words import first_sentence, lines_of, summary_of, unit_words
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.sweep.point import Point, _numbers
