@@ -70,6 +70,7 @@ def main(out: Path = Path("out"), n: int = 128) -> list[tuple[LiftedState, Lifte
             axes.semilogy(low.residuals, "o-", color=colour, label=name)
             axes.semilogy(high.residuals, "o--", color=colour, fillstyle="none")
         axes.set(xlabel="Newton's step", ylabel="rms of F over the pressure drop")
+        axes.xaxis.get_major_locator().set_params(integer=True)
         axes.set_title("A few steps bring contact and flow together")
         axes.legend(title="load")
     return pairs

@@ -29,6 +29,7 @@ from fem_seal.progress import silent
 from fem_seal.scene import Scene
 
 TOLERANCE, MOST_ITERATIONS = 1e-6, 60  # of the adjoint solves
+MOST_NODES = 1_100_000  # of the network, finer than the contact's grid if it may be
 EPSILON = 1e-4  # gap that conducts in contact, in rms heights
 STEP = 1e-4  # of the central differences, in ln of an input
 
@@ -69,9 +70,8 @@ def sensitivity(
     if problem.film(contact.gap).sealed:
         raise InvalidInput("the sensitivity is that of a leak rate, and the patch is sealed")
     gap, epsilon = contact.gap.values, EPSILON * float(height.values.std())
-    first, last = problem.levels
-    level = max(first, min(last, 1))
-    flow, tangent = problem.film_pressure(gap, level, epsilon), problem.contact_tangent(contact)
+    grid = problem.grid(1 if 4 * gap.size <= MOST_NODES else 0)
+    flow, tangent = problem.film_pressure(gap, grid, epsilon), problem.contact_tangent(contact)
     constriction = problem.film(contact.gap).constriction
     critical = constriction.gap if problem.slips and constriction is not None else 0.0
     q = flow.log_rate_by_gap
@@ -100,7 +100,7 @@ def sensitivity(
         """Ln Q and the fluid's pressure on the solid [Pa] in another fluid, at the same gap."""
         settings = other.flow_settings
         there = lifting_problem(other, load, settings, height, silent)
-        through = there.film_pressure(gap, level, epsilon) if there.slips else flow
+        through = there.film_pressure(gap, grid, epsilon) if there.slips else flow
         rate = through.conductance * settings.pressure_drop / settings.viscosity
         return log(rate), there.pressure_of(np.clip(through.on_samples, 0, 1), critical)
 

@@ -9,6 +9,7 @@ import pytest
 
 from fem_seal.contact.settings import Load
 from fem_seal.errors import InvalidInput
+from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
 from fem_seal.progress import silent
@@ -47,7 +48,7 @@ class Equilibrium:
             p = np.zeros(self.height.shape)
             for _ in range(200):  # plain passes converge at this load
                 self.contact = self.problem.contact_under(p, self.contact)
-                flow = self.problem.film_pressure(self.contact.gap.values, 0, self.epsilon)
+                flow = self.flow
                 after = self.problem.pressure_of(flow.on_samples, 0.0)
                 change = np.abs(after - p).max()
                 p = after
@@ -56,8 +57,13 @@ class Equilibrium:
             self.pressure = p
 
     @property
+    def flow(self) -> FilmPressure:
+        grid = self.problem.grid(0)
+        return self.problem.film_pressure(self.contact.gap.values, grid, self.epsilon)
+
+    @property
     def log_rate(self) -> float:
-        flow = self.problem.film_pressure(self.contact.gap.values, 0, self.epsilon)
+        flow = self.flow
         settings = self.scene.flow_settings
         return log(flow.conductance * settings.pressure_drop / settings.viscosity)
 

@@ -27,9 +27,11 @@ from fem_seal.coupling.state import SETTLED, LiftedState, spread
 from fem_seal.errors import present
 from fem_seal.progress import Report, silent
 
-FIRST_EPSILON, EPSILON_FALLS = 1e-2, 1 / 8  # in rms heights; from stage to stage
-STAGES_OF_DIFFERENCES, MOST_STEPS = 4, 20
-LAST_CHANGE = 0.2  # part of the error allowed at which the steps of a stage end
+FIRST_EPSILON = 1e-2  # in rms heights
+MOST_STAGES, MOST_STEPS = 8, 20
+# Ratio of what two stages change: the largest that is believed, and that of the first.
+SLOWEST, FIRST_RATIO = 0.9, 1 / 2
+MOST_NODES = 1_100_000  # of a network for the fluid's pressure
 FIRST_LEVEL = 0.25  # steps in which a solid is lifted clear of the counter-face, in rms heights
 FIRST_DEVIATION, PASSES = 0.05, 4  # from an unstable state, over the pressure drop; and passes
 LEAST_ERROR = 0.05  # of ln Q that is claimed, over rtol: what the tolerance of the contacts leaves
@@ -73,7 +75,9 @@ def lifted(
     if dry is None:
         dry = parallel.on_root(lambda: problem.contact_under(low), problem.comm)
     sealed = problem.film(dry.gap).sealed
-    first = parallel.on_root(lambda: _found(problem, rtol, low, dry, report), problem.comm)
+    first = present(
+        parallel.on_root(lambda: _found(problem, rtol, low, dry, report), problem.comm), "state"
+    )
     state = _state_of(problem, rtol, first)
     log = first.log
     doubtful = sealed or log.shortened or log.iterations > MANY_ITERATIONS
@@ -82,7 +86,14 @@ def lifted(
     if problem.may_float:
         return state
     high = np.full_like(low, problem.inlet)
-    second = parallel.on_root(lambda: _found(problem, rtol, high, None, report), problem.comm)
+    # A film that leaks when dry has no gate that only the inlet's pressure opens: both starts are
+    # then told apart at the first stage.
+    known = None if sealed else first
+    second = parallel.on_root(
+        lambda: _found(problem, rtol, high, None, report, known), problem.comm
+    )
+    if second is None:
+        return state
     return _both(state, _state_of(problem, rtol, second))
 
 
@@ -91,7 +102,7 @@ def lifted_from(
 ) -> LiftedState:
     """The state to which Newton's method leads from a fluid pressure (nx, ny) [Pa]."""
     found = parallel.on_root(lambda: _found(problem, rtol, pressure, None, report), problem.comm)
-    return _state_of(problem, rtol, found)
+    return _state_of(problem, rtol, present(found, "state"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +115,8 @@ class _Found:
     change: float  #: of ln Q in the last step
     error: float  #: of ln Q
     log: Log
+    coarse: np.ndarray  #: p_f (nx, ny) [Pa] of the first stage
+    coarse_conductance: float  #: of the film then, see `FilmPressure.conductance`
 
 
 def _found(
@@ -112,19 +125,23 @@ def _found(
     pressure: np.ndarray,
     contact: ContactState | None,
     report: Report,
-) -> _Found:
-    """Newton's method in stages, from a fluid pressure.
+    known: _Found | None = None,
+) -> _Found | None:
+    """Newton's method in stages, from a fluid pressure; None if the first one ends as in `known`.
 
     At the first point of a stage ln Q is as wrong as the fluid's pressure of the stage before was.
-    If that is little, one more step is the last.
+    The triangles of a stage are smaller where that matters most. If what they change falls so that
+    the rest of it is little, one more step is the last.
     """
     if contact is None:
         contact = problem.contact_under(pressure, None, ROUGH_CONTACT)
-    allowed, log, stages = SETTLED * rtol, Log(), _stages(problem)
-    change, error, certain, left = inf, inf, False, False
-    point = LiftPoint(problem, stages[0], pressure, contact)
-    for number, stage in enumerate(stages):
-        point = replace(point, stage=stage)
+    stage = Stage(problem.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
+    allowed, log, certain, left = SETTLED * rtol, Log(), False, False
+    change = error = differs = conductance = inf
+    coarse = pressure
+    point = LiftPoint(problem, stage, pressure, contact)
+    adjoint = np.zeros_like(pressure)
+    for number in range(MOST_STAGES):
         log.residuals.append(point.size)
         report("lift", f"step {len(log.residuals)}, residual {point.size:.1e}")
         if number > 0:
@@ -132,37 +149,40 @@ def _found(
             if sealed and _stays_sealed(problem, point.contact):
                 certain = True
                 break
-            change, error = abs(point.step.log_rate), point.error(allowed)
+            last, differs = differs, point.error(adjoint)
+            # The sum of all changes to come, if each is smaller by the same ratio.
+            ratio = min(differs / last, SLOWEST) if 0 < last < inf else FIRST_RATIO
+            error = differs / (1 - ratio)
             if error <= allowed and point.keeps_contact and not sealed and not log.failure:
-                point = point.after(point.step) or point
+                change, point = differs, point.after(point.step) or point
                 break
-        point = newton(point, LAST_CHANGE * allowed, MOST_STEPS, log)
+        point = newton(point, allowed, MOST_STEPS, log)
         if log.failure and problem.may_float and point.contact.contact.any():
-            point = newton(_floating(point), LAST_CHANGE * allowed, MOST_STEPS, log)
+            point = newton(_floating(point), allowed, MOST_STEPS, log)
         if point.step.negative is not None and not left:
             left = True
-            point = newton(_leaving(point), LAST_CHANGE * allowed, MOST_STEPS, log)
-        change = abs(point.step.log_rate)
+            point = newton(_leaving(point), allowed, MOST_STEPS, log)
+        if number == 0:
+            coarse, conductance = point.pressure, point.flow.conductance
+            if (
+                known is not None
+                and not log.failure
+                and point.is_that_of(known.coarse, known.coarse_conductance, allowed)
+            ):
+                return None
+        change, adjoint, finer = abs(point.step.log_rate), point.adjoint, point.finer
         if not log.failure:
             point = point.after(point.step) or point
-    else:
-        error = change + error / 2  # the last network is finer than that which had this error
+        if number + 1 == MOST_STAGES or len(finer.grid.free) > MOST_NODES:
+            error = change + error / 2  # the last network is finer than that which had this error
+            break
+        point = replace(point, stage=finer)
     contact = point.contact
     if contact.contact.any():
         contact = problem.contact_under(point.pressure, contact)
-    if not certain and problem.film(contact.gap).sealed:
-        certain = _stays_sealed(problem, contact)
+    certain = certain or (problem.film(contact.gap).sealed and _stays_sealed(problem, contact))
     error = max(error, LEAST_ERROR * rtol)
-    return _Found(point.pressure, contact, certain, change, error, log)
-
-
-def _stages(problem: LiftProblem) -> list[Stage]:
-    """Networks from coarse to fine, with a smaller ε each."""
-    (first, last), rms = problem.levels, float(problem.height.values.std())
-    return [
-        Stage(min(first + k, last), FIRST_EPSILON * EPSILON_FALLS**k * rms)
-        for k in range(last - first + 1 if problem.refines else STAGES_OF_DIFFERENCES)
-    ]
+    return _Found(point.pressure, contact, certain, change, error, log, coarse, conductance)
 
 
 def _floating(point: LiftPoint) -> LiftPoint:

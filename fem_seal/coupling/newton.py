@@ -14,6 +14,7 @@ of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import log
 from typing import Self
 
 import numpy as np
@@ -23,13 +24,16 @@ from fem_seal.contact.tangent import ContactTangent
 from fem_seal.coupling.krylov import LinearSolution, gmres
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.finite_difference.film_pressure import FilmPressure
+from fem_seal.finite_difference.pressure_grid import PressureGrid
 
 GMRES_TOLERANCE, INNER_TOLERANCE = 0.1, 0.02  # of Newton's step; of the tangents in it
 MOST_ITERATIONS = 30  # of GMRES
 SHORTEST = 1 / 8  # part of a step that is tried last
 LEFT = 0.1  # least part of the solid's load that a step leaves to it
 PARTS = 4  # of the patch along each side
-LARGEST_RESIDUAL = 0.1  # of F over the pressure drop, in an equilibrium
+LARGEST_RESIDUAL = 0.02  # of F over the pressure drop, in an equilibrium
+REFINED = 0.9  # part of what may err in ln Q that the next network refines
+EPSILON_FALLS = 1 / 4  # from stage to stage
 ROUGH_CONTACT = 1e-5  # certificate of the contacts on the way
 
 
@@ -37,7 +41,7 @@ ROUGH_CONTACT = 1e-5  # certificate of the contacts on the way
 class Stage:
     """How exactly the fluid's pressure is solved."""
 
-    level: int  #: of the network, see `finite_difference.pressure_grid`
+    grid: PressureGrid  #: network for the flow
     epsilon: float  #: gap that conducts in contact [m]
 
 
@@ -65,7 +69,7 @@ class LiftPoint:
     def flow(self) -> FilmPressure:
         """Flow through the gap."""
         stage, gap = self.stage, self.contact.gap.values
-        return self.problem.film_pressure(gap, stage.level, stage.epsilon)
+        return self.problem.film_pressure(gap, stage.grid, stage.epsilon)
 
     @cached_property
     def critical(self) -> float:
@@ -151,19 +155,31 @@ class LiftPoint:
         """
         return float(self.step.pressure.mean()) < self.problem.left_of(self.pressure)
 
-    def error(self, allowed: float) -> float:
-        """Estimated error of ln Q at this point: |λ·F|.
+    @cached_property
+    def finer(self) -> Stage:
+        """The next stage, with smaller triangles where errors of the flow change ln Q most."""
+        grid = self.stage.grid
+        if self.problem.refines:
+            weight = self._by_u * self.adjoint
+            grid = grid.refined(self.flow.by_links(weight, INNER_TOLERANCE), REFINED)
+        return Stage(grid, self.stage.epsilon * EPSILON_FALLS)
+
+    def is_that_of(self, pressure: np.ndarray, conductance: float, allowed: float) -> bool:
+        """Whether this equilibrium is another one of the same stage, to a change of ln Q."""
+        apart = np.sqrt(np.mean((self.pressure - pressure) ** 2)) / self.problem.drop
+        rates = log(self.flow.conductance / conductance)
+        return bool(apart < LARGEST_RESIDUAL) and abs(rates) <= allowed
+
+    def error(self, adjoint: np.ndarray) -> float:
+        """Estimated error of ln Q at this point: |λ·F|, with the λ of the stage before.
 
         Errors in several places may cancel by chance. It is therefore at least the root of the sum
-        of the squares over 4 × 4 parts of the patch. These are not looked at where the sum is more
-        than what is allowed.
+        of the squares over 4 × 4 parts of the patch.
         """
-        if abs(self.step.log_rate) > allowed:
-            return abs(self.step.log_rate)
         rows, columns = (np.arange(PARTS) * n // PARTS for n in self.pressure.shape)
-        share = self.adjoint * self.residual
+        share = adjoint * self.residual
         parts = np.add.reduceat(np.add.reduceat(share, rows, axis=0), columns, axis=1)
-        return max(abs(self.step.log_rate), float(np.sqrt((parts**2).sum())))
+        return max(abs(float(parts.sum())), float(np.sqrt((parts**2).sum())))
 
     def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
         """The point a part of a step further on, or less far if that leaves nothing to the solid.
@@ -211,7 +227,7 @@ class FloatingPoint(LiftPoint):
         """There is none to keep."""
         return True
 
-    def error(self, allowed: float) -> float:
+    def error(self, adjoint: np.ndarray) -> float:
         """Estimated error of ln Q at this point."""
         return abs(self.step.log_rate)
 

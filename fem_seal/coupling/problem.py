@@ -1,7 +1,8 @@
 """The coupled problem of contact and flow: its two halves, each as a function."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -15,10 +16,7 @@ from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 
-MOST_NODES = 1_100_000  # of a network for the fluid's pressure
-FINEST = 3  # highest level of a network
-# Nodes along a side of the first network; on larger contact grids twice as many.
-FEWEST_NODES = 128
+FIRST_NODES = 30_000  # most of the first network, but on every fourth sample at least
 NOTHING = 1e-5  # part of the load that counts as none
 
 
@@ -50,7 +48,6 @@ class LiftProblem:
     load: float | None  #: P₀ of solid and fluid [Pa]; None if area or mean gap is prescribed
     mean_gap_held: bool  #: whether the mean gap is prescribed
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
-    _grids: dict[int, PressureGrid] = field(default_factory=dict)
 
     @property
     def stiffness(self) -> float:
@@ -93,40 +90,37 @@ class LiftProblem:
             self.solid, self.stiffness, contact.gap.values > 0, self.mean_gap_held
         )
 
-    def film_pressure(self, gap: np.ndarray, level: int, epsilon: float) -> FilmPressure:
+    def film_pressure(self, gap: np.ndarray, grid: PressureGrid, epsilon: float) -> FilmPressure:
         """Pressure u between 1 and 0 in a film that conducts as a gap ε [m] more everywhere."""
         step = 1e-6
         cubes = np.cbrt(self.cubes(gap) + epsilon**3)
         slope = (self.cubes(gap * (1 + step)) - self.cubes(gap * (1 - step))) / (2 * step)
         slope = np.divide(slope, 3 * cubes**2 * gap, out=np.zeros_like(gap), where=gap > 0)
-        return FilmPressure(self.grid(level), cubes, slope, self.solver)
+        return FilmPressure(grid, cubes, slope, self.solver)
 
     def grid(self, level: int) -> PressureGrid:
         """Network with 2^level times as many nodes a side as the contact has samples."""
-        if level not in self._grids:
-            self._grids[level] = PressureGrid.of(self.film(self.touching_gap), self.links, level)
-        return self._grids[level]
+        film = self.film(self.touching_gap)
+        if not self.refines:
+            return PressureGrid.of_stencil(film, self.links)
+        return PressureGrid.uniform(film, level)
+
+    @cached_property
+    def first_grid(self) -> PressureGrid:
+        """The coarsest network on which the fluid's pressure is solved."""
+        shape, level = self.height.shape, 0
+        while (
+            level > -2
+            and self.height.values.size * 4**level > FIRST_NODES
+            and all(n % 2 ** (1 - level) == 0 for n in shape)
+        ):
+            level -= 1
+        return self.grid(level)
 
     @property
     def touching_gap(self) -> GridField:
         """Gap of first touch [m]."""
         return self.field(self.height.values.max() - self.height.values)
-
-    @property
-    def levels(self) -> tuple[int, int]:
-        """Level of the coarsest and of the finest network."""
-        if not self.refines:
-            return 0, 0
-        shape, first, last = self.height.shape, 0, 0
-        fewest = FEWEST_NODES * (2 if min(shape) > 2 * FEWEST_NODES else 1)
-        while all(n % 2 ** (1 - first) == 0 and n >> (1 - first) >= fewest for n in shape):
-            first -= 1
-        last = max(
-            level
-            for level in range(first, FINEST + 1)
-            if level == first or self.height.values.size * 4.0**level <= MOST_NODES
-        )
-        return first, last
 
     def floating(self, gap: np.ndarray) -> ContactState:
         """State of a solid that floats above the counter-face, with a gap (nx, ny) [m]."""

@@ -61,20 +61,17 @@ class FilmPressure:
     ):
         self._grid, self._slope = grid, slope
         self._unit = float(gap.max())
-        links, self._by_ends = grid.conductances(grid.to_nodes @ (gap.ravel() / self._unit))
-        (rows, row), (a, b) = grid.nodes, grid.ends
-        nodes, self._free = rows * row, slice(row, (rows - 1) * row)
+        links, self._by_sides = grid.conductances(grid.to_places @ (gap.ravel() / self._unit))
+        (a, b), nodes = grid.ends, len(grid.free)
         entries = (np.append(links, links), (np.append(a, b), np.append(b, a)))
         between = sparse.csr_array(sparse.coo_array(entries, (nodes, nodes)))
-        matrix = sparse.csr_array(sparse.diags(between.sum(axis=1)) - between)[self._free]
-        self._solve = solver(sparse.csr_array(matrix[:, self._free]))
-        u = np.zeros(nodes)
-        u[:row] = 1.0
-        u[self._free] = self._solve(-(matrix @ u), EXACT)
-        self._drop = u[a] - u[b]
+        matrix = sparse.csr_array(sparse.diags(between.sum(axis=1)) - between)[grid.free]
+        self._solve = solver(sparse.csr_array(matrix[:, grid.free]))
+        u = grid.inlet.astype(float)
+        u[grid.free] = self._solve(-(matrix @ u), EXACT)
+        self._links, self._drop = links, u[a] - u[b]
         self.on_samples = self._to_samples(u)  #: (nx, ny)
         self._power = links * self._drop**2
-        self._nodes = nodes
 
     @property
     def conductance(self) -> float:
@@ -95,13 +92,12 @@ class FilmPressure:
         tolerance
             Relative tolerance of the solve.
         """
-        moved = self._grid.to_nodes @ (self._slope * gap).ravel() / self._unit
-        a, b = self._grid.ends
-        flux = (self._by_ends * moved[self._grid.ends]).sum(axis=0) * self._drop
-        inflow = np.bincount(b, flux, self._nodes) - np.bincount(a, flux, self._nodes)
-        change = np.zeros(self._nodes)
-        change[self._free] = self._solve(inflow[self._free], tolerance)
-        return self._to_samples(change)
+        grid = self._grid
+        moved = grid.to_places @ (self._slope * gap).ravel() / self._unit
+        flux = (self._by_sides * moved[grid.sides]).sum(axis=0) * self._drop
+        (a, b), nodes = grid.ends, len(grid.free)
+        inflow = np.bincount(b, flux, nodes) - np.bincount(a, flux, nodes)
+        return self._to_samples(self._solved(inflow, tolerance))
 
     def transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
         """Transpose of `change`: derivative (nx, ny) of Σ weight u by the gap at the samples [1/m].
@@ -112,19 +108,31 @@ class FilmPressure:
         tolerance
             Relative tolerance of the solve.
         """
-        of_nodes = self._grid.to_samples.T @ weight.ravel()
-        adjoint = np.zeros(self._nodes)
-        adjoint[self._free] = self._solve(of_nodes[self._free], tolerance)
+        return self._by_gap(-self._adjoint_drop(weight, tolerance) * self._drop) / self._unit
+
+    def by_links(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
+        """|Derivative| (links,) of Σ weight u by the logarithm of each link's conductance."""
+        return np.abs(self._links * self._drop * self._adjoint_drop(weight, tolerance))
+
+    def _adjoint_drop(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
+        """Drop (links,) of the solution with the weights as sources."""
         a, b = self._grid.ends
-        return self._by_gap((adjoint[b] - adjoint[a]) * self._drop) / self._unit
+        adjoint = self._solved(self._grid.to_samples.T @ weight.ravel(), tolerance)
+        return adjoint[a] - adjoint[b]
+
+    def _solved(self, inflow: np.ndarray, tolerance: float) -> np.ndarray:
+        """Pressure of all nodes with an inflow into the free ones, 0 at the others."""
+        u, free = np.zeros(len(inflow)), self._grid.free
+        u[free] = self._solve(inflow[free], tolerance)
+        return u
 
     def _by_gap(self, by_links: np.ndarray) -> np.ndarray:
         """Derivative by the gap at the samples from that by the conductances of the links."""
-        both = (self._by_ends * by_links).ravel()
-        by_nodes = np.bincount(self._grid.ends.ravel(), both, self._nodes)
-        by_samples: np.ndarray = self._grid.to_nodes.T @ by_nodes
-        return by_samples.reshape(self._grid.shape) * self._slope
+        grid, both = self._grid, (self._by_sides * by_links).ravel()
+        by_places = np.bincount(grid.sides.ravel(), both, grid.to_places.shape[0])
+        by_samples: np.ndarray = grid.to_places.T @ by_places
+        return by_samples.reshape(grid.film.gap.shape) * self._slope
 
     def _to_samples(self, of_nodes: np.ndarray) -> np.ndarray:
         at_samples: np.ndarray = self._grid.to_samples @ of_nodes
-        return at_samples.reshape(self._grid.shape)
+        return at_samples.reshape(self._grid.film.gap.shape)

@@ -1,8 +1,12 @@
-"""The network for the fluid's pressure: on the contact's own grid, a finer or a coarser one.
+"""The network for the fluid's pressure, and how it is joined to the samples of a contact.
 
-The network of level k has 2^k times as many nodes along each side as the contact has samples. Two
-sparse matrices join both grids: gaps are interpolated from the samples to the nodes the way the
-film is read between its samples, and pressures from the nodes to the samples.
+On the right isosceles triangles of the nested family (`mesh.nested`) the stiffness matrix of linear
+elements is that of a network along the legs: a leg carries half of each triangle beside it. So a
+mesh of any mixture of sizes makes a network, on the contact's own grid, a coarser one, or a finer
+one where the pressure needs it. A link conducts as the mean of g³ between the gaps at its two ends,
+or, where each sample fills one pixel, of the two triangles beside it.
+
+Finite differences have the network of their own stencil, with nodes at the centres of such pixels.
 """
 
 from dataclasses import dataclass
@@ -10,142 +14,229 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from fem_seal.errors import present
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
+from fem_seal.mesh.bisection import refine
+from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
+
+EDGE = 1e-9  # of a triangle, within which a point is on its edge
 
 
 @dataclass(frozen=True, eq=False)
 class PressureGrid:
-    """Nodes and links of a network, and how they are joined to the samples of a contact."""
+    """Nodes and links of a network; places are where its gaps are: nodes, or triangles."""
 
-    shape: tuple[int, int]  #: samples of the contact
-    nodes: tuple[int, int]  #: the first row has the inlet's pressure, the last the outlet's
-    ends: np.ndarray  #: (2, number of links), nodes at the two ends of each link
+    film: GridFilm  #: a film on the grid of the contact
+    ends: np.ndarray  #: (2, links), nodes at the two ends of each link
+    sides: np.ndarray  #: (2, links), places between whose gaps a link has its mean of g³
     weight: np.ndarray  #: width of each link over its length
-    rule: str  #: name of the mean of g³ along a link, see `links.LINKS`
-    to_nodes: sparse.csr_array  #: gap at the nodes from that at the samples
+    rule: str  #: name of the mean of g³, see `links.LINKS`
+    to_places: sparse.csr_array  #: gap at the places from that at the samples
     to_samples: sparse.csr_array  #: pressure at the samples from that at the nodes
+    inlet: np.ndarray  #: (nodes,) bool, nodes with the pressure of the inlet
+    free: np.ndarray  #: (nodes,) bool, nodes whose pressure is unknown
+    mesh: NestedMesh | None = None  #: None for the stencil of finite differences
+    legs: np.ndarray | None = None  #: (C, 2), link along each leg of a triangle of the mesh
 
     @classmethod
-    def of(cls, film: GridFilm, rule: str, level: int = 0) -> "PressureGrid":
-        """Network of a level for all films on the grid of this one.
-
-        Parameters
-        ----------
-        level
-            If negative, the numbers of samples must be divisible by 2^-level.
-        """
-        (nx, ny), (dx, dy) = film.gap.shape, film.gap.spacing
-        fine, coarse = 2 ** max(level, 0), 2 ** max(-level, 0)
-        mx, my = nx * fine // coarse, ny * fine // coarse
-        spacing = dx * coarse / fine, dy * coarse / fine
-        flat = GridField(np.ones((mx, my)), spacing, film.gap.periodic)
+    def of_stencil(cls, film: GridFilm, rule: str) -> "PressureGrid":
+        """The network of the finite differences, for all films on the grid of this one."""
+        (nx, ny), periodic = film.gap.shape, film.sides == "periodic"
+        flat = GridField(np.ones((nx, ny)), film.gap.spacing, film.gap.periodic)
         network = flow_grid(GridFilm(flat, film.sides, film.representation), 1 / 12, rule).network
-        periodic = film.sides == "periodic"
-        if film.representation == "linear":
-            to_nodes = _vertices_of_samples(nx, ny, film.gap.periodic, periodic)
-            rows = nx + film.gap.periodic
-            columns = ny + (film.gap.periodic and not periodic)
-            for _ in range(level):
-                to_nodes = _refined(rows, columns, periodic) @ to_nodes
-                rows, columns = 2 * rows - 1, 2 * columns - (not periodic)
-            if level < 0:
-                kept = np.arange(rows * columns).reshape(rows, columns)[::coarse, ::coarse]
-                to_nodes = to_nodes[kept.ravel()]
-            along, across = (
-                _at(np.arange(n) * fine / coarse, m, wraps)
-                for n, m, wraps in zip((nx, ny), network.shape, (False, periodic), strict=True)
-            )
-        else:
-            shares = [_pixels(n, fine, coarse) for n in (nx, ny)]
-            first, last = shares[0][:1], shares[0][-1:]
-            to_nodes = sparse.kron(sparse.vstack([first, shares[0], last]), shares[1], "csr")
-            centres = [(np.arange(n) + 0.5) * fine / coarse for n in (nx, ny)]
-            # The ends are nodes of their own, half a pixel from the first and the last centre.
-            place = np.clip(centres[0] - 0.5, -0.5, mx - 0.5)
-            place = np.where(
-                place < 0, 1 + 2 * place, np.where(place > mx - 1, 2 * place - mx + 2, place + 1)
-            )
-            along = _at(place, mx + 2, False)
-            across = _at(centres[1] - 0.5, my, periodic)
         node = np.arange(network.x.size + network.x.shape[1]).reshape(network.shape)
+        (rows, columns), linear = node.shape, film.representation == "linear"
+        i = np.arange(rows) % nx if linear else np.clip(np.arange(rows) - 1, 0, nx - 1)
+        sample = (i[:, None] * ny + np.arange(columns) % ny).ravel()
+        first = 0 if linear else 1
         right = np.roll(node, -1, axis=1) if periodic else node[:, 1:]
         left = node[:, : network.y.shape[1]]
         ends = [np.append(node[:-1], left), np.append(node[1:], right)]
         weight = np.append(network.x, network.y)
         used = weight > 0
+        ends = np.stack(ends)[:, used]
+        row = np.repeat(np.arange(rows), columns)
         return cls(
-            shape=(nx, ny),
-            nodes=network.shape,
-            ends=np.stack(ends)[:, used],
+            film=film,
+            ends=ends,
+            sides=ends,
             weight=weight[used],
             rule=rule,
-            to_nodes=sparse.csr_array(to_nodes),
-            to_samples=sparse.csr_array(sparse.kron(along, across, "csr")),
+            to_places=_chosen(sample, nx * ny),
+            to_samples=_chosen(node[first : first + nx, :ny].ravel(), node.size),
+            inlet=row == 0,
+            free=(row > 0) & (row < rows - 1),
+        )
+
+    @classmethod
+    def uniform(cls, film: GridFilm, level: int) -> "PressureGrid":
+        """A network with 2^level times as many nodes a side as the contact has samples.
+
+        For a negative level the number of samples must be divisible by 2^-level.
+        """
+        linear = film.representation == "linear"
+        squares = tuple(n - (linear and not film.gap.periodic) for n in film.gap.shape)
+        mesh = uniform_mesh((squares[0], squares[1]), 2 ** max(-level, 0), film.sides == "periodic")
+        if level > 0:
+            mesh = _halved(mesh, np.full(len(mesh.cells), 2 * level, dtype=np.int8))
+        return cls.on_mesh(film, mesh)
+
+    @classmethod
+    def on_mesh(cls, film: GridFilm, mesh: NestedMesh) -> "PressureGrid":
+        """The network along the legs of the triangles of a mesh."""
+        linear, cells = film.representation == "linear", mesh.twin[mesh.cells]
+        count = len(mesh.xy)
+        low, high = np.sort(cells[:, [[0, 1], [0, 2]]].reshape(-1, 2).astype(np.int64), axis=1).T
+        key, first, legs = np.unique(low * count + high, return_index=True, return_inverse=True)
+        ends = np.stack(np.divmod(key, count))
+        last = np.empty(len(key), dtype=np.int64)
+        last[legs] = np.arange(len(legs))
+        own = np.arange(count) == mesh.twin
+        return cls(
+            film=film,
+            ends=ends,
+            sides=ends if linear else np.stack([first, last]) // 2,
+            weight=np.bincount(legs, _half_cotangents(mesh, film.gap.spacing).ravel()),
+            rule="linear-gap" if linear else "arithmetic",
+            to_places=_gap_at_vertices(mesh, film) if linear else _gap_of_cells(mesh, film),
+            to_samples=_pressure_at_samples(mesh, cells, film.gap.shape, 0.0 if linear else 0.5),
+            inlet=mesh.inlet,
+            free=own & ~mesh.inlet & ~mesh.outlet,
+            mesh=mesh,
+            legs=legs.reshape(-1, 2),
         )
 
     def conductances(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Conductances of the links with a gap at the nodes, times 12 η, and their derivatives.
+        """Conductances of the links with a gap at the places, times 12 η, and their derivatives.
 
         Returns
         -------
-        (links,) and (2, links), the derivatives by the gaps at both ends
+        (links,) and (2, links), the derivatives by the gaps of both `sides`
         """
         rule, step = LINKS[self.rule], 1e-5
-        a, b = gap[self.ends]
-        by_ends = [
+        a, b = gap[self.sides]
+        by_sides = [
             (rule(a * (1 + step), b) - rule(a * (1 - step), b)) / (2 * step * a),
             (rule(a, b * (1 + step)) - rule(a, b * (1 - step))) / (2 * step * b),
         ]
-        return self.weight * rule(a, b), self.weight * np.stack(by_ends)
+        return self.weight * rule(a, b), self.weight * np.stack(by_sides)
+
+    def refined(self, of_links: np.ndarray, share: float) -> "PressureGrid":
+        """The network on half as wide triangles where a share of a sum over its links is.
+
+        A link's error falls with the square of its length: each triangle counts by its area. Where
+        pixels are not square, triangles between those of different sizes have no right angle; then
+        all are halved.
+        """
+        mesh, legs = present(self.mesh, "mesh"), present(self.legs, "legs")
+        times = np.full(len(legs), 2, dtype=np.int8)
+        if np.isclose(*self.film.gap.spacing):
+            a, b = (mesh.xy[corner] / PIXEL for corner in mesh.cells.T[:2])
+            of_cells = (of_links / np.bincount(legs.ravel()))[legs].sum(axis=1)
+            of_cells *= ((b - a) ** 2).sum(axis=1)
+            order = np.argsort(-of_cells)
+            most = np.searchsorted(np.cumsum(of_cells[order]), share * of_cells.sum()) + 1
+            times[order[most:]] = 0
+        return self.on_mesh(self.film, _halved(mesh, times))
 
 
-def _vertices_of_samples(
-    nx: int, ny: int, periodic_gap: bool, periodic_sides: bool
+def _halved(mesh: NestedMesh, times: np.ndarray) -> NestedMesh:
+    finer = refine(mesh, times).mesh
+    assert isinstance(finer, NestedMesh)  # bisection keeps the kind of a mesh
+    return finer
+
+
+def _chosen(columns: np.ndarray, count: int) -> sparse.csr_array:
+    """Matrix that picks one of `count` values for each row."""
+    rows = np.arange(columns.size + 1)
+    return sparse.csr_array((np.ones(columns.size), columns, rows), (columns.size, count))
+
+
+def _half_cotangents(mesh: NestedMesh, spacing: tuple[float, float]) -> np.ndarray:
+    """Width over length (C, 2) that a triangle adds to each of its legs."""
+    _, b, c = np.moveaxis(mesh.corners(np.array(spacing), mesh.cells), 1, 0)
+    area = np.abs(b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
+    opposite = [((c - b) * c).sum(axis=1), ((b - c) * b).sum(axis=1)]
+    return np.stack(opposite, axis=1) / (2 * area[:, None])
+
+
+def _gap_at_vertices(mesh: NestedMesh, film: GridFilm) -> sparse.csr_array:
+    """Gap at the vertices, linear on the triangles of the pixels, from that at the samples."""
+    (i, j), (x, y) = (mesh.xy >> DEPTH).T, (mesh.xy & (PIXEL - 1)).T / PIXEL
+    # As `LinearGap.values_at`: mirror the pixels whose diagonal does not begin at their first
+    # vertex. A point then lies in the triangle of the first vertex, the opposite one and a third.
+    mirrored = (i + j) % 2 == 1
+    x = np.where(mirrored, 1 - x, x)
+    near, far = np.where(mirrored, (i + 1, i), (i, i + 1))
+    corners = [(near, j), (far, j + 1), (np.where(x > y, far, near), np.where(x > y, j, j + 1))]
+    weights = [1 - np.maximum(x, y), np.minimum(x, y), np.abs(x - y)]
+    return _interpolated([_sample(film, *corner) for corner in corners], weights, film)
+
+
+def _gap_of_cells(mesh: NestedMesh, film: GridFilm) -> sparse.csr_array:
+    """Gap of the pixel in which the centre of each triangle lies."""
+    i, j = (mesh.xy[mesh.cells].sum(axis=1) // (3 * PIXEL)).T
+    return _chosen(_sample(film, i, j), film.gap.values.size)
+
+
+def _sample(film: GridFilm, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """Number of the sample of row i and column j; the first ones follow the last ones."""
+    nx, ny = film.gap.shape
+    number: np.ndarray = i % nx * ny + j % ny
+    return number
+
+
+def _interpolated(
+    columns: list[np.ndarray], weights: list[np.ndarray], film: GridFilm
 ) -> sparse.csr_array:
-    """Vertices of a film from its samples: the first row and column end a periodic gap."""
-    i = np.arange(nx + periodic_gap) % nx
-    j = np.arange(ny + (periodic_gap and not periodic_sides)) % ny
-    column = (i[:, None] * ny + j).ravel()
-    rows = np.arange(column.size)
-    return sparse.csr_array((np.ones(column.size), (rows, column)), (column.size, nx * ny))
+    rows = np.tile(np.arange(len(columns[0])), len(columns))
+    entries = np.concatenate(weights), (rows, np.concatenate(columns))
+    shape = len(columns[0]), film.gap.values.size
+    matrix = sparse.csr_array(sparse.coo_array(entries, shape))
+    matrix.eliminate_zeros()
+    return matrix
 
 
-def _refined(rows: int, columns: int, periodic: bool) -> sparse.csr_array:
-    """Vertices of half the spacing, linear on the triangles of the pixels: `GridField.refined`."""
-    fine = 2 * rows - 1, 2 * columns - (not periodic)
-    i, j = (index.ravel() for index in np.indices(fine))
-    a, b = i // 2, j // 2
-    # A new vertex lies midway between two old ones, which differ by a step along each odd index;
-    # in the middle of a pixel they are the ends of its diagonal.
-    falling = (i % 2 == 1) & (j % 2 == 1) & ((a + b) % 2 == 1)
-    first = a * columns + np.where(falling, b + 1, b) % columns
-    second = (a + i % 2) * columns + np.where(falling, b, b + j % 2) % columns
-    row = np.arange(i.size)
-    half = np.full(i.size, 0.5)
-    entries = np.append(half, half), (np.append(row, row), np.append(first, second))
-    return sparse.csr_array(entries, (i.size, rows * columns))
+def _pressure_at_samples(
+    mesh: NestedMesh, nodes: np.ndarray, shape: tuple[int, int], first: float
+) -> sparse.csr_array:
+    """Pressure at the samples, linear on each triangle, from that at its nodes (C, 3).
 
-
-def _pixels(count: int, fine: int, coarse: int) -> sparse.csr_array:
-    """Pixels of another size: parts of the old ones, or means over several."""
-    own = np.arange(count * max(fine, 1))
-    row, column = own // coarse, own // fine
-    return sparse.csr_array(
-        (np.full(own.size, 1 / coarse), (row, column)), (count * fine // coarse, count)
-    )
-
-
-def _at(places: np.ndarray, nodes: int, wraps: bool) -> sparse.csr_array:
-    """Values at places between nodes 0, 1, 2, ... along one axis, linear between the nodes."""
-    below = np.floor(places).astype(int)
-    part = places - below
-    ends = [below, below + 1]
-    ends = [end % nodes if wraps else np.clip(end, 0, nodes - 1) for end in ends]
-    row = np.arange(places.size)
-    entries = np.append(1 - part, part), (np.append(row, row), np.append(*ends))
-    matrix = sparse.csr_array(entries, (places.size, nodes))
+    Parameters
+    ----------
+    mesh
+    nodes
+    shape
+        Samples of the contact.
+    first
+        Coordinate of the first sample in pixels.
+    """
+    cell, shares = np.zeros(shape, dtype=np.int32), np.zeros((3, *shape))
+    x, y = np.moveaxis(mesh.xy / PIXEL - first, -1, 0)[:, mesh.cells.T]
+    low = np.stack([np.ceil(one.min(axis=0)) for one in (x, y)]).astype(np.int64)
+    high = np.stack([np.floor(one.max(axis=0)) for one in (x, y)]).astype(np.int64)
+    counts = np.maximum(high - low + 1, 0)
+    widest = counts[1].max() + 1
+    kind = counts[0] * widest + counts[1]
+    for size in np.unique(kind):
+        some = np.flatnonzero(kind == size)
+        (a, b, c), (d, e, f) = x[:, some], y[:, some]
+        length = (b - a) ** 2 + (e - d) ** 2
+        for offset in np.ndindex(*divmod(size, widest)):
+            i, j = low[0, some] + offset[0], low[1, some] + offset[1]
+            # The legs are equal and at right angles, in pixels.
+            to_b = ((i - a) * (b - a) + (j - d) * (e - d)) / length
+            to_c = ((i - a) * (c - a) + (j - d) * (f - d)) / length
+            inside = (np.minimum(to_b, to_c) >= -EDGE) & (to_b + to_c <= 1 + EDGE)
+            inside &= (i < shape[0]) & (j < shape[1])
+            i, j, to_b, to_c = i[inside], j[inside], to_b[inside], to_c[inside]
+            cell[i, j] = some[inside]
+            shares[:, i, j] = 1 - to_b - to_c, to_b, to_c
+    ends = 3 * np.arange(cell.size + 1)
+    entries = np.moveaxis(shares, 0, -1).ravel(), nodes[cell.ravel()].ravel(), ends
+    matrix = sparse.csr_array(entries, (cell.size, len(mesh.xy)))
     matrix.eliminate_zeros()
     return matrix
