@@ -223,7 +223,8 @@ def _numbers_about(
         if unknown:
             continue
         if number.size != 1 or number.dtype.kind not in "iuf":
-            raise InvalidInput(f"{name} of {what} must be one number, got {value!r}")
+            shown = text_of(value) if isinstance(value, bytes) else value
+            raise InvalidInput(f"{name} of {what} must be one number, got {shown!r}")
         about[name] = number[0]
     return about
 

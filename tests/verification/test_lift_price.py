@@ -22,7 +22,8 @@ SCENE = {
 
 def run(lift, rate, lower, upper, seconds):
     method, bounds = FlowMethod("adaptive", 0.1), (lower, upper)
-    return Run((8, 8), method, lift, "leaking", rate, *bounds, True, seconds, 0.1, 10**8)
+    cost, gaps = (seconds, 0.1, 10**8), (1e-7, 1e-9)
+    return Run((8, 8), method, lift, "leaking", rate, *bounds, True, *cost, *gaps)
 
 
 def test_answers_are_held_against_the_resolved_one():
