@@ -9,11 +9,13 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
+from time import time
 
 from fem_seal.installed import how_to_add, how_to_get_fenicsx
 
 OFF_SCREEN = "vtkEGLRenderWindow"
 PATIENCE = 120  # seconds that one probe may take: the first use of DOLFINx compiles
+LONGEST_COMPILATION = 120  # seconds
 
 _DOLFINX = """
 import fem_seal.fenicsx
@@ -177,11 +179,15 @@ def _cache() -> Finding:
 
 
 def unfinished_forms(folder: Path) -> list[Path]:
-    """List C sources without a compiled library: later runs would wait for it until they fail."""
+    """List C sources without a compiled library: later runs would wait for it until they fail.
+
+    Young ones are left out: another process may be compiling them.
+    """
+    started = time() - LONGEST_COMPILATION
     return [
         source
         for source in sorted(folder.glob("libffcx_*.c"))
-        if not any(folder.glob(f"{source.stem}*.so"))
+        if source.stat().st_mtime < started and not any(folder.glob(f"{source.stem}*.so"))
     ]
 
 
