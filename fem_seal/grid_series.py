@@ -21,7 +21,7 @@ LEAST_SAMPLES = 8  # along each side of a grid
 # Calibrated factors of the rule: see `grid_error`.
 OF_UNRESOLVED, OF_CHANGE, SECOND_ORDER, MOST = 0.5, 0.15, 4.0, 0.8
 # The fluid lifts the solid further where a constriction is wider: ε of a lifted contact is larger.
-IF_LIFTED = 2.0
+IF_LIFTED = 1.5
 # Part of the load under which the coarser grid of a sealed patch must be sealed.
 STILL_SEALED = 0.9
 
@@ -92,7 +92,7 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> GridError:
     sealed, the constriction may close, and the lower side is open. The upper one then is at least
     the cube of 1 + u/g_c, which opens the constriction as far as the grid may be wrong. The load
     that gives a prescribed area, which counts samples, errs as the spacing: all changes to come add
-    up to the last one. Where the fluid lifts the solid, ε is twice as large: it lifts more where a
+    up to the last one. Where the fluid lifts the solid, ε is larger by half: it lifts more where a
     constriction is wider.
     """
     part = fine.unresolved / fine.critical_gap
