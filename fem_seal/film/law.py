@@ -19,7 +19,8 @@ from fem_seal.fluid import Slip
 from fem_seal.rarefied import PoiseuilleCoefficient
 
 Gap = TypeVar("Gap", float, np.float64, np.ndarray)
-# Smallest leak rate [m³/s] that is a unit: it leaves room for 180 decades, those of a gap's cube.
+# Smallest unit of leak rates [m³/s]: those of gaps over 60 decades, whose cubes span 180, are still
+# floating-point numbers of full precision below it.
 LEAST_UNIT = 1e-100
 _RATIO = 1.05  # ratio of neighbouring gaps in a table of extremes if c has no kinks
 Line = tuple[np.ndarray | float, np.ndarray | float]

@@ -56,7 +56,7 @@ def compute_study(
 ) -> Outcome:
     """Compute the points that the folders lack; one that fails does not stop the others.
 
-    Arguments as of `compute_points`; one chain after the other if `work` is None.
+    The arguments are those of `compute_points`; without `work` the chains are computed in turn.
 
     Raises
     ------

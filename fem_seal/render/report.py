@@ -28,8 +28,8 @@ ORDER = (
     *("pressure", "relief", "mesh", "bounds"),
 )
 OF_A_CONTACT = ("contact", "contact_pressure", "gap")
-# Left out of the table of numbers: what has a place of its own on the page; arrays; and the fluxes
-# of the pressure before its correction, which above the upper bound would seem to contradict it.
+# The table of numbers leaves out what the page shows elsewhere, arrays, and the fluxes of the
+# pressure before its correction: above the upper bound they would seem to contradict it.
 ELSEWHERE = {"provenance", "error_budget", "cautions", "files", "inflow", "outflow"}
 
 # Fields of a scene that say what was computed; the line below the title names them.

@@ -14,6 +14,7 @@ from fem_seal.verification.trade import Trade, TradePoint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 INSIDE = "0.88"
 MOST_APART = 4.0  # distance at the rim of the picture
@@ -68,13 +69,7 @@ def cross_validation_figure(
         )
         for axes in (rates, errors):
             axes.title.set_fontsize(10)
-        figure.legend(
-            *rates.get_legend_handles_labels(),
-            loc="outside lower center",
-            ncols=4,
-            frameon=False,
-            fontsize=9,
-        )
+        _legend_below(figure, rates)
     return path
 
 
@@ -104,14 +99,14 @@ def claims_figure(rows: Sequence[Row], path: Path, title: str) -> Path:
         distance.set_ylabel("(leak rate - certified) / (sum of both errors)")
         distance.set_title(f"Grey: both agree; beyond ±{MOST_APART:g} at the rim", fontsize=10)
         figure.suptitle(_plain(title), fontsize=10)
-        figure.legend(
-            *effectivity.get_legend_handles_labels(),
-            loc="outside lower center",
-            ncols=4,
-            frameon=False,
-            fontsize=9,
-        )
+        _legend_below(figure, effectivity)
     return path
+
+
+def _legend_below(figure: "Figure", axes: "Axes") -> None:
+    """Name the series of one of the axes below all of them."""
+    named = axes.get_legend_handles_labels()
+    figure.legend(*named, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
 
 
 def _style(name: str, number: int) -> dict[str, object]:
