@@ -15,11 +15,9 @@ from math import expm1, inf, log, log1p, sinh
 
 from fem_seal import parallel
 from fem_seal.contact.grid_error import GridError
-from fem_seal.contact.state import GapState
 from fem_seal.coupling import LiftedState, most_claimed
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
-from fem_seal.grid import GridField
 from fem_seal.grid_series import OnGrid, grid_error, grids
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
@@ -49,16 +47,11 @@ class Trial:
 class Choice:
     """The contact grid and the flow tolerance that keep a total error.
 
-    The leak rate has `converged` False if no allowed grid keeps the total error.
+    The leak rate of the patch has `converged` False if no allowed grid keeps the total error.
     """
 
     total: float  #: relative error that the scene allows
-    surface: GridField  #: heights on the chosen grid [m]
-    contact: GapState
-    lifted: LiftedState | None
-    leak_rate: LeakRate
-    rtol: float  #: tolerance of the flow
-    grid_error: GridError  #: what a finer grid may change
+    patch: Patch  #: on the chosen grid, solved
     contact_error: float | None  #: relative, estimated; None where sealed
     flow_error: float  #: relative half-width of the guaranteed bounds
     lift_error: float | None  #: relative, estimated; None where the fluid lifts nothing
@@ -67,16 +60,18 @@ class Choice:
     @property
     def samples(self) -> tuple[int, int]:
         """Samples of the chosen grid."""
-        return self.surface.shape
+        return present(self.patch.surface, "surface").shape
+
+    @property
+    def rtol(self) -> float:
+        """Tolerance of the flow."""
+        return self.patch.flow.rtol
 
 
 def chosen_grid(
-    total: float,
-    surface: GridField,
-    on_grid: Callable[[GridField, float, GapState | None], Patch],
+    first: Patch,
+    max_refinement: int,
     error_of: Callable[[Sequence[Patch]], GridError],
-    max_refinement: int = 4,
-    report: Report = silent,
 ) -> Choice:
     """Refine the contact grid until its error is small; flow and lift get the rest of the budget.
 
@@ -84,22 +79,20 @@ def chosen_grid(
 
     Parameters
     ----------
-    total : allowed relative error of the leak rate, against the limit of ever finer contact grids
-        and an exact solution of the flow
-    surface : periodic heights; no grid coarser than theirs is chosen
-    on_grid : solves contact and flow of a resampled surface to an rtol, from its contact if that is
-        known
+    first : on the samples of the scene, the coarsest grid that is chosen; `rtol` of its flow is the
+        allowed relative error of the leak rate, against the limit of ever finer contact grids and
+        an exact solution of the flow
+    max_refinement : finest contact grid, in multiples of the samples of the scene
     error_of : estimates what a grid finer than the last one would change
-    max_refinement : finest contact grid, in multiples of the samples of the surface
     """
+    surface, total = present(first.surface, "surface of a scene with [accuracy]"), first.flow.rtol
     budget = log1p(total)
     shapes = grids(surface.shape, max_refinement)
     trials: list[Trial] = []
     tried: list[Patch] = []
     for shape in shapes:
-        report("accuracy", f"contact on {shape[0]} x {shape[1]}")
-        resampled = resample(surface, shape)
-        solved = on_grid(resampled, total, None)
+        first.report("accuracy", f"contact on {shape[0]} x {shape[1]}")
+        solved = first.with_(surface=resample(surface, shape))
         tried.append(solved)
         leak = solved.leak_rate
         if leak.state == "lifted off":
@@ -114,28 +107,24 @@ def chosen_grid(
         share = LAST_SHARE if shape == shapes[-1] else SHARE
         if part <= share * budget:
             break
-    rtol = total
     lifts, left = solved.lifted is not None, budget - part
     # Passes through contact and flow do not settle to any tolerance: samples open and close.
     least = (1 - LAST_SHARE) * budget if lifts else 0.0
+    same_grid = {"surface": solved.surface, "contact": solved.contact}
     if leak.converged and left > least and flow_part(leak) + lift_part(solved.lifted) > left:
         # The lift claims a multiple of rtol, which is up to twice the flow's part.
         rtol = 2 * left / (1 + 2 * most_claimed(1.0)) if lifts else 2 * sinh(left)
-        solved = on_grid(resampled, rtol, solved.contact)
+        solved = first.with_(**same_grid, flow=replace(first.flow, rtol=rtol))
         leak = solved.leak_rate
     lift = lift_part(solved.lifted)
     missed = part + flow_part(leak) + lift > budget
     if leak.converged and missed and leak.state == "leaking":
         words = _missed(total, part, shapes[-1]) if left <= least else _missed_by_lift(total, lift)
         leak = replace(leak, converged=False, reason=words)
+    solution = {"leak_rate": leak, "lifted": solved.lifted, "flow": solved.flow}
     return Choice(
         total=total,
-        surface=resampled,
-        contact=present(solved.contact, "contact"),
-        lifted=solved.lifted,
-        leak_rate=leak,
-        rtol=rtol,
-        grid_error=grid_error,
+        patch=first.with_(**same_grid, **solution, grid_error=grid_error),
         contact_error=None if leak.state == "sealed" else relative_error(part),
         flow_error=relative_error(flow_part(leak)),
         lift_error=relative_error(lift) if lifts else None,
@@ -157,30 +146,16 @@ def chosen_patch(
     settings = replace(scene.flow_settings, rtol=total)
     first = Patch(scene, report, trust=trust, flow=settings, comm=comm)
 
-    def on_grid(surface: GridField, rtol: float, contact: GapState | None) -> Patch:
-        return first.on_grid(surface, rtol, contact=contact)
-
     def error_of(tried: Sequence[Patch]) -> GridError:
         if tried[-1].leak_rate.state == "sealed":
             return sealing.error(tried)
         return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN
 
     with first.timed("accuracy"):
-        surface = present(first.surface, "surface of a scene with [accuracy]")
-        sealing = SealingLoads(scene.shortest_wave(surface))
-        choice = chosen_grid(
-            total, surface, on_grid, error_of, scene.accuracy.max_refinement, report
-        )
-    patch = first.on_grid(
-        choice.surface,
-        choice.rtol,
-        contact=choice.contact,
-        leak_rate=choice.leak_rate,
-        lifted=choice.lifted,
-        grid_error=choice.grid_error,
-    )
-    patch.seconds.update(first.seconds)
-    return patch, choice
+        sealing = SealingLoads(scene.shortest_wave(present(first.surface, "surface")))
+        choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
+    choice.patch.seconds.update(first.seconds)
+    return choice.patch, choice
 
 
 class SealingLoads:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -175,59 +175,30 @@ class Patch:
         with self.timed("surface"):
             return parallel.on_root(lambda: prepared_surface(surface), self.comm)
 
-    def on_grid(
-        self,
-        surface: GridField,
-        rtol: float,
-        *,
-        contact: "GapState | None" = None,
-        leak_rate: LeakRate | None = None,
-        lifted: "LiftedState | None" = None,
-        grid_error: "GridError | None" = None,
-    ) -> "Patch":
-        """Same scene on another grid of the surface, with another tolerance of the flow."""
-        return Patch(
-            self.scene,
-            self.report,
-            trust=self.trust,
-            surface=surface,
-            contact=contact,
-            leak_rate=leak_rate,
-            lifted=lifted,
-            grid_error=grid_error,
-            flow=replace(self.flow, rtol=rtol),
-            comm=self.comm,
-        )
+    def with_(self, **changes: Any) -> "Patch":
+        """Same scene with other arguments of `Patch`.
+
+        Load, lift, settings of the flow and surface stay unless they are named; what has been
+        solved does not.
+        """
+        kept: dict[str, Any] = {"load": self._load, "lift": self.lift, "flow": self._flow}
+        kept |= {"trust": self.trust, "comm": self.comm}
+        if "surface" not in changes:
+            kept["surface"] = self.surface
+        return Patch(self.scene, self.report, **(kept | changes))
 
     def thinned(self, surface: GridField) -> "Patch":
         """Same patch on a coarser grid of its heights [m], its flow looser and without a limit."""
         rtol = max(self.flow.rtol, min(LOOSER * self.flow.rtol, LOOSEST))
-        return Patch(
-            self.scene,
-            self.report,
-            trust=self.trust,
-            surface=surface,
-            load=self._load,
-            lift=self.lift,
-            flow=replace(self.flow, rtol=rtol, decide=None, field=False),
-            comm=self.comm,
-        )
+        settings = replace(self.flow, rtol=rtol, decide=None, field=False)
+        return self.with_(surface=surface, flow=settings)
 
     def pressed_by(self, pressure: float, lift: str = "none") -> "Patch":
         """Same surface and settings under another mean pressure [Pa]; dry if not said otherwise."""
         from fem_seal.contact.settings import Load
 
-        return Patch(
-            self.scene,
-            self.report,
-            trust=self.trust,
-            surface=self.surface,
-            contact_start=self.elastic.pressure.values,
-            load=Load("pressure", pressure),
-            lift=lift,
-            flow=self._flow,
-            comm=self.comm,
-        )
+        start = self.elastic.pressure.values
+        return self.with_(contact_start=start, load=Load("pressure", pressure), lift=lift)
 
     @cached_property
     def contact(self) -> "GapState | None":

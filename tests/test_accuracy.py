@@ -1,7 +1,8 @@
 """accuracy.total: the grid and tolerance chosen, the error reached, contradictory settings."""
 
 import json
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from math import asinh, exp, inf, log, log1p
 
 import numpy as np
@@ -46,15 +47,6 @@ FLAT = GridField(np.zeros((64, 64)), (1.0, 1.0), periodic=True)
 
 
 @dataclass
-class Fake:
-    """A contact without content and a leak rate in the middle of a bracket as wide as rtol."""
-
-    contact: str
-    leak_rate: LeakRate
-    lifted: "Settled | None" = None
-
-
-@dataclass
 class Settled:
     """A settled lift that claims an error of ln Q."""
 
@@ -62,27 +54,56 @@ class Settled:
     converged: bool = True
 
 
-def on_grid_of(error, asked=None):
-    """A solver whose leak rate is off by the factor exp(error(samples)) on a contact grid."""
+@dataclass
+class Bracket:
+    """Settings of a flow."""
 
-    def solve(surface, rtol, contact):
-        if asked is not None:
-            asked.append((surface.shape, rtol, contact))
-        value, half = exp(error(surface.shape[0])), asinh(rtol / 2)
-        leak = LeakRate("leaking", "fake", value, value * exp(-half), value * exp(half))
-        return Fake(f"contact {surface.shape[0]}", leak)
-
-    return solve
+    rtol: float
 
 
-def chosen_grid(total, surface, on_grid, **more):
-    """The choice with an error of the grid of 1.5 times the last change of ln Q."""
+@dataclass
+class Fake:
+    """A patch without content: Q is off by exp(error(samples)), in a bracket as wide as rtol."""
+
+    error: Callable[[int], float]
+    flow: Bracket
+    claims: float = 0.0  # error that the lift claims, over rtol
+    surface: GridField = field(default_factory=lambda: FLAT)
+    contact: str = ""
+    leak_rate: LeakRate | None = None
+    lifted: Settled | None = None
+    grid_error: GridError | None = None
+    asked: list = field(default_factory=list)
+
+    def __post_init__(self):
+        samples = self.surface.shape[0]
+        self.contact = f"contact {samples}"
+        if self.leak_rate is None:
+            value, half = exp(self.error(samples)), asinh(self.flow.rtol / 2)
+            self.leak_rate = LeakRate(
+                "leaking", "fake", value, value * exp(-half), value * exp(half)
+            )
+            self.lifted = Settled(self.claims * self.flow.rtol) if self.claims else None
+
+    def report(self, stage, detail):
+        pass
+
+    def with_(self, **changes):
+        if "leak_rate" not in changes:
+            flow = changes.get("flow", self.flow)
+            self.asked.append((changes["surface"].shape, flow.rtol, changes.get("contact")))
+        return replace(self, **({"leak_rate": None} | changes))
+
+
+def chosen_grid(total, error, max_refinement=4, claims=0.0):
+    """The choice with an error of the grid of 1.5 times the last change of ln Q; what it asked."""
 
     def error_of(tried):
         one, other = (log(solved.leak_rate.value) for solved in tried[-2:])
         return GridError(exp(-1.5 * abs(one - other)), exp(1.5 * abs(one - other)), "")
 
-    return chosen_grid_of(total, surface, on_grid, error_of, **more)
+    first = Fake(error, Bracket(total), claims)
+    return chosen_grid_of(first, max_refinement, error_of), first.asked
 
 
 @pytest.fixture
@@ -149,10 +170,9 @@ def test_grids_double_up_to_the_limit():
 
 def test_first_order_contact_is_refined_until_it_suffices():
     """ln Q off by 2/n: changes of 2/n, times 1.5; two thirds of ln(1.1) are reached at n = 64."""
-    asked = []
-    choice = chosen_grid(0.1, FLAT, on_grid_of(lambda n: 2 / n, asked))
-    assert choice.surface.shape == (64, 64)
-    assert choice.contact == "contact 64"
+    choice, asked = chosen_grid(0.1, lambda n: 2 / n)
+    assert choice.samples == (64, 64)
+    assert choice.patch.contact == "contact 64"
     part = 1.5 * 2 / 64
     assert choice.contact_error == pytest.approx(exp(part) - 1, rel=1e-9)
     # rtol 0.1 is already narrow enough: ln(1.1) = 0.0953 = 0.0469 + 0.0484 > 0.0469 + 0.05.
@@ -163,25 +183,25 @@ def test_first_order_contact_is_refined_until_it_suffices():
     assert [samples[0] for samples, *_ in asked] == [32, 64, 64]
     total = log1p(choice.contact_error) + log1p(choice.flow_error)
     assert total == pytest.approx(log(1.1), rel=1e-9)
-    assert choice.leak_rate.converged
+    assert choice.patch.leak_rate.converged
 
 
 def test_no_solve_more_than_needed():
     """A contact that is exact on every grid: the bracket of the coarse runs already is enough."""
-    asked = []
-    choice = chosen_grid(0.1, FLAT, on_grid_of(lambda n: 0.0, asked))
+    choice, asked = chosen_grid(0.1, lambda n: 0.0)
     assert (choice.contact_error, choice.rtol) == (0, 0.1)
     assert [samples[0] for samples, *_ in asked] == [32, 64]
 
 
 def test_a_total_that_no_grid_keeps_is_not_converged():
-    choice = chosen_grid(0.01, FLAT, on_grid_of(lambda n: 2 / n), max_refinement=2)
-    assert choice.surface.shape == (128, 128)
-    assert not choice.leak_rate.converged
-    assert "part of the error is about 2.4 % on 128 x 128" in choice.leak_rate.reason
-    assert "max_refinement" in choice.leak_rate.reason
+    choice, _ = chosen_grid(0.01, lambda n: 2 / n, max_refinement=2)
+    leak = choice.patch.leak_rate
+    assert choice.samples == (128, 128)
+    assert not leak.converged
+    assert "part of the error is about 2.4 % on 128 x 128" in leak.reason
+    assert "max_refinement" in leak.reason
     # Its bounds are kept.
-    assert choice.leak_rate.lower < choice.leak_rate.value < choice.leak_rate.upper
+    assert leak.lower < leak.value < leak.upper
 
 
 @pytest.mark.parametrize("seed", [1, 2, 5, 7])
@@ -193,9 +213,9 @@ def test_the_total_error_is_kept(accurate_scene, seed):
     """
     accurate_scene["surface"]["seed"] = seed
     patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
-    assert choice.surface.shape[0] <= 64
+    assert choice.samples[0] <= 64
     assert patch.leak_rate.converged
-    finer = resample(choice.surface, (256, 256))
+    finer = resample(patch.surface, (256, 256))
     reference = Patch(patch.scene, surface=finer, flow=replace(patch.flow, rtol=0.02))
     assert abs(patch.leak_rate.value / reference.leak_rate.value - 1) <= 0.2 + 0.015
     # The promise is made of its two parts.
@@ -236,7 +256,7 @@ def test_a_grid_that_misses_the_shortest_wave_is_no_evidence():
         patch, choice = chosen_patch(Scene.from_mapping(scene | {"accuracy": accuracy}))
         assert patch.leak_rate.state == "sealed"
         assert patch.grid_error.upper == upper
-        assert choice.surface.shape == (64 * finest, 64 * finest)
+        assert choice.samples == (64 * finest, 64 * finest)
 
 
 @pytest.mark.parametrize("lift", ["none", "range", "resolved"])
@@ -254,17 +274,12 @@ def test_less_load_only_opens(lift):
 
 def test_a_lift_is_not_solved_to_any_tolerance():
     """The grid takes 95 % of the total: passes to the rest of it, about 0.003, may not settle."""
-    asked = []
-    plain = on_grid_of(lambda n: 0.95 * log1p(0.1) / 1.5 * 128 / n, asked)
-
-    def on_grid(surface, rtol, contact):
-        return replace(plain(surface, rtol, contact), lifted=Settled(1.2 * rtol))
-
-    choice = chosen_grid(0.1, FLAT, on_grid, max_refinement=2)
+    part = 0.95 * log1p(0.1)
+    choice, asked = chosen_grid(0.1, lambda n: part / 1.5 * 128 / n, max_refinement=2, claims=1.2)
     assert log1p(choice.contact_error) == pytest.approx(0.95 * log1p(0.1), rel=1e-9)
     assert {rtol for _, rtol, _ in asked} == {0.1}
-    assert not choice.leak_rate.converged
-    assert "accuracy.max_refinement" in choice.leak_rate.reason
+    assert not choice.patch.leak_rate.converged
+    assert "accuracy.max_refinement" in choice.patch.leak_rate.reason
 
 
 @pytest.mark.parametrize("total", [0.3, 0.1])
@@ -286,10 +301,10 @@ def test_a_smaller_total_costs_a_finer_grid_or_a_narrower_bracket(accurate_scene
         accurate_scene["accuracy"] = {"total": total, "max_refinement": 8}
         found.append(chosen_patch(Scene.from_mapping(accurate_scene))[1])
     loose, tight = found
-    assert tight.leak_rate.converged
+    assert tight.patch.leak_rate.converged
     assert tight.rtol < loose.rtol
-    assert tight.surface.shape >= loose.surface.shape
-    assert tight.leak_rate.unknowns > loose.leak_rate.unknowns
+    assert tight.samples >= loose.samples
+    assert tight.patch.leak_rate.unknowns > loose.patch.leak_rate.unknowns
 
 
 def test_run_says_what_it_chose(accurate_scene, tmp_path, capsys):

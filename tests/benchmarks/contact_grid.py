@@ -9,6 +9,7 @@ samples as well. A line a contact: what was claimed, and how far the finer grid 
 import argparse
 import random
 import time
+from dataclasses import replace
 from math import inf, log
 from statistics import median
 
@@ -71,7 +72,8 @@ def main(first: int, count: int, lift: bool, shortest: list[int]) -> None:
             error = estimated_error(patch)
             costs.append((time.process_time() - middle) / (middle - start))
             surface = patch.surface
-            finer = patch.on_grid(resample(surface, tuple(FINER * n for n in surface.shape)), RTOL)
+            many = resample(surface, tuple(FINER * n for n in surface.shape))
+            finer = patch.with_(surface=many, flow=replace(patch.flow, rtol=RTOL))
             reference = finer.leak_rate
         except NotConverged as failure:
             print(f"{number}: {failure}")

@@ -1,5 +1,6 @@
 """The entry "contact grid": what a finer grid changes, estimated from half of the samples."""
 
+from dataclasses import replace
 from math import exp, log
 
 import numpy as np
@@ -41,7 +42,9 @@ def test_four_times_the_samples_lie_within_the_factors(pressure):
     """The rule was calibrated on other contacts (tests/benchmarks/contact_grid.py)."""
     patch = Patch(scene(f"{pressure} MPa"))
     grid = entry(patch)
-    finer = patch.on_grid(resample(patch.surface, (128, 128)), 0.02)
+    finer = patch.with_(
+        surface=resample(patch.surface, (128, 128)), flow=replace(patch.flow, rtol=0.02)
+    )
     assert grid.kind == "estimated"
     assert grid.lower < finer.leak_rate.value / patch.leak_rate.value < grid.upper
 
