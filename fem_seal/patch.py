@@ -138,11 +138,6 @@ class Patch:
         """
         return self.contact, self.film
 
-    def solve(self) -> LeakRate | None:
-        """Compute film and, if a product needs it, leak rate, as `solve_film` does."""
-        self.solve_film()
-        return self.leak_rate if self.scene.needs_flow else None
-
     @property
     def state(self) -> FlowState:
         """Whether fluid flows through the patch."""

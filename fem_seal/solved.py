@@ -170,8 +170,6 @@ def solve(
     *,
     trust: bool = False,
     comm: parallel.Comm = None,
-    patches: Path | None = None,
-    work: Work | None = None,
 ) -> Solved:
     """Compute the answer of a scene: lifted or dry, on a grid or a shape, of a patch or a seal.
 
@@ -189,10 +187,6 @@ def solve(
     comm
         Processes that call this together, all of this run if left out; with MPI.COMM_SELF each
         process solves a scene of its own.
-    patches
-        Folder that keeps the solved patches of a [seal]; a later run continues from there.
-    work
-        How these patches are shared among workers.
 
     Raises
     ------
@@ -201,28 +195,32 @@ def solve(
     NotConverged
         If the contact does not reach its tolerance.
     """
-    start = perf_counter()
     require_packages(scene)
-    patch, choice = chosen_patch(scene, report, trust=trust, comm=comm)
-    return answer(patch, choice, start=start, patches=patches, work=work)
+    return answer(*chosen_patch(scene, report, trust=trust, comm=comm))
 
 
 def answer(
     patch: Patch,
     choice: Choice | None = None,
     *,
-    start: float | None = None,
     patches: Path | None = None,
     work: Work | None = None,
 ) -> Solved:
     """Compute the products of a patch's scene; what the patch has computed already is used.
 
-    `patch` and `choice` are those of `accuracy.chosen_patch`; `start` is perf_counter() at the
-    start of the solution, now if left out; the others are as of `solve`.
+    Parameters
+    ----------
+    patch, choice
+        As of `accuracy.chosen_patch`.
+    patches
+        Folder that keeps the solved patches of a [seal]; a later run continues from there.
+    work
+        How these patches are shared among workers.
     """
-    start, scene = perf_counter() if start is None else start, patch.scene
+    start, scene, seal = perf_counter(), patch.scene, None
     # All processes solve film and flow together; what follows is the first one's in places.
-    own, seal = patch.solve(), None
+    patch.solve_film()
+    own = patch.leak_rate if scene.needs_flow else None
     leak, budget, state, advice = own, error_budget(patch) or (), patch.state, None
     ends: tuple[LeakRate, ...] = patch.lift_range if scene.lift == "range" else ()
     if scene.seal is not None:
@@ -270,7 +268,7 @@ def answer(
         choice=choice,
         converged=not reasons and all(flow.converged for flow in flows),
         reason="; ".join(dict.fromkeys(reasons)),
-        seconds=perf_counter() - start,
+        seconds=perf_counter() - start + patch.seconds.get("accuracy", 0.0),
     )
 
 
@@ -317,8 +315,10 @@ def run(
 
     Parameters
     ----------
-    scene, report, trust, comm, work
+    scene, report, trust, comm
         As of `solve`.
+    work
+        As of `answer`.
     out
         Result folder: result.json, contact.npz where a contact was solved, the pictures and the
         mesh where they are products.
@@ -336,8 +336,8 @@ def run(
         If the contact does not reach its tolerance; nothing is written then.
     """
     with _reserved(scene, out, overwrite, comm) as folder:
-        patches = folder.path / PATCHES
-        solved = solve(scene, report, trust=trust, comm=comm, patches=patches, work=work)
+        patch, choice = chosen_patch(scene, report, trust=trust, comm=comm)
+        solved = answer(patch, choice, patches=folder.path / PATCHES, work=work)
         return solved.write(folder, origin)
 
 
