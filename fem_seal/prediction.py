@@ -21,7 +21,7 @@ from fem_seal.patch import Patch
 from fem_seal.progress import duration
 from fem_seal.scene import Scene, SelfAffine
 from fem_seal.upscaling.patch_conductivity import KEPT
-from fem_seal.upscaling.profile import Uniform
+from fem_seal.upscaling.profile import is_uniform
 from fem_seal.upscaling.scene_profile import profile_of
 
 # CPU time of an FFT of 512² samples on the machine of the laws [s]: others are as much faster.
@@ -218,7 +218,7 @@ def loads_of(scene: Scene) -> float:
     inlet = max(scene.gauge_pressures[0], 0.0)
     fall = FALL * log(profile.highest / max(profile.highest - inlet, 0.05 * profile.highest))
     loads = 2.2 * (fall * sqrt(0.44 / seal.rtol)) ** 0.5
-    if not isinstance(profile, Uniform):
+    if not is_uniform(profile):
         loads += 5
     return min(loads, seal.max_loads)
 

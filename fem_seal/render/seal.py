@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.digits import per_cent
+from fem_seal.errors import present
 from fem_seal.render.plot import new_figure
 from fem_seal.results.records import SealRecord
 from fem_seal.results.words import lifted_words
@@ -59,8 +60,6 @@ def _draw_lifted(seal: SealRecord, axes: "Axes") -> None:
     """Draw the contact pressure, and the fluid pressure that is nowhere below it."""
     axes.set(xlabel="x [mm]", ylabel="pressure [MPa]")
     axes.set_title(lifted_words(seal).replace(", is", ",\nis"), fontsize=11)
-    if seal.path is None:  # in results of earlier versions
-        return
     x = 1e3 * np.array(seal.path.x)
     axes.plot(x, 1e-6 * np.array(seal.path.contact_pressure), "k", label="contact pressure P")
     inlet = 1e-6 * np.array(seal.path.fluid_pressure)
@@ -87,39 +86,30 @@ def _legend_below(axes: "Axes", room: float = 0.12) -> None:
 def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None:
     """Draw both pressures along the path, or its conductivity; shade the part that decides."""
     sealed = seal.patches[_median(seal)].state == "sealed"
-    part = None if seal.sealing is None else (1e3 * seal.sealing.start, 1e3 * seal.sealing.end)
-    if part is not None:
-        # With an edge, since a seal may be known to be sealed at one place only.
-        axes.axvspan(
-            *part,
-            facecolor="tab:green",
-            edgecolor="tab:green",
-            alpha=0.4 if sealed else 0.12,
-            label="sealed: K = 0" if sealed else "decides the leak rate (90 %)",
-        )
+    sealing = present(seal.sealing, "part that seals")
+    start, end = 1e3 * sealing.start, 1e3 * sealing.end
+    # With an edge, since a seal may be known to be sealed at one place only.
+    axes.axvspan(
+        *(start, end),
+        facecolor="tab:green",
+        edgecolor="tab:green",
+        alpha=0.4 if sealed else 0.12,
+        label="sealed: K = 0" if sealed else "decides the leak rate (90 %)",
+    )
+    x = 1e3 * np.array(seal.path.x)
     if not of_fluid:
         axes.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]", yscale="log")
-    else:
-        axes.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
-    if seal.path is None:
-        return
-    x, P, p = (
-        scale * np.array(values)
-        for scale, values in (
-            (1e3, seal.path.x),
-            (1e-6, seal.path.contact_pressure),
-            (1e-6, seal.path.fluid_pressure),
-        )
-    )
-    if not of_fluid:
         axes.plot(x, [value or np.nan for value in seal.path.conductivity], "tab:red")
         return
+    axes.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
+    P, p = (
+        1e-6 * np.array(values) for values in (seal.path.contact_pressure, seal.path.fluid_pressure)
+    )
     axes.plot(x, P, "k", label="contact pressure P")
-    if not sealed or part is None:
+    if not sealed:
         axes.plot(x, p, "tab:blue", label="fluid pressure p, above ambient")
         return
     # Inside a sealed part the fluid's pressure is not known.
-    start, end = part
     before = np.append(x[x < start], start), np.append(p[x < start], p[0])
     behind = np.append(end, x[x > end]), np.append(p[-1], p[x > end])
     label = "fluid pressure p, above ambient; not known where sealed"
@@ -137,10 +127,7 @@ def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
     sealed_from = [1e-6 * table.loads[table.upper == 0].min(initial=np.inf) for table in tables]
     leaks_to = np.array([table.loads[table.upper > 0].max(initial=0.0) for table in tables]) / 1e6
     numbers = np.arange(1, len(tables) + 1)
-    if seal.path is not None:
-        has = 1e-6 * (max(seal.path.contact_pressure) - seal.path.fluid_pressure[0])
-    else:
-        has = min(sealed_from)
+    has = 1e-6 * (max(seal.path.contact_pressure) - seal.path.fluid_pressure[0])
     spare = has - np.median(sealed_from)
     words = f"half of them have at least {1e3 * spare:.3g} kPa to spare, {per_cent(spare / has)}"
     axes.set_title(words if spare > 0 else "sealed at this net load; less was not solved")

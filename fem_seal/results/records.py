@@ -16,6 +16,7 @@ from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
 from fem_seal.units import RATES
 from fem_seal.upscaling.conductivity import StoredTable
+from fem_seal.upscaling.patch_conductivity import PatchFlow
 from fem_seal.upscaling.seal import SealLeak, Share, median_patch
 from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
 
@@ -114,10 +115,10 @@ class LiftRecord(Record):
     """Loads, Newton's steps and leak rates of a lift; docs/reference/results.md explains each."""
 
     model: str
-    solid_pressure: float | None
-    fluid_pressure: float | None
+    solid_pressure: float | None = None
+    fluid_pressure: float | None = None
     steps: int
-    change: Finite
+    change: Finite = None
     lowest: Finite
     highest: Finite
     dry: DryRecord
@@ -135,10 +136,7 @@ class LiftRecord(Record):
             low, high = patch.lift_range
             return cls(
                 model=model,
-                solid_pressure=None,
-                fluid_pressure=None,
                 steps=2,
-                change=None,
                 lowest=low.value if low.lower is None else low.lower,
                 highest=high.value if high.upper is None else high.upper,
                 dry=dry,
@@ -185,10 +183,17 @@ class SealPatchRecord(Record):
     """Leak rate [m³/s] of a seal all of whose patches are like this one, and the patch's table."""
 
     state: FlowState
-    value: float | None
-    lower: float | None
-    upper: float | None
+    value: Finite
+    lower: Finite
+    upper: Finite
     conductivity: StoredTable | None = None  #: K [m³/(Pa s)] at net loads [Pa]
+
+    @classmethod
+    def of(cls, patch: PatchFlow) -> "SealPatchRecord":
+        """Record of a patch; it has no leak rate if the seal is lifted off."""
+        flow, table = patch.flow, patch.table and StoredTable.of(patch.table)
+        rates = {"value": flow.value, "lower": flow.lower, "upper": flow.upper}
+        return cls(state=flow.state, conductivity=table, **rates)
 
 
 class PathRecord(Record):
@@ -197,7 +202,7 @@ class PathRecord(Record):
     x: tuple[float, ...]
     contact_pressure: tuple[float, ...]
     fluid_pressure: tuple[float, ...]
-    conductivity: tuple[float | None, ...]
+    conductivity: tuple[Finite, ...]
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -209,13 +214,7 @@ class PathRecord(Record):
         """Record of a path, at most `POINTS` places of it."""
         every = -(-len(path.x) // POINTS)
         kept = np.unique(np.append(np.arange(0, len(path.x), every), len(path.x) - 1))
-        K = path.conductivity[kept].tolist()
-        return cls(
-            x=tuple(path.x[kept].tolist()),
-            contact_pressure=tuple(path.contact_pressure[kept].tolist()),
-            fluid_pressure=tuple(path.fluid_pressure[kept].tolist()),
-            conductivity=tuple(value if np.isfinite(value) else None for value in K),
-        )
+        return cls(**{name: tuple(getattr(path, name)[kept].tolist()) for name in cls.model_fields})
 
 
 class SealRecord(Record):
@@ -230,27 +229,17 @@ class SealRecord(Record):
     interval: tuple[float, float] | None = None
     loads: tuple[float, ...]
     sealing: SealingPart | None = None
-    path: PathRecord | None = None
+    path: PathRecord
 
     @classmethod
     def of(cls, seal: SealLeak) -> "SealRecord":
         """Record of a seal; it has no leak rates if the seal is lifted off."""
         lifted = seal.state == "lifted off"
-        bounds = {"value": seal.value, "lower": seal.lower, "upper": seal.upper}
         tables = [one.table for one in seal.patches if one.table is not None]
-        along = median_patch(seal.patches).flow.path
+        along = present(median_patch(seal.patches).flow.path, "path of the flow")
         return cls(
-            leak_rate=None if lifted else Rate(**bounds),
-            patches=tuple(
-                SealPatchRecord(
-                    state=one.flow.state,
-                    value=None if lifted else one.flow.value,
-                    lower=None if lifted else one.flow.lower,
-                    upper=None if lifted else one.flow.upper,
-                    conductivity=None if one.table is None else StoredTable.of(one.table),
-                )
-                for one in seal.patches
-            ),
+            leak_rate=None if lifted else Rate.model_validate(seal),
+            patches=tuple(map(SealPatchRecord.of, seal.patches)),
             share_sealed=seal.share_sealed,
             patches_along=seal.count.along,
             patches_around=seal.count.across,
@@ -258,5 +247,5 @@ class SealRecord(Record):
             interval=seal.interval,
             loads=tuple(sorted({load for table in tables for load in table.loads.tolist()})),
             sealing=seal.sealing,
-            path=None if along is None else PathRecord.of(along),
+            path=PathRecord.of(along),
         )

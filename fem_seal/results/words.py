@@ -300,8 +300,6 @@ def preparation_words(steps: tuple[StepRecord, ...]) -> str:
 
 def lifted_words(seal: SealRecord) -> str:
     """Why a seal is lifted off, with both pressures."""
-    if seal.path is None:
-        return "lifted off: the contact pressure is nowhere above the fluid's at the inlet"
     P, inlet = max(seal.path.contact_pressure), seal.path.fluid_pressure[0]
     return (
         f"lifted off: the contact pressure, at most {with_prefix(P, 'Pa')}, is nowhere above the "
@@ -333,7 +331,7 @@ def seal_words(seal: SealRecord) -> str:
     )
     if start == end:
         return f"{words}; seals where the contact pressure is highest, {start} behind the inlet"
-    if seal.path is not None and (seal.sealing.start, seal.sealing.end) == seal.path.ends:
+    if (seal.sealing.start, seal.sealing.end) == seal.path.ends:
         return f"{words}; seals on the whole path, {end}"
     begin = f"from {start}" if seal.sealing.start > 0 else "from the inlet"
     words += f"; seals {begin} to {end} behind the inlet"

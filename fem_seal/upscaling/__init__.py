@@ -11,7 +11,7 @@ from fem_seal.upscaling.network import (
     sealed_share,
 )
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined_table
-from fem_seal.upscaling.profile import Hertz, TabulatedProfile, Uniform
+from fem_seal.upscaling.profile import Hertz, TabulatedProfile, uniform
 from fem_seal.upscaling.seal_flow import SealFlow, seal_flow
 
 __all__ = [
@@ -26,11 +26,11 @@ __all__ = [
     "SealFlow",
     "StraightPath",
     "TabulatedProfile",
-    "Uniform",
     "drawn_seals",
     "generalised_interval",
     "network_conductivity",
     "refined_table",
     "seal_flow",
     "sealed_share",
+    "uniform",
 ]

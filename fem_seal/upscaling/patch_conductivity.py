@@ -41,7 +41,7 @@ from fem_seal.patch import Patch
 from fem_seal.steps import elastic_contact
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
-from fem_seal.upscaling.profile import Profile, Uniform
+from fem_seal.upscaling.profile import Profile, is_uniform
 from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow, seal_flow
 
 if TYPE_CHECKING:
@@ -306,8 +306,7 @@ def refined_table(
     started = perf_counter()
     # Begin with the lowest load: its open channels contain those of all higher loads. Under a
     # uniform pressure no net load is below the decisive one.
-    uniform = isinstance(profile, Uniform)
-    first = [decisive] if uniform else np.linspace(0, decisive, 5).tolist()
+    first = [decisive] if is_uniform(profile) else np.linspace(0, decisive, 5).tolist()
     progress(f"its first {len(first) + 1} net loads")
     table = patch.table([*first, profile.highest - ends.outlet])
     while True:

@@ -13,35 +13,6 @@ from fem_seal.registry import require_positive
 
 
 @dataclass(frozen=True)
-class Uniform:
-    """The same pressure everywhere."""
-
-    pressure: float  #: P [Pa], > 0
-    length: float  #: L [m], > 0
-
-    def __post_init__(self) -> None:
-        require_positive(pressure=self.pressure, length=self.length)
-
-    @property
-    def nodes(self) -> np.ndarray:
-        """Both ends [m]."""
-        return np.array([0.0, self.length])
-
-    @property
-    def highest(self) -> float:
-        """P [Pa]."""
-        return self.pressure
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """P [Pa] everywhere."""
-        return np.full_like(x, self.pressure, dtype=float)
-
-    def times(self, part: float) -> "Uniform":
-        """A part of the pressure."""
-        return replace(self, pressure=part * self.pressure)
-
-
-@dataclass(frozen=True)
 class Hertz:
     """Pressure of a cylinder on a plane, P(x) = P_max √(1 - (x - a)²/a²)."""
 
@@ -132,4 +103,15 @@ class TabulatedProfile:
 
 
 # x = 0 at the inlet; between neighbouring `nodes` the pressure is monotone.
-Profile = Uniform | Hertz | TabulatedProfile
+Profile = Hertz | TabulatedProfile
+
+
+def uniform(pressure: float, length: float) -> TabulatedProfile:
+    """The same pressure P [Pa] on a length [m]."""
+    require_positive(pressure=pressure, length=length)
+    return TabulatedProfile(np.array([0.0, length]), np.full(2, pressure))
+
+
+def is_uniform(profile: Profile) -> bool:
+    """Whether the pressure is the same everywhere."""
+    return bool(np.ptp(profile(profile.nodes)) == 0)

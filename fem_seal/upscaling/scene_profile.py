@@ -8,7 +8,7 @@ from fem_seal.field_file.text_header import column_titles, names_units
 from fem_seal.field_file.text_table import is_comment, read_table
 from fem_seal.scene import Scene
 from fem_seal.upscaling.leak_path import LeakPath, RingPath, StraightPath
-from fem_seal.upscaling.profile import Hertz, Profile, TabulatedProfile, Uniform
+from fem_seal.upscaling.profile import Hertz, Profile, TabulatedProfile, uniform
 
 # Relative difference of a table's length from that of a ring, which rounded numbers make.
 SAME_LENGTH = 1e-4
@@ -56,7 +56,7 @@ def _profile(scene: Scene, width: float | None) -> Profile:
     if seal.pressure_profile == "hertz":
         # The mean of Hertz's pressure over its width is π/4 of the maximum.
         return Hertz(4 / pi * pressure, width)
-    return Uniform(pressure, width)
+    return uniform(pressure, width)
 
 
 def read_profile(path: Path) -> TabulatedProfile:

@@ -24,7 +24,7 @@ from fem_seal.leak_rate import FlowState
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
-from fem_seal.upscaling.profile import Profile, Uniform
+from fem_seal.upscaling.profile import Profile, is_uniform
 
 CELLS = 1000  # least number of cells of the leak path
 PLACES = 8  # places in each cell at which the influence is computed
@@ -116,7 +116,7 @@ def seal_flow(
     if profile.highest - ends.inlet >= table.sealing_load:
         return _sealed(table, profile, ends)
     # A uniform profile is solved in one cell.
-    x = profile.nodes if isinstance(profile, Uniform) else _places(profile, cells)
+    x = profile.nodes if is_uniform(profile) else _places(profile, cells)
     P, s = profile(x), path.resistance(x)
     low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
     middle = profile(0.5 * (x[:-1] + x[1:]))

@@ -13,8 +13,8 @@ from fem_seal.upscaling import (
     EndPressures,
     Hertz,
     StraightPath,
-    Uniform,
     seal_flow,
+    uniform,
 )
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, _errors, refined_table
 
@@ -70,16 +70,16 @@ def test_conductivity_of_waves(fine_waves, share):
     assert lower <= upper <= 1.011 * lower
 
 
-@pytest.mark.parametrize("uniform", [True, False])
-def test_seal_of_waves(fine_waves, uniform):
+@pytest.mark.parametrize("kind", [uniform, Hertz])
+def test_seal_of_waves(fine_waves, kind):
     """A seal of waves along the flow: quadrature of Westergaard's K, in a table as fine as 400."""
     P, ends = 0.5 * FULL, EndPressures(0.3 * FULL)
-    profile = Uniform(P, 2e-3) if uniform else Hertz(P, 2e-3)
+    profile = kind(P, 2e-3)
 
     outcome = refined_table(fine_waves, profile, STRIP, ends, tolerance=0.2)
     assert outcome.converged
     assert outcome.flow.upper < 1.23 * outcome.flow.lower
-    if uniform:
+    if kind is uniform:
         exact, _ = quad(lambda p: waves_along_the_flow(P - p, **WAVES), 0, ends.inlet)
         exact *= 75
     else:
@@ -98,8 +98,8 @@ def rough():
 
 def test_loads_gather_where_it_matters():
     """Between the loads that the pressure drop does not touch no load is added."""
-    ends, uniform = EndPressures(1e5), Uniform(3e5, 2e-3)
-    outcome = refined_table(rough(), uniform, STRIP, ends, tolerance=0.05)
+    ends, profile = EndPressures(1e5), uniform(3e5, 2e-3)
+    outcome = refined_table(rough(), profile, STRIP, ends, tolerance=0.05)
     loads = outcome.table.loads
     assert outcome.converged
     assert (loads.min(), loads.max()) == (2e5, 3e5)
@@ -116,7 +116,7 @@ def test_a_seal_that_is_sealed_needs_no_flow():
     assert not patch._flows
 
 
-@pytest.mark.parametrize("profile", [Uniform(3.99e5, 2e-3), Hertz(3.99e5, 2e-3)])
+@pytest.mark.parametrize("profile", [uniform(3.99e5, 2e-3), Hertz(3.99e5, 2e-3)])
 def test_without_a_lower_bound_the_sealing_load_is_sought(profile):
     """Net loads up to 2.99e5 Pa leak, 3e5 Pa seal: nothing but a load in between gives a bound."""
     table = ConductivityTable.exact([0, 1e5, 2e5, 3e5, 5e5], [1e-15, 1e-16, 1e-18, 0, 0])
@@ -127,8 +127,8 @@ def test_without_a_lower_bound_the_sealing_load_is_sought(profile):
 
 
 def test_too_few_loads_are_said():
-    ends, uniform = EndPressures(1e5), Uniform(3e5, 2e-3)
-    outcome = refined_table(rough(), uniform, STRIP, ends, tolerance=0.05, most_loads=4)
+    ends, profile = EndPressures(1e5), uniform(3e5, 2e-3)
+    outcome = refined_table(rough(), profile, STRIP, ends, tolerance=0.05, most_loads=4)
     assert not outcome.converged
     assert outcome.reason == "it may take 4 net loads; raise seal.max_loads"
 
@@ -215,8 +215,8 @@ def test_a_load_against_its_enclosure_is_noticed():
 
 def test_few_loads_are_enough():
     """The same accuracy as by steps of the load, whose error falls as 1/n, with a few loads."""
-    ends, uniform = EndPressures(1e5), Uniform(3e5, 2e-3)
-    outcome = refined_table(rough(), uniform, STRIP, ends, tolerance=0.06)
+    ends, profile = EndPressures(1e5), uniform(3e5, 2e-3)
+    outcome = refined_table(rough(), profile, STRIP, ends, tolerance=0.06)
     assert outcome.converged
     table = outcome.table
     # Of K = exp(-w/c) steps have ln(upper/lower) >= 4 (1 - √r)²/(n (1 - r)) at best, r the fall.

@@ -18,12 +18,12 @@ from fem_seal.upscaling import (
     RingPath,
     StraightPath,
     TabulatedProfile,
-    Uniform,
-    march,
     seal_flow,
+    uniform,
 )
 from fem_seal.upscaling.conductivity import Enclosure
 from fem_seal.upscaling.march import _root, _widened
+from fem_seal.upscaling.profile import is_uniform
 
 ETA = 1e-3
 STRIP = StraightPath(2e-3, 0.15)
@@ -53,13 +53,13 @@ def encloses(flow, exact, width):
 TABLE = TabulatedProfile(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 3e5, 1e5]))
 
 
-@pytest.mark.parametrize("profile", [Uniform(1e6, 2e-3), Hertz(1e6, 2e-3), TABLE])
+@pytest.mark.parametrize("profile", [uniform(1e6, 2e-3), Hertz(1e6, 2e-3), TABLE])
 def test_a_part_of_the_load_is_that_part_everywhere(profile):
     x = np.linspace(0, 2e-3, 7)
     assert profile.times(0.4)(x) == pytest.approx(0.4 * profile(x))
 
 
-@pytest.mark.parametrize("profile", [Uniform(1e6, 2e-3), Hertz(1e6, 2e-3)])
+@pytest.mark.parametrize("profile", [uniform(1e6, 2e-3), Hertz(1e6, 2e-3)])
 def test_smooth_strip(profile):
     """A constant K takes no notice of the profile where P > p: Q = K W (p_in - p_out)/L there."""
     inlet = 0.2e6
@@ -75,7 +75,7 @@ def test_smooth_strip(profile):
 
 @pytest.mark.parametrize("radii", [(0.01, 0.012), (0.012, 0.01)])
 def test_smooth_ring(radii):
-    flow = seal_flow(constant(), Uniform(1e6, 2e-3), RingPath(*radii), BAR)
+    flow = seal_flow(constant(), uniform(1e6, 2e-3), RingPath(*radii), BAR)
     encloses(flow, 2 * np.pi * SMOOTH * 1e5 / np.log(1.2), 1e-8)
 
 
@@ -83,7 +83,7 @@ def test_slender_ring_is_a_strip():
     """2π/ln(r2/r1) → W/L, W the mean circumference; next order (L/r)²/12."""
     ring = RingPath(1.0, 1.002)
     strip = StraightPath(ring.length, ring.circumference)
-    flows = [seal_flow(constant(), Uniform(1e6, 2e-3), path, BAR).value for path in (ring, strip)]
+    flows = [seal_flow(constant(), uniform(1e6, 2e-3), path, BAR).value for path in (ring, strip)]
     assert flows[0] == pytest.approx(flows[1], rel=1e-6)
 
 
@@ -93,7 +93,7 @@ def test_exponential_conductivity():
     ends = EndPressures(1.5e5, 0.2e5)
     exact = SMOOTH * e_fold * np.exp(-P / e_fold) * (np.exp(3) - np.exp(0.4)) * 0.15 / 2e-3
     table = exponential(e_fold, 1e6, 4001)
-    flow = seal_flow(table, Uniform(P, 2e-3), STRIP, ends)
+    flow = seal_flow(table, uniform(P, 2e-3), STRIP, ends)
     # Steps of 250 Pa: each bound is off by at most exp(250/5e4) = 1.005.
     encloses(flow, exact, 0.011)
     # ln K is linear, as it is interpolated: what is left are 16 steps an interval, (1/16)²/24.
@@ -104,7 +104,7 @@ def test_value_of_a_coarse_table():
     """ln K is interpolated: 21 loads an e-fold apart give an exponential K to a part in 1e3."""
     e_fold, P = 5e4, 6e5
     exact = SMOOTH * e_fold * np.exp(-P / e_fold) * np.expm1(2) * 0.15 / 2e-3
-    flow = seal_flow(exponential(e_fold, 1e6, 21), Uniform(P, 2e-3), STRIP, BAR)
+    flow = seal_flow(exponential(e_fold, 1e6, 21), uniform(P, 2e-3), STRIP, BAR)
     assert flow.lower < exact < flow.upper
     # Midpoint steps of h = c/16: 1 - h²/(24 c²) each; 21 loads from 0 to 20 c.
     assert flow.value == pytest.approx(exact, rel=1e-3)
@@ -112,7 +112,7 @@ def test_value_of_a_coarse_table():
 
 def test_gas():
     """K constant: Q = K W/L T0/(2 T p0) (p_in² - p_out²), the LiquidDrive of a gas."""
-    flow = seal_flow(constant(), Uniform(1e6, 2e-3), STRIP, GAS)
+    flow = seal_flow(constant(), uniform(1e6, 2e-3), STRIP, GAS)
     encloses(flow, SMOOTH * 0.15 * GAS_DRIVE.pressure_drop / 2e-3, 1e-8)
     # Half-way p_abs² is half-way: the pressure falls faster towards the outlet.
     middle = np.interp(1e-3, flow.path.x, flow.path.fluid_pressure)
@@ -122,7 +122,7 @@ def test_gas():
 def test_gas_whose_conductivity_falls():
     """Quadrature of ∫ K(P - p) T0 p_abs/(T p0) dp."""
     e_fold, P = 5e4, 6e5
-    flow = seal_flow(exponential(e_fold, 1e6, 4001), Uniform(P, 2e-3), STRIP, GAS)
+    flow = seal_flow(exponential(e_fold, 1e6, 4001), uniform(P, 2e-3), STRIP, GAS)
     per_pascal = 273.15 / (300 * 101325)
     exact, _ = quad(lambda p: np.exp(-(P - p) / e_fold) * (p + 1e5) * per_pascal, 0, 2e5)
     encloses(flow, SMOOTH * exact * 75, 0.011)
@@ -185,7 +185,7 @@ def test_waves_under_uniform_pressure():
     P, inlet = 5e5, 4e5
     exact, _ = quad(lambda p: waves_along_the_flow(P - p, **WAVES), 0, inlet, epsrel=1e-8)
     flow = seal_flow(
-        table_of(np.linspace(0, 6e5, 301)), Uniform(P, 2e-3), STRIP, EndPressures(inlet)
+        table_of(np.linspace(0, 6e5, 301)), uniform(P, 2e-3), STRIP, EndPressures(inlet)
     )
     encloses(flow, exact * 75, 0.06)
     assert flow.value == pytest.approx(exact * 75, rel=1e-3)
@@ -229,7 +229,7 @@ def test_two_half_leak_paths_in_series():
         assert part.value == pytest.approx(flow.value, rel=1e-3)
 
 
-@pytest.mark.parametrize("profile", [Uniform, Hertz])
+@pytest.mark.parametrize("profile", [uniform, Hertz])
 def test_sealed_if_the_highest_net_load_passes_the_sealing_load(profile):
     table = ConductivityTable.exact([0, 1e5, 2e5, 3e5], [SMOOTH, 0.1 * SMOOTH, 1e-3 * SMOOTH, 0])
     assert table.sealing_load == 3e5
@@ -242,7 +242,7 @@ def test_sealed_if_the_highest_net_load_passes_the_sealing_load(profile):
 
 
 @pytest.mark.parametrize(("ends", "above"), [(BAR, 5.2e5), (GAS, 4.2e5)], ids=["liquid", "gas"])
-@pytest.mark.parametrize("profile", [Uniform(6e5, 2e-3), Hertz(6e5, 2e-3)])
+@pytest.mark.parametrize("profile", [uniform(6e5, 2e-3), Hertz(6e5, 2e-3)])
 def test_influence(profile, ends, above):
     """Of the loads above one [Pa]: by how much ln Q changes when ln K does there."""
     table = exponential(5e4, 1e6, 2001)
@@ -256,17 +256,17 @@ def test_influence(profile, ends, above):
     # A cell or two of 1000 at the load itself, and second order in the change of 1 %.
     assert 0.01 * along.influence[there].sum() == pytest.approx(effect, rel=0.02)
     assert along.sealing_length <= 2e-3 * (1 + 1e-9)
-    if isinstance(profile, Uniform):
+    if is_uniform(profile):
         assert along.sealing_length == pytest.approx(2e-3, rel=1e-3)
 
 
 def test_lifted_off():
-    flow = seal_flow(constant(), Uniform(1e5, 2e-3), STRIP, BAR)
+    flow = seal_flow(constant(), uniform(1e5, 2e-3), STRIP, BAR)
     assert (flow.state, flow.value) == ("lifted off", np.inf)
 
 
 def test_beyond_the_table_only_the_upper_bound_is_known():
-    flow = seal_flow(constant(top=5e5), Uniform(7e5, 2e-3), STRIP, BAR)
+    flow = seal_flow(constant(top=5e5), uniform(7e5, 2e-3), STRIP, BAR)
     assert flow.lower == 0
     assert flow.upper == pytest.approx(SMOOTH * 75 * 1e5, rel=1e-8)
 
@@ -277,7 +277,7 @@ def test_table_that_begins_at_the_lowest_net_load(P):
     loads = P - 1e5 + np.linspace(0, 1, 11) * 1e5
     flow = seal_flow(
         ConductivityTable.exact(loads, SMOOTH * np.exp(-np.arange(11))),
-        Uniform(P, 2e-3),
+        uniform(P, 2e-3),
         STRIP,
         BAR,
     )
@@ -289,7 +289,7 @@ def test_table_that_begins_at_the_lowest_net_load(P):
 def test_below_the_first_load_the_film_may_be_open():
     """At net loads that the table does not know from below, K may be infinite."""
     table = ConductivityTable.exact([2e5, 3e5], [SMOOTH, 0.5 * SMOOTH])
-    assert seal_flow(table, Uniform(2.5e5, 2e-3), STRIP, BAR).upper == np.inf
+    assert seal_flow(table, uniform(2.5e5, 2e-3), STRIP, BAR).upper == np.inf
 
 
 @settings(max_examples=25, deadline=None)
@@ -333,7 +333,7 @@ def test_bounds_that_scatter_are_widened_until_they_fall():
         (lambda: RingPath(1, 1), "must be positive and differ"),
         (lambda: StraightPath(0, 1), "must be positive"),
         (
-            lambda: seal_flow(constant(), Uniform(1e6, 1e-3), STRIP, BAR),
+            lambda: seal_flow(constant(), uniform(1e6, 1e-3), STRIP, BAR),
             "0.001 m long and the leak path 0.002 m",
         ),
     ],
@@ -374,7 +374,7 @@ def test_a_table_with_enclosures_encloses():
     loads = np.linspace(2e5, 3e5, 6)
     plain = ConductivityTable.exact(loads, SMOOTH * np.exp(-loads / e_fold))
     flow, steps = (
-        seal_flow(t, Uniform(P, 2e-3), STRIP, BAR) for t in (enclosed(loads, e_fold), plain)
+        seal_flow(t, uniform(P, 2e-3), STRIP, BAR) for t in (enclosed(loads, e_fold), plain)
     )
     assert flow.lower == pytest.approx(steps.lower)
     assert flow.lower <= exact <= flow.upper < steps.upper
@@ -395,16 +395,13 @@ def test_the_search_for_a_leak_rate_ends():
             _widened(lambda log_rate, excess=excess: excess, -30.0, step)
 
 
-def test_the_search_ends_after_its_iterations(monkeypatch):
+def test_the_search_for_a_jump():
     """An excess with a jump at its root lets only halving help: 2^-44 of the bracket are needed."""
 
     def jump(log_rate):
         return -1.0 if log_rate < -30.123 else 1.0
 
     assert _root(jump, -50.0, -10.0) == pytest.approx(-30.123, abs=1e-9)
-    monkeypatch.setattr(march, "MOST_ITERATIONS", 5)
-    with pytest.raises(NotConverged, match=r"after 5 iterations: ln Q is near -\d+"):
-        _root(jump, -50.0, -10.0)
 
 
 def test_influence_where_the_conductivity_falls_by_many_decades():
