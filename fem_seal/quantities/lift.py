@@ -49,7 +49,7 @@ def lift_entry(patch: Patch) -> Uncertainty | None:
         return None
     if contact.pressure is None:
         return _of_other_loads(patch, max(inlet, -outlet), load)
-    words = []
+    words: list[str] = []
     lower: float | None = 1.0
     upper: float | None = 1.0
     upper_rate: float | None = None
@@ -59,27 +59,28 @@ def lift_entry(patch: Patch) -> Uncertainty | None:
             f"{_ratio(inlet, load)} the contact pressure, carries that part of the load and opens "
             "the film"
         )
+        opened = None
         if load <= inlet:
-            upper = None
-            words[-1] += ": more leaks than through the dry contact"
-            words.append(
+            more = [
                 "the seal would lift off, since the fluid's pressure is no less than the contact "
                 f"pressure of {_pressure(load)}"
-            )
+            ]
         else:
-            opened, more = _when_opened(patch, load - inlet)
-            if opened is None or opened.state != "sealed":
-                words[-1] += ": more leaks than through the dry contact"
-            words.extend(more)
-            upper = _upper_factor(patch.leak_rate, opened)
-            upper_rate = None if opened is None else opened.upper
+            opened, more = _at_the_end(patch, load - inlet, 1)
+        if opened is None or opened.state != "sealed":
+            words[-1] += ": more leaks than through the dry contact"
+        words.extend(more)
+        upper = None if opened is None else _upper_factor(patch.leak_rate, opened)
+        upper_rate = None if opened is None else opened.upper
     if presses:
         words.append(
             f"an outlet {_pressure(-outlet)} below ambient adds {_ratio(-outlet, load)} the "
             "contact pressure and closes the film: less leaks than through the dry contact"
         )
-        lower, more = _when_closed(patch, load - outlet)
-        words.extend(more)
+        if patch.leak_rate.state != "sealed":
+            closed, more = _at_the_end(patch, load - outlet, 0)
+            words.extend(more)
+            lower = None if closed is None else _lower_factor(patch.leak_rate, closed)
     kind: Kind = "not covered" if None in (lower, upper) else "estimated"
     return Uncertainty(KEY, kind, "; ".join(words), lower, upper, True, upper_rate)
 
@@ -120,9 +121,7 @@ def _resolved(patch: Patch) -> Uncertainty:
 def _range(patch: Patch) -> Uncertainty:
     """Entry of the dry contacts at both ends of the fluid's pressure."""
     dry, (closed, opened) = patch.leak_rate, patch.lift_range
-    least = _end(dry, 0)
-    lower = min(1.0, _end(closed, 0) / least) if least else 1.0
-    upper, rate = _upper_factor(dry, opened), _end(opened, 1)
+    lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), _end(opened, 1)
     sentence = (
         "any fluid pressure between those of inlet and outlet is covered: between "
         f"{rounded_down(_end(closed, 0))} and {rounded_up(rate)} m^3/s"
@@ -141,70 +140,49 @@ def _end(leak: LeakRate, side: int) -> float:
     return leak.value if leak.lower is None else leak.bounds[side]
 
 
-def _when_opened(patch: Patch, pressure: float) -> tuple[LeakRate | None, list[str]]:
+def _at_the_end(patch: Patch, pressure: float, side: int) -> tuple[LeakRate | None, list[str]]:
     """Leak rate of the dry contact under another pressure [Pa], and words about it.
 
-    None if it cannot change the verdict: without a limit, or where the dry contact may exceed it.
+    None if it cannot change the verdict, by an upper (1) or a lower (0) end: without a limit, or
+    where the dry contact may be beyond it on that side already.
     """
-    limit = _limit(patch)
-    if limit is None or patch.leak_rate.bounds[1] > limit:
+    limit = patch.scene.limit
+    if limit is None:
         return None, []
-    leak = _leak_under(patch, pressure)
-    if leak is None:
-        return None, [_failed(pressure)]
-    left = f"under the {_pressure(pressure)} that are left for the solid"
+    allowed = limit.volume_rate(patch.scene.drive)
+    if (patch.leak_rate.bounds[1] > allowed) if side else (patch.leak_rate.bounds[0] <= allowed):
+        return None, []
+    with patch.timed("fluid pressure"):
+        try:
+            leak = patch.pressed_by(pressure).leak_rate
+        except NotConverged:
+            return None, [f"the contact under {_pressure(pressure)} did not converge"]
+    under = f"under the {_pressure(pressure)} that "
+    under += "are left for the solid" if side else "press the solid then"
     if leak.state == "sealed":
-        return leak, [f"{left} the contact is sealed all the same"]
-    return leak, [f"{left}, at most {rounded_up(leak.bounds[1])} m^3/s"]
+        return leak, [f"{under} the contact is sealed{' all the same' * side}"]
+    end = (
+        f"at most {rounded_up(leak.bounds[1])}"
+        if side
+        else f"at least {rounded_down(leak.bounds[0])}"
+    )
+    return leak, [f"{under}, {end} m^3/s"]
 
 
-def _upper_factor(dry: LeakRate, opened: LeakRate | None) -> float | None:
+def _lower_factor(dry: LeakRate, closed: LeakRate) -> float:
+    """Lower factor of the entry: lower bound of the closed contact over that of the dry one."""
+    return 1.0 if _end(dry, 0) == 0 else min(1.0, _end(closed, 0) / _end(dry, 0))
+
+
+def _upper_factor(dry: LeakRate, opened: LeakRate) -> float | None:
     """Upper factor of the entry: upper bound of the opened contact over that of the dry one.
 
     The verdict multiplies it with the flow's factor, which gives the opened contact's upper bound.
-    None if the opened contact is not known, or if it leaks where the dry one is sealed.
+    None if the opened contact leaks where the dry one is sealed.
     """
-    if opened is None:
-        return None
     if dry.state == "sealed":
         return 1.0 if opened.state == "sealed" else None
     return max(1.0, _end(opened, 1) / _end(dry, 1))
-
-
-def _when_closed(patch: Patch, pressure: float) -> tuple[float | None, list[str]]:
-    """Lower factor from the dry contact under another pressure [Pa], and words about it.
-
-    The factor is None if it cannot change the verdict; see `_when_opened`.
-    """
-    dry, limit = patch.leak_rate, _limit(patch)
-    if dry.state == "sealed":
-        return 1.0, []
-    if limit is None or dry.bounds[0] <= limit:
-        return None, []
-    leak = _leak_under(patch, pressure)
-    if leak is None:
-        return None, [_failed(pressure)]
-    pressed = f"under the {_pressure(pressure)} that press the solid then"
-    lower, _ = leak.bounds
-    return min(1.0, lower / dry.bounds[0]), [f"{pressed}, at least {rounded_down(lower)} m^3/s"]
-
-
-def _limit(patch: Patch) -> float | None:
-    limit = patch.scene.limit
-    return None if limit is None else limit.volume_rate(patch.scene.drive)
-
-
-def _leak_under(patch: Patch, pressure: float) -> LeakRate | None:
-    """Leak rate of the dry contact under another pressure [Pa]; None if it does not converge."""
-    with patch.timed("fluid pressure"):
-        try:
-            return patch.pressed_by(pressure).leak_rate
-        except NotConverged:
-            return None
-
-
-def _failed(pressure: float) -> str:
-    return f"the contact under {_pressure(pressure)} did not converge"
 
 
 def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:

@@ -5,9 +5,8 @@ from statistics import stdev
 
 import numpy as np
 
-from fem_seal.digits import number_of, per_cent
+from fem_seal.digits import number_of
 from fem_seal.errors import present
-from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
@@ -21,8 +20,8 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.quantities.inputs import exact_inputs
 from fem_seal.quantities.patch_size import scale_entries
-from fem_seal.quantities.slip import first_order, of_kinetic_law
-from fem_seal.quantities.uncertainties import isotropy
+from fem_seal.quantities.slip import slip_entry
+from fem_seal.quantities.uncertainties import isotropy, model
 from fem_seal.quantities.verdict import open_entries
 from fem_seal.rarefied import FIRST_ORDER
 from fem_seal.scene import FileSurface
@@ -91,19 +90,14 @@ def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
 
 def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
     """List the uncertainties of the leak rate of a seal."""
-    model = Uncertainty(
-        "model",
-        "not covered",
-        "Reynolds' equation for a thin film between smooth slopes, and a linear elastic contact "
-        "without friction and adhesion",
-    )
     if seal.state == "lifted off":
         sentence = (
             "the contact pressure is nowhere above the fluid's at the inlet: no contact is left, "
             "whatever the roughness; contact remains where the contact pressure is above it"
         )
-        return Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0), model
+        return Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0), model(patch)
     scales, size = scale_entries(patch, seal.leak_path)
+    gap, rtol = seal.critical_gap, present(patch.scene.seal, "[seal]").rtol
     entries = (
         _flow_and_loads(patch, seal),
         _patches(seal),
@@ -112,10 +106,10 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
         _network(seal),
         size,
         isotropy(patch),
-        _slip(patch, seal),
+        None if gap is None else slip_entry(patch.scene, gap, seal.leak_path, rtol),
         _slip_along(patch, seal),
         exact_inputs(patch),
-        model,
+        model(patch),
     )
     return tuple(entry for entry in entries if entry is not None)
 
@@ -241,23 +235,6 @@ def _network(seal: SealLeak) -> Uncertainty | None:
         "realizations"
     )
     return Uncertainty("network", "not covered", sentence)
-
-
-def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:
-    """Error of the law of slip, at the tightest place of the patches."""
-    drive, law = patch.scene.drive, patch.scene.slip
-    if seal.critical_gap is None or not isinstance(drive, GasDrive):
-        return None
-    knudsen = drive.mean_free_path(patch.scene.viscosity) / seal.critical_gap
-    if law is None:
-        sentence = (
-            "slip of the gas at the walls is left out and would add about "
-            f"{per_cent(6 * knudsen)} to the flow at the tightest place"
-        )
-        return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
-    if law.coefficient is FIRST_ORDER:
-        return first_order(knudsen)
-    return of_kinetic_law(law, seal.critical_gap, knudsen)
 
 
 def _slip_along(patch: Patch, seal: SealLeak) -> Uncertainty | None:

@@ -1,17 +1,16 @@
 """Error budget: slip of a gas at the walls."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from fem_seal.digits import per_cent, with_prefix
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.fluid import GasDrive, Slip
+from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import SLIP_INTERVAL, Uncertainty, parts_of_bounds
 from fem_seal.rarefied import FIRST_ORDER
+from fem_seal.scene import Scene
 
 # Largest Knudsen number at the critical constriction for which the error of first-order slip is
 # estimated.
@@ -38,22 +37,66 @@ def knudsen_number(patch: Patch) -> float | None:
 
 
 def slip(patch: Patch) -> Uncertainty | None:
-    """Entry for the error of the law of slip; None for a liquid or a sealed gap.
+    """Entry for the error of the law of slip; None for a liquid or a sealed gap."""
+    if knudsen_number(patch) is None:
+        return None
+    film = patch.film
+    if isinstance(film, GridFilm):
+        length = max(film.size)
+    else:
+        length = float(np.ptp(film.mesh.xy, axis=0).max())
+    critical = present(film.constriction, "constriction").gap
+    return slip_entry(patch.scene, critical, length, patch.flow.rtol)
+
+
+def slip_entry(scene: Scene, critical: float, length: float, rtol: float) -> Uncertainty | None:
+    """Entry at a critical gap [m] of a film of a length [m]; None for a liquid.
 
     The kinetic law is computed from a model of the gas, and other models differ a little. The
     first-order law gives too little slip, and a scene without slip none at all: slip multiplies the
     flow through a channel of height g by 1 + 6 Kn, Kn = λ/g, with λ the mean free path at the mean
     pressure (E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167 (1997)). More slip only raises
-    the leak rate, so that the lower bound holds in both of these cases.
+    the leak rate, so that the lower bound holds in both of these cases. Without slip the added flow
+    is a factor if it is at most half of the flow's tolerance.
     """
-    knudsen, law = knudsen_number(patch), patch.scene.slip
-    if knudsen is None:
+    drive, law = scene.drive, scene.slip
+    if not isinstance(drive, GasDrive):
         return None
+    path = drive.mean_free_path(scene.viscosity)
+    knudsen = path / critical
     if law is None:
-        return _without_slip(patch, knudsen)
+        sigma = present(scene.fluid, "[fluid]").accommodation or 1.0
+        added = 6 * knudsen * (2 - sigma) / sigma
+        sentence = (
+            f"slip of the gas at the walls is left out and would add about {per_cent(added)} to "
+            f"the flow at the tightest place (mean free path {with_prefix(path, 'm')} at the mean "
+            f"pressure, gap {with_prefix(critical, 'm')})"
+        )
+        if added <= rtol / 2:
+            return Uncertainty("slip", "estimated", sentence, 1.0, 1 + added)
+        sentence += ": the upper bound does not hold for this gas, the lower one does"
+        return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
     if law.coefficient is FIRST_ORDER:
-        return first_order(knudsen)
-    return _kinetic(patch, law, knudsen)
+        return _first_order(knudsen)
+    error = KINETIC_ERROR * (1 - 1 / law.mean_gain(critical))
+    sentence = (
+        "slip of the gas at the walls is that of the linearised BGK equation, and other models of "
+        f"the gas differ from it by up to {per_cent(KINETIC_ERROR)} of what slip adds; Knudsen "
+        f"number {knudsen:.2g} at the tightest place"
+    )
+    shorter = 1.0
+    if path > length:
+        # For the lower bound shorten the mean free path to the length of the film, as a higher
+        # pressure would.
+        t = critical * law.mean_pressure / law.product
+        shorter = min(1.0, float(law.coefficient(t * path / length) / law.coefficient(t)))
+        sentence += (
+            f"; the mean free path {with_prefix(path, 'm')} is longer than the film, so that "
+            "molecules which fly along the gap carry less than between endless walls"
+        )
+    return Uncertainty(
+        "slip", "estimated", sentence, shorter / (1 + error), 1 + error, caution=path > length
+    )
 
 
 def slip_interval(patch: Patch) -> Uncertainty | None:
@@ -72,7 +115,7 @@ def slip_interval(patch: Patch) -> Uncertainty | None:
     return Uncertainty(SLIP_INTERVAL, "guaranteed", sentence, lower, upper)
 
 
-def first_order(knudsen: float) -> Uncertainty:
+def _first_order(knudsen: float) -> Uncertainty:
     """Entry of first-order slip at a Knudsen number."""
     sentence = (
         "slip of the gas at the walls is computed to first order in the mean free path, and more "
@@ -84,58 +127,4 @@ def first_order(knudsen: float) -> Uncertainty:
         f"; above {LARGEST_KNUDSEN:g} the upper bound does not hold, the lower one does; "
         "fluid.slip = 'kinetic' covers it"
     )
-    return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
-
-
-def of_kinetic_law(law: Slip, critical: float, knudsen: float) -> Uncertainty:
-    """Entry of the kinetic law at a critical gap [m]: other models of the gas differ a little."""
-    error = KINETIC_ERROR * (1 - 1 / law.mean_gain(critical))
-    sentence = (
-        "slip of the gas at the walls is that of the linearised BGK equation, and other models of "
-        f"the gas differ from it by up to {per_cent(KINETIC_ERROR)} of what slip adds; Knudsen "
-        f"number {knudsen:.2g} at the tightest place"
-    )
-    return Uncertainty("slip", "estimated", sentence, 1 / (1 + error), 1 + error)
-
-
-def _kinetic(patch: Patch, law: Slip, knudsen: float) -> Uncertainty:
-    """Entry of the kinetic law: its model of the gas, and molecules that fly past the film."""
-    critical = present(patch.film.constriction, "constriction").gap
-    entry = of_kinetic_law(law, critical, knudsen)
-    path, length = knudsen * critical, _length(patch)
-    if path <= length:
-        return entry
-    # For the lower bound shorten the mean free path to the length of the film, as a higher pressure
-    # would.
-    t = critical * law.mean_pressure / law.product
-    shorter = float(law.coefficient(t * path / length) / law.coefficient(t))
-    sentence = (
-        f"{entry.sentence}; the mean free path {with_prefix(path, 'm')} is longer than the film, "
-        "so that molecules which fly along the gap carry less than between endless walls"
-    )
-    lower = min(shorter, 1.0) * present(entry.lower, "lower factor")
-    return replace(entry, sentence=sentence, lower=lower, caution=True)
-
-
-def _length(patch: Patch) -> float:
-    """Longest extent of the film [m]."""
-    if isinstance(patch.film, GridFilm):
-        return max(patch.film.size)
-    return float(np.ptp(patch.film.mesh.xy, axis=0).max())
-
-
-def _without_slip(patch: Patch, knudsen: float) -> Uncertainty:
-    """Entry without slip: the added flow, or no upper factor above half the flow's tolerance."""
-    scene = patch.scene
-    critical = present(patch.film.constriction, "constriction").gap
-    sigma = present(scene.fluid, "[fluid]").accommodation or 1.0
-    added = 6 * knudsen * (2 - sigma) / sigma
-    sentence = (
-        f"slip of the gas at the walls is left out and would add about {per_cent(added)} to the "
-        f"flow at the tightest place (mean free path {with_prefix(knudsen * critical, 'm')} at the "
-        f"mean pressure, gap {with_prefix(critical, 'm')})"
-    )
-    if added <= patch.flow.rtol / 2:
-        return Uncertainty("slip", "estimated", sentence, 1.0, 1 + added)
-    sentence += ": the upper bound does not hold for this gas, the lower one does"
     return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)

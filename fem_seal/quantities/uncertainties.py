@@ -93,7 +93,8 @@ ASSUMPTIONS = {
 }
 
 
-def _model(patch: Patch) -> Uncertainty:
+def model(patch: Patch) -> Uncertainty:
+    """Entry for the equations themselves."""
     contact = patch.scene.contact
     solid = "" if contact is None else f", and {ASSUMPTIONS[contact.model]}"
     sentence = f"Reynolds' equation for a thin film between smooth slopes{solid}"
@@ -112,5 +113,5 @@ SOURCES: tuple[Source, ...] = (
     _one_patch,
     isotropy,
     exact_inputs,
-    _model,
+    model,
 )
