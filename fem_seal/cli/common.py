@@ -14,13 +14,10 @@ from fem_seal import parallel
 from fem_seal.errors import InvalidInput, NotConverged, printable
 
 if TYPE_CHECKING:
-    from fem_seal.field_file import Stated
     from fem_seal.points import Work
     from fem_seal.results import Result
     from fem_seal.scene import Scene
 
-
-MOST_METRES = 1e100  # longest side of a map
 NOT_KEPT = 4  # exit status with --strict if the limit is not surely kept
 WIDTH = 100  # characters of a printed line
 LONGEST_NAME = 60  # most characters of the name of a result folder
@@ -67,26 +64,29 @@ def add_statements(command: argparse.ArgumentParser) -> None:
     )
 
 
-def stated_of(options: argparse.Namespace) -> "Stated":
-    """Unit and size of the options of `add_statements`."""
-    from fem_seal.field_file import Stated
-    from fem_seal.field_file.recorded import length_in_metres
-    from fem_seal.units import to_si
+def scene_of_heights(path: Path, options: argparse.Namespace) -> "Scene":
+    """Scene of a file of heights, with the options of `add_statements` and its --set, if any.
 
+    It subtracts the mean and fills holes. Nothing is pressed: it names a contact that also takes a
+    map that does not repeat.
+    """
+    from fem_seal.scene import Scene
+    from fem_seal.scene.files import override
+
+    heights: dict[str, object] = {"kind": "file", "path": str(path), "max_missing": 0.99}
+    heights |= {"detrend": "mean", "fill": "harmonic"}
     if options.length_unit is not None:
-        length_in_metres(options.length_unit, "--length-unit: the heights")
-    if options.size is None:
-        return Stated(unit=options.length_unit)
-    try:
-        first, second = (to_si(part.strip(), "m") for part in options.size.split(","))
-        if not (0 < first < MOST_METRES and 0 < second < MOST_METRES):
-            raise ValueError
-    except ValueError:
-        raise InvalidInput(
-            f"--size {options.size} should be two positive lengths with units and a comma between, "
-            "such as '1 mm,1 mm'"
-        ) from None
-    return Stated(unit=options.length_unit, size=(first, second))
+        heights["unit"] = options.length_unit
+    if options.size is not None:
+        heights["size"] = [side.strip() for side in options.size.split(",")]
+    data: dict[str, dict[str, object]] = {
+        "surface": heights,
+        "contact": {"model": "bearing", "mean_gap": 1.0},
+        "output": {"products": ["contact"]},
+    }
+    for assignment in getattr(options, "overrides", ()):
+        data = override(data, assignment)
+    return Scene.from_mapping(data)
 
 
 def default_folder(scene: Path, overrides: Sequence[str]) -> Path:
@@ -126,15 +126,13 @@ def add_jobs(command: argparse.ArgumentParser, jobs: str) -> None:
     )
 
 
-def jobs_of(options: argparse.Namespace) -> "Work":
-    """Distribution of points over processes, from the options of `add_jobs`."""
+def work_of(options: argparse.Namespace) -> "Work":
+    """Distribution of points over processes, from the options of `add_jobs` or `add_work`."""
     from fem_seal.points import Work
 
-    return Work(options.jobs, memory=_bytes(options.memory))
-
-
-def _bytes(gigabytes: float | None) -> int | None:
-    return None if gigabytes is None else int(1e9 * gigabytes)
+    memory = None if options.memory is None else int(1e9 * options.memory)
+    shared = {name: vars(options)[name] for name in ("part", "gather") if name in options}
+    return Work(options.jobs, memory=memory, **shared)
 
 
 def add_work(command: argparse.ArgumentParser, noun: str) -> None:
@@ -161,13 +159,6 @@ def part(text: str) -> tuple[int, int]:
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not of the form K/N, such as 2/8") from None
     return k, n
-
-
-def work_of(options: argparse.Namespace) -> "Work":
-    """Distribution of points over processes, from the options of `add_work`."""
-    from fem_seal.points import Work
-
-    return Work(options.jobs, options.part, gather=options.gather, memory=_bytes(options.memory))
 
 
 def prepare_workers(options: argparse.Namespace, module: str) -> None:

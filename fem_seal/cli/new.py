@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.common import add_command, add_statements, say, stated_of
+from fem_seal.cli.common import add_command, add_statements, say, scene_of_heights
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -25,14 +25,17 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
-    from fem_seal.errors import InvalidInput
+    from fem_seal.errors import InvalidInput, present
     from fem_seal.files import write_text
     from fem_seal.new_scene import new_scene
+    from fem_seal.scene import FileSurface
 
+    surface = scene_of_heights(options.file, options).surface
+    stated = present(surface if isinstance(surface, FileSurface) else None, "surface").stated
     out = options.out or Path(f"{options.file.stem}.toml")
     if out.exists():
         raise InvalidInput(f"{out} is there already; delete it, or name another one by --out")
-    new = new_scene(options.file, out.parent, stated_of(options))
+    new = new_scene(options.file, out.parent, stated)
     write_text(out, new.text)
     lines = [f"{options.file}: {'; '.join(new.facts)}"]
     if new.needed:

@@ -10,9 +10,9 @@ from fem_seal.cli.common import (
     add_scene,
     add_trust,
     default_folder,
-    jobs_of,
     run_and_print,
     say,
+    work_of,
 )
 from fem_seal.errors import InvalidInput
 
@@ -39,7 +39,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 def _run(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
 
-    scene, work = Scene.from_file(options.scene, options.overrides), jobs_of(options)
+    scene, work = Scene.from_file(options.scene, options.overrides), work_of(options)
     if work.jobs > 1 and scene.seal is None:
         raise InvalidInput(
             f"--jobs = {work.jobs} distributes the patches of a [seal], which this scene has not; "

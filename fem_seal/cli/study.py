@@ -1,12 +1,11 @@
 """fem-seal study: comparison of methods, and price of accuracy."""
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from fem_seal import parallel
 from fem_seal.cli import moved
@@ -23,10 +22,8 @@ from fem_seal.errors import InvalidInput, NotConverged, present
 
 if TYPE_CHECKING:
     from fem_seal.patch import Patch
-    from fem_seal.points import Work
     from fem_seal.scene import Scene
 
-Answer = TypeVar("Answer")
 Command = Callable[[argparse.Namespace], int]
 
 
@@ -44,7 +41,12 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     cross = _study(studies, "cross-validation", "every method on one gap over ever finer grids")
     add_scene(cross)
     cross.add_argument(
-        "--grids", type=int, default=3, metavar="N", help="number of grids, each twice as fine (3)"
+        "--grids",
+        type=int,
+        choices=range(1, 9),
+        default=3,
+        metavar="N",
+        help="number of grids, each twice as fine (3)",
     )
     cross.add_argument(
         "--vary",
@@ -58,7 +60,12 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     exact = _study(studies, "exact", "every method where the leak rate is known exactly")
     exact.add_argument("cases", nargs="*", metavar="CASE", help="exact cases by name (all)")
     exact.add_argument(
-        "--grids", type=int, default=4, metavar="N", help="number of grids of 8, 16, … squares (4)"
+        "--grids",
+        type=int,
+        choices=range(1, 9),
+        default=4,
+        metavar="N",
+        help="number of grids of 8, 16, … squares (4)",
     )
     add_work(exact, "method on a grid")
     exact.set_defaults(command=_shared(_exact))
@@ -88,13 +95,6 @@ def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argp
     return study
 
 
-def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
-    from fem_seal.files import write_text
-
-    for name, text in texts:
-        write_text(folder / name, text)
-
-
 def _shared(command: Command) -> Command:
     """Start the workers and lock the folder of a study, which its parts share."""
 
@@ -108,19 +108,13 @@ def _shared(command: Command) -> Command:
     return locked
 
 
-def _unfinished(work: "Work") -> int:
+def _unfinished(options: argparse.Namespace) -> int:
     """Print that points of a study are missing; with --gather that is a failure."""
     message = "some points of the study are not computed yet"
-    if work.gather:
+    if options.gather:
         return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
     say(f"{message}; the same command without --part, or with --gather, makes the table")
     return 0
-
-
-def _grids(options: argparse.Namespace) -> int:
-    if not 1 <= options.grids <= 8:
-        raise InvalidInput(f"--grids = {options.grids} must lie between 1 and 8")
-    return options.grids
 
 
 def _scene(options: argparse.Namespace, assignments: Sequence[str] = ()) -> "Scene":
@@ -130,23 +124,6 @@ def _scene(options: argparse.Namespace, assignments: Sequence[str] = ()) -> "Sce
     if scene.shape is not None:
         raise InvalidInput("a study compares methods on grids; take [shape] out of the scene")
     return scene
-
-
-def _with_progress(work: Callable[..., Answer]) -> Answer:
-    """Call `work` with a `report`, and show its progress."""
-    from fem_seal.progress import Display
-
-    with Display() as report:
-        return work(report=report)
-
-
-def _say_if_dry(scene: "Scene") -> None:
-    """Print that a study leaves out the lift, if `fem-seal run` counts it."""
-    if scene.lift != "none":
-        say(
-            "dry        the fluid's pressure does not lift the solid in this study: the leak rates "
-            "are those of flow.lift = 'none'"
-        )
 
 
 COLUMNS = (
@@ -183,30 +160,32 @@ def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
 
 
 def _cross_validation(options: argparse.Namespace) -> int:
+    from fem_seal.files import write_text
     from fem_seal.film import GridFilm
+    from fem_seal.progress import Display
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.cross_validation import on_film
     from fem_seal.verification.methods import Setting
     from fem_seal.verification.pictures import claims_figure, cross_validation_figure
 
-    grids, work = _grids(options), work_of(options)
-    gaps = _gaps(options)
-    results = []
+    gaps, results = _gaps(options), []
     for patch in gaps.values():
         scene, gap = patch.scene, patch.grid_gap
         setting = Setting(scene.viscosity, scene.drive.pressure_drop, scene.flow.rtol)
         film = GridFilm(gap, scene.flow.sides_of(gap.periodic), scene.flow.representation)
-        results.append(
-            _with_progress(partial(on_film, film, setting, grids, out=options.out, work=work))
-        )
+        with Display() as report:
+            work = work_of(options)
+            results.append(
+                on_film(film, setting, options.grids, out=options.out, work=work, report=report)
+            )
     if any(result is None for result in results):
-        return _unfinished(work)
+        return _unfinished(options)
     compared = {
         name: ([replace(row, gap=name) for row in rows], bracket)
         for name, (rows, bracket) in zip(gaps, filter(None, results), strict=True)
     }
     rows = [row for of_gap, _ in compared.values() for row in of_gap]
-    _write(options.out, [("cross_validation.csv", as_csv(rows))])
+    write_text(options.out / "cross_validation.csv", as_csv(rows))
     title = f"{options.scene.stem}, {'given gap' if scene.contact is None else 'dry contact'}"
     if options.vary:
         claims_figure(rows, options.out / "cross_validation.png", title)
@@ -230,22 +209,23 @@ def _cross_validation(options: argparse.Namespace) -> int:
 
 
 def _exact(options: argparse.Namespace) -> int:
+    from fem_seal.files import write_text
+    from fem_seal.progress import Display
     from fem_seal.registry import choose
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.cross_validation import on_exact_cases
     from fem_seal.verification.exact_cases import CASES
     from fem_seal.verification.pictures import cross_validation_figure
 
-    squares = [8 * 2**k for k in range(_grids(options))]
+    squares = [8 * 2**k for k in range(options.grids)]
     cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
-    work = work_of(options)
-    compared = _with_progress(
-        partial(on_exact_cases, list(cases.values()), squares, out=options.out, work=work)
-    )
+    with Display() as report:
+        settings = {"out": options.out, "work": work_of(options), "report": report}
+        compared = on_exact_cases(list(cases.values()), squares, **settings)
     if compared is None:
-        return _unfinished(work)
+        return _unfinished(options)
     for (name, case), rows in zip(cases.items(), compared, strict=True):
-        _write(options.out, [(f"{name}.csv", as_csv(rows))])
+        write_text(options.out / f"{name}.csv", as_csv(rows))
         cross_validation_figure(rows, options.out / f"{name}.png", name)
         say(f"{name}: exactly {case.exact:.6g} ({case.source})\n{as_text(rows, COLUMNS)}\n")
     return 0
@@ -254,35 +234,39 @@ def _exact(options: argparse.Namespace) -> int:
 def _trade(options: argparse.Namespace) -> int:
     from platform import machine, processor
 
+    from fem_seal.files import write_text
+    from fem_seal.progress import Display
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.pictures import trade_figure
     from fem_seal.verification.trade import (
         LIFT_COLUMNS,
         TRADE_COLUMNS,
-        LiftRow,
         lift_price,
         recommend,
         trade,
     )
 
     scene = _scene(options)
-    work = work_of(options)
-    result = _with_progress(partial(trade, scene, out=options.out, work=work))
-    lifts: list[LiftRow] | None = []
-    if options.lift:
-        lifts = _with_progress(partial(lift_price, scene, out=options.out, work=work))
+    with Display() as report:
+        settings = {"out": options.out, "work": work_of(options), "report": report}
+        result = trade(scene, **settings)
+        lifts = lift_price(scene, **settings) if options.lift else []
     if result is None or lifts is None:
-        return _unfinished(work)
+        return _unfinished(options)
     advice = "\n".join(recommend(result))
-    texts = [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")]
-    _write(options.out, texts)
+    write_text(options.out / "trade.csv", as_csv(result.points))
+    write_text(options.out / "advice.txt", f"{advice}\n")
     trade_figure(result, options.out / "trade.png", options.scene.stem)
-    _say_if_dry(scene)
+    if scene.lift != "none":
+        say(
+            "dry        the fluid's pressure does not lift the solid in this study: the leak rates "
+            "are those of flow.lift = 'none'"
+        )
     say(as_text(result.points, TRADE_COLUMNS))
     finer = per_cent(result.uncertainty) if result.uncertainty < inf else "not known"
     say(f"on the finest grid: {result.reference:.4e} m^3/s; a finer one changes it by: {finer}")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
     if lifts:
-        _write(options.out, [("trade-lift.csv", as_csv(lifts))])
+        write_text(options.out / "trade-lift.csv", as_csv(lifts))
         say(f"\nthe fluid's pressure:\n{as_text(lifts, LIFT_COLUMNS)}")
     return 0

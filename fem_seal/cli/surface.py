@@ -6,7 +6,7 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import add_command, add_scene, add_statements, say, stated_of
+from fem_seal.cli.common import add_command, add_scene, add_statements, say, scene_of_heights
 from fem_seal.errors import InvalidInput
 from fem_seal.tables import aligned, csv_text
 
@@ -79,28 +79,14 @@ def _is_scene(options: argparse.Namespace) -> bool:
 
 
 def _scene(options: argparse.Namespace) -> "Scene":
-    """Scene of a scene file; of a file of heights one that subtracts the mean and fills holes."""
+    """Scene of a scene file, or of a file of heights."""
     from fem_seal.scene import Scene
-    from fem_seal.scene.files import override
 
     if _is_scene(options):
         if options.length_unit is not None or options.size is not None:
             raise InvalidInput("--length-unit and --size are for a file of heights; use --set")
         return Scene.from_file(options.scene, options.overrides)
-    stated = stated_of(options)
-    statements = {"unit": stated.unit, "size": stated.size}
-    heights = {"kind": "file", "path": str(options.scene), "detrend": "mean", "fill": "harmonic"}
-    data: dict[str, dict[str, object]] = {
-        "surface": heights
-        | {"max_missing": 0.99}
-        | {name: value for name, value in statements.items() if value is not None},
-        # Nothing is pressed: name a contact that also takes a map that does not repeat.
-        "contact": {"model": "bearing", "mean_gap": 1.0},
-        "output": {"products": ["contact"]},
-    }
-    for assignment in options.overrides:
-        data = override(data, assignment)
-    return Scene.from_mapping(data)
+    return scene_of_heights(options.scene, options)
 
 
 def _csv(scene: "Scene", prepared: "PreparedSurface") -> str:
