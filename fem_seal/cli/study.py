@@ -45,7 +45,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         type=int,
         choices=range(1, 9),
         default=3,
-        metavar="N",
+        metavar="1..8",
         help="number of grids, each twice as fine (3)",
     )
     cross.add_argument(
@@ -64,7 +64,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         type=int,
         choices=range(1, 9),
         default=4,
-        metavar="N",
+        metavar="1..8",
         help="number of grids of 8, 16, … squares (4)",
     )
     add_work(exact, "method on a grid")
