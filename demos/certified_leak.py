@@ -114,7 +114,6 @@ def draw(comparison: Comparison, path: Path) -> None:
 # %%
 def main(out: Path = Path("out"), n: int = 256, rtol: float = 0.02, grids: int = 2) -> Comparison:
     """Run the comparison, draw `certified_leak.png` into `out` and check the claims above."""
-    out.mkdir(parents=True, exist_ok=True)
     comparison = compare(near_percolation(n), rtol, grids)
     draw(comparison, out / "certified_leak.png")
     levels = comparison.adaptive + comparison.uniform

@@ -90,7 +90,6 @@ def main(
     changes: tuple[str, ...] = ("surface.shape=[128, 128]",),
 ) -> list[Loaded]:
     """Close the contact, draw `closing.png`, check the claims above."""
-    out.mkdir(parents=True, exist_ok=True)
     steps = loaded(scene, list(changes), loads)
     for step in steps:
         print(

@@ -129,7 +129,6 @@ def show(saddles: list[Saddle], path: Path) -> None:
 
 def main(out: Path = Path("out"), samples: tuple[int, ...] = (64, 128)) -> list[Saddle]:
     """Close the saddle on grids, each twice as fine, draw it, check the claims above."""
-    out.mkdir(parents=True, exist_ok=True)
     saddles = [saddle(n) for n in samples]
     show(saddles, out / "closing_saddle.png")
     coarse, fine = saddles[-2:]

@@ -121,7 +121,6 @@ def main(n: int = 256, out: Path = Path("out")) -> Answer:
         # The certificate bounds the excess, up to rounding of the two energies.
         assert excess <= state.certificate + 1e-12
     cut = bearing(surface, area_fraction=best.contact_area_fraction)
-    out.mkdir(parents=True, exist_ok=True)
     draw(states, cut.gap, out / "how_contact_is_solved.png")
     answer = Answer(
         pairs={name: state.fft_pairs for name, state in states.items()},

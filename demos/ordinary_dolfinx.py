@@ -124,7 +124,6 @@ def draw(field: FlowField, path: Path) -> None:
 
 def main(out: Path = Path("out"), n: int = 64) -> tuple[LeakRate, dict[int, float]]:
     """Draw `ordinary_dolfinx.png`; return bounds, and leak rates [m³/s] by degree of elements."""
-    out.mkdir(parents=True, exist_ok=True)
     from_samples = Tuning(coarsest=n)  # begin with the mesh of the samples
     gap = rough_contact(n)
     setting = {"viscosity": ETA, "pressure_drop": DROP, "rtol": 0.03, "tuning": from_samples}

@@ -130,7 +130,6 @@ def draw(points: list[Point], path: Path) -> None:
 def main(out: Path = Path("out"), n: int = 64) -> list[Point]:
     """Compute, assert, print and draw."""
     points = [point(share, n) for share in SHARES]
-    out.mkdir(parents=True, exist_ok=True)
     draw(points, out / "lift.png")
     print("p_in/P0   resolved/dry   range/dry")
     for p in points:

@@ -93,7 +93,6 @@ def main(out: Path = Path("out"), n: int = 256) -> list[Point]:
     """Compute, assert, print and draw."""
     cases = [(9.0, "resolved"), (8.8, "resolved"), (8.6, "resolved"), (8.6, "none")]
     points = [point(n, *case) for case in cases]
-    out.mkdir(parents=True, exist_ok=True)
     draw(points, out / "limit.png")
     for p in points:
         end = "or more" if p.counted_upper is None else f"to {p.counted_upper:.6f}"

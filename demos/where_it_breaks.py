@@ -16,7 +16,6 @@
 # `mpirun -n 2 python demos/where_it_breaks.py` shares the elements between two processes.
 
 # %%
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -100,7 +99,6 @@ def draw(answers: list[Answers], path: Path) -> None:
 # %%
 def main(out: Path = Path("out"), n: int = 16, unknowns: int = 3000) -> list[Answers]:
     """Compare, draw `where_it_breaks.png` into `out`, check the claims above."""
-    out.mkdir(parents=True, exist_ok=True)
     answers = [compute(contrast, n, unknowns) for contrast in CONTRASTS]
     draw(answers, out / "where_it_breaks.png")
     for case in answers:
@@ -124,8 +122,4 @@ def main(out: Path = Path("out"), n: int = 16, unknowns: int = 3000) -> list[Ans
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="exact answers at ever higher contrast")
-    parser.add_argument("--out", type=Path, default=Path("out"))
-    parser.add_argument("--n", type=int, default=16)
-    parser.add_argument("--unknowns", type=int, default=3000)
-    main(**vars(parser.parse_args()))
+    main()

@@ -86,7 +86,6 @@ def main(n: int = 128, tries: int = 4, out: Path = Path("results/where_must_i_po
 
 def draw_changes(result: Polished, path: Path) -> None:
     """Changes of ln Q as bars."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     with new_figure((7, 3), path) as figure:
         axes = figure.subplots()
         names = [

@@ -20,7 +20,6 @@ SMALL = {
     "gas_that_slips": {"n": 32, "rtol": 0.3},
     "how_contact_is_solved": {"n": 64},
     "ordinary_dolfinx": {},  # its figures stand on a page
-    "price_of_accuracy": {"n": 32},
     "how_the_lift_is_solved": {"n": 64},
     "when_does_the_fluid_matter": {"n": 32},
     "when_is_a_limit_kept": {"n": 128},

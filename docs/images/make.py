@@ -62,7 +62,13 @@ PICTURES = {
         f"{FEM_SEAL} render made --all",
         "made/relief.png",
     ),
-    "price.png": (1000, "demos/price_of_accuracy.py", "out/price_of_accuracy.png"),
+    "price.png": (
+        1000,
+        f"{FEM_SEAL} study trade {FIRST} --set surface.shape=[64,64] --set surface.seed=2 "
+        "--set surface.long_wavelength=50um --set surface.short_wavelength=12.5um "
+        "--set contact.pressure=0.12MPa --out made",
+        "made/trade.png",
+    ),
 }
 LETTER = "-m demos.letter.reproduce --size 1024 --seeds 1 --only currents pictures grids"
 PICTURES |= {

@@ -5,11 +5,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
 from fem_seal.cli import moved
 from fem_seal.cli.common import (
+    WIDTH,
     add_command,
     add_scene,
     add_work,
@@ -126,6 +128,7 @@ def _scene(options: argparse.Namespace, assignments: Sequence[str] = ()) -> "Sce
     return scene
 
 
+NOT_LIFTED = "no fluid pressure lifts the solid in this study: leak rates of flow.lift = 'none'"
 COLUMNS = (
     *("method", "squares", "unknowns", "value", "error", "band", "order", "expected"),
     *("effectivity", "verdict", "seconds"),
@@ -253,19 +256,19 @@ def _trade(options: argparse.Namespace) -> int:
         lifts = lift_price(scene, **settings) if options.lift else []
     if result is None or lifts is None:
         return _unfinished(options)
-    advice = "\n".join(recommend(result))
-    write_text(options.out / "trade.csv", as_csv(result.points))
-    write_text(options.out / "advice.txt", f"{advice}\n")
-    trade_figure(result, options.out / "trade.png", options.scene.stem)
-    if scene.lift != "none":
-        say(
-            "dry        the fluid's pressure does not lift the solid in this study: the leak rates "
-            "are those of flow.lift = 'none'"
-        )
-    say(as_text(result.points, TRADE_COLUMNS))
     finer = per_cent(result.uncertainty) if result.uncertainty < inf else "not known"
-    say(f"on the finest grid: {result.reference:.4e} m^3/s; a finer one changes it by: {finer}")
-    say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
+    advice = (
+        f"on the finest grid: {result.reference:.4e} m^3/s; a finer one changes it by: {finer}",
+        *recommend(result),
+        f"(CPU seconds of this machine, {processor() or machine()})",
+    )
+    text = "\n".join(fill(sentence, WIDTH, subsequent_indent="    ") for sentence in advice)
+    write_text(options.out / "trade.csv", as_csv(result.points))
+    write_text(options.out / "advice.txt", f"{text}\n")
+    trade_figure(result, options.out / "trade.png")
+    if scene.lift != "none":
+        say(f"dry        {NOT_LIFTED}")
+    say(f"{text}\n\n{as_text(result.points, TRADE_COLUMNS)}")
     if lifts:
         write_text(options.out / "trade-lift.csv", as_csv(lifts))
         say(f"\nthe fluid's pressure:\n{as_text(lifts, LIFT_COLUMNS)}")

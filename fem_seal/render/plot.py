@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal.errors import InvalidInput
-from fem_seal.files import atomic_write
+from fem_seal.files import atomic_write, writing
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
@@ -35,8 +35,8 @@ def new_figure(
 ) -> "Iterator[Figure]":
     """Figure of a size [inch] to draw into; it is written at the end of the `with`.
 
-    After an error it is not. A `tight` page ends where the drawing does, in place of having that
-    size. The files end in .png, .pdf or .svg.
+    After an error it is not. A folder that is missing is made. A `tight` page ends where the
+    drawing does, in place of having that size. The files end in .png, .pdf or .svg.
     """
     files = [picture_path(path) for path in paths]
     import matplotlib
@@ -47,6 +47,8 @@ def new_figure(
         figure = Figure(figsize=size, dpi=DPI, facecolor="white", layout="constrained")
         yield figure
         for file in files:
+            with writing(file.parent):
+                file.parent.mkdir(parents=True, exist_ok=True)
             with atomic_write(file, durable=False) as staged:
                 figure.savefig(staged, dpi=DPI, bbox_inches="tight" if tight else None)
 

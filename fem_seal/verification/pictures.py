@@ -127,7 +127,7 @@ def _plain(title: str) -> str:
     return printable(title).replace("$", r"\$")
 
 
-def trade_figure(result: Trade, path: Path, title: str) -> Path:
+def trade_figure(result: Trade, path: Path) -> Path:
     """Draw total error against CPU time and against memory, with the Pareto front."""
     with new_figure((8.5, 4.8), path) as figure:
         time, memory = figure.subplots(1, 2, sharey=True)
@@ -147,7 +147,7 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
             for axes in (time, memory):
                 axes.axhline(part, color=shades[samples], ls=":", lw=1)
         time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
-        time.set_title(f"{_plain(title)}: what a smaller error costs in time", fontsize=10)
+        time.set_title("What a smaller error costs in time", fontsize=10)
         label_axis(time.xaxis)
         label_axis(time.yaxis)
         memory.set_title("and in memory", fontsize=10)

@@ -41,12 +41,10 @@ TOLERANCES = (0.3, 0.1, 0.03)
 LIFTS = ("none", "range", "resolved")
 # Columns of the tables on a terminal.
 TRADE_COLUMNS = (
-    *("samples", "flow", "leak_rate", "lower", "upper", "contact_error", "flow_error"),
-    *("total_error", "seconds", "contact_seconds", "memory_bytes", "pareto"),
+    *("total_error", "samples", "flow", "leak_rate", "contact_error", "flow_error", "seconds"),
 )
 LIFT_COLUMNS = (
-    *("samples", "lift", "leak_rate", "lower", "upper", "converged", "off", "dry_runs"),
-    *("seconds", "memory_bytes"),
+    *("off", "samples", "lift", "leak_rate", "lower", "upper", "converged", "dry_runs"),
 )
 TARGETS = (0.5, 0.2, 0.1, 0.05, 0.02)  # total errors for which the cheapest point is named
 
@@ -73,7 +71,7 @@ class Run:
     lift: str  #: setting of flow.lift
     state: FlowState  #: state of the leak rate, such as "leaking"
     #: leak rate [m³/s]; with the lift "range" that of the dry contact
-    leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))
+    leak_rate: float = field(metadata=shown_as("Q [m^3/s]"))
     #: bounds of the leak rate [m³/s]: with "range" its ends, with "resolved" widened by the
     #: uncertainty of the equilibrium. None if there is no end, as for finite differences
     lower: float | None = field(metadata=shown_as("lower [m^3/s]"))
@@ -81,10 +79,9 @@ class Run:
     converged: bool  #: whether the tolerance was reached
     #: CPU time of dry contact, flow and lift [s]
     seconds: float = field(metadata=shown_as("CPU time [s]"))
-    #: CPU time [s] of the contact alone
-    contact_seconds: float = field(metadata=shown_as("its contact [s]"))
+    contact_seconds: float  #: CPU time of the contact alone [s]
     #: largest resident memory of the process during the flow solve, libraries included
-    memory_bytes: int = field(metadata=shown_as("memory [byte]"))
+    memory_bytes: int
     critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
     unresolved: float  #: height that the grid leaves out between its samples [m]
 
@@ -103,9 +100,9 @@ class Run:
 class TradePoint(Run):
     """A `Run` with its relative errors; the total is the sum of the other two."""
 
-    contact_error: float = field(metadata=shown_as("contact error/Q"))
-    flow_error: float = field(metadata=shown_as("flow error/Q"))
-    total_error: float = field(metadata=shown_as("total error/Q"))
+    contact_error: float = field(metadata=shown_as("contact grid's"))
+    flow_error: float = field(metadata=shown_as("flow's"))
+    total_error: float = field(metadata=shown_as("total error"))
     #: whether no other point is both faster and more accurate, among those with bounds if it has
     #: bounds, otherwise among those without
     pareto: bool = False
@@ -137,7 +134,7 @@ class LiftRow(Run):
 
     #: largest factor between an end of the leak rate and the resolved leak rate; None if there is
     #: no end, or only one of the two is sealed
-    off: float | None = field(default=None, metadata=shown_as("off by a factor"))
+    off: float | None = field(default=None, metadata=shown_as("off by"))
     dry_runs: float = 1.0  #: CPU time over that of the dry contact and its flow
 
 
