@@ -9,7 +9,7 @@ on after a run was killed, and a run with more parts or seeds adds the points th
 import argparse
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import product
 from pathlib import Path
 
@@ -63,13 +63,13 @@ class Plan:
     """What a run computes; thresholds for all cases, the rest for the first one."""
 
     cases: Sequence[RoughCase]
-    seeds: int = 3  #: surfaces 1 to this
-    parts: Sequence[str] = tuple(PARTS)
-    rtol: float = 0.1  #: (upper - lower) / √(lower upper) of certified leak rates, at most
-    areas: Sequence[float] | None = None  #: of Fig. 3; those of AREAS if left out
-    refine: int = 2  #: finer contact grid, over the samples of the case
-    edges: tuple[str, ...] = ("open",)
-    resolution: float = 0.002  #: of the thresholds in A/A0
+    seeds: int  #: surfaces 1 to this
+    only: Sequence[str]  #: parts
+    rtol: float  #: (upper - lower) / √(lower upper) of certified leak rates, at most
+    areas: Sequence[float] | None  #: of Fig. 3; those of AREAS if left out
+    refine: int  #: finer contact grid, over the samples of the case
+    edges: tuple[str, ...]
+    resolution: float  #: of the thresholds in A/A0
 
     def __post_init__(self) -> None:
         if self.seeds < 1:
@@ -100,7 +100,7 @@ def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
         return chain_of(folder, StudyTask(name, name, function, arguments))
 
     shown, records = PictureFolder(points), RecordFolder(points, Current)
-    with_differences = "differences" in plan.parts
+    with_differences = "differences" in plan.only
     elastic = plan.areas_of("elastic")
     of_part = {
         "currents": [
@@ -136,7 +136,7 @@ def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
             for samples in reversed(SADDLES)
         ],
     }
-    parts = {*plan.parts}
+    parts = {*plan.only}
     parts |= {"contacts", "flows"} if "pictures" in parts else set()
     # Errors of the grid and finite differences belong to the points of Fig. 3.
     parts |= {"currents"} if parts & {"grids", "differences"} else set()
@@ -212,24 +212,26 @@ def parser() -> argparse.ArgumentParser:
         epilog="Parts: " + "; ".join(f"{name}: {text}" for name, text in PARTS.items()) + ".",
     )
 
-    def numbers(kind: type) -> Callable[[str], tuple]:
+    def several(kind: type) -> Callable[[str], tuple]:
         read = lambda text: tuple(kind(part) for part in text.split(","))  # noqa: E731
         read.__name__ = f"list of {kind.__name__}"  # for argparse's message
         return read
 
-    for name, kind, default, text in (
-        ("size", int, "256", "samples along a side"),
-        ("hurst", float, "0.8", "Hurst exponent"),
-        ("short", float, "1", "short cut-off, in samples"),
-        ("long", float, "0.125", "long cut-off over the side"),
+    cases = "; thresholds for all values, the rest for the first"
+    for name, kind, default, metavar, text in (
+        ("size", several(int), (256,), "V1,V2,…", f"samples along a side (256){cases}"),
+        ("hurst", several(float), (0.8,), "V1,V2,…", f"Hurst exponent (0.8){cases}"),
+        ("short", several(float), (1.0,), "V1,V2,…", f"short cut-off, in samples (1){cases}"),
+        ("long", several(float), (0.125,), "V1,V2,…", f"long cut-off over the side (0.125){cases}"),
+        ("seeds", int, 3, "N", "surfaces 1 to N (3)"),
+        ("rtol", float, 0.1, "RTOL", "width of certified brackets (0.1)"),
+        ("areas", several(float), None, "V1,…", "A/A0 of Fig. 3 (0.02 to closing)"),
+        ("refine", int, 2, "FACTOR", "finer grids (2)"),
+        ("edges", several(str), ("open",), "E1,…", "spanning: open, cylinder, periodic (open)"),
+        ("resolution", float, 0.002, "A", "of thresholds, in A/A0 (0.002)"),
+        ("out", Path, Path("results/letter"), "DIR", "folder; its points stay (results/letter)"),
     ):
-        top.add_argument(
-            f"--{name}",
-            type=numbers(kind),
-            default=numbers(kind)(default),
-            metavar="V1,V2,…",
-            help=f"{text} ({default}); thresholds for all values, the rest for the first",
-        )
+        top.add_argument(f"--{name}", type=kind, default=default, metavar=metavar, help=text)
     top.add_argument(
         "--only",
         nargs="+",
@@ -238,34 +240,6 @@ def parser() -> argparse.ArgumentParser:
         choices=tuple(PARTS),
         help="parts to compute (all); a later run adds others",
     )
-    for name, kind, default, metavar, text in (
-        ("seeds", int, 3, "N", "surfaces 1 to N (3)"),
-        ("rtol", float, 0.1, "RTOL", "width of certified brackets (0.1)"),
-        (
-            "areas",
-            numbers(float),
-            None,
-            "V1,…",
-            "A/A0 of Fig. 3, beside first contact (0.02 to closing)",
-        ),
-        ("refine", int, 2, "FACTOR", "finer grids (2)"),
-        (
-            "edges",
-            numbers(str),
-            ("open",),
-            "E1,…",
-            "what spanning means: open, cylinder, periodic (open)",
-        ),
-        ("resolution", float, 0.002, "A", "of thresholds, in A/A0 (0.002)"),
-        (
-            "out",
-            Path,
-            Path("results/letter"),
-            "DIR",
-            "folder; its points are kept (results/letter)",
-        ),
-    ):
-        top.add_argument(f"--{name}", type=kind, default=default, metavar=metavar, help=text)
     add_work(top, "point")
     return top
 
@@ -278,10 +252,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise InvalidInput("each point is solved by one process; start it without mpirun")
         lists = options.size, options.hurst, options.short, options.long
         cases = [RoughCase(*values) for values in product(*lists)]
-        plan = Plan(
-            *(cases, options.seeds, options.only, options.rtol, options.areas),
-            *(options.refine, options.edges, options.resolution),
-        )
+        asked = {field.name: vars(options)[field.name] for field in fields(Plan)[1:]}
+        plan = Plan(cases, **asked)
         with locked_folder(options.out, shared=True), Display() as report:
             found = reproduce(plan, options.out, report, work_of(options))
         if found is None:

@@ -167,25 +167,23 @@ def _cross_validation(options: argparse.Namespace) -> int:
     from fem_seal.film import GridFilm
     from fem_seal.progress import Display
     from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.cross_validation import on_film
+    from fem_seal.verification.cross_validation import Gap, compare
     from fem_seal.verification.methods import Setting
     from fem_seal.verification.pictures import claims_figure, cross_validation_figure
 
-    gaps, results = _gaps(options), []
-    for patch in gaps.values():
+    patches, gaps = _gaps(options), []
+    for patch in patches.values():
         scene, gap = patch.scene, patch.grid_gap
         setting = Setting(scene.viscosity, scene.drive.pressure_drop, scene.flow.rtol)
         film = GridFilm(gap, scene.flow.sides_of(gap.periodic), scene.flow.representation)
-        with Display() as report:
-            work = work_of(options)
-            results.append(
-                on_film(film, setting, options.grids, out=options.out, work=work, report=report)
-            )
-    if any(result is None for result in results):
+        gaps.append(Gap.of_film(film, setting, options.grids))
+    with Display() as report:
+        results = compare(gaps, out=options.out, work=work_of(options), report=report)
+    if results is None:
         return _unfinished(options)
     compared = {
         name: ([replace(row, gap=name) for row in rows], bracket)
-        for name, (rows, bracket) in zip(gaps, filter(None, results), strict=True)
+        for name, (rows, bracket) in zip(patches, results, strict=True)
     }
     rows = [row for of_gap, _ in compared.values() for row in of_gap]
     write_text(options.out / "cross_validation.csv", as_csv(rows))
@@ -216,18 +214,18 @@ def _exact(options: argparse.Namespace) -> int:
     from fem_seal.progress import Display
     from fem_seal.registry import choose
     from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.cross_validation import on_exact_cases
+    from fem_seal.verification.cross_validation import Gap, compare
     from fem_seal.verification.exact_cases import CASES
     from fem_seal.verification.pictures import cross_validation_figure
 
     squares = [8 * 2**k for k in range(options.grids)]
     cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
+    gaps = [Gap.of_case(case, squares) for case in cases.values()]
     with Display() as report:
-        settings = {"out": options.out, "work": work_of(options), "report": report}
-        compared = on_exact_cases(list(cases.values()), squares, **settings)
+        compared = compare(gaps, out=options.out, work=work_of(options), report=report)
     if compared is None:
         return _unfinished(options)
-    for (name, case), rows in zip(cases.items(), compared, strict=True):
+    for (name, case), (rows, _) in zip(cases.items(), compared, strict=True):
         write_text(options.out / f"{name}.csv", as_csv(rows))
         cross_validation_figure(rows, options.out / f"{name}.png", name)
         say(f"{name}: exactly {case.exact:.6g} ({case.source})\n{as_text(rows, COLUMNS)}\n")

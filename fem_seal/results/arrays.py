@@ -90,14 +90,10 @@ def read_log_rate_by_height(folder: str | Path) -> GridField | None:
 def _beside(folder: str | Path, gap: GridField, name: str) -> GridField | None:
     """Another array of contact.npz on the samples of the gap; None if the file has none."""
     path = Path(folder) / CONTACT_FILE
-    arrays = read_npz(path, (name,)).variables
+    arrays = {key: part.values for key, part in read_npz(path, (name,)).variables.items()}
     if name not in arrays:
         return None
-    values = arrays[name].values
-    whole = values.dtype.kind in "iuf" and values.shape == gap.shape
-    if not whole or not np.isfinite(values).all():
-        raise InvalidInput(f"{path} is not as fem_seal writes it: no whole array {name!r}")
-    return GridField(values, gap.spacing, gap.periodic)
+    return GridField(_array(arrays, name, gap.shape, path), gap.spacing, gap.periodic)
 
 
 def write_flow(folder: Path, field: FlowField) -> str:
@@ -108,15 +104,12 @@ def write_flow(folder: Path, field: FlowField) -> str:
         _in_space(field.points),
         [("triangle", field.cells)],
         point_data={"gap": field.gap, "pressure": field.pressure},
-        cell_data={"flux": [_in_space(field.flux)], **_tags(field)},
+        cell_data={"flux": [_in_space(field.flux)]},
     )
+    if field.facet_tags is not None:
+        mesh.cell_data[TAGS] = [field.facet_tags]
     meshio.write(folder / FLOW_FILE, mesh)
     return FLOW_FILE
-
-
-def _tags(field: FlowField) -> dict[str, list[np.ndarray]]:
-    """Facet tags as cell data, if the field has them."""
-    return {} if field.facet_tags is None else {TAGS: [field.facet_tags]}
 
 
 def write_mesh(folder: Path, gap: "MeshFilm") -> str:
@@ -165,18 +158,16 @@ def read_mesh(folder: str | Path) -> "MeshFilm":
 def _array(
     arrays: Mapping[str, np.ndarray], name: str, shape: tuple[int, ...], path: Path
 ) -> np.ndarray:
-    """Array of a shape, of finite real numbers, from a VTK file; more columns are left out."""
+    """Array of a shape, of finite real numbers."""
     values = arrays.get(name)
     if (
         values is None
         or values.dtype.kind not in "iuf"
-        or values.ndim != len(shape)
-        or any(n < k for n, k in zip(values.shape, shape, strict=True))
-        or len(values) != shape[0]
+        or values.shape != shape
         or not np.isfinite(values).all()
     ):
         raise InvalidInput(f"{path} is not as fem_seal writes it: no whole array {name!r}")
-    return values[tuple(slice(k) for k in shape)].astype(float)
+    return values.astype(float)
 
 
 def read_flow(folder: str | Path) -> FlowField:
@@ -204,7 +195,7 @@ def read_flow(folder: str | Path) -> FlowField:
         cells=cells,
         gap=_array(mesh.point_data, "gap", (len(mesh.points),), path),
         pressure=_array(mesh.point_data, "pressure", (len(mesh.points),), path),
-        flux=_array(of_cells, "flux", (len(cells), 2), path),
+        flux=_array(of_cells, "flux", (len(cells), 3), path)[:, :2],
         facet_tags=tags,
     )
 

@@ -143,8 +143,6 @@ def _files_of(result: Path) -> tuple[str, ...]:
     if not result.exists():
         return ()
     try:
-        names = Result.model_validate_json(result.read_bytes()).files
+        return Result.model_validate_json(result.read_bytes()).files
     except ValueError:
         return ()  # a damaged result is overwritten: the names of its files are unknown
-    # A result from elsewhere must not name files of other folders, which would be removed.
-    return tuple(name for name in names if Path(name).name == name)

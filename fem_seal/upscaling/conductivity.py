@@ -1,6 +1,5 @@
 """K(w): conductivity of a patch of rough contact whose solid carries the net load w = P - p."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -102,11 +101,6 @@ class ConductivityTable:
         object.__setattr__(self, "loads", loads)
         object.__setattr__(self, "lower", np.minimum.accumulate(lower))
         object.__setattr__(self, "upper", np.maximum.accumulate(upper[::-1])[::-1])
-
-    @classmethod
-    def exact(cls, loads: Sequence[float], conductivity: Sequence[float]) -> "ConductivityTable":
-        """Table of a conductivity that is known exactly at its loads."""
-        return cls(np.asarray(loads), np.asarray(conductivity), np.asarray(conductivity))
 
     @property
     def sealing_load(self) -> float:

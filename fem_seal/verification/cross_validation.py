@@ -68,102 +68,101 @@ class Reference:
 
 
 Answers = tuple[Answer, ...]  # three of linear elements, one of any other method
-Series = dict[int, list[Answer]]
+Series = dict[int, list[Answer]]  # by squares of the grid along the flow
 
 
-def on_exact_cases(
-    cases: Sequence[ExactCase],
-    squares: Sequence[int],
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """A gap on ever finer grids, the fluid in it, and what is known of its leak rate."""
+
+    setting: Setting
+    #: by squares of each grid along the flow, twice those of the grid before: films, and how many
+    #: times their spacing is halved
+    grids: dict[int, tuple[tuple[GridFilm, ...], int]]
+    exact: float | None = None  #: leak rate; None: the narrowest certified bracket is the reference
+    order: float | None = SMOOTH_ORDER  #: expected of each bound
+    #: expected of quadratic elements. They lose their order at samples, where kinks of a gap meet
+    quadratic_order: float | None = None
+
+    @classmethod
+    def of_film(cls, film: GridFilm, setting: Setting, grids: int = 3) -> "Gap":
+        """A film that leaks; each further grid halves the spacing of the same gap."""
+        first = film.gap.shape[0]
+        return cls(setting, {first * 2**times: ((film,), times) for times in range(grids)})
+
+    @classmethod
+    def of_case(cls, case: ExactCase, squares: Sequence[int]) -> "Gap":
+        """A case whose leak rate is known, sampled anew on each grid."""
+        grids = {n: (case.films(n), 0) for n in squares}
+        quadratic = case.quadratic_order or case.order
+        return cls(Setting(1 / 12, 1.0, 0.01), grids, case.exact, case.order, quadratic)
+
+
+def compare(
+    gaps: Sequence[Gap],
     methods: Sequence[str] = tuple(METHODS),
     *,
     out: Path | None = None,
     work: Work | None = None,
     report: Report = silent,
-) -> list[tuple[Row, ...]] | None:
-    """Compare every method with exact leak rates, with the verdict "high", "low" or "exact".
+) -> list[tuple[tuple[Row, ...], Reference]] | None:
+    """Compare every method with the exact leak rate of a gap, or with its certified bracket.
 
-    The bounds hold for the sampled gap: on a coarse grid both may lie on one side of the exact leak
-    rate.
+    Beside an exact leak rate the verdict is "high", "low" or "exact". The bounds hold for the
+    sampled gap: on a coarse grid both may lie on one side of the exact leak rate.
 
     Parameters
     ----------
-    squares : squares of each grid along the flow, twice those of the grid before
-    methods : names in `METHODS`
+    methods : names in `METHODS`; without an exact leak rate "uniform" or "adaptive" among them
     out : folder of points/, with a file for each method and grid; no files are kept if left out
     work : how the points are shared among workers; one after the other if left out
 
     Returns
     -------
-    Rows of each case by method and grid; None if some points are left to other parts of the study.
+    Rows of each gap by method and grid, and their reference; None if some points are left to other
+    parts of the study.
     """
-    setting = Setting(1 / 12, 1.0, 0.01)
-    tasks = [
-        {
-            n: [
-                _task(case.films(n), setting, 0, method)
-                for method in methods
-                # The adaptive method refines on its own: one run, on the finest grid, is enough.
-                if method != "adaptive" or n == max(squares)
-            ]
-            for n in squares
-        }
-        for case in cases
-    ]
-    computed = _computed(tasks, out, work, report)
-    if computed is None:
-        return None
+    tasks = []
+    for gap in gaps:
+        # The adaptive method refines on its own: one run is enough, of the finest samples.
+        once = min(gap.grids) if gap.exact is None else max(gap.grids)
+        tasks.append(
+            {
+                n: [
+                    _task(films, gap.setting, times, method)
+                    for method in methods
+                    if method != "adaptive" or n == once
+                ]
+                for n, (films, times) in gap.grids.items()
+            }
+        )
+    with temporary_folder() if out is None else nullcontext(out) as kept:
+        folder: RecordFolder[Answers] = RecordFolder(kept / "points", Answers)
+        every = [task for by_grid in tasks for group in by_grid.values() for task in group]
+        if compute_study([chain_of(folder, task) for task in every], work, report).missing:
+            return None
+        found = {task.name: present(folder.point(task.name), task.label) for task in every}
     compared = []
-    for case, series in zip(cases, computed, strict=True):
-        orders = {QUADRATIC: case.quadratic_order or case.order}
-        rows = _rows(series, Reference(case.exact, case.exact), case.order, orders)
-        compared.append(tuple(replace(row, verdict=_side(row.error)) for row in rows))
+    for gap, by_grid in zip(gaps, tasks, strict=True):
+        series = {
+            n: [answer for task in group for answer in found[task.name]]
+            for n, group in by_grid.items()
+        }
+        reference = _bracket(series) if gap.exact is None else Reference(gap.exact, gap.exact)
+        rows = tuple(_rows(series, reference, gap.order, gap.quadratic_order))
+        if gap.exact is not None:
+            rows = tuple(replace(row, verdict=_side(row.error)) for row in rows)
+        compared.append((rows, reference))
     return compared
 
 
-def on_film(
-    film: GridFilm,
-    setting: Setting,
-    grids: int = 3,
-    methods: Sequence[str] = tuple(METHODS),
-    *,
-    out: Path | None = None,
-    work: Work | None = None,
-    report: Report = silent,
-) -> tuple[tuple[Row, ...], Reference] | None:
-    """Compare every method with the certified bracket of a film whose leak rate is not known.
-
-    Parameters
-    ----------
-    film : film that leaks; each further grid halves the spacing of the same gap
-    setting : fluid, drive, tolerance of the adaptive bracket
-    methods : names in `METHODS`; "uniform" or "adaptive" must be among them
-    out, work : as in `on_exact_cases`
-
-    Returns
-    -------
-    Rows by method and grid, and the bracket that is their reference; None if some points are left
-    to other parts of the study.
-    """
-    # The gap is the same on every grid: one adaptive run is enough.
-    tasks = {
-        film.gap.shape[0] * 2**times: [
-            _task((film,), setting, times, name)
-            for name in methods
-            if times == 0 or name != "adaptive"
-        ]
-        for times in range(grids)
-    }
-    computed = _computed([tasks], out, work, report)
-    if computed is None:
-        return None
-    series = computed[0]
+def _bracket(series: Series) -> Reference:
+    """The narrowest certified bracket of all methods and grids."""
     answers = [answer for group in series.values() for answer in group]
-    reference = Reference(
+    return Reference(
         max(answer.value for answer in answers if answer.certified == "below"),
         min(answer.value for answer in answers if answer.certified == "above"),
     )
-    # Quadratic elements lose their order at the samples: kinks of the gap meet there.
-    return tuple(_rows(series, reference, SMOOTH_ORDER, {QUADRATIC: None})), reference
 
 
 def _task(
@@ -200,40 +199,13 @@ def answers_on(films: Sequence[GridFilm], setting: Setting, times: int, method: 
     )
 
 
-def _computed(
-    tasks: Sequence[dict[int, list[StudyTask[Answers]]]],
-    out: Path | None,
-    work: Work | None,
-    report: Report,
-) -> list[Series] | None:
-    """Compute tasks by grid; None if some are left to other parts of the work."""
-    with temporary_folder() if out is None else nullcontext(out) as kept:
-        folder: RecordFolder[Answers] = RecordFolder(kept / "points", Answers)
-        every = [task for by_grid in tasks for group in by_grid.values() for task in group]
-        if compute_study([chain_of(folder, task) for task in every], work, report).missing:
-            return None
-        found = {task.name: present(folder.point(task.name), task.label) for task in every}
-        return [
-            {
-                n: [answer for task in group for answer in found[task.name]]
-                for n, group in one.items()
-            }
-            for one in tasks
-        ]
-
-
 def _rows(
-    series: dict[int, list[Answer]],
-    reference: Reference,
-    expected: float | None,
-    orders: dict[str, float | None],
+    series: Series, reference: Reference, expected: float | None, quadratic: float | None
 ) -> Iterator[Row]:
-    """Rows of each method over the grids.
-
-    `orders` contains the expected order of those methods for which it is not `expected`.
-    """
+    """Rows of each method over the grids; the expected order of quadratic elements is their own."""
     names = dict.fromkeys(answer.method for group in series.values() for answer in group)
     doubt = relative_half_width(reference.lower, reference.upper)
+    orders = {"adaptive": None, QUADRATIC.partition(" ")[0]: quadratic}
     for name in names:
         answers = [(n, a) for n, group in series.items() for a in group if a.method == name]
         errors = [answer.value / reference.value - 1 for _, answer in answers]
@@ -249,7 +221,7 @@ def _rows(
                 error=errors[k],
                 band=band,
                 order=_observed(errors[k - 1], errors[k], reference) if k else None,
-                expected=None if name.startswith("adaptive") else orders.get(name, expected),
+                expected=orders.get(name.partition(" ")[0], expected),
                 effectivity=effectivity,
                 distance=distance,
                 verdict=judge(answer, band, reference),

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
-from westergaard import waves_along_the_flow
+from westergaard import exact_table, waves_along_the_flow
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fluid import GasDrive, LiquidDrive
@@ -36,11 +36,11 @@ SMOOTH = (1e-6) ** 3 / (12 * ETA)
 def exponential(e_fold, top, count=400, K0=SMOOTH):
     """K = K0 exp(-w/e_fold) at loads from 0 to top."""
     loads = np.linspace(0, top, count)
-    return ConductivityTable.exact(loads, K0 * np.exp(-loads / e_fold))
+    return exact_table(loads, K0 * np.exp(-loads / e_fold))
 
 
 def constant(K=SMOOTH, top=1e9):
-    return ConductivityTable.exact([0, top], [K, K])
+    return exact_table([0, top], [K, K])
 
 
 def encloses(flow, exact, width):
@@ -177,7 +177,7 @@ WAVES = {"amplitude": 1e-6, "wavelength": 20e-6, "full": 1e6, "viscosity": ETA}
 
 
 def table_of(loads, waves=WAVES):
-    return ConductivityTable.exact(loads, [waves_along_the_flow(w, **waves) for w in loads])
+    return exact_table(loads, [waves_along_the_flow(w, **waves) for w in loads])
 
 
 def test_waves_under_uniform_pressure():
@@ -231,7 +231,7 @@ def test_two_half_leak_paths_in_series():
 
 @pytest.mark.parametrize("profile", [uniform, Hertz])
 def test_sealed_if_the_highest_net_load_passes_the_sealing_load(profile):
-    table = ConductivityTable.exact([0, 1e5, 2e5, 3e5], [SMOOTH, 0.1 * SMOOTH, 1e-3 * SMOOTH, 0])
+    table = exact_table([0, 1e5, 2e5, 3e5], [SMOOTH, 0.1 * SMOOTH, 1e-3 * SMOOTH, 0])
     assert table.sealing_load == 3e5
     just_sealed = seal_flow(table, profile(4.001e5, 2e-3), STRIP, BAR)
     assert (just_sealed.state, just_sealed.upper) == ("sealed", 0)
@@ -248,7 +248,7 @@ def test_influence(profile, ends, above):
     table = exponential(5e4, 1e6, 2001)
     flow = seal_flow(table, profile, STRIP, ends)
     change = 0.01 * (table.loads > above)
-    changed = ConductivityTable.exact(table.loads, table.value * np.exp(-change))
+    changed = exact_table(table.loads, table.value * np.exp(-change))
     effect = -np.log(seal_flow(changed, profile, STRIP, ends).value / flow.value)
     along = flow.path
     net = along.contact_pressure - along.fluid_pressure
@@ -276,7 +276,7 @@ def test_table_that_begins_at_the_lowest_net_load(P):
     """No net load is below P - p_in under a uniform pressure: nothing is open, for any rounding."""
     loads = P - 1e5 + np.linspace(0, 1, 11) * 1e5
     flow = seal_flow(
-        ConductivityTable.exact(loads, SMOOTH * np.exp(-np.arange(11))),
+        exact_table(loads, SMOOTH * np.exp(-np.arange(11))),
         uniform(P, 2e-3),
         STRIP,
         BAR,
@@ -288,7 +288,7 @@ def test_table_that_begins_at_the_lowest_net_load(P):
 
 def test_below_the_first_load_the_film_may_be_open():
     """At net loads that the table does not know from below, K may be infinite."""
-    table = ConductivityTable.exact([2e5, 3e5], [SMOOTH, 0.5 * SMOOTH])
+    table = exact_table([2e5, 3e5], [SMOOTH, 0.5 * SMOOTH])
     assert seal_flow(table, uniform(2.5e5, 2e-3), STRIP, BAR).upper == np.inf
 
 
@@ -301,7 +301,7 @@ def test_below_the_first_load_the_film_may_be_open():
 def test_more_cells_stay_inside(pressures, falls, inlet):
     """For any profile and any falling K the bounds of 16 cells hold those of 64, and the value."""
     loads = np.linspace(0, 9e5, len(falls))
-    table = ConductivityTable.exact(loads, SMOOTH * np.cumprod(falls))
+    table = exact_table(loads, SMOOTH * np.cumprod(falls))
     profile = TabulatedProfile(np.linspace(0, 2e-3, len(pressures)), [*pressures[:-1], 9e5])
     coarse, fine = (
         seal_flow(table, profile, STRIP, EndPressures(inlet), cells=n) for n in (16, 64)
@@ -372,7 +372,7 @@ def test_a_table_with_enclosures_encloses():
     e_fold, P = 5e4, 3e5
     exact = SMOOTH * e_fold * np.exp(-P / e_fold) * np.expm1(2) * 75
     loads = np.linspace(2e5, 3e5, 6)
-    plain = ConductivityTable.exact(loads, SMOOTH * np.exp(-loads / e_fold))
+    plain = exact_table(loads, SMOOTH * np.exp(-loads / e_fold))
     flow, steps = (
         seal_flow(t, uniform(P, 2e-3), STRIP, BAR) for t in (enclosed(loads, e_fold), plain)
     )
@@ -411,7 +411,7 @@ def test_influence_where_the_conductivity_falls_by_many_decades():
     flow = seal_flow(table, Hertz(7e5, 2e-3), STRIP, BAR)
     for above in (4e5, 5e5, 5.5e5, 5.95e5):
         change = 0.01 * (table.loads > above)
-        changed = ConductivityTable.exact(table.loads, table.value * np.exp(-change))
+        changed = exact_table(table.loads, table.value * np.exp(-change))
         effect = -np.log(seal_flow(changed, Hertz(7e5, 2e-3), STRIP, BAR).value / flow.value)
         there = flow.path.net_loads > above
         assert 0.01 * flow.path.influences[there].sum() == pytest.approx(effect, abs=4e-4)

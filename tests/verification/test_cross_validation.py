@@ -14,13 +14,24 @@ from fem_seal.grid import GridField
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification import methods
-from fem_seal.verification.cross_validation import Reference, judge, on_exact_cases, on_film
+from fem_seal.verification.cross_validation import Gap, Reference, compare, judge
 from fem_seal.verification.exact_cases import CASES, corner_order, finer_film
 from fem_seal.verification.methods import METHODS, Answer, Setting
 
 SETTING = Setting(1 / 12, 1.0, 0.05)
 GAP = rough_gap((16, 16), 0.3, 4)
 FILM = GridFilm(GAP, sides="periodic")
+
+
+def on_case(case, squares, methods):
+    """Rows of one exact case."""
+    return compare([Gap.of_case(case, squares)], methods)[0][0]
+
+
+def on_film(film, setting, grids, methods=tuple(METHODS), **kept):
+    """Rows and bracket of one film; None if points are left to other parts."""
+    compared = compare([Gap.of_film(film, setting, grids)], methods, **kept)
+    return compared and compared[0]
 
 
 def upper_and_lower(film, unknowns):
@@ -71,7 +82,7 @@ def series(rows, method):
 @pytest.mark.parametrize("name", ["cosine-across", "cosine-along", "smooth-checkerboard"])
 def test_smooth_cases_converge_at_second_order(name):
     """Order 2 in the spacing for both bounds, from sampling and from elements alike."""
-    rows = on_exact_cases([CASES[name]], (32, 64), ("uniform",))[0]
+    rows = on_case(CASES[name], (32, 64), ("uniform",))
     for method in ("FE upper", "FE √(lo·hi)"):
         coarse, fine = series(rows, method)
         assert fine.order == pytest.approx(2, abs=0.15), (method, coarse.error, fine.error)
@@ -81,7 +92,7 @@ def test_smooth_cases_converge_at_second_order(name):
 def test_checkerboard_shows_the_order_of_its_corner():
     """Bounds converge as h^(2a), a = (4/π) atan √(K1/K2) < 1, and enclose √(K1 K2)."""
     case = CASES["checkerboard"]
-    rows = on_exact_cases([case], (16, 32), ("uniform", "harmonic", "arithmetic"))[0]
+    rows = on_case(case, (16, 32), ("uniform", "harmonic", "arithmetic"))
     for method, side in (("FE upper", "high"), ("FE lower", "low")):
         row = series(rows, method)[-1]
         assert row.verdict == side
@@ -98,9 +109,7 @@ def test_quadratic_elements_gain_two_orders_where_the_gap_is_linear_on_the_cells
     expected = {"series-channel": (64, 4.0), "cosine-across": (32, 2.0), "checkerboard": (32, None)}
     for name, (squares, order) in expected.items():
         case = CASES[name]
-        row = series(
-            on_exact_cases([case], (squares // 2, squares), ("quadratic",))[0], "P2 upper"
-        )[-1]
+        row = series(on_case(case, (squares // 2, squares), ("quadratic",)), "P2 upper")[-1]
         assert row.verdict == "high"
         assert row.expected == (order or case.order)
         assert row.order == pytest.approx(row.expected, abs=0.15)
@@ -112,7 +121,7 @@ def test_effectivity_is_that_of_the_claim():
     On the checkerboard those converge so slowly (order 0.78) that from one grid to the next the
     error falls by less than half of what is left.
     """
-    rows = on_exact_cases([CASES["checkerboard"]], (8, 16), ("uniform", "arithmetic"))[0]
+    rows = on_case(CASES["checkerboard"], (8, 16), ("uniform", "arithmetic"))
     for row in series(rows, "FE √(lo·hi)"):
         assert row.effectivity > 1 - row.band
         assert abs(row.distance) <= 1 + row.band
@@ -130,9 +139,7 @@ def test_corner_order_in_its_limits():
 
 def test_links_that_are_exact_in_series():
     """Linear-gap links are the closed form of the linear channel; so is the stream function y."""
-    rows = on_exact_cases(
-        [CASES["series-channel"]], (8, 16), ("linear-gap", "harmonic", "uniform")
-    )[0]
+    rows = on_case(CASES["series-channel"], (8, 16), ("linear-gap", "harmonic", "uniform"))
     for method in ("FD linear-gap", "FE lower"):
         assert {row.verdict for row in series(rows, method)} == {"exact"}
     assert {row.verdict for row in series(rows, "FD harmonic")} == {"low"}
@@ -145,7 +152,7 @@ def test_every_method_comes_close_to_every_exact_answer(name):
 
     Links of the wrong kind for a checkerboard err by up to 12 % there (order 2a = 0.78).
     """
-    rows = on_exact_cases([CASES[name]], (8, 32), ("linear-gap", "harmonic", "uniform"))[0]
+    rows = on_case(CASES[name], (8, 32), ("linear-gap", "harmonic", "uniform"))
     for method in {row.method for row in rows}:
         coarse, fine = series(rows, method)
         assert abs(fine.error) < 0.2
@@ -225,7 +232,7 @@ def test_an_unknown_method_lists_those_there_are():
 
 
 def test_tables_hold_every_cell():
-    rows = on_exact_cases([CASES["cosine-along"]], (8,), ("harmonic",))[0]
+    rows = on_case(CASES["cosine-along"], (8,), ("harmonic",))
     header, line = csv.reader(as_csv(rows).splitlines())
     assert float(line[header.index("value")]) == rows[0].value
     assert line[header.index("band")] == ""
