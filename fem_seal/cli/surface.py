@@ -1,6 +1,7 @@
 """fem-seal surface: a surface before it is pressed, of a scene or of a file of heights."""
 
 import argparse
+from collections.abc import Iterator
 from dataclasses import astuple
 from math import pi
 from pathlib import Path
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from fem_seal.scene import Scene
     from fem_seal.surface import MapStatistics, PreparedSurface, SpectrumFit
 
+Rows = Iterator[tuple[str, str]]  # names and texts
 PICTURES = (".png", ".pdf", ".svg")
 NO_POWER_LAW = 100  # misfit from which a fitted exponent means nothing
 
@@ -40,6 +42,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 def _surface(options: argparse.Namespace) -> int:
     from fem_seal.patch import Patch
+    from fem_seal.quantities.remarks import cautions_of_map, steep
     from fem_seal.surface import fit_spectrum
 
     if options.out is not None and options.out.suffix.lower() not in PICTURES:
@@ -63,13 +66,19 @@ def _surface(options: argparse.Namespace) -> int:
         from fem_seal.files import write_text
 
         write_text(options.csv, _csv(scene, prepared))
-    refusal = _refusal(prepared) if _is_scene(options) else []
-    spectrum = [*_longest_line(scene), *_spectrum_lines(fit, failure)]
-    cautions = [f"caution: {sentence}" for sentence in _cautions(patch, prepared)]
-    lines = [steps_table(prepared), *refusal, *cautions, "", *_map_lines(prepared), *spectrum]
+    lines = [steps_table(prepared)]
+    if _is_scene(options):
+        try:
+            prepared.require_cell("as it is")
+        except InvalidInput as error:
+            lines.append(str(error))  # an elastic contact would refuse the surface
+    slope = steep(prepared.steps[-1].statistics.rms_slope, "the surface")
+    cautions = [*cautions_of_map(patch), *filter(None, (slope,))]
+    lines += [*(f"caution: {sentence}" for sentence in cautions), ""]
+    rows = [*_map_rows(prepared), *_longest(scene), *_fit_rows(fit, failure), *_profile_rows(scene)]
+    lines += [f"{name:<19} {text}" for name, text in rows]
     if not _is_scene(options):
         lines.append(f"fem-seal new {options.scene} writes a scene that presses it")
-    lines += _profile_lines(scene)
     say("\n".join(lines))
     return 0
 
@@ -116,32 +125,22 @@ def _csv(scene: "Scene", prepared: "PreparedSurface") -> str:
     return "\n".join((*head, csv_text(names, [*zip(*map(list, columns), strict=True)])))
 
 
-def _profile_lines(scene: "Scene") -> list[str]:
+def _profile_rows(scene: "Scene") -> Rows:
     """Spectrum of the isotropic surface of profiles, and the wavelengths that its grid holds."""
     from fem_seal.scene import ProfileSurface
     from fem_seal.steps import spectrum_of_profiles
 
     surface = scene.surface
     if not isinstance(surface, ProfileSurface):
-        return []
+        return
     spectrum = spectrum_of_profiles(surface)
     finest = 2 * max(length / n for length, n in zip(surface.size, surface.shape, strict=True))
     ends = [_length(2 * pi / q) for q in (spectrum.edges[0], spectrum.edges[-1])]
-    return [
-        f"profiles            rms height {_length(spectrum.rms_height)}, rms slope "
-        f"{spectrum.rms_slope:.4g}, wavelengths {ends[0]} to {ends[1]}",
-        f"this grid           wavelengths {_length(max(surface.size))} to {_length(finest)}",
-        "assumed             the surface is isotropic and Gaussian; its other waves are left out",
-    ]
-
-
-def _refusal(prepared: "PreparedSurface") -> list[str]:
-    """Message if an elastic contact would refuse the surface."""
-    try:
-        prepared.require_cell("as it is")
-    except InvalidInput as error:
-        return [str(error)]
-    return []
+    height, slope = _length(spectrum.rms_height), f"{spectrum.rms_slope:.4g}"
+    waves = f"wavelengths {ends[0]} to {ends[1]}"
+    yield "profiles", f"rms height {height}, rms slope {slope}, {waves}"
+    yield "this grid", f"wavelengths {_length(max(surface.size))} to {_length(finest)}"
+    yield "assumed", "the surface is isotropic and Gaussian; its other waves are left out"
 
 
 def _prepared(patch: "Patch") -> "PreparedSurface":
@@ -155,29 +154,18 @@ def _prepared(patch: "Patch") -> "PreparedSurface":
     return PreparedSurface(field, field, (Step("made", MapStatistics.of(field)),))
 
 
-def _cautions(patch: "Patch", prepared: "PreparedSurface") -> list[str]:
-    from fem_seal.quantities.remarks import cautions_of_map, steep
-
-    slope = steep(prepared.steps[-1].statistics.rms_slope, "the surface")
-    return [*cautions_of_map(patch), *([slope] if slope else [])]
-
-
-def _map_lines(prepared: "PreparedSurface") -> list[str]:
-    """Lines on the sides, the slopes and the lay of the map before it was made periodic."""
+def _map_rows(prepared: "PreparedSurface") -> Rows:
+    """Rows on the sides, the slopes and the lay of the map before it was made periodic."""
     from fem_seal.quantities.remarks import LAY
 
     # Number of points times their distance, as in surface.size.
-    map_ = prepared.measured
+    map_, lay = prepared.measured, prepared.lay
     sides = [n * d for n, d in zip(map_.shape, map_.spacing, strict=True)]
-    lay, count = prepared.lay, int(prepared.outliers.sum())
-    without = " (without the spikes)" if count else ""
-    clear = "" if lay.ratio > LAY else ", not clear"
-    return [
-        f"sides               {' by '.join(map(_length, sides))}",
-        f"slopes              {lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y{without}",
-        f"lay                 {lay.angle:.0f} degrees from x{clear}: slopes across it are "
-        f"{lay.ratio:.3g} times those along it",
-    ]
+    yield "sides", " by ".join(map(_length, sides))
+    without = " (without the spikes)" if prepared.outliers.any() else ""
+    yield "slopes", f"{lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y{without}"
+    angle = f"{lay.angle:.0f} degrees from x{'' if lay.ratio > LAY else ', not clear'}"
+    yield "lay", f"{angle}: slopes across it are {lay.ratio:.3g} times those along it"
 
 
 def steps_table(prepared: "PreparedSurface") -> str:
@@ -198,43 +186,40 @@ def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
     )
 
 
-def _longest_line(scene: "Scene") -> list[str]:
-    """Line on the longest wavelength of a map; no line of a surface that no file holds."""
+def _longest(scene: "Scene") -> Rows:
+    """Row on the longest wavelength of a map; none of a surface that no file holds."""
     from fem_seal.scene import FileSurface
     from fem_seal.steps import whole_map
     from fem_seal.surface import longest_wavelength
 
-    surface = scene.surface
-    if not isinstance(surface, FileSurface):
-        return []
+    if not isinstance(scene.surface, FileSurface):
+        return
     try:
-        longest = longest_wavelength(whole_map(surface))
+        longest = longest_wavelength(whole_map(scene.surface))
+        seen = "longer than the map" if longest is None else _length(longest)
     except InvalidInput as error:
-        return [f"longest wavelength  {error}"]
-    seen = "longer than the map" if longest is None else _length(longest)
-    return [f"longest wavelength  {seen}"]
+        seen = str(error)
+    yield "longest wavelength", seen
 
 
-def _spectrum_lines(fit: "SpectrumFit | None", failure: str) -> list[str]:
-    """Lines on a fitted spectrum, or on the failure of the fit."""
-    if fit is None:
-        return [f"spectrum            {failure}"]
-    if fit.misfit > NO_POWER_LAW:
-        return [f"spectrum            no power law: the best one has a misfit of {fit.misfit:.2g}"]
-    rolloff = "none seen"
-    if fit.rolloff_wavelength is not None:
-        rolloff = f"{_length(fit.rolloff_wavelength)} ± {_length(fit.rolloff_error)}"
+def _fit_rows(fit: "SpectrumFit | None", failure: str) -> Rows:
+    """Rows on a fitted spectrum, or on the failure of the fit."""
     from fem_seal.digits import with_error
 
+    if fit is None or fit.misfit > NO_POWER_LAW:
+        misfit = "" if fit is None else f"{fit.misfit:.2g}"
+        yield "spectrum", failure or f"no power law: the best one has a misfit of {misfit}"
+        return
     hurst = f"{with_error(fit.hurst, fit.hurst_error)} (misfit {fit.misfit:.2g})"
     if not 0 <= fit.hurst <= 1:
         hurst += "; beyond 0 to 1: not self-affine, or too few waves"
-    return [
-        f"hurst               {hurst}",
-        f"long cut-off        {_length(fit.long_wavelength)}",
-        f"roll-off            {rolloff}",
-        f"short cut-off       {_length(fit.short_wavelength)}",
-    ]
+    yield "hurst", hurst
+    yield "long cut-off", _length(fit.long_wavelength)
+    rolloff = _length(fit.rolloff_wavelength)
+    if fit.rolloff_wavelength is not None:
+        rolloff += f" ± {_length(fit.rolloff_error)}"
+    yield "roll-off", rolloff
+    yield "short cut-off", _length(fit.short_wavelength)
 
 
 def _length(metres: float | None) -> str:
