@@ -101,7 +101,7 @@ def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> s
     low = None if lower is None or lower < 1 / USELESS else rounded_down(lower, digits)
     high = None if upper is None or upper > USELESS else rounded_up(upper, digits)
     if low is None and high is None:
-        return "anything"
+        return "any factor"
     if low is None:
         return f"{high} or less"
     return f"{low} or more" if high is None else f"{low} to {high}"

@@ -63,7 +63,7 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
     wide = "do not show the longest wavelength, which is longer than the map"
     if longest is not None:
         ratio = min(sides) / longest
-        wide = f"are {ratio:.2g} of the longest wavelengths, {with_prefix(longest, 'm')}, wide"
+        wide = f"are {ratio:.2g} of the longest wavelengths wide, {with_prefix(longest, 'm')} each"
     small = longest is None or ratio < WAVES
     if lost:
         loss += ", which biases the leak rate, and no scatter shows it"

@@ -142,8 +142,8 @@ def _patches(seal: SealLeak) -> Uncertainty:
     if seal.interval is None:
         needed = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(leaking, 1)))
         sentence = (
-            f"{sealed}; three that leak are needed to estimate how much others differ: about "
-            f"{needed} realizations (seal.patches)"
+            f"{sealed}; three that leak are needed to say how much others differ: try "
+            f"seal.patches = {needed}"
         )
         # No upper factor: patches that were not drawn may leak any amount more.
         return Uncertainty("patches", "not covered", sentence, 0.0, None, caution=True)

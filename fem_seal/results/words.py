@@ -269,11 +269,11 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
     area = 100 * lift.dry.contact_area_fraction
     dry = f"dry, {area:.4g} % of the area would touch"
     if lift.model == "range":
-        low = f"at least {rounded_down(present(lift.lowest, 'lowest leak rate'))}"
-        high = "without an upper end, the seal may lift off"
+        low = rounded_down(present(lift.lowest, "lowest leak rate"))
+        ends = f"at least {low} m^3/s, and without limit if the seal lifts off"
         if lift.highest is not None:
-            high = f"at most {rounded_up(lift.highest)} m^3/s"
-        return f"at any fluid pressure between the ends' {low} and {high}"
+            ends = f"{low} to {rounded_up(lift.highest)} m^3/s"
+        return f"{ends}, whatever the fluid's pressure between those of inlet and outlet"
     if lift.solid_pressure is None:
         return f"no load is left to the solid; {dry}"
     carried = with_prefix(present(lift.fluid_pressure, "fluid pressure"), "Pa")

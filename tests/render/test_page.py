@@ -189,12 +189,16 @@ def test_a_failed_picture_leaves_the_old_one_and_no_rubbish(tmp_path, monkeypatc
 def test_bad_paths_are_refused(tmp_path):
     with pytest.raises(InvalidInput, match=r"end in \.png, \.pdf, \.svg"):
         page(WINDOW, tmp_path / "page.bmp").__enter__()
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "file").touch()
     with (
-        pytest.raises(InvalidInput, match="not a folder"),
-        page(WINDOW, tmp_path / "nowhere" / "page.png"),
+        pytest.raises(InvalidInput, match="cannot be written"),
+        page(WINDOW, tmp_path / "file" / "page.png"),
     ):
         pass
-    assert not list(tmp_path.iterdir())
+    with page(WINDOW, tmp_path / "new" / "page.png"):
+        pass
+    assert (tmp_path / "new" / "page.png").is_file()
 
 
 @pytest.mark.parametrize("call", ["contact_picture(film, p)", "gap_picture(film, p)"])

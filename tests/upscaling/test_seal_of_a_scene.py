@@ -799,7 +799,7 @@ def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
     if twin_seed is not None:
         data["surface"]["twin_seed"] = twin_seed
     _, entry = scale_entries(Patch(Scene.from_mapping(data)), 1e-4)
-    words = r"patches made of the map, 48 um by 48 um, are (.*) of the longest wavelengths, .*"
+    words = r"patches made of the map, 48 um by 48 um, are (.*) of the longest wavelengths wide, .*"
     # A wave of 6 samples; a ring of the spectrum is a sixteenth of its wavenumber wide.
     assert float(re.match(words, entry.sentence)[1]) == pytest.approx(48 / 6, rel=1 / 8)
     assert not entry.caution
@@ -867,8 +867,8 @@ def test_a_cross_ends_the_curve_of_a_patch_that_becomes_sealed():
         (0.5, 2.0, "0.5 to 2"),
         (0.5, 2.4e51, "0.5 or more"),
         (1e-40, 3.0, "3 or less"),
-        (0.0, 2.4e51, "anything"),
-        (None, None, "anything"),
+        (0.0, 2.4e51, "any factor"),
+        (None, None, "any factor"),
         (1 / 3, None, "0.3333 or more"),
     ],
 )
