@@ -167,7 +167,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
     from fem_seal.film import GridFilm
     from fem_seal.progress import Display
     from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.cross_validation import Gap, compare
+    from fem_seal.verification.cross_validation import StudiedGap, compare
     from fem_seal.verification.methods import Setting
     from fem_seal.verification.pictures import claims_figure, cross_validation_figure
 
@@ -176,7 +176,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
         scene, gap = patch.scene, patch.grid_gap
         setting = Setting(scene.viscosity, scene.drive.pressure_drop, scene.flow.rtol)
         film = GridFilm(gap, scene.flow.sides_of(gap.periodic), scene.flow.representation)
-        gaps.append(Gap.of_film(film, setting, options.grids))
+        gaps.append(StudiedGap.of_film(film, setting, options.grids))
     with Display() as report:
         results = compare(gaps, out=options.out, work=work_of(options), report=report)
     if results is None:
@@ -214,13 +214,13 @@ def _exact(options: argparse.Namespace) -> int:
     from fem_seal.progress import Display
     from fem_seal.registry import choose
     from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.cross_validation import Gap, compare
+    from fem_seal.verification.cross_validation import StudiedGap, compare
     from fem_seal.verification.exact_cases import CASES
     from fem_seal.verification.pictures import cross_validation_figure
 
     squares = [8 * 2**k for k in range(options.grids)]
     cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
-    gaps = [Gap.of_case(case, squares) for case in cases.values()]
+    gaps = [StudiedGap.of_case(case, squares) for case in cases.values()]
     with Display() as report:
         compared = compare(gaps, out=options.out, work=work_of(options), report=report)
     if compared is None:

@@ -72,7 +72,7 @@ Series = dict[int, list[Answer]]  # by squares of the grid along the flow
 
 
 @dataclass(frozen=True, eq=False)
-class Gap:
+class StudiedGap:
     """A gap on ever finer grids, the fluid in it, and what is known of its leak rate."""
 
     setting: Setting
@@ -85,13 +85,13 @@ class Gap:
     quadratic_order: float | None = None
 
     @classmethod
-    def of_film(cls, film: GridFilm, setting: Setting, grids: int = 3) -> "Gap":
+    def of_film(cls, film: GridFilm, setting: Setting, grids: int = 3) -> "StudiedGap":
         """A film that leaks; each further grid halves the spacing of the same gap."""
         first = film.gap.shape[0]
         return cls(setting, {first * 2**times: ((film,), times) for times in range(grids)})
 
     @classmethod
-    def of_case(cls, case: ExactCase, squares: Sequence[int]) -> "Gap":
+    def of_case(cls, case: ExactCase, squares: Sequence[int]) -> "StudiedGap":
         """A case whose leak rate is known, sampled anew on each grid."""
         grids = {n: (case.films(n), 0) for n in squares}
         quadratic = case.quadratic_order or case.order
@@ -99,7 +99,7 @@ class Gap:
 
 
 def compare(
-    gaps: Sequence[Gap],
+    gaps: Sequence[StudiedGap],
     methods: Sequence[str] = tuple(METHODS),
     *,
     out: Path | None = None,

@@ -28,7 +28,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.surface import Spectrum, rms_slope, self_affine
 from fem_seal.theory.persson import contact_area
 from fem_seal.threshold import threshold
-from fem_seal.verification.cross_validation import Gap, compare
+from fem_seal.verification.cross_validation import StudiedGap, compare
 from fem_seal.verification.exact_cases import CASES
 from fem_seal.verification.methods import Setting
 
@@ -200,7 +200,7 @@ def finite_differences(page: bool) -> Row:
     """A network of resistors, whose error is its change from the grid before."""
     film = rough_film(64, 0.2)
     setting = Setting(**UNIT, rtol=0.02 if page else 0.1)
-    rows, bracket = compare([Gap.of_film(film, setting)], ("linear-gap", "adaptive"))[0]
+    rows, bracket = compare([StudiedGap.of_film(film, setting)], ("linear-gap", "adaptive"))[0]
     theirs = [row for row in rows if row.method == "FD linear-gap"][-1]
     return Row(
         METHODS,

@@ -14,7 +14,7 @@ from fem_seal.grid import GridField
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification import methods
-from fem_seal.verification.cross_validation import Gap, Reference, compare, judge
+from fem_seal.verification.cross_validation import Reference, StudiedGap, compare, judge
 from fem_seal.verification.exact_cases import CASES, corner_order, finer_film
 from fem_seal.verification.methods import METHODS, Answer, Setting
 
@@ -25,12 +25,12 @@ FILM = GridFilm(GAP, sides="periodic")
 
 def on_case(case, squares, methods):
     """Rows of one exact case."""
-    return compare([Gap.of_case(case, squares)], methods)[0][0]
+    return compare([StudiedGap.of_case(case, squares)], methods)[0][0]
 
 
 def on_film(film, setting, grids, methods=tuple(METHODS), **kept):
     """Rows and bracket of one film; None if points are left to other parts."""
-    compared = compare([Gap.of_film(film, setting, grids)], methods, **kept)
+    compared = compare([StudiedGap.of_film(film, setting, grids)], methods, **kept)
     return compared and compared[0]
 
 
