@@ -17,6 +17,12 @@ sys.path[2:2] = sorted(str(path) for path in TESTS.iterdir() if path.is_dir())
 
 from project import scene_of_samples  # noqa: E402
 
+from fem_seal.render import offscreen, plot, relief  # noqa: E402
+
+# Pictures of a third of the resolution: the same code draws them in a third of the time.
+plot.DPI, relief.DPI, relief.WIDTH = 70, 70, 400
+offscreen.draw_layers.__defaults__ = (400,)
+
 # A shell starts what runs in the background with interrupts ignored, and a process passes that on:
 # the commands that tests interrupt would not notice, and the tests would wait for ever.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

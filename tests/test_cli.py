@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import MPI_ENVIRONMENT, alone, unwrapped, write_toml
+from project import unwrapped, write_toml
 from test_scene import REFERENCE
 
 import fem_seal
@@ -398,60 +398,6 @@ def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
     assert error == "fem-seal: interrupted; nothing half-written is left\n"
     assert output == ""
     assert below(tmp_path) == ["scene.toml"]
-
-
-def mpirun(*arguments):
-    """Run Python with arguments on two processes; status, output and error."""
-    done = subprocess.run(
-        ["mpirun", "-n", "2", sys.executable, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        env=alone() | MPI_ENVIRONMENT,
-        check=False,
-    )
-    return done.returncode, done.stdout, done.stderr
-
-
-FEM_SEAL = ("-c", "import sys; from fem_seal.cli import main; sys.exit(main())")
-
-
-@pytest.mark.mpi
-def test_two_processes_give_the_bounds_of_one(small_scene, tmp_path):
-    """Root computes the contact, both solve; equal to the solver's tolerance."""
-    small_scene["flow"]["method"] = "adaptive"
-    write_toml(tmp_path / "scene.toml", small_scene)
-    status, output, error = mpirun(*FEM_SEAL, "run", "scene.toml", "--out", "two")
-    assert status == 0, error
-    assert output.count("leak rate") == 1
-    assert run("run", "scene.toml", "--out", "one") == 0
-    one, two = (read_result(tmp_path / name) for name in ("one", "two"))
-    assert two["provenance"]["processes"] == 2
-    assert two["leak_rate"]["lower"] == pytest.approx(one["leak_rate"]["lower"], rel=1e-6, abs=0)
-    assert two["leak_rate"]["upper"] == pytest.approx(one["leak_rate"]["upper"], rel=1e-6, abs=0)
-
-
-@pytest.mark.mpi
-def test_bad_input_on_two_processes(tmp_path):
-    save_gap("gap.npz", -OPEN)
-    status, output, error = mpirun(*FEM_SEAL, "leak", "gap.npz", "--out", "out")
-    assert status == 2
-    assert error.count("is negative at") == 1
-    assert output == ""
-    assert below(tmp_path) == ["gap.npz"]
-
-
-@pytest.mark.mpi
-def test_error_of_one_process_ends_both():
-    """Process 0 waits for the other, which dies: without the hook this would never end."""
-    code = (
-        "from fem_seal import parallel; from mpi4py import MPI; parallel.abort_together()\n"
-        "if MPI.COMM_WORLD.rank == 1: raise RuntimeError('one process fails')\n"
-        "MPI.COMM_WORLD.barrier()"
-    )
-    status, _, error = mpirun("-c", code)
-    assert status == 1
-    assert "one process fails" in error
 
 
 def test_version_is_that_of_the_package():

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from lifted_scenes import scene
 from project import write_toml
-from test_cli import FEM_SEAL, mpirun
 
 from fem_seal import cli, run
 from fem_seal.accuracy import chosen_patch
@@ -267,15 +266,3 @@ def test_threshold_of_a_lifted_contact():
     assert lifted.pressure_sealed == dry.pressure_sealed + 1e5
     # And it is: sealed above it, though the inlet's pressure acts up to the barrier.
     assert Patch(scene(load=1.001 * lifted.pressure_sealed)).leak_rate.state == "sealed"
-
-
-@pytest.mark.mpi
-def test_two_processes_lift_as_one_does(tmp_path):
-    """The first presses, both solve the flow: equal to what the linear solver leaves open."""
-    write_toml(tmp_path / "scene.toml", scene(rtol=0.1).to_mapping())
-    status, _, error = mpirun(*FEM_SEAL, "run", tmp_path / "scene.toml", "--out", tmp_path / "two")
-    assert status == 0, error
-    one, two = solve(scene(rtol=0.1)).result(), Result.from_folder(tmp_path / "two")
-    assert two.provenance.processes == 2
-    assert two.lift.steps == one.lift.steps
-    assert two.leak_rate.value == pytest.approx(one.leak_rate.value, rel=1e-3)

@@ -100,12 +100,16 @@ def test_range_encloses_resolved(settings):
     assert lower[1] <= upper[2]
 
 
-def test_an_almost_sealed_film():
+@pytest.mark.parametrize(
+    ("n", "load", "inlet"),
+    [(16, 4.5e5, 3e5), (16, 5e5, 3.5e5), pytest.param(32, 4.5e5, 3e5, marks=pytest.mark.slow)],
+)
+def test_an_almost_sealed_film(n, load, inlet):
     """Sealed when dry, open under the inlet's pressure, and all but sealed at the equilibrium.
 
     It leaks as little as the "range" allows. Without an open path it is not called settled.
     """
-    settings = {"load": 4.5e5, "inlet": 3e5}
+    settings = {"n": n, "load": load, "inlet": inlet}
     state = Patch(scene(**settings)).lifted
     low, high = Patch(scene(**settings, lift="range")).lift_range
     assert low.state == "sealed"
@@ -248,7 +252,7 @@ def test_two_equilibria_are_both_reported():
     assert "two equilibria" in state.reason
     assert state.lowest == 0.0
     assert state.highest == pytest.approx(state.leak_rate.value, rel=0.03)
-    for share in (0.2, 0.4, 0.5, 0.6, 0.8):
+    for share in (0.2, 0.5, 0.8):
         start = problem.inlet * np.where(x < 0.3, 1.0, np.where(x < 0.75, share, 0.0))
         found = lifted_from(problem, 0.05, np.repeat(start, 32, axis=1))
         leaks = found.leak_rate.state == "leaking"

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from project import write_toml
-from test_cli import mpirun
 
 from fem_seal.contact import bearing, solve
 from fem_seal.film import GridFilm
@@ -91,21 +89,3 @@ def test_a_ring_seals_at_first_touch():
     found = threshold_of_pressure(start, press, sealed)
     assert (found.area_leaking, found.pressure_leaking) == (0.0, 0.0)
     assert found.area_sealed > 0
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("product", ["threshold", "trapped_volume"])
-def test_two_processes_ask_for_nothing_else(product, scene, tmp_path):
-    """No contact or flow was needed before: both solve what they need, the first one searches."""
-    mapping = scene(pressure=1e5).to_mapping()
-    mapping["output"]["products"] = [product]
-    write_toml(tmp_path / "scene.toml", mapping)
-    code = (
-        "from mpi4py import MPI; from fem_seal import Patch, Scene; "
-        "from fem_seal.quantities.of_patch import quantities; "
-        f"scene = Scene.from_file({str(tmp_path / 'scene.toml')!r}); "
-        f"print(quantities(Patch(scene, comm=MPI.COMM_WORLD)).{product} is None)"
-    )
-    status, printed, error = mpirun("-c", code)
-    assert status == 0, error
-    assert printed.count("False") == 2

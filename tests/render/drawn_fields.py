@@ -1,6 +1,7 @@
 """Synthetic gaps and flows to draw, and the values that drawn colours stand for."""
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fem_seal.grid import GridField
@@ -39,16 +40,51 @@ def leaking(field):
 
 def positions(pixels, colours):
     """Position (0..1) of each pixel on a colour map, and its distance from the nearest colour."""
-    table = 255 * colour_map(colours)(np.linspace(0, 1, 256))[:, :3]
     flat = pixels.reshape(-1, 1, 3).astype(float)
-    distance = np.abs(flat - table).max(axis=2)
+    distance = np.abs(flat - table_of(colours)).max(axis=2)
     best = distance.argmin(axis=1)
     shape = pixels.shape[:-1]
     return (best / 255).reshape(shape), distance.min(axis=1).reshape(shape)
 
 
-def colours_of(draw, *arguments, **options):
-    """Colours (nx, ny, 4) of the samples that a function draws, one after the other, into axes."""
-    axes = Figure().subplots()
-    draw(axes, *arguments, **options)
-    return axes, axes.images[-1].get_array().transpose(1, 0, 2)
+def table_of(colours):
+    """The 256 colours (256, 3) of a map, 0..255: number k is that of k/256 to (k + 1)/256."""
+    return colour_map(colours)(np.arange(256), bytes=True)[:, :3].astype(int)
+
+
+def stand_for(pixels, colours, exact):
+    """Whether each pixel (..., 3) has the colour of its exact position (0..1) on a map, which it
+    may share with its neighbours on the map."""
+    same = (pixels[..., None, :] == table_of(colours)).all(axis=-1)
+    first, last = same.argmax(axis=-1), 255 - same[..., ::-1].argmax(axis=-1)
+    rounding = 1e-9
+    inside = (first / 256 <= exact + rounding) & (exact - rounding <= (last + 1) / 256)
+    return same.any(axis=-1) & inside
+
+
+def colours_of(draw, film, *arguments, **options):
+    """Axes that a function draws a film into, and the drawn colour (nx, ny, 3) of each sample."""
+    axes, again = (Figure().subplots() for _ in range(2))
+    for each in (axes, again):
+        draw(each, film, *arguments, **options)
+    return axes, drawn_samples(again, film)
+
+
+def drawn_samples(axes, film, width=6):
+    """Colour (nx, ny, 3) in the middle of each sample of a film, of all images in some axes.
+
+    The samples are drawn `width` pixels wide, without anything that lies on them.
+    """
+    ny, nx = axes.images[-1].get_array().shape[:2]
+    for artist in axes.get_children():
+        artist.set_visible(artist in axes.images)
+    first = (0.0 if film.representation == "linear" else 0.5) - 0.5
+    dx, dy = film.gap.spacing
+    limits = {"xlim": (first * dx, (first + nx) * dx), "ylim": (first * dy, (first + ny) * dy)}
+    axes.set(**limits, position=(0, 0, 1, 1), box_aspect=None)
+    figure = axes.figure
+    figure.set(dpi=100, size_inches=(nx * width / 100, ny * width / 100))
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    upwards = np.asarray(canvas.buffer_rgba())[::-1, :, :3]
+    return upwards[width // 2 :: width, width // 2 :: width].transpose(1, 0, 2)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drawn_fields import colours_of, positions, smooth_gap
+from drawn_fields import colours_of, smooth_gap, stand_for
 from PIL import Image
 
 from fem_seal.digits import readable
@@ -16,15 +16,11 @@ def test_gap_can_be_recovered_from_its_colours():
     gap = smooth_gap((40, 24), 0.3, periodic=False)
     scale = gap_scale(gap.values)
     _, colours = colours_of(draw_gap, GridFilm(gap), scale)
-    drawn, distance = positions(colours[..., :3], scale.colours)
     contact = gap.values == 0
-    assert (colours[contact] == (*CONTACT.colour, 255)).all()
-    assert distance[~contact].max() <= 1  # rounding of colours to 8 bits
-    # The map has 256 colours, and rounding to 8 bits can look like a neighbour on either side.
-    exact = np.log(np.maximum(gap.values * scale.per_si / scale.low, 1)) / np.log(
-        scale.high / scale.low
-    )
-    assert np.abs(drawn - exact)[~contact].max() <= 3 / 255
+    assert (colours[contact] == CONTACT.colour).all()
+    parts = np.maximum(gap.values * scale.per_si / scale.low, 1)
+    exact = np.log(parts) / np.log(scale.high / scale.low)
+    assert stand_for(colours, scale.colours, exact)[~contact].all()
 
 
 @pytest.mark.parametrize("length", [1e-9, 1e3])

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from project import scene_of_samples, write_toml
-from test_cli import FEM_SEAL, mpirun
 
 from fem_seal import cli, run
 from fem_seal.cli.sweep import _summary
@@ -599,18 +598,6 @@ def test_jobs_give_the_same_digits(outcome, tmp_path):
         shared = solve_seal(Patch(scene()), tmp_path, Work(executor=executor))
     alone = outcome[0].seal.leak_rate
     assert (shared.lower, shared.value, shared.upper) == (alone.lower, alone.value, alone.upper)
-
-
-@pytest.mark.mpi
-def test_two_processes_solve_a_patch_as_one_does(tmp_path):
-    """The first makes surface and contact, both solve the flow of each patch."""
-    asked = scene(seal={"patches": 1})
-    write_toml(tmp_path / "scene.toml", asked.to_mapping())
-    status, _, error = mpirun(*FEM_SEAL, "run", tmp_path / "scene.toml", "--out", tmp_path / "two")
-    assert status == 0, error
-    one, two = solve_seal(Patch(asked)), Result.from_folder(tmp_path / "two").seal.leak_rate
-    # Equal to what the linear solver leaves open.
-    assert (two.lower, two.upper) == pytest.approx((one.lower, one.upper), rel=1e-3)
 
 
 def test_jobs_without_a_seal_are_refused(tmp_path, capsys):

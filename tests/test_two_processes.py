@@ -1,0 +1,97 @@
+"""Under mpirun two processes write the results of one: equal to what the linear solver leaves."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from lifted_scenes import scene as lifted_scene
+from project import MPI_ENVIRONMENT, alone, scene_of_samples, write_toml
+from test_seal_of_a_scene import scene as seal_scene
+
+from fem_seal import cli
+from fem_seal.results import Result
+
+pytestmark = pytest.mark.mpi
+
+PRESSED = scene_of_samples(32) | {"contact": {"pressure": 1e5}}
+SCENES = {
+    "dry": scene_of_samples(32) | {"flow": {"pressure_drop": 1e5, "lift": "none", "rtol": 0.5}},
+    "lifted": lifted_scene(rtol=0.1).to_mapping(),
+    "seal": seal_scene(seal={"patches": 1}).to_mapping(),
+    # No contact or flow is needed before: both solve what they need, the first one searches.
+    "threshold": PRESSED | {"output": {"products": ["threshold"]}},
+    "trapped": PRESSED | {"output": {"products": ["trapped_volume"]}},
+}
+SCRIPT = """
+import json, sys
+from fem_seal.cli import main
+print("statuses", *[main(job) for job in json.loads(sys.argv[1])], flush=True)
+"""
+
+
+def mpirun(*arguments):
+    """Run Python on two processes; status, output and error."""
+    done = subprocess.run(
+        ["mpirun", "-n", "2", sys.executable, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env=alone() | MPI_ENVIRONMENT,
+        check=False,
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The results of all scenes by two processes, which are started once."""
+    folder, jobs = tmp_path_factory.mktemp("mpi"), []
+    for name, scene in SCENES.items():
+        path = write_toml(folder / f"{name}.toml", scene)
+        jobs.append(["run", str(path), "--out", str(folder / name)])
+    status, output, error = mpirun("-c", SCRIPT, json.dumps(jobs))
+    assert status == 0, error
+    # Each says how it ended, and the first one alone says the rest.
+    lines = output.splitlines()
+    assert lines.count("statuses 0 0 0 0 0") == 2, output
+    assert len([line for line in lines if line.startswith("state ")]) == 5, output
+    return folder
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_two_processes_write_the_result_of_one(name, folder):
+    """To some times the root of CG's 1e-8 of the energy, by which its functions err."""
+    status = cli.main(["run", str(folder / f"{name}.toml"), "--out", str(folder / f"one-{name}")])
+    assert status == 0
+    one, two = (Result.from_folder(folder / path) for path in (f"one-{name}", name))
+    assert two.provenance.processes == 2
+    if name in ("dry", "lifted", "seal"):
+        rates = [(result.seal or result).leak_rate for result in (one, two)]
+        (low, high), ends = ((rate.lower, rate.upper) for rate in rates)
+        assert (low, high) == pytest.approx(ends, rel=1e-3)
+    else:
+        assert two.quantities == one.quantities
+    assert (two.lift and two.lift.steps) == (one.lift and one.lift.steps)
+
+
+def test_bad_input_is_said_once(tmp_path):
+    np.savez(tmp_path / "gap.npz", gap=-np.ones((5, 5)), spacing=(1e-6, 1e-6))
+    job = ["leak", str(tmp_path / "gap.npz"), "--out", str(tmp_path / "out")]
+    status, output, error = mpirun("-c", SCRIPT, json.dumps([job]))
+    assert (status, output) == (2, "")
+    assert error.count("is negative at") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_error_of_one_process_ends_both():
+    """Process 0 waits for the other, which dies: without the hook this would never end."""
+    code = (
+        "from fem_seal import parallel; from mpi4py import MPI; parallel.abort_together()\n"
+        "if MPI.COMM_WORLD.rank == 1: raise RuntimeError('one process fails')\n"
+        "MPI.COMM_WORLD.barrier()"
+    )
+    status, _, error = mpirun("-c", code)
+    assert status == 1
+    assert "one process fails" in error
