@@ -11,6 +11,7 @@ from pathlib import Path
 from shutil import which
 from time import time
 
+from fem_seal.files import user_cache
 from fem_seal.installed import how_to_add, how_to_get_fenicsx
 
 OFF_SCREEN = "vtkEGLRenderWindow"
@@ -158,14 +159,8 @@ def _mpi_remedy() -> str:
     return "ip link set lo up; in a container that has no other network: export OMPI_MCA_btl=^tcp"
 
 
-def forms_folder() -> Path:
-    """Folder where DOLFINx keeps its compiled forms."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
-    return Path(base) / "fenics"
-
-
 def _cache() -> Finding:
-    folder = forms_folder()
+    folder = user_cache() / "fenics"
     existing = next(p for p in (folder, *folder.parents) if p.exists())
     name, use = "JIT cache", "compiled forms"
     if not (existing.is_dir() and os.access(existing, os.W_OK)):

@@ -13,15 +13,10 @@ PYTHON_VARIABLES = ("PYTHONPATH", "PYTHONHOME")
 DEBIAN_PETSC = Path("/usr/lib/petsc")
 
 
-def hidden_by_petsc_dir(installed: Path = DEBIAN_PETSC) -> bool:
-    """Whether Debian's DOLFINx is installed and PETSC_DIR makes Python look elsewhere.
-
-    Parameters
-    ----------
-    installed : folder below which Debian installs DOLFINx
-    """
+def hidden_by_petsc_dir() -> bool:
+    """Whether Debian's DOLFINx is installed and PETSC_DIR makes Python look elsewhere."""
     elsewhere = os.environ.get("PETSC_DIR")
-    there = (installed / "lib/python3/dist-packages/dolfinx").is_dir()
+    there = (DEBIAN_PETSC / "lib/python3/dist-packages/dolfinx").is_dir()
     return bool(elsewhere) and there and not find_spec("dolfinx")
 
 

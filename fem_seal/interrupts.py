@@ -32,7 +32,8 @@ def interruptible() -> Iterator[None]:
 
     def again(number: int) -> None:
         """Raise a signal once more after a pause."""
-        timers.append(threading.Timer(_PAUSE, _signal_main_thread, (number,)))
+        main = threading.main_thread().ident
+        timers.append(threading.Timer(_PAUSE, signal.pthread_kill, (main, number)))
         timers[-1].start()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -86,14 +87,6 @@ def _importing(frame: FrameType | None) -> bool:
             return True
         frame = frame.f_back
     return False
-
-
-def _signal_main_thread(number: int) -> None:
-    main = threading.main_thread().ident
-    if hasattr(signal, "pthread_kill") and main is not None:
-        signal.pthread_kill(main, number)
-    else:
-        signal.raise_signal(number)
 
 
 @contextmanager

@@ -18,13 +18,7 @@ from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.scene import FlowSettings, require_scene
 from fem_seal.scene.shape import MeshFile
-from fem_seal.steps import (
-    CONTACTS,
-    FLOWS,
-    elastic_contact,
-    made_surface,
-    prepared_surface,
-)
+from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, made_surface
 
 if TYPE_CHECKING:
     from fem_seal.contact.grid_error import GridError
@@ -165,10 +159,15 @@ class Patch:
         surface, seal = self.scene.surface, self.scene.seal
         if not isinstance(surface, FileSurface):
             return None
+        from fem_seal.surface import measured_surface
+
+        steps = surface.preparation
         if seal is not None and seal.window is not None:
-            surface = surface.in_window((0, 0), seal.window)
+            steps = replace(steps, crop=surface.window((0, 0), seal.window))
         with self.timed("surface"):
-            return parallel.on_root(lambda: prepared_surface(surface), self.comm)
+            return parallel.on_root(
+                lambda: measured_surface(surface.path, surface.stated, steps), self.comm
+            )
 
     def with_(self, **changes: Any) -> "Patch":
         """Same scene with other arguments of `Patch`.

@@ -107,8 +107,10 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
     if scene.seal is not None:
         patches, rtol, loads = scene.seal.patches, scene.seal.rtol, loads_of(scene)
         together = min(jobs, patches)
-        each = loads * patch_seconds(samples, channels, rtol)
-        parts["patches"] = ceil(patches / together) * each
+        # At each load: contact, flow, and bounds between loads.
+        each = 0.5 * contact_seconds(samples) + 0.03
+        each += 1.4 * flow_seconds(samples, channels, rtol / 2)
+        parts["patches"] = ceil(patches / together) * loads * each
         unknowns = unknowns_of(channels, rtol / 2)
         kept = min(loads, KEPT / samples) * (KEPT_OF_UNKNOWN * unknowns + KEPT_OF_SAMPLE * samples)
     if scene.needs_flow:
@@ -221,11 +223,6 @@ def loads_of(scene: Scene) -> float:
     if not is_uniform(profile):
         loads += 5
     return min(loads, seal.max_loads)
-
-
-def patch_seconds(samples: float, channels: float, rtol: float) -> float:
-    """CPU time of a patch of a seal at one net load: contact, flow, and bounds between loads."""
-    return 0.5 * contact_seconds(samples) + 1.4 * flow_seconds(samples, channels, rtol / 2) + 0.03
 
 
 def unknowns_of(channels: float, rtol: float) -> float:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
     from fem_seal.contact.state import BearingState, ContactState, GapState
     from fem_seal.film import GridFilm, MeshFilm
-    from fem_seal.surface import IsotropicSpectrum, PreparedSurface
+    from fem_seal.surface import IsotropicSpectrum
 
 # Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
 # measured at 1024 x 1024 samples: 60, and 106 to 138 with the solver and its arithmetic.
@@ -62,13 +62,6 @@ def spectrum_of_profiles(surface: ProfileSurface) -> "IsotropicSpectrum":
     except InvalidInput as error:
         raise InvalidInput(f"profiles in {surface.path[0]}: {error}") from None
     return isotropic_spectrum(profiles)
-
-
-def prepared_surface(surface: FileSurface) -> "PreparedSurface":
-    """Heights [m] of a file after the steps that a section names."""
-    from fem_seal.surface import measured_surface
-
-    return measured_surface(surface.path, surface.stated, surface.preparation)
 
 
 def whole_map(surface: FileSurface) -> GridField:

@@ -28,7 +28,7 @@ def without_clock(monkeypatch):
 def test_a_dry_run_solves_and_writes_nothing(small_scene, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = write_toml(tmp_path / "scene.toml", small_scene)
-    monkeypatch.setattr("fem_seal.patch.Patch.solve", None)
+    monkeypatch.setattr("fem_seal.patch.Patch.solve_film", None)
     assert cli.main(["run", str(path), "--dry-run"]) == 0
     assert " s (" in (text := capsys.readouterr().out)
     assert "GB" in text

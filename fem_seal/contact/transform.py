@@ -2,14 +2,13 @@
 
 import contextlib
 import json
-import os
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.files import write_text
+from fem_seal.files import user_cache, write_text
 
 # Below this many samples planning by trial costs more than the solves it would speed up.
 MEASURED_FROM = 256 * 256
@@ -59,8 +58,7 @@ class RealTransform:
 
 def wisdom_path() -> Path:
     """File of the plans: fem_seal/fftw-wisdom.json in the user's cache folder."""
-    cache_home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(cache_home) / "fem_seal" / "fftw-wisdom.json"
+    return user_cache() / "fem_seal" / "fftw-wisdom.json"
 
 
 @cache

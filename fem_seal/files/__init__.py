@@ -16,13 +16,12 @@ from fem_seal.files.atomic import (
     write_text,
     writing,
 )
-from fem_seal.files.caches import cache_folder, use_writable_cache
+from fem_seal.files.caches import use_writable_cache, user_cache
 from fem_seal.files.lock import locked_folder
 from fem_seal.files.owner import clear_abandoned
 
 __all__ = [
     "atomic_write",
-    "cache_folder",
     "clear_abandoned",
     "create_text",
     "digest",
@@ -31,6 +30,7 @@ __all__ = [
     "temporary_folder",
     "to_disk",
     "use_writable_cache",
+    "user_cache",
     "write_npz",
     "write_text",
     "writing",

@@ -14,13 +14,13 @@ def use_writable_cache() -> str:
     that is returned says so; it is empty if the user's folder can be written.
     """
     try:
-        cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        cache = user_cache()
         cache.mkdir(parents=True, exist_ok=True)
         if os.access(cache, os.W_OK | os.X_OK):
             return ""
     except (OSError, RuntimeError):  # RuntimeError: this user has no home folder
         cache = Path("~/.cache")
-    user = getattr(os, "getuid", int)()
+    user = os.getuid()
     folder = Path(gettempdir()) / f"fem-seal-cache-{user}"
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -36,7 +36,6 @@ def use_writable_cache() -> str:
     return f"{cache} cannot be written; {folder} keeps compiled forms and plans in its place"
 
 
-def cache_folder() -> Path:
-    """The user's folder of caches, or the temporary one in its place."""
-    use_writable_cache()
+def user_cache() -> Path:
+    """Folder of the user's caches."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")

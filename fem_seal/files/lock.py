@@ -9,9 +9,9 @@ take it.
 """
 
 import errno
+import fcntl
 import json
 import os
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -21,9 +21,6 @@ from pathlib import Path
 from fem_seal.errors import InvalidInput
 from fem_seal.files.atomic import writing
 from fem_seal.files.owner import Owner, clear_abandoned, now, this_process
-
-if sys.platform != "win32":
-    import fcntl
 
 LOCK_FILE = ".fem-seal.lock"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
@@ -86,8 +83,6 @@ def _acquire(path: Path, shared: bool) -> int:
 
 def _lock(handle: int, path: Path, shared: bool) -> bool:
     """Try to lock an open file; False if another process holds it."""
-    if sys.platform == "win32":
-        return shared or not _others(path)
     try:
         fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except BlockingIOError:

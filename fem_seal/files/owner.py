@@ -100,17 +100,13 @@ def clear_abandoned(folder: Path) -> None:
             continue
         path = folder / name
         with suppress(OSError):
-            if path.lstat().st_uid != _user():
+            if path.lstat().st_uid != os.getuid():
                 continue  # another user's file in a shared temporary folder
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
         else:
             with suppress(OSError):
                 path.unlink(missing_ok=True)
-
-
-def _user() -> int:
-    return os.getuid() if hasattr(os, "getuid") else 0  # Windows has no such numbers
 
 
 def now() -> str:

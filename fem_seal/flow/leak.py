@@ -1,13 +1,13 @@
 """The leak rate of a gap with its bounds, in SI units."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
-from fem_seal.film import Film, GridFilm, MeshFilm, film_conductivity, require_film
+from fem_seal.film import Film, GridFilm, MeshFilm, require_film
 from fem_seal.film.law import CUBE, FilmLaw, leak_rate_of_square
 from fem_seal.flow.adapt import refined, unchanged
 from fem_seal.flow.film_on_mesh import LevelSolution, Start
@@ -98,25 +98,12 @@ def leak_rate(
     require_film(film, (GridFilm, MeshFilm))
     if film.sealed:
         return LeakRate.sealed(method)
-    scale = leak_rate_of_square(film.highest, viscosity, pressure_drop)
-    critical = present(film.constriction, "constriction").gap
-    slipping = None if slip is None else SlippingFilm(slip, film.highest, critical)
+    rate = leak_rate_of_square(film.highest, viscosity, pressure_drop)
+    slipping = None if slip is None else SlippingFilm(slip, film)
     slip_factor = slipping.slip_factor if slipping else 1.0
-    scale *= slip_factor
-    criterion = Tolerance(rtol) if decide is None else Decision(decide, scale, margin)
-    narrowest = critical / film.highest
-    require_conducting("the critical constriction", narrowest)
-    stopping = Stopping(
-        criterion,
-        limits or Limits(),
-        growth=4.0 if method == "uniform" else USUAL_GROWTH,
-        narrowest=narrowest,
-        comm=comm,
-        advice=(
-            f" (the critical constriction is {narrowest:.0e} of the largest gap: set such gaps to "
-            "0 if they are contact)"
-        ),
-    )
+    units = _Units(film, pressure_drop, rate * slip_factor)
+    criterion = Tolerance(rtol) if decide is None else Decision(decide, units.rate, margin)
+    stopping = _stopping(film, criterion, limits or Limits(), method, comm)
     # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
     strategy = Strategy(
         uniform=method == "uniform",
@@ -125,9 +112,8 @@ def leak_rate(
         max_unknowns=stopping.limits.unknowns,
         tuning=tuning or Tuning(),
     )
-    coarsest = None if strategy.uniform else strategy.tuning.coarsest
     law = slipping.mean_law if slipping else CUBE
-    gap, mesh = first_mesh(film, narrowest, strategy.tuning, coarsest, law)
+    gap, mesh = first_mesh(film, stopping.narrowest, strategy, law)
 
     def make_problem(mesh: AnyMesh, values: np.ndarray) -> LevelProblem:
         return LevelProblem(gap, mesh, values, comm, strategy.tuning.tolerance)
@@ -136,11 +122,11 @@ def leak_rate(
     widen = slipping.widened if slipping else unchanged
     levels: list[Level] = []
     for solution in refined(make_problem, start, strategy, stopping, widen):
-        levels.append(_in_si(solution.level, scale))
+        levels.append(units.level(solution.level))
         if progress is not None:
             progress(levels[-1])
-        result = _result(solution, levels, method, scale)
-        drawn = _field(solution, film, viscosity, pressure_drop, slip_factor) if field else None
+        result = units.leak_rate(solution, method, levels)
+        drawn = units.field(solution) if field else None
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
             keep(MeshedFlow(film, solution, slip_factor))
         # Free this mesh before the next one is made.
@@ -150,6 +136,19 @@ def leak_rate(
         missed = result.refined_bounds if decide is None else result.bounds
         reason = f"{reason}; {criterion.missed(*missed)}"
     return replace(result, converged=not reason, reason=reason, field=drawn)
+
+
+def _stopping(
+    film: Film, criterion: Tolerance | Decision, limits: Limits, method: str, comm: MPI.Comm
+) -> Stopping:
+    narrowest = present(film.constriction, "constriction").gap / film.highest
+    require_conducting("the critical constriction", narrowest)
+    advice = (
+        f" (the critical constriction is {narrowest:.0e} of the largest gap: set such gaps to "
+        "0 if they are contact)"
+    )
+    growth = 4.0 if method == "uniform" else USUAL_GROWTH
+    return Stopping(criterion, limits, growth, narrowest, comm, advice)
 
 
 def require_conducting(tightest: str, narrowest: float) -> None:
@@ -162,13 +161,13 @@ def require_conducting(tightest: str, narrowest: float) -> None:
 
 
 def first_mesh(
-    film: Film, narrowest: float, tuning: Tuning, coarsest: int | None, law: FilmLaw
+    film: Film, narrowest: float, strategy: Strategy, law: FilmLaw
 ) -> tuple[GapOnMesh, AnyMesh]:
     """Gap in units of its maximum, as the narrowest one is, and the first mesh.
 
-    `coarsest` squares lie along the shorter side of the first mesh on a grid; None: those of its
-    pixels. A shape begins with the mesh that it has.
+    Uniform refinement begins with the pixels of a grid. A shape begins with the mesh that it has.
     """
+    tuning = strategy.tuning
     cut, floor, ceiling = (narrowest * p for p in (tuning.cut, tuning.floor, tuning.ceiling))
     if isinstance(film, MeshFilm):
         # Pockets may stay: the gap is linear on each cell, so no cell joins a pocket to a channel.
@@ -180,7 +179,7 @@ def first_mesh(
     # Linear gaps live on the pixels between samples, one fewer along each axis.
     linear = film.representation == "linear"
     squares = scaled.shape[0] - linear, scaled.shape[1] - linear
-    width = 1 if coarsest is None else coarsest_width(squares, coarsest)
+    width = 1 if strategy.uniform else coarsest_width(squares, tuning.coarsest)
     gap_type = REPRESENTATIONS[film.representation]
     gap = gap_type(GridField(scaled, film.gap.spacing), cut, floor, width, ceiling, law)
     return gap, uniform_mesh(gap.squares, width, film.sides == "periodic")
@@ -193,60 +192,55 @@ def length_unit(film: Film) -> float:
     return float(np.ptp(film.mesh.xy, axis=0).max())
 
 
-def points_of(film: Film, mesh: AnyMesh) -> np.ndarray:
-    """Vertex coordinates (V, 2) [m] of a mesh that refines the first mesh of a film."""
-    return mesh.points(np.array(film.gap.spacing)) if isinstance(film, GridFilm) else mesh.xy
+@dataclass(frozen=True, eq=False)
+class _Units:
+    """From the normalised problem of a film to SI units."""
 
+    film: Film
+    pressure_drop: float
+    rate: float  #: leak rate [m³/s] of a square film of the largest gap, by the law of the mesh
 
-def _in_si(level: SolvedLevel, scale: float) -> Level:
-    lower, upper = (bound * scale for bound in level.bounds)
-    return Level(level.unknowns, level.cells, lower, upper, level.iterations, level.seconds)
+    def level(self, level: SolvedLevel) -> Level:
+        """A mesh with its bounds in m³/s."""
+        lower, upper = (bound * self.rate for bound in level.bounds)
+        return Level(level.unknowns, level.cells, lower, upper, level.iterations, level.seconds)
 
+    def leak_rate(self, solution: LevelSolution, method: str, levels: list[Level]) -> LeakRate:
+        """Leak rate of a solution, with its bounds."""
+        level, slip = solution.level, solution.slip
+        lower, upper = (bound * self.rate for bound in slip or level.bounds)
+        flows = solution.problem.boundary_flows(solution.pressure)
+        inflow, outflow = (flow * self.rate for flow in flows)
+        return LeakRate(
+            state="leaking",
+            method=method,
+            # Geometric mean of the bounds, or the upper bound where there is no lower one yet.
+            value=lower * float(np.sqrt(upper / lower)) if lower > 0 else upper,
+            lower=lower,
+            upper=upper,
+            unknowns=level.unknowns,
+            inflow=inflow,
+            outflow=outflow,
+            levels=tuple(levels),
+            slip_interval=None if slip is None else slip.over(level.bounds),
+        )
 
-def _result(solution: LevelSolution, levels: list[Level], method: str, scale: float) -> LeakRate:
-    lower, upper = levels[-1].lower, levels[-1].upper
-    interval = None
-    if solution.slip is not None:
-        interval = solution.slip.over(solution.level.bounds)
-        lower, upper = (bound * scale for bound in solution.slip)
-    inflow, outflow = solution.problem.boundary_flows(solution.pressure)
-    return LeakRate(
-        state="leaking",
-        method=method,
-        # Geometric mean of the bounds, or the upper bound where there is no lower one yet.
-        value=lower * float(np.sqrt(upper / lower)) if lower > 0 else upper,
-        lower=lower,
-        upper=upper,
-        unknowns=solution.level.unknowns,
-        inflow=inflow * scale,
-        outflow=outflow * scale,
-        levels=tuple(levels),
-        slip_interval=interval,
-    )
-
-
-def _field(
-    solution: LevelSolution,
-    film: Film,
-    viscosity: float,
-    pressure_drop: float,
-    slip_factor: float,
-) -> FlowField:
-    """The flow on the mesh of a solution, its points parted where the pressure jumps."""
-    problem = solution.problem
-    conductivity = slip_factor * film_conductivity(film.highest, viscosity)
-    flux = -problem.data.K[:, None] * problem.gradients(solution.pressure.corner_values)
-    if solution.stream is not None:
-        # Where the pressure was taken to be constant, take the flux from the stream function.
-        equipotential = problem.data.equipotential
-        flux[equipotential] = problem.flux(solution.stream)[equipotential]
-    number, first = problem.parted_points()
-    vertex = problem.mesh.cells[problem.kept].ravel()[first]
-    return FlowField(
-        points=points_of(film, problem.mesh)[vertex],
-        cells=number,
-        gap=film.highest * problem.vertex_gap[vertex],
-        pressure=pressure_drop * solution.pressure.corner_values.ravel()[first],
-        flux=flux * conductivity * pressure_drop / length_unit(film),
-        facet_tags=problem.facet_tags(number),
-    )
+    def field(self, solution: LevelSolution) -> FlowField:
+        """The flow on the mesh of a solution, its points parted where the pressure jumps."""
+        problem, film = solution.problem, self.film
+        flux = -problem.data.K[:, None] * problem.gradients(solution.pressure.corner_values)
+        if solution.stream is not None:
+            # Where the pressure was taken to be constant, take the flux from the stream function.
+            equipotential = problem.data.equipotential
+            flux[equipotential] = problem.flux(solution.stream)[equipotential]
+        number, first = problem.parted_points()
+        vertex, mesh = problem.mesh.cells[problem.kept].ravel()[first], problem.mesh
+        spacing = np.array(film.gap.spacing) if isinstance(film, GridFilm) else None
+        return FlowField(
+            points=(mesh.xy if spacing is None else mesh.points(spacing))[vertex],
+            cells=number,
+            gap=film.highest * problem.vertex_gap[vertex],
+            pressure=self.pressure_drop * solution.pressure.corner_values.ravel()[first],
+            flux=flux * self.rate / length_unit(film),
+            facet_tags=problem.facet_tags(number),
+        )

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from fem_seal.errors import present
+from fem_seal.film import Film
 from fem_seal.film.law import (
     FilmLaw,
     PressureWeight,
@@ -42,7 +43,8 @@ class SlippingFilm:
     slip.
     """
 
-    def __init__(self, slip: Slip, highest: float, critical: float):
+    def __init__(self, slip: Slip, film: Film):
+        highest, critical = film.highest, present(film.constriction, "constriction").gap
         self._slip, self._highest = slip, highest
         # The unit makes the conductance of the critical constriction exact in the law of the mesh.
         most = highest * slip.mean_pressure / slip.product

@@ -4,11 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from fem_seal.errors import InvalidInput
 from fem_seal.parallel import Comm
 from fem_seal.points.compute import Outcome, compute_points
 from fem_seal.points.folder import PointFolder
-from fem_seal.points.task import Chain, Task, nothing
+from fem_seal.points.task import Chain, Task
 from fem_seal.points.work import Work
 from fem_seal.progress import Report
 
@@ -23,37 +22,14 @@ class StudyTask(Task[Point]):
     arguments: tuple[Any, ...]
     #: keyword arguments of the function
     options: Mapping[str, Any] = field(default_factory=dict)
-    #: attributes that a stored point must have; they are not part of its
-    #: name
-    settings: Mapping[str, Any] = field(default_factory=dict)
 
     def compute(self, handed_on: Any, report: Report, comm: Comm) -> Point:
         """Call the function; nothing is handed on."""
         report("computing", "")
         return self.function(*self.arguments, **self.options)
 
-    def require_same(self, folder: PointFolder[Point]) -> None:
-        """Raise InvalidInput if the folder holds this point with other settings.
 
-        Raises
-        ------
-        InvalidInput
-            If the stored point has other settings.
-        """
-        point = folder.point(self.name) if self.settings else None
-        if point is None:
-            return
-        if any(getattr(point, name) != value for name, value in self.settings.items()):
-            path = folder.path_of(self.name)
-            raise InvalidInput(f"{path} was computed with other settings; choose another --out")
-
-
-def compute_study(
-    chains: Sequence[Chain],
-    work: Work | None,
-    report: Report,
-    gather: Callable[[], object] = nothing,
-) -> Outcome:
+def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) -> Outcome:
     """Compute the points that the folders lack; one that fails does not stop the others.
 
     The arguments are those of `compute_points`; without `work` the chains are computed in turn.
@@ -61,14 +37,9 @@ def compute_study(
     Raises
     ------
     FemSealError
-        If points have failed, after the others have been computed; or a stored point has other
-        settings, before any is computed.
+        If points have failed, after the others have been computed.
     """
-    for chain in chains:
-        for task in chain.tasks:
-            if isinstance(task, StudyTask):
-                task.require_same(chain.folder)
-    outcome = compute_points(chains, work or Work(), report=report, gather=gather)
+    outcome = compute_points(chains, work or Work(), report=report)
     if outcome.failures:
         label, error = next(iter(outcome.failures.items()))
         count = len(outcome.failures)

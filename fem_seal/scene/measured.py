@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import Stated, length_in_metres
-from fem_seal.files import atomic_write, cache_folder
+from fem_seal.files import atomic_write, use_writable_cache, user_cache
 from fem_seal.grid import GridField
 from fem_seal.scene.sections import (
     Coordinate,
@@ -25,7 +25,7 @@ from fem_seal.scene.sections import (
     Truth,
     one_or_more,
 )
-from fem_seal.surface.preparation import Preparation
+from fem_seal.surface.preparation import Preparation, Rectangle
 
 WINDOW_END = 1e-5  # part of a window by which its end is shortened, to leave out the last sample
 
@@ -108,21 +108,21 @@ class FileSurface(FieldFile):
         """The steps that prepare the map."""
         return Preparation(**{step.name: getattr(self, step.name) for step in fields(Preparation)})
 
-    def in_window(self, place: tuple[int, int], window: tuple[float, float]) -> "FileSurface":
-        """The same map cropped to one of the windows into which its `crop` is divided.
+    def window(self, place: tuple[int, int], sides: tuple[float, float]) -> Rectangle:
+        """One of the windows into which `crop` is divided, as a rectangle like that.
 
         Parameters
         ----------
         place : number of the window along x and along y, from 0
-        window : sides of a window [m]
+        sides : of a window [m]
         """
         corner = [0.0, 0.0] if self.crop is None else [start for start, _ in self.crop]
-        crop = tuple(
+        x, y = (
             # The sample at the end is the first one of the next window.
             (start + number * side, start + (number + 1 - WINDOW_END) * side)
-            for start, number, side in zip(corner, place, window, strict=True)
+            for start, number, side in zip(corner, place, sides, strict=True)
         )
-        return self.model_copy(update={"crop": crop})
+        return x, y
 
     def _contradictions(self) -> Iterator[str]:
         for name, (start, end) in zip("xy", self.crop or (), strict=False):
@@ -164,7 +164,8 @@ def _kept(values: object) -> Path:
         )
     array = np.ascontiguousarray(array, dtype=float)
     digest = sha256(repr(array.shape).encode() + array.tobytes()).hexdigest()[:16]
-    path = cache_folder() / "fem_seal" / f"heights-{digest}.npy"
+    use_writable_cache()
+    path = user_cache() / "fem_seal" / f"heights-{digest}.npy"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         with atomic_write(path) as staged, staged.open("wb") as file:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
@@ -170,33 +169,12 @@ class SelfAffine(Section):
             self.hurst, self.long_wavelength, self.short_wavelength, self.rolloff_wavelength
         )
 
-    @property
-    def spacing(self) -> tuple[float, float]:
-        """Distance (dx, dy) of the samples [m]."""
-        return self.size[0] / self.shape[0], self.size[1] / self.shape[1]
-
     def _contradictions(self) -> Iterator[str]:
         yield from not_one(self, ("rms_height", "rms_slope"))
-        grid, short, long = max(self.spacing), self.short_wavelength, self.long_wavelength
-        # One pixel is allowed, as in the letter; the tolerance is for rounding errors only.
-        if short < grid and not isclose(short, grid, rel_tol=1e-9):
-            yield (
-                f"short_wavelength = {short:g} m is finer than the grid, whose samples are "
-                f"{grid:g} m apart; raise it or shape"
-            )
-        if not short < long:
-            yield f"short_wavelength = {short:g} m must be below long_wavelength = {long:g} m"
-        if long > max(self.size) and not isclose(long, max(self.size), rel_tol=1e-9):
-            yield (
-                f"long_wavelength = {long:g} m does not fit into the cell of size "
-                f"{self.size[0]:g} m by {self.size[1]:g} m"
-            )
-        rolloff = self.rolloff_wavelength
-        if rolloff is not None and not short < rolloff <= long:
-            yield (
-                f"rolloff_wavelength = {rolloff:g} m must lie above short_wavelength = "
-                f"{short:g} m and not above long_wavelength = {long:g} m"
-            )
+        try:
+            self.spectrum.require_room(self.shape, self.size)
+        except InvalidInput as error:
+            yield str(error)
 
 
 def one_or_more(value: object) -> object:

@@ -36,10 +36,31 @@ class Spectrum:
         long, short = self.long_wavelength, self.short_wavelength
         rolloff = long if self.rolloff_wavelength is None else self.rolloff_wavelength
         object.__setattr__(self, "rolloff_wavelength", rolloff)
-        if not (np.isfinite(long) and long >= rolloff >= short > 0 and long > short):
+        if not 0 < short < long < np.inf:
             raise InvalidInput(
-                "wavelengths must be in the order long_wavelength >= rolloff_wavelength >= "
-                f"short_wavelength > 0 and must not all be equal, got {long}, {rolloff}, {short} m"
+                f"short_wavelength = {short:g} m must be below long_wavelength = {long:g} m"
+            )
+        if not short < rolloff <= long:
+            raise InvalidInput(
+                f"rolloff_wavelength = {rolloff:g} m must lie above short_wavelength = {short:g} m "
+                f"and not above long_wavelength = {long:g} m"
+            )
+
+    def require_room(self, shape: tuple[int, int], size: tuple[float, float]) -> None:
+        """Raise InvalidInput unless a grid (nx, ny) of a cell (Lx, Ly) [m] can hold all waves.
+
+        One sample to the short cut-off is allowed, as in the letter, and rounding errors are.
+        """
+        grid = max(length / n for length, n in zip(size, shape, strict=True))
+        if self.short_wavelength < grid * (1 - 1e-9):
+            raise InvalidInput(
+                f"short_wavelength = {self.short_wavelength:g} m is finer than the grid, whose "
+                f"samples are {grid:g} m apart; raise it or shape"
+            )
+        if self.long_wavelength > max(size) * (1 + 1e-9):
+            raise InvalidInput(
+                f"long_wavelength = {self.long_wavelength:g} m does not fit into the cell of size "
+                f"{size[0]:g} m by {size[1]:g} m"
             )
 
     @property

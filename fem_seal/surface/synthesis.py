@@ -132,18 +132,8 @@ def _spacing(
         raise InvalidInput(f"shape must be two positive numbers of samples, got {shape}")
     if len(size) != 2 or not all(np.isfinite(length) and length > 0 for length in size):
         raise InvalidInput(f"size must be two positive lengths in metres, got {size}")
-    spacing = size[0] / shape[0], size[1] / shape[1]
-    # Allow for rounding: a cut-off of one sample is usually computed as size / n.
-    if spectrum.short_wavelength < max(spacing) * (1 - 1e-9):
-        raise InvalidInput(
-            f"short_wavelength {spectrum.short_wavelength} m is finer than the grid's spacing "
-            f"{max(spacing)} m; take more samples or a longer cut-off"
-        )
-    if spectrum.long_wavelength > max(size) * (1 + 1e-9):
-        raise InvalidInput(
-            f"long_wavelength {spectrum.long_wavelength} m exceeds the period {max(size)} m"
-        )
-    return spacing
+    spectrum.require_room(shape, size)
+    return size[0] / shape[0], size[1] / shape[1]
 
 
 def _of_grid(density: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

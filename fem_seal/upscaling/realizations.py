@@ -9,7 +9,6 @@ from fem_seal.digits import rounded_down
 from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file import HEIGHT_NAMES, read_map
 from fem_seal.scene import FileSurface, Scene
-from fem_seal.scene.sections import Section
 
 ROUNDING = 1e-6  # part of a window by which a map may be too short for the last one
 
@@ -19,30 +18,18 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
 
     The patches have no output but the seal, and no limit.
     """
-    seal = present(scene.seal, "[seal]")
-    surface = scene.surface
-    surfaces: Sequence[Section]
-    if surface is None:
-        raise InvalidInput("[seal] needs [surface], of which its patches are made")
+    seal, surface = present(scene.seal, "[seal]"), present(scene.surface, "[surface]")
+    shared = {"output": {"products": ["seal"]}, "seal.window": None, "limit": None}
+    changes: list[dict[str, object]]
     if isinstance(surface, FileSurface) and seal.window is not None:
         places = _places(surface, seal.window, seal.patches)
-        surfaces = [surface.in_window(place, seal.window) for place in places]
+        changes = [{"surface.crop": surface.window(place, seal.window)} for place in places]
     else:
-        surfaces = [_realization(surface, number) for number in range(seal.patches)]
-    output = scene.output.model_copy(update={"products": ("seal",), "leak_rate_unit": None})
-    patch = seal.model_copy(update={"window": None})
-    return tuple(
-        scene.model_copy(update={"surface": one, "seal": patch, "output": output, "limit": None})
-        for one in surfaces
-    )
-
-
-def _realization(surface: Section, number: int) -> Section:
-    """The surface with another seed, or a twin of the map; number 0 is the surface itself."""
-    name = "twin_seed" if isinstance(surface, FileSurface) else "seed"
-    if number == 0:
-        return surface
-    return surface.model_copy(update={name: (getattr(surface, name) or 0) + number})
+        name = "twin_seed" if isinstance(surface, FileSurface) else "seed"
+        first = getattr(surface, name) or 0
+        changes = [{f"surface.{name}": first + k} for k in range(1, seal.patches)]
+        changes.insert(0, {})
+    return tuple(scene.with_(shared | change) for change in changes)
 
 
 def _places(

@@ -129,7 +129,6 @@ def test_one_error_is_one_line(small_scene):
 def test_scene_is_in_si_units(small_scene):
     scene = Scene.from_mapping(small_scene)
     assert scene.surface.size == (32e-6, 32e-6)
-    assert scene.surface.spacing == (1e-6, 1e-6)
     assert scene.solid.E_star == 1e7
     assert scene.fluid.viscosity == 1e-3
     assert scene.flow.pressure_drop == 1e5

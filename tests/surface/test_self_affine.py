@@ -130,7 +130,7 @@ def test_line_of_samples():
     ("change", "message"),
     [
         ({"shape": (8, 8)}, "finer than the grid"),
-        ({"size": (0.01, 0.01)}, "exceeds the period"),
+        ({"size": (0.01, 0.01)}, "does not fit into the cell"),
         ({"shape": (64, 0)}, "shape"),
         ({"size": (1, -1)}, "size"),
         ({"seed": -1}, "seed"),
