@@ -246,10 +246,9 @@ class Patch:
 
         contact = self.film_contact
         elastic = present(contact if isinstance(contact, ContactState) else None, "contact")
-        pressure = None if lifted is None else lifted.fluid_pressure.values
         with self.timed("sensitivity"):
             return parallel.on_root(
-                lambda: sensitivity(self.scene, self.load, height, elastic, pressure), self.comm
+                lambda: sensitivity(self.scene, self.load, height, elastic, lifted), self.comm
             )
 
     @property

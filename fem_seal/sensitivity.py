@@ -21,7 +21,8 @@ from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.krylov import gmres
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.errors import InvalidInput
+from fem_seal.coupling.state import LiftedState
+from fem_seal.errors import InvalidInput, present
 from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
@@ -29,7 +30,7 @@ from fem_seal.progress import silent
 from fem_seal.scene import Scene
 
 TOLERANCE, MOST_ITERATIONS = 1e-6, 60  # of the adjoint solves
-MOST_NODES = 1_100_000  # of the network, finer than the contact's grid if it may be
+HALVED = 0.9  # part of the dissipation on the links that are halved
 EPSILON = 1e-4  # gap that conducts in contact, in rms heights
 STEP = 1e-4  # of the central differences, in ln of an input
 
@@ -45,12 +46,17 @@ class Sensitivity:
 
 
 def sensitivity(
-    scene: Scene, load: Load, height: GridField, contact: ContactState, pressure: np.ndarray | None
+    scene: Scene,
+    load: Load,
+    height: GridField,
+    contact: ContactState,
+    lifted: LiftedState | None = None,
 ) -> Sensitivity:
     """Differentiate ln Q of an elastic contact, dry or lifted, under a pressure or a mean gap.
 
-    The leak rate is that of a network of links on the grid of the contact or twice as fine. The
-    derivatives hold as long as no sample closes or opens.
+    The leak rate is that of a network of links: the one on which the lift has solved the fluid's
+    pressure, or, dry, a coarse one whose links are halved where most is dissipated. The derivatives
+    hold as long as no sample closes or opens.
 
     Parameters
     ----------
@@ -58,8 +64,8 @@ def sensitivity(
         Heights [m] of the counter-face.
     contact
         Contact of these heights, at the equilibrium if it is lifted.
-    pressure : (nx, ny)
-        Fluid pressure above ambient [Pa] on the solid; None for a dry contact.
+    lifted
+        The equilibrium; None for a dry contact.
     """
     if load.kind == "area_fraction":
         raise InvalidInput(
@@ -70,13 +76,18 @@ def sensitivity(
     if problem.film(contact.gap).sealed:
         raise InvalidInput("the sensitivity is that of a leak rate, and the patch is sealed")
     gap, epsilon = contact.gap.values, EPSILON * float(height.values.std())
-    grid = problem.grid(1 if 4 * gap.size <= MOST_NODES else 0)
-    flow, tangent = problem.film_pressure(gap, grid, epsilon), problem.contact_tangent(contact)
+    tangent = problem.contact_tangent(contact)
+    grid = problem.first_grid if lifted is None else present(lifted.network, "network")
+    flow = problem.film_pressure(gap, grid, epsilon)
+    # The links that dissipate most are halved until they are half as long as the samples are apart.
+    for _ in range(1 - problem.first_level if lifted is None and problem.refines else 0):
+        grid = grid.refined(flow.dissipation, HALVED)
+        flow = problem.film_pressure(gap, grid, epsilon)
     constriction = problem.film(contact.gap).constriction
     critical = constriction.gap if problem.slips and constriction is not None else 0.0
     q = flow.log_rate_by_gap
     adjoint, weight = np.zeros_like(gap), q
-    if pressure is not None:
+    if lifted is not None:
         by_u = _derivative_by_u(problem, flow, critical)
         adjoint = gmres(
             lambda one: one - tangent.change(flow.transposed(by_u * one, TOLERANCE), TOLERANCE),
@@ -90,7 +101,7 @@ def sensitivity(
     by_input = {"heights": float(np.vdot(by_height, height.values))}
     solid = scene.solid
     modulus = "contact_modulus" if solid and solid.contact_modulus else "youngs_modulus"
-    by_modulus = 0.0 if pressure is None else -float(np.vdot(z, pressure))
+    by_modulus = 0.0 if lifted is None else -float(np.vdot(z, lifted.fluid_pressure.values))
     if load.kind == "pressure":
         by_input["contact.pressure"] = -load.value * float(z.sum())
         by_modulus -= by_input["contact.pressure"]

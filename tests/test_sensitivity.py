@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fem_seal.contact.settings import Load
+from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.grid import GridField
@@ -69,7 +70,24 @@ class Equilibrium:
 
     @property
     def sensitivity(self):
-        return sensitivity(self.scene, self.load, self.height, self.contact, self.pressure)
+        lifted = None if self.pressure is None else self._lifted_state
+        return sensitivity(self.scene, self.load, self.height, self.contact, lifted)
+
+    @property
+    def _lifted_state(self) -> LiftedState:
+        return LiftedState(
+            state="leaking",
+            contact=self.contact,
+            fluid_pressure=self.problem.field(self.pressure),
+            leak_rate=None,
+            steps=0,
+            change=0.0,
+            claimed=0.0,
+            converged=True,
+            lowest=0.0,
+            highest=0.0,
+            network=self.problem.grid(0),
+        )
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["dry", "lifted"])
@@ -131,7 +149,7 @@ def test_refused():
     with pytest.raises(InvalidInput, match="the patch is sealed"):
         sealed.sensitivity  # noqa: B018
     with pytest.raises(InvalidInput, match="step function"):
-        sensitivity(sealed.scene, Load("area_fraction", 0.2), sealed.height, sealed.contact, None)
+        sensitivity(sealed.scene, Load("area_fraction", 0.2), sealed.height, sealed.contact)
 
 
 def test_product(tmp_path):

@@ -25,6 +25,7 @@ from fem_seal.coupling.newton import ROUGH_CONTACT, FloatingPoint, LiftPoint, Lo
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import SETTLED, LiftedState, spread
 from fem_seal.errors import present
+from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.progress import Report, silent
 
 FIRST_EPSILON = 1e-2  # in rms heights
@@ -115,6 +116,7 @@ class _Found:
     change: float  #: of ln Q in the last step
     error: float  #: of ln Q
     log: Log
+    network: PressureGrid  #: of the last stage
     coarse: np.ndarray  #: p_f (nx, ny) [Pa] of the first stage
     coarse_conductance: float  #: of the film then, see `FilmPressure.conductance`
 
@@ -182,7 +184,8 @@ def _found(
         contact = problem.contact_under(point.pressure, contact)
     certain = certain or (problem.film(contact.gap).sealed and _stays_sealed(problem, contact))
     error = max(error, LEAST_ERROR * rtol)
-    return _Found(point.pressure, contact, certain, change, error, log, coarse, conductance)
+    grid = point.stage.grid
+    return _Found(point.pressure, contact, certain, change, error, log, grid, coarse, conductance)
 
 
 def _floating(point: LiftPoint) -> LiftPoint:
@@ -269,6 +272,7 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
         lowest=lowest,
         highest=highest,
         residuals=tuple(log.residuals),
+        network=found.network,
         reason=reason,
     )
 

@@ -106,8 +106,8 @@ class LiftProblem:
         return PressureGrid.uniform(film, level)
 
     @cached_property
-    def first_grid(self) -> PressureGrid:
-        """The coarsest network on which the fluid's pressure is solved."""
+    def first_level(self) -> int:
+        """Level of the coarsest network on which the fluid's pressure is solved."""
         shape, level = self.height.shape, 0
         while (
             level > -2
@@ -115,7 +115,12 @@ class LiftProblem:
             and all(n % 2 ** (1 - level) == 0 for n in shape)
         ):
             level -= 1
-        return self.grid(level)
+        return level
+
+    @cached_property
+    def first_grid(self) -> PressureGrid:
+        """The network of that level."""
+        return self.grid(self.first_level)
 
     @property
     def touching_gap(self) -> GridField:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import inf, log
 
 from fem_seal.contact.state import ContactState
+from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 
@@ -33,6 +34,7 @@ class LiftedState:
     residuals: tuple[
         float, ...
     ] = ()  #: rms of F over the pressure drop, at the start and each step
+    network: PressureGrid | None = None  #: on which p_f was solved; None if lifted off
     reason: str = ""  #: sentence on why it has not settled; empty if it has
 
     @property

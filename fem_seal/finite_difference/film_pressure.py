@@ -71,17 +71,17 @@ class FilmPressure:
         u[grid.free] = self._solve(-(matrix @ u), EXACT)
         self._links, self._drop = links, u[a] - u[b]
         self.on_samples = self._to_samples(u)  #: (nx, ny)
-        self._power = links * self._drop**2
+        self.dissipation = links * self._drop**2  #: (links,), in a unit of its own
 
     @property
     def conductance(self) -> float:
         """Leak rate per pressure drop, times 12 η [m³]."""
-        return float(self._power.sum()) * self._unit**3
+        return float(self.dissipation.sum()) * self._unit**3
 
     @cached_property
     def log_rate_by_gap(self) -> np.ndarray:
         """Derivative (nx, ny) of the logarithm of the leak rate by the gap at the samples [1/m]."""
-        return self._by_gap(self._drop**2) / (self._power.sum() * self._unit)
+        return self._by_gap(self._drop**2) / (self.dissipation.sum() * self._unit)
 
     def change(self, gap: np.ndarray, tolerance: float) -> np.ndarray:
         """Change of u (nx, ny) with a change of the gap between the solids [m].
