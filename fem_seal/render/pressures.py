@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.digits import readable
+from fem_seal.digits import readable, with_prefix
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT_COLOUR, OPEN, Swatch
@@ -116,18 +116,13 @@ def lift_picture(
             area = f"{100 * film.contact_area_fraction:.3g} % in contact"
             draw_gap(place, film, scale, title=f"{name}: {area}")
             add_bar(place, scale)
-        solid, fluid = map(_mean, (contact_pressure, fluid_pressure))
+        means = (field.values.mean() for field in (contact_pressure, fluid_pressure))
+        solid, fluid = (f"{with_prefix(mean, 'Pa', 3)} on average" for mean in means)
         draw_contact_pressure(axes[1, 0], lifted, contact_pressure, f"the solid carries {solid}")
         assumed = ", by assumption" * lifted.sealed
         title = f"the fluid carries {fluid}{assumed}"
         draw_fluid_pressure(axes[1, 1], lifted, fluid_pressure, title)
     return Path(path)
-
-
-def _mean(pressure: GridField) -> str:
-    mean = float(pressure.values.mean())
-    factor, unit = readable(mean, "Pa")
-    return f"{mean * factor:.3g} {unit} on average"
 
 
 def on_samples(film: GridFilm, field: GridField) -> np.ndarray:

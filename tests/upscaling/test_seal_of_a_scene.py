@@ -673,7 +673,7 @@ def test_too_few_leaking_patches_ask_for_three(patches):
     result, names = entries(asked)
     assert (names["patches"].lower, names["patches"].upper) == (0.0, None)
     assert result.verdict.decision == "undecided"
-    assert "about 3 realizations" in names["patches"].sentence
+    assert "try seal.patches = 3" in names["patches"].sentence
     # A smaller tolerance would not help.
     assert names["patches"].sentence in result.verdict.sentence
     assert "rtol" not in result.verdict.sentence
