@@ -3,8 +3,9 @@
 Solves Y(p) = Y0 for Y = erfinv(A/A0), which is linear in the pressure by Persson's theory
 A/A0 = erf(√2 p / (E* h'rms)). Each trial pressure is the last one times Y0/Y. A trial ends as soon
 as the certificate is so far below the miss of the area that the side of the miss is known: the
-certificate, in units of the rms height, is about the relative error of the area. If the trials do
-not reach the area, as where it jumps, secant steps inside a bracket of converged contacts follow.
+certificate, in units of the rms height, is about the relative error of the area. The next trial
+starts with a uniform pressure more, or less, on the samples that touch. If the trials do not reach
+the area, as where it jumps, secant steps inside a bracket of converged contacts follow.
 """
 
 from dataclasses import replace
@@ -34,10 +35,9 @@ SMALLEST_STEP = 1e-6
 # touch.
 LEAST_PRESSURE = 1e-12
 MAX_SOLVES = 100
-# First guess of the pressure over that of Persson's area law. At light load the law's area is 1.6
-# times p/(E* h'rms), the simulated area 2.1 to 2.2 times, the one counted in samples up to 3 times.
-# On 256² and 512² samples with λ_s of 1 to 8 samples and 2 to 40 % of contact, 0.7 takes 7 to 39 %
-# fewer transforms than 1.
+# First guess of the pressure over that of Persson's area law, at light load; it rises by a third of
+# the area. At light load the law's area is 1.6 times p/(E* h'rms), the simulated area 2.1 to 2.2
+# times, the one counted in samples up to 3 times.
 FIRST_GUESS = 0.7
 
 
@@ -66,7 +66,9 @@ def pressure_for_area(
             area, start = state.contact_area_fraction, state.pressure.values
             if _reached(area, area_fraction, start.size):
                 return replace(state, iterations=iterations)
-        pressure *= _factor(area, area_fraction)
+        factor = _factor(area, area_fraction)
+        pressure *= factor
+        start = _pressed_further(start, factor)
     state = _search(pair, area_fraction, stopping, pressure, start)
     return replace(state, iterations=iterations + state.iterations)
 
@@ -80,7 +82,8 @@ def _trial(
 ) -> tuple[float, np.ndarray, int]:
     """Area under a pressure, only as exact as needed to tell on which side it misses.
 
-    Returns the area, the last iterate's pressure (nx, ny) up to a factor, and the iterations.
+    Returns the area, the last iterate's pressure (nx, ny) up to a factor, and the iterations. From
+    a uniform pressure the contact shrinks: its area still loses about the certificate.
     """
     method, problem_start = METHODS[stopping.solver], pair.loaded(pressure, start)
     limit = stopping.max_iterations or method.max_iterations
@@ -88,12 +91,24 @@ def _trial(
         if stopping.progress is not None:
             stopping.progress(iterate.iteration, iterate.error)
         area = np.count_nonzero(iterate.pressure) / iterate.pressure.size
+        if start is None:
+            area *= 1 - min(iterate.error, SETTLED)
         miss = abs(area / area_fraction - 1)
         if iterate.error <= max(min(SETTLED, miss / SIDE_KNOWN), SEARCH_TOLERANCE):
             break
         if iterate.iteration >= limit:
             break
     return area, iterate.pressure, iterate.iteration
+
+
+def _pressed_further(pressure: np.ndarray, factor: float) -> np.ndarray:
+    """A pressure whose mean is larger by about a factor, each sample in contact by the same amount.
+
+    As a start it takes about two thirds of the iterations that the multiplied pressure takes.
+    """
+    touches = pressure > 0
+    rise = (factor - 1) * pressure.sum() / max(np.count_nonzero(touches), 1)
+    return np.maximum(pressure + rise * touches, 0.0)
 
 
 def _search(
@@ -152,7 +167,8 @@ def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | No
 
     if start is not None and start.any():
         return float(start.mean())
-    strain = FIRST_GUESS * float(erfinv(area_fraction)) * rms_slope(pair.height) / 2**0.5
+    part = FIRST_GUESS * (1 + area_fraction / 3)
+    strain = part * float(erfinv(area_fraction)) * rms_slope(pair.height) / 2**0.5
     # A flat surface touches everywhere under any pressure.
     return (strain or 1e-9) * pair.contact_modulus
 

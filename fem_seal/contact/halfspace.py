@@ -146,7 +146,15 @@ class HalfSpace:
     def pressure(self, displacement: np.ndarray) -> np.ndarray:
         """Pressure of zero mean that causes a displacement [a view of the work array]."""
         self.exact.values[...] = displacement
+        return self.stiffen()
+
+    def stiffen(self) -> np.ndarray:
+        """Turn the displacement in ``exact.values`` into its pressure, in place."""
         return self._apply(self.exact, self._stiffness)
+
+    def soften(self) -> np.ndarray:
+        """Turn the pressure in ``steer.values`` into its displacement, in place."""
+        return self._apply(self.steer, self._compliance)
 
     def displace(self) -> np.ndarray:
         """Turn the pressure in ``exact.values`` into its displacement, in place."""

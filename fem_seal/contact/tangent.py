@@ -68,27 +68,69 @@ class ContactTangent:
         """Solve M δg = v on the open samples by conjugate gradients.
 
         The preconditioner is the compliance; a uniform pressure counts as soft as the softest wave.
+        It only steers the iteration, in the precision of that. Passes over the arrays go block by
+        block.
         """
         opened, solid = self._opened, self._solid
-        moved = np.zeros(opened.shape)
-        left = np.where(opened, pressure / self._stiffness, 0.0)
-        first = float(np.sqrt(np.vdot(left, left)))
+        passes, shape, count = solid.passes, opened.shape, opened.size
+        moved, left, direction = np.zeros(shape), np.empty(shape), np.zeros(shape)
+        unit = float(np.abs(pressure).max())  # so that no value leaves single precision
+        if unit == 0:
+            return moved
+
+        def begin(rows: slice) -> np.ndarray:
+            np.multiply(pressure[rows], opened[rows] / unit, out=left[rows])
+            return _sums(left[rows], solid.steer.values[rows])
+
+        def soften(rows: slice) -> float:
+            soft = solid.steer.values[rows]
+            soft += level
+            soft *= opened[rows]
+            return _product(left[rows], soft)
+
+        def turn(rows: slice) -> None:
+            direction[rows] *= turned
+            direction[rows] += solid.steer.values[rows]
+            solid.exact.values[rows] = direction[rows]
+
+        def resist(rows: slice) -> float:
+            return _product(direction[rows], solid.exact.values[rows])
+
+        def advance(rows: slice) -> np.ndarray:
+            moved[rows] += (part * unit / self._stiffness) * direction[rows]
+            resisted = solid.exact.values[rows]
+            resisted *= opened[rows]
+            resisted *= part
+            left[rows] -= resisted
+            return _sums(left[rows], solid.steer.values[rows])
+
+        total, square = np.sum(passes.over(shape, begin), axis=0)
+        first, product = square, np.inf
         if first == 0:
             return moved
-        direction, product = np.zeros_like(moved), np.inf
         for _ in range(MOST_ITERATIONS):
-            soft = solid.displacement(left) + left.mean() / solid.softest
-            soft *= opened
-            product, before = float(np.vdot(left, soft)), product
-            direction = soft + (product / before) * direction
-            resisted = solid.pressure(direction)
-            part = product / float(np.vdot(direction, resisted))
-            moved += part * direction
-            left -= part * (resisted * opened)
-            reached = float(np.sqrt(np.vdot(left, left))) / first
+            solid.soften()
+            level = total / count / solid.softest
+            product, before = sum(passes.over(shape, soften)), product
+            turned = product / before
+            passes.over(shape, turn)
+            solid.stiffen()
+            part = product / sum(passes.over(shape, resist))
+            total, square = np.sum(passes.over(shape, advance), axis=0)
+            reached = (square / first) ** 0.5
             if reached <= tolerance:
                 return moved
         raise NotConverged(
             f"change of the contact with the fluid's pressure: residual {reached:.1e} after "
             f"{MOST_ITERATIONS} iterations (wanted {tolerance:.1e})"
         )
+
+
+def _sums(block: np.ndarray, copy: np.ndarray) -> np.ndarray:
+    """Copy a block; return the sums of its values and of their squares."""
+    copy[...] = block
+    return np.array([block.sum(), _product(block, block)])
+
+
+def _product(one: np.ndarray, other: np.ndarray) -> float:
+    return float(np.einsum("ij,ij->", one, other))
