@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 from math import expm1, inf, log, log1p, sinh
 
 from fem_seal import parallel
-from fem_seal.contact.grid_error import GridError
 from fem_seal.coupling import LiftedState, most_claimed
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.grid_series import OnGrid, grid_error, grids
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import GridError, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene

@@ -9,10 +9,10 @@ from math import exp, inf, log, log1p
 
 import numpy as np
 
-from fem_seal.contact.grid_error import GridError
 from fem_seal.digits import per_cent
 from fem_seal.errors import NotConverged, present
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import GridError
 from fem_seal.patch import Patch
 from fem_seal.scene import FileSurface
 from fem_seal.surface.resampling import resample

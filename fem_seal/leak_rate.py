@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from enum import IntEnum
-from math import inf
+from math import inf, log
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -190,6 +190,22 @@ class LeakRate:
     def lifted_off(cls, method: str) -> "LeakRate":
         """Leak rate if the fluid lifts the solid off: infinite, as nothing limits the gap."""
         return cls(state="lifted off", method=method, value=inf, lower=inf, upper=inf)
+
+
+@dataclass(frozen=True)
+class GridError:
+    """Estimate of what a finer grid of the contact may change."""
+
+    lower: float | None  #: least true over computed leak rate; None if it is not known
+    upper: float | None  #: largest true over computed leak rate; None if it is not known
+    sentence: str  #: where the estimate comes from
+
+    @property
+    def part(self) -> float:
+        """Largest |ln| of true over computed leak rate; infinite if a side is open."""
+        if self.lower is None or self.upper is None:
+            return inf
+        return max(-log(self.lower), log(self.upper))
 
 
 def rate_text(value: float, lower: float | None, upper: float | None, unit: str) -> str:

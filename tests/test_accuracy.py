@@ -12,7 +12,6 @@ from project import write_toml
 from fem_seal import cli
 from fem_seal.accuracy import chosen_grid as chosen_grid_of
 from fem_seal.accuracy import chosen_patch, flow_part, stays_sealed
-from fem_seal.contact.grid_error import GridError
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.grid_series import (
@@ -23,7 +22,7 @@ from fem_seal.grid_series import (
     grids,
     unresolved,
 )
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import GridError, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import combined
 from fem_seal.quantities.uncertainties import error_budget

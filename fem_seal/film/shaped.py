@@ -7,10 +7,16 @@ from fem_seal.errors import present
 from fem_seal.field_file.recorded import length_in_metres
 from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.grid import GridField
-from fem_seal.mesh.channel_sizes import channel_sizes
 from fem_seal.mesh.checks import labelled
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
-from fem_seal.mesh.gap_source import CartesianGrid, Formula, GapSource, PolarGrid, UniformGap
+from fem_seal.mesh.gap_source import (
+    CartesianGrid,
+    Formula,
+    GapSource,
+    PolarGrid,
+    UniformGap,
+    channel_sizes,
+)
 from fem_seal.mesh.geometry import SOURCES, mesh_geometry
 from fem_seal.mesh.shape import shape_mesh
 from fem_seal.scene.shape import AnyShape, MeshFile, Shape

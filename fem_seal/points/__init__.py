@@ -1,9 +1,8 @@
 """Many points: independent chains of computations in one process or many, a file for each point."""
 
-from fem_seal.points.compute import Outcome, compute_points
+from fem_seal.points.compute import Outcome, compute_points, compute_study
 from fem_seal.points.folder import PointFolder, RecordFolder
-from fem_seal.points.study import StudyTask, chain_of, compute_study
-from fem_seal.points.task import Chain, Task
+from fem_seal.points.task import Chain, StudyTask, Task, chain_of
 from fem_seal.points.work import Work
 
 __all__ = [

@@ -204,3 +204,23 @@ def _without_killer(chain: Chain, failures: Failures) -> Chain:
         chain.folder.write(killer.name, point)
     rest: tuple[Task, ...] = chain.tasks[chain.tasks.index(killer) + 1 :]
     return Chain(chain.folder, rest, chain.begin)
+
+
+def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) -> Outcome:
+    """Compute the points that the folders lack; one that fails does not stop the others.
+
+    The arguments are those of `compute_points`; without `work` the chains are computed in turn.
+
+    Raises
+    ------
+    FemSealError
+        If points have failed, after the others have been computed.
+    """
+    outcome = compute_points(chains, work or Work(), report=report)
+    if outcome.failures:
+        label, error = next(iter(outcome.failures.items()))
+        count = len(outcome.failures)
+        points = "a point has failed" if count == 1 else f"{count} points have failed, the first of"
+        points += "" if count == 1 else " them"
+        raise type(error)(f"{points}: {label}: {error}")
+    return outcome

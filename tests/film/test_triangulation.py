@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem_seal.film import GridFilm
-from fem_seal.film.triangulation import VertexGraph
+from fem_seal.film.mesh_film import VertexGraph
 from fem_seal.grid import GridField
 
 

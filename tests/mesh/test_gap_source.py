@@ -6,8 +6,7 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.expression import FUNCTIONS, evaluate
 from fem_seal.grid import GridField
-from fem_seal.mesh.channel_sizes import channel_sizes
-from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, UniformGap
+from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, UniformGap, channel_sizes
 from fem_seal.mesh.gmsh_process import Box, SizeField
 
 POINTS = np.random.default_rng(1).uniform(-1, 1, (50, 2))
