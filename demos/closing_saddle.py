@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import curve_fit
 
 from fem_seal import fenicsx  # noqa: F401 (DOLFINx has to be loaded before VTK)
-from fem_seal.contact import solve
+from fem_seal.contact import press
 from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
@@ -63,7 +63,7 @@ def pressed(samples: int, pressure: float) -> GridField:
     """Gap of one period of the lattice, with the saddle in its middle, under a mean pressure."""
     wave = np.cos(2 * np.pi * np.arange(samples) / samples)
     lattice = GridField(wave[None, :] - wave[:, None], (1 / samples, 1 / samples), periodic=True)
-    return solve(lattice, 1.0, pressure=pressure, tolerance=1e-10).gap
+    return press(lattice, 1.0, pressure=pressure, tolerance=1e-10).gap
 
 
 def saddle(samples: int) -> Saddle:

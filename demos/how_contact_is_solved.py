@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.contact import METHODS, ContactState, bearing, solve
+from fem_seal.contact import METHODS, ContactState, bearing, press
 from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT_COLOUR, colour_map
 from fem_seal.render.plot import new_figure
@@ -53,7 +53,7 @@ class Answer:
 def solve_by_all(surface: GridField) -> dict[str, ContactState]:
     """Contact under one pressure by every method."""
     return {
-        name: solve(surface, E_STAR, pressure=PRESSURE, solver=name) for name in sorted(METHODS)
+        name: press(surface, E_STAR, pressure=PRESSURE, solver=name) for name in sorted(METHODS)
     }
 
 
@@ -109,7 +109,7 @@ def main(n: int = 256, out: Path = Path("out")) -> Answer:
     spectrum = Spectrum(0.8, size / 4, 4 * size / n)
     surface = self_affine(spectrum, (n, n), (size, size), rms_slope=SLOPE, seed=1)
     states = solve_by_all(surface)
-    best = solve(surface, E_STAR, pressure=PRESSURE, tolerance=1e-10)
+    best = press(surface, E_STAR, pressure=PRESSURE, tolerance=1e-10)
     print(f"{'method':>15} {'iterations':>11} {'FFT pairs':>10} {'ε':>9} {'energy excess':>14}")
     for name, state in states.items():
         excess = energy_excess(surface, state, best)

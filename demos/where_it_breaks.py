@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import solve
+from fem_seal.finite_difference import by_differences
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.leak_rate import LeakRate
 from fem_seal.render.plot import new_figure
@@ -56,7 +56,7 @@ def compute(contrast: float, n: int, unknowns: int) -> Answers:
     film = checkerboard(contrast, n)
     return Answers(
         contrast=contrast,
-        differences={links: solve(film, links=links, **SETTING).value for links in LINKS},
+        differences={links: by_differences(film, links=links, **SETTING).value for links in LINKS},
         uniform=leak_rate(film, method="uniform", limits=Limits(unknowns=1), **SETTING),
         # every_dual: a lower bound from every mesh, also if the limit ends the refinement early.
         adaptive=leak_rate(

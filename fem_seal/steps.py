@@ -176,12 +176,12 @@ def _finite_differences(
     settings: FlowSettings, film: "GridFilm | MeshFilm", report: Report, comm: parallel.Comm
 ) -> LeakRate:
     from fem_seal.film import MeshFilm
-    from fem_seal.finite_difference.solver import solve
+    from fem_seal.finite_difference.solver import by_differences
 
     if isinstance(film, MeshFilm):
         raise InvalidInput("flow.method = 'finite-difference' needs a gap on a grid")
     return parallel.on_root(
-        lambda: solve(
+        lambda: by_differences(
             film,
             viscosity=settings.viscosity,
             pressure_drop=settings.pressure_drop,

@@ -104,8 +104,8 @@ def test_sides_follow_from_the_gap():
 
 def test_names_at_a_prompt():
     assert {"Scene", "solve", "run", "SelfAffine", "contact", "flow", "film"} <= set(dir(fs))
-    assert fs.contact.solve.__doc__.startswith("Dry contact")
-    assert "fem_seal.solve" in fs.contact.solve.__doc__.splitlines()[0]
+    assert fs.contact.press.__doc__.startswith("Dry contact")
+    assert "fem_seal.solve" in fs.contact.press.__doc__.splitlines()[0]
 
 
 @pytest.mark.render

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.contact import GapState, bearing, solve
+from fem_seal.contact import GapState, bearing, press
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
@@ -53,7 +53,9 @@ class RoughCase:
         return self_affine(spectrum, (self.n,) * 2, (side, side), rms_slope=SLOPE, seed=seed)
 
 
-def press(surface: GridField, model: str, load: float, start: np.ndarray | None = None) -> GapState:
+def pressed(
+    surface: GridField, model: str, load: float, start: np.ndarray | None = None
+) -> GapState:
     """Contact under a load: A/A0 of the bearing model, p/(E* h'rms) of the elastic one.
 
     An elastic contact may start from the pressure [Pa] of another one.
@@ -61,7 +63,7 @@ def press(surface: GridField, model: str, load: float, start: np.ndarray | None 
     if model == "bearing":
         return bearing(surface, area_fraction=load)
     pressure = load * CONTACT_MODULUS * SLOPE
-    return solve(
+    return press(
         surface, CONTACT_MODULUS, pressure=pressure, tolerance=CONTACT_TOLERANCE, start=start
     )
 
@@ -70,7 +72,7 @@ def at_area(surface: GridField, model: str, area_fraction: float) -> GapState:
     """Contact of a given A/A0; 0 is first contact, and the same in both models."""
     if model == "bearing":
         return bearing(surface, area_fraction=area_fraction)
-    return solve(surface, CONTACT_MODULUS, area_fraction=area_fraction, tolerance=CONTACT_TOLERANCE)
+    return press(surface, CONTACT_MODULUS, area_fraction=area_fraction, tolerance=CONTACT_TOLERANCE)
 
 
 def certified(gap: GridField, rtol: float, field: bool = False) -> LeakRate:

@@ -17,10 +17,9 @@ from demos.letter.contacts import (
     at_area,
     certified,
 )
-from fem_seal.contact import ContactState
-from fem_seal.contact import solve as press
+from fem_seal.contact import ContactState, press
 from fem_seal.film import GridFilm, film_conductivity
-from fem_seal.finite_difference import solve
+from fem_seal.finite_difference import by_differences
 from fem_seal.grid import GridField
 from fem_seal.surface import resample
 from fem_seal.theory.bruggeman import effective_conductivity, effective_dimension
@@ -89,7 +88,10 @@ def current(
     lower, upper = leak.bounds
     scales = {"viscosity": VISCOSITY, "pressure_drop": PRESSURE_DROP}
     film = GridFilm(gap, sides=SIDES)
-    rates = [solve(film, links=links, **scales).value if differences else None for links in LINKS]
+    rates = [
+        by_differences(film, links=links, **scales).value if differences else None
+        for links in LINKS
+    ]
     elastic = isinstance(state, ContactState)
     dimension = effective_dimension(state.contact_area_fraction)
     return Current(

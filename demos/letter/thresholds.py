@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from demos.letter.contacts import MODELS, RoughCase, press
+from demos.letter.contacts import MODELS, RoughCase, pressed
 from fem_seal.contact import ContactState, GapState
 from fem_seal.contact.state import PERIMETER_FACTOR
 from fem_seal.errors import InvalidInput, NotConverged
@@ -175,7 +175,7 @@ def crossings(
         raise InvalidInput(f"resolution of A/A0 must lie in (0, 1), got {resolution}")
 
     def visit(load: float, start: np.ndarray | None) -> _Visited:
-        state = press(surface, model, load, start)
+        state = pressed(surface, model, load, start)
         pressure = state.pressure.values if isinstance(state, ContactState) else None
         occurred = tuple(event.occurred(state.contact) for event in events)
         return _Visited(Snapshot.of(state, load), occurred, pressure)

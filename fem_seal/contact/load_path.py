@@ -32,14 +32,14 @@ def load_path(
 
     Each load starts from a linear extrapolation of the last two states. In it open samples have a
     negative pressure proportional to their gap, so that it predicts which open samples will touch
-    and which pressed samples will open. The states are those of `solve`, since an elastic contact
+    and which pressed samples will open. The states are those of `press`, since an elastic contact
     has no memory; only the work is less. To resume a path, pass the remaining loads, and the last
     state as `start`.
 
     Raises
     ------
     InvalidInput, NotConverged
-        As `solve`.
+        As `press`.
     """
     pair, predictor = ContactPair.prepared(height, solid, arithmetic), Predictor()
     first = start_pressure(start, height.shape)

@@ -22,7 +22,7 @@ class Method:
     #: generator of iterates that never ends by itself
     iterates: Callable[[Problem, np.ndarray], Iterates]
     max_iterations: int  #: default limit of the iterations
-    starts_coarse: bool = False  #: whether `solve` starts it from the solution on a coarser grid
+    starts_coarse: bool = False  #: whether `press` starts it from the solution on a coarser grid
 
 
 METHODS = {

@@ -23,7 +23,7 @@ COARSEST = 128  # fewest samples along a side of a coarse grid
 ROUGHLY = ContactStopping(tolerance=0.3, gap_tolerance=float("inf"))
 
 
-def solve(
+def press(
     height: GridField,
     contact_modulus: float,
     *,
@@ -92,7 +92,7 @@ def contact_under(
     arithmetic: Arithmetic,
     start: Start | None = None,
 ) -> ContactState:
-    """The contact of `solve`, with its settings as objects; `start` is a pressure [Pa]."""
+    """The contact of `press`, with its settings as objects; `start` is a pressure [Pa]."""
     pair = ContactPair.prepared(height, solid, arithmetic)
     first = start_pressure(start, height.shape)
     if first is not None:

@@ -97,7 +97,7 @@ class ContactState(GapState):
     #: certificate at each iteration for which it was computed (damped and fista: every 20)
     residuals: tuple[float, ...]
     solver: str  #: name of the method
-    converged: bool  #: true for every state that `solve` returns
+    converged: bool  #: true for every state that `press` returns
 
     def __post_init__(self) -> None:
         super().__post_init__()

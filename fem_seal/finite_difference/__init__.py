@@ -1,5 +1,5 @@
 """Flow solver of the 2012 letter: central differences on the samples, independent of `flow`."""
 
-from fem_seal.finite_difference.solver import solve
+from fem_seal.finite_difference.solver import by_differences
 
-__all__ = ["solve"]
+__all__ = ["by_differences"]

@@ -22,7 +22,7 @@ from fem_seal.registry import require_positive
 METHOD = "finite-difference"
 
 
-def solve(
+def by_differences(
     film: GridFilm,
     *,
     viscosity: float,

@@ -128,7 +128,7 @@ def _set_sizes(gmsh: ModuleType, sizes: Sizes, unit: float) -> None:
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
 
 
-def main(folder: Path) -> None:
+def _main(folder: Path) -> None:
     """Mesh the job of a folder."""
     # A killed parent must not leave gmsh running.
     die_with_parent()
@@ -140,4 +140,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path())
+    _main(Path())

@@ -8,7 +8,7 @@ from time import process_time
 
 from fem_seal.errors import NotConverged, present
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import solve
+from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.limits import Limits
 
@@ -80,7 +80,7 @@ def _finite_differences(
         return
     start = process_time()
     try:
-        leak = solve(
+        leak = by_differences(
             film,
             viscosity=setting.viscosity,
             pressure_drop=setting.pressure_drop,

@@ -7,7 +7,7 @@ Rough surfaces with λ_l = L/8 and λ_s of four samples, in contact on 1 to 70 %
 
 import sys
 
-from fem_seal.contact import solve
+from fem_seal.contact import press
 from fem_seal.surface import Spectrum, self_affine
 
 AREAS = (0.01, 0.05, 0.18, 0.4, 0.7)
@@ -22,8 +22,8 @@ def main(samples: list[int]) -> None:
             spectrum = Spectrum(hurst, n / 8, 4)
             heights = self_affine(spectrum, (n, n), (n, n), rms_slope=0.1, seed=1)
             for area in AREAS:
-                found = solve(heights, E_STAR, area_fraction=area)
-                again = solve(heights, E_STAR, pressure=found.mean_pressure)
+                found = press(heights, E_STAR, area_fraction=area)
+                again = press(heights, E_STAR, pressure=found.mean_pressure)
                 print(
                     f"{n:7} {hurst:4} {area:5} {found.fft_pairs:10} {again.fft_pairs:15} "
                     f"{found.fft_pairs / again.fft_pairs:10.2f}",

@@ -10,7 +10,7 @@ import argparse
 
 import numpy as np
 
-from fem_seal.contact import ElasticSolid, Load, load_path, solve
+from fem_seal.contact import ElasticSolid, Load, load_path, press
 from fem_seal.surface import Spectrum, self_affine
 
 # (Hurst exponent, short cut-off in samples)
@@ -40,7 +40,7 @@ def main(sizes: list[int], kinds: list[str], seed: int) -> None:
             heights = self_affine(spectrum, (n, n), (n, n), rms_slope=1, seed=seed)
             for kind in kinds:
                 for name, loads in PATHS[kind].items():
-                    cold = sum(solve(heights, 1.0, **{kind: load}).fft_pairs for load in loads)
+                    cold = sum(press(heights, 1.0, **{kind: load}).fft_pairs for load in loads)
                     path = load_path(heights, ElasticSolid(1.0), [Load(kind, x) for x in loads])
                     warm = sum(state.fft_pairs for state in path)
                     cells = f"{cold / len(loads):10.1f} {warm / cold:12.2f}"

@@ -14,7 +14,7 @@ import numpy as np
 from rough_gaps import Case
 
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import solve
+from fem_seal.finite_difference import by_differences
 from fem_seal.memory import peak_memory
 
 PRODUCT = 512
@@ -38,7 +38,7 @@ def main() -> None:
     for n in sizes:
         gap = Case(n, 0.8, 1, 0.2, 1).gap()
         start = process_time()
-        leak = solve(GridFilm(gap, sides="periodic"), viscosity=1e-3, pressure_drop=1e5)
+        leak = by_differences(GridFilm(gap, sides="periodic"), viscosity=1e-3, pressure_drop=1e5)
         seconds = process_time() - start
         growth = "" if last is None else f", {seconds / last:.1f} times the last"
         last = seconds

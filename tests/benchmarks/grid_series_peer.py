@@ -19,9 +19,9 @@ import numpy as np
 from peer_codes import contact, flow, gap_of, linear_samples
 from rough_gaps import Case
 
-from fem_seal.contact import solve
+from fem_seal.contact import press
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import solve as finite_differences
+from fem_seal.finite_difference import by_differences
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
@@ -66,8 +66,8 @@ def ours(film: GridFilm) -> dict[str, float]:
     """Leak rates of one grid."""
     bounds = leak_rate(film, method="uniform", rtol=1e-9, limits=Limits(unknowns=1), **SETTING)
     return {
-        "FD harmonic": finite_differences(film, links="harmonic", **SETTING).value,
-        "FD linear-gap": finite_differences(film, **SETTING).value,
+        "FD harmonic": by_differences(film, links="harmonic", **SETTING).value,
+        "FD linear-gap": by_differences(film, **SETTING).value,
         "P1 upper": bounds.upper,
         "P1 lower": bounds.lower,
         "√(lo·hi)": bounds.value,
@@ -131,7 +131,7 @@ def contacts(n: int, load: float) -> None:
     rows = []
     for m in (n, 2 * n, 4 * n):
         here = resample(heights, (m, m))
-        own = solve(here, 1.0, pressure=load, tolerance=1e-8).gap
+        own = press(here, 1.0, pressure=load, tolerance=1e-8).gap
         pressure, _ = contact("tamaas", here, load, 1e-8)
         gap, _ = gap_of(pressure, here, load)
         theirs = GridField(np.where(pressure > 0, 0, np.maximum(gap, 0)), here.spacing, True)

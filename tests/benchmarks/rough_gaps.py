@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fem_seal.contact import solve
+from fem_seal.contact import press
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
 
@@ -29,7 +29,7 @@ class Case:
         height = self_affine(
             spectrum, (self.n, self.n), (length, length), rms_slope=0.1, seed=self.seed
         )
-        return solve(height, 1e7, area_fraction=self.area, tolerance=1e-6).gap
+        return press(height, 1e7, area_fraction=self.area, tolerance=1e-6).gap
 
 
 VARIETY = (

@@ -8,7 +8,7 @@ away from the contact; the bounds of the pixel triangulation are the reference f
 
 import sys
 
-from fem_seal.contact import solve
+from fem_seal.contact import press
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.film.shaped import shaped_film
@@ -25,7 +25,7 @@ RTOL = 0.05
 def contact(n: int, area: float) -> GridField:
     """Elastic contact, shortest wavelength eight samples."""
     surface = self_affine(Spectrum(0.8, L / 4, 8 * L / n), (n, n), (L, L), rms_slope=0.1, seed=3)
-    return solve(surface, 1e7, area_fraction=area).gap
+    return press(surface, 1e7, area_fraction=area).gap
 
 
 def shape(largest: float, smallest: float | None) -> Scene:

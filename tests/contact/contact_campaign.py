@@ -23,7 +23,7 @@ from fem_seal.contact import (
     Layer,
     Load,
     load_path,
-    solve,
+    press,
 )
 from fem_seal.errors import NotConverged
 from fem_seal.grid import GridField
@@ -113,7 +113,7 @@ class Case:
         own = layer and Layer(layer.thickness, layer.base, layer.poisson_ratio)
         if not self.path:
             load = {self.load: self.value}
-            return solve(self.height, 1.0, **load, solver=self.solver, layer=own)
+            return press(self.height, 1.0, **load, solver=self.solver, layer=own)
         loads = [Load(self.load, self.value * factor) for factor in (0.25, 0.5, 1.0)]
         solid, stopping = ElasticSolid(1.0, own), ContactStopping(self.solver)
         *_, state = load_path(self.height, solid, loads, stopping)

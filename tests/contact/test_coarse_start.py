@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
 
-from fem_seal.contact import solve
+from fem_seal.contact import press
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.settings import ElasticSolid
 from fem_seal.contact.solve import coarse_start
@@ -14,8 +14,8 @@ from fem_seal.contact.solve import coarse_start
 def test_same_contact_with_less_work(load):
     height = rough_surface((256, 256), short=8, long=64)
     pressure = load * E_STAR * SLOPE
-    cascaded = solve(height, E_STAR, pressure=pressure)
-    uniform = solve(height, E_STAR, pressure=pressure, start=np.ones(height.shape))
+    cascaded = press(height, E_STAR, pressure=pressure)
+    uniform = press(height, E_STAR, pressure=pressure, start=np.ones(height.shape))
     assert np.count_nonzero(cascaded.contact != uniform.contact) <= 1
     assert cascaded.fft_pairs < 0.9 * uniform.fft_pairs
 

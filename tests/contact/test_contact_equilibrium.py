@@ -6,7 +6,7 @@ from contact_cases import E_STAR, SLOPE, check_equilibrium, energy_distance, rou
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem_seal.contact import METHODS, solve
+from fem_seal.contact import METHODS, press
 from fem_seal.grid import GridField
 from fem_seal.surface import rms_height
 
@@ -19,8 +19,8 @@ def test_methods_agree_to_the_certificate(rough, solver, load):
     """F(p) - F* <= ε P h_rms per area, and F is the S-norm's square plus a linear part, so that
     two certified pressures are closer than (√ε1 + √ε2)² P h_rms in energy."""
     pressure = load * E_STAR * SLOPE
-    state = solve(rough, E_STAR, pressure=pressure, solver=solver)
-    exact = solve(rough, E_STAR, pressure=pressure, tolerance=1e-10, precision="double")
+    state = press(rough, E_STAR, pressure=pressure, solver=solver)
+    exact = press(rough, E_STAR, pressure=pressure, tolerance=1e-10, precision="double")
     check_equilibrium(state, rough, 1e-6)
     assert state.mean_pressure == pytest.approx(pressure, rel=1e-13)
     bound = (state.certificate**0.5 + exact.certificate**0.5) ** 2 * pressure * rms_height(rough)
@@ -33,10 +33,10 @@ def test_methods_agree_to_the_certificate(rough, solver, load):
 @pytest.mark.parametrize("relative", [0.05, 0.7, 2.0])
 def test_mean_gap_control(rough, solver, relative):
     wanted = relative * rms_height(rough)
-    state = solve(rough, E_STAR, mean_gap=wanted, solver=solver)
+    state = press(rough, E_STAR, mean_gap=wanted, solver=solver)
     check_equilibrium(state, rough, 1e-6)
     assert state.mean_gap == pytest.approx(wanted, abs=3e-6 * rms_height(rough))
-    back = solve(rough, E_STAR, pressure=state.mean_pressure)
+    back = press(rough, E_STAR, pressure=state.mean_pressure)
     assert np.count_nonzero(state.contact != back.contact) <= 1
     assert back.mean_gap == pytest.approx(wanted, abs=5e-6 * rms_height(rough))
 
@@ -45,23 +45,23 @@ def test_mean_gap_control(rough, solver, relative):
 @pytest.mark.parametrize("load", [0.02, 0.3])
 def test_any_grid(shape, load):
     height = rough_surface(shape, short=3, long=max(shape) / 3)
-    check_equilibrium(solve(height, E_STAR, pressure=load * E_STAR * SLOPE), height, 1e-6)
+    check_equilibrium(press(height, E_STAR, pressure=load * E_STAR * SLOPE), height, 1e-6)
 
 
 @given(seed=st.integers(0, 1000), load=st.floats(1e-6, 3), hurst=st.floats(0.05, 1))
 @settings(max_examples=25, deadline=None)
 def test_random_surfaces(seed, load, hurst):
     height = rough_surface((32, 24), hurst=hurst, short=1, seed=seed)
-    check_equilibrium(solve(height, E_STAR, pressure=load * E_STAR * SLOPE), height, 1e-6)
+    check_equilibrium(press(height, E_STAR, pressure=load * E_STAR * SLOPE), height, 1e-6)
 
 
 def test_units_do_not_matter(rough):
     """Lengths × a, heights × b, modulus × c: the same contact, pressures × bc/a."""
     a, b, c = 37.0, 1.7e-4, 2.9e5
     pressure = 0.1 * E_STAR * SLOPE
-    one = solve(rough, E_STAR, pressure=pressure, tolerance=1e-9)
+    one = press(rough, E_STAR, pressure=pressure, tolerance=1e-9)
     scaled = GridField(rough.values * b, [d * a for d in rough.spacing], periodic=True)
-    other = solve(scaled, E_STAR * c, pressure=pressure * b * c / a, tolerance=1e-9)
+    other = press(scaled, E_STAR * c, pressure=pressure * b * c / a, tolerance=1e-9)
     assert np.array_equal(one.contact, other.contact)
     ratio = other.pressure.values[one.contact] / one.pressure.values[one.contact]
     assert np.median(ratio) == pytest.approx(b * c / a, rel=1e-7)
@@ -71,7 +71,7 @@ def test_units_do_not_matter(rough):
 def test_height_offset_does_not_matter(rough):
     """A plane 1e6 rms heights away costs six digits of the heights, not the contact."""
     shifted = GridField(rough.values + 1e6 * rms_height(rough), rough.spacing, periodic=True)
-    one, other = (solve(h, E_STAR, pressure=0.1 * E_STAR * SLOPE) for h in (rough, shifted))
+    one, other = (press(h, E_STAR, pressure=0.1 * E_STAR * SLOPE) for h in (rough, shifted))
     assert np.count_nonzero(one.contact != other.contact) <= 1
 
 
@@ -86,26 +86,26 @@ SYMMETRIES = {
 def test_symmetries(rough, symmetry):
     moved = SYMMETRIES[symmetry]
     pressure = 0.15 * E_STAR * SLOPE
-    state = solve(rough, E_STAR, pressure=pressure, tolerance=1e-8)
+    state = press(rough, E_STAR, pressure=pressure, tolerance=1e-8)
     height = GridField(moved(rough.values), rough.spacing, periodic=True)
-    other = solve(height, E_STAR, pressure=pressure, tolerance=1e-8)
+    other = press(height, E_STAR, pressure=pressure, tolerance=1e-8)
     assert np.array_equal(moved(state.contact), other.contact)
     assert other.mean_gap == pytest.approx(state.mean_gap, rel=1e-6, abs=0)
 
 
 def test_load_closes_the_gap(rough):
-    states = [solve(rough, E_STAR, pressure=p * E_STAR * SLOPE) for p in np.geomspace(1e-3, 2, 15)]
+    states = [press(rough, E_STAR, pressure=p * E_STAR * SLOPE) for p in np.geomspace(1e-3, 2, 15)]
     assert np.all(np.diff([state.contact_area_fraction for state in states]) >= 0)
     assert np.all(np.diff([state.mean_gap for state in states]) < 0)
 
 
 def test_start_changes_the_work_only(rough):
-    cold = solve(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE, tolerance=1e-9)
-    near = solve(rough, E_STAR, pressure=0.12 * E_STAR * SLOPE)
+    cold = press(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE, tolerance=1e-9)
+    near = press(rough, E_STAR, pressure=0.12 * E_STAR * SLOPE)
     for start in (near, near.pressure, near.pressure.values, np.zeros(rough.shape)):
-        warm = solve(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE, tolerance=1e-9, start=start)
+        warm = press(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE, tolerance=1e-9, start=start)
         assert np.array_equal(warm.contact, cold.contact)
-    again = solve(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE, start=cold)
+    again = press(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE, start=cold)
     assert again.iterations == 0
 
 
@@ -113,7 +113,7 @@ def test_start_changes_the_work_only(rough):
 def test_order_of_the_methods(rough, load):
     """Each method needs fewer transforms than the one it came from."""
     pairs = {
-        solver: solve(rough, E_STAR, pressure=load * E_STAR * SLOPE, solver=solver).fft_pairs
+        solver: press(rough, E_STAR, pressure=load * E_STAR * SLOPE, solver=solver).fft_pairs
         for solver in METHODS
     }
     assert pairs["fista"] < pairs["damped"]
@@ -121,13 +121,13 @@ def test_order_of_the_methods(rough, load):
 
 
 def test_reruns_are_identical(rough):
-    one, other = (solve(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE) for _ in range(2))
+    one, other = (press(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE) for _ in range(2))
     assert np.array_equal(one.pressure.values, other.pressure.values)
 
 
 def test_mixed_precision_changes_no_digit_that_matters(rough):
     mixed, double = (
-        solve(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE, precision=precision, tolerance=1e-10)
+        press(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE, precision=precision, tolerance=1e-10)
         for precision in ("mixed", "double")
     )
     assert np.array_equal(mixed.contact, double.contact)
@@ -148,6 +148,6 @@ def test_five_hundred_random_scenes():
             shape, hurst=random.uniform(0.05, 1), short=short, long=long, seed=seed
         )
         pressure = 10 ** random.uniform(-5, 0.5) * E_STAR * SLOPE
-        state = solve(height, E_STAR, pressure=pressure)
+        state = press(height, E_STAR, pressure=pressure)
         check_equilibrium(state, height, 1e-6)
         assert state.iterations < 100

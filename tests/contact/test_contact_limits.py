@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, check_equilibrium
 
-from fem_seal.contact import METHODS, solve
+from fem_seal.contact import METHODS, press
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.problem import Problem
 from fem_seal.errors import InvalidInput, NotConverged
@@ -17,7 +17,7 @@ def periodic(values):
 
 def test_one_sample_in_contact(rough):
     pressure = 1e-9 * E_STAR * SLOPE
-    state = solve(rough, E_STAR, pressure=pressure)
+    state = press(rough, E_STAR, pressure=pressure)
     peak = np.unravel_index(rough.values.argmax(), rough.shape)
     assert state.contact.sum() == 1
     assert state.contact[peak]
@@ -26,7 +26,7 @@ def test_one_sample_in_contact(rough):
 
 @pytest.mark.parametrize("load", [{"pressure": 0}, {"area_fraction": 0}])
 def test_first_touch(rough, load):
-    state = solve(rough, E_STAR, **load)
+    state = press(rough, E_STAR, **load)
     assert state.mean_pressure == 0
     assert np.array_equal(state.gap.values, rough.values.max() - rough.values)
 
@@ -34,20 +34,20 @@ def test_first_touch(rough, load):
 def test_apart(rough):
     """A mean gap larger than the highest peak: no contact at all."""
     wanted = 1.5 * rough.values.max()
-    state = solve(rough, E_STAR, mean_gap=wanted)
+    state = press(rough, E_STAR, mean_gap=wanted)
     assert state.contact_area_fraction == 0
     assert state.mean_gap == pytest.approx(wanted, rel=1e-13, abs=0)
 
 
 @pytest.mark.parametrize("solver", METHODS)
 def test_flat_surface(solver):
-    state = solve(periodic(np.full((8, 6), -3e-6)), E_STAR, pressure=10.0, solver=solver)
+    state = press(periodic(np.full((8, 6), -3e-6)), E_STAR, pressure=10.0, solver=solver)
     assert state.contact_area_fraction == 1
     assert state.pressure.values == pytest.approx(10.0, rel=1e-13)
 
 
 def test_single_sample():
-    state = solve(periodic([[0.3]]), E_STAR, pressure=2.0)
+    state = press(periodic([[0.3]]), E_STAR, pressure=2.0)
     assert state.pressure.values[0, 0] == pytest.approx(2.0)
 
 
@@ -69,7 +69,7 @@ EXTREMES = {
 def test_extreme_surfaces(name, load):
     height = periodic(EXTREMES[name])
     scale = E_STAR * height.values.std()
-    check_equilibrium(solve(height, E_STAR, pressure=load * scale), height, 1e-6)
+    check_equilibrium(press(height, E_STAR, pressure=load * scale), height, 1e-6)
 
 
 @pytest.mark.parametrize("load", [{"pressure": 1e-3}, {"area_fraction": 0.2}])
@@ -77,25 +77,25 @@ def test_extreme_surfaces(name, load):
 def test_heights_whose_squares_are_no_numbers_are_refused(rough, unit, load):
     height = GridField(rough.values * unit, rough.spacing, periodic=True)
     with pytest.raises(InvalidInput, match="beyond double precision"):
-        solve(height, E_STAR, **load)
+        press(height, E_STAR, **load)
 
 
 @pytest.mark.parametrize("solver", METHODS)
 def test_too_few_iterations_raise(rough, solver):
     with pytest.raises(NotConverged, match=f"{solver}.*after.*max_iterations"):
-        solve(rough, E_STAR, pressure=1e4, solver=solver, max_iterations=1)
+        press(rough, E_STAR, pressure=1e4, solver=solver, max_iterations=1)
 
 
 @pytest.mark.parametrize("solver", ["free-set-cg", "fista"])
 def test_stagnation_raises(rough, solver):
     """A huge load drowns the roughness in rounding: the method says so instead of running on."""
     with pytest.raises(NotConverged, match="no longer falls"):
-        solve(rough, E_STAR, pressure=1e9 * E_STAR, tolerance=1e-10, solver=solver)
+        press(rough, E_STAR, pressure=1e9 * E_STAR, tolerance=1e-10, solver=solver)
 
 
 def test_progress_hears_every_iteration(rough):
     heard = []
-    state = solve(rough, E_STAR, pressure=1e4, progress=lambda k, error: heard.append((k, error)))
+    state = press(rough, E_STAR, pressure=1e4, progress=lambda k, error: heard.append((k, error)))
     assert [k for k, _ in heard] == list(range(state.iterations + 1))
     assert tuple(error for _, error in heard) == state.residuals
     assert state.residuals[-1] <= 1e-6 < state.residuals[-2]
@@ -127,12 +127,12 @@ def test_progress_hears_every_iteration(rough):
 def test_refused(rough, change, message):
     arguments = {"height": rough, "contact_modulus": E_STAR, "pressure": 1e4} | change
     with pytest.raises(InvalidInput, match=message):
-        solve(**arguments)
+        press(**arguments)
 
 
 def test_surface_that_is_not_periodic_is_refused(rough):
     with pytest.raises(InvalidInput, match="periodic"):
-        solve(GridField(rough.values, rough.spacing), E_STAR, pressure=1.0)
+        press(GridField(rough.values, rough.spacing), E_STAR, pressure=1.0)
 
 
 def test_a_mean_gap_out_of_reach_is_an_error():

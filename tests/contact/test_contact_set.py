@@ -12,7 +12,7 @@ from contact_campaign import campaign, case, compare, wrong
 from contact_cases import E_STAR, check_equilibrium, rough_surface
 from plain_contact import influence, plain_contact
 
-from fem_seal.contact import METHODS, ElasticSolid, Load, load_path, solve
+from fem_seal.contact import METHODS, ElasticSolid, Load, load_path, press
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.problem import Problem
 from fem_seal.errors import NotConverged
@@ -52,7 +52,7 @@ def gap_beside_ridge(n: int, pressure: float) -> np.ndarray:
 @pytest.mark.parametrize("solver", METHODS)
 @pytest.mark.parametrize(("n", "pressure"), [(32, LIGHT), (32, 0.2), (24, 1e-3), (48, 1e4)])
 def test_ridge_has_its_closed_form(solver, n, pressure):
-    state = solve(ridge(n), MODULUS, pressure=pressure, solver=solver)
+    state = press(ridge(n), MODULUS, pressure=pressure, solver=solver)
     exact = gap_beside_ridge(n, pressure)
     assert exact[1:].min() > 0
     assert state.contact_area_fraction == 1 / n
@@ -63,7 +63,7 @@ def test_ridge_has_its_closed_form(solver, n, pressure):
 
 def test_wide_floor_beside_a_ridge():
     """256 rows at 10 kPa: one touches, as the closed form has it, and not its neighbours."""
-    state = solve(ridge(256), MODULUS, pressure=1e4)
+    state = press(ridge(256), MODULUS, pressure=1e4)
     exact = gap_beside_ridge(256, 1e4)
     assert state.contact_area_fraction == 1 / 256
     assert state.mean_gap == pytest.approx(exact.mean(), rel=1e-6)
@@ -71,7 +71,7 @@ def test_wide_floor_beside_a_ridge():
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 def test_loose_tolerance_keeps_the_contact_set(tolerance):
-    state = solve(ridge(32), MODULUS, pressure=LIGHT, tolerance=tolerance)
+    state = press(ridge(32), MODULUS, pressure=LIGHT, tolerance=tolerance)
     assert state.contact_area_fraction == 1 / 32
 
 
@@ -91,9 +91,9 @@ def test_ridge_along_paths(kind, values):
 
 def test_area_between_the_ridge_and_the_floor():
     """An area of 0.2 is jumped over: the ridge's row is nearer than the rows beside it."""
-    state = solve(ridge(32), MODULUS, area_fraction=0.03)
+    state = press(ridge(32), MODULUS, area_fraction=0.03)
     assert state.contact_area_fraction == 1 / 32
-    flat = solve(ridge(32), MODULUS, area_fraction=0.45)
+    flat = press(ridge(32), MODULUS, area_fraction=0.45)
     check_equilibrium(flat, ridge(32), 1e-6)
     assert flat.contact_area_fraction == pytest.approx(0.45, abs=1 / 32)
 
@@ -102,7 +102,7 @@ def test_message_names_what_was_missed():
     with pytest.raises(
         NotConverged, match=r"largest gap under pressure.*wanted 1\.0e-04"
     ) as raised:
-        solve(ridge(32), MODULUS, pressure=LIGHT, max_iterations=1)
+        press(ridge(32), MODULUS, pressure=LIGHT, max_iterations=1)
     assert "(wanted 1.0e-06)" not in str(raised.value)
 
 
@@ -115,7 +115,7 @@ WAVE = GridField(np.repeat(np.cos(np.arange(32) * np.pi / 16)[:, None], 4, axis=
 def test_mean_gap_is_the_prescribed_one(surface, solver, relative):
     """The certificate's 1e-6 of the rms height alone leaves the smallest of them per cents away."""
     wanted = relative * rms_height(surface)
-    state = solve(surface, MODULUS, mean_gap=wanted, solver=solver)
+    state = press(surface, MODULUS, mean_gap=wanted, solver=solver)
     # The tolerance that docs/theory/contact.md states.
     assert state.mean_gap == pytest.approx(wanted, rel=1e-4)
     check_equilibrium(state, surface, 1e-6)
@@ -124,7 +124,7 @@ def test_mean_gap_is_the_prescribed_one(surface, solver, relative):
 def test_mean_gap_below_rounding_is_an_error():
     surface = rough_surface((16, 16), short=2)
     with pytest.raises(NotConverged, match="relative error of the mean gap"):
-        solve(surface, MODULUS, mean_gap=1e-20 * rms_height(surface))
+        press(surface, MODULUS, mean_gap=1e-20 * rms_height(surface))
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (61, 61), (1024, 1)])
@@ -139,7 +139,7 @@ def test_rounding_refuses_no_correct_state(shape, load):
     pressure = pair.half_space.pressure(pair.heights) + wanted
     noise = np.abs(problem.gap(pressure)).max()
     assert noise < problem.rounding(pressure) < 1000 * noise
-    state = solve(surface, E_STAR, pressure=load * E_STAR, tolerance=1e-2)
+    state = press(surface, E_STAR, pressure=load * E_STAR, tolerance=1e-2)
     assert state.contact_area_fraction == 1
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
 
-from fem_seal.contact import Layer, solve
+from fem_seal.contact import Layer, press
 from fem_seal.errors import InvalidInput
 
 
@@ -74,10 +74,10 @@ def test_contact_through_the_thickness():
     """A rigid base stiffens: less area at one pressure; a thick layer gives the half-space's."""
     height = rough_surface(short=3)
     pressure = 0.1 * E_STAR * SLOPE
-    free = solve(height, E_STAR, pressure=pressure)
+    free = press(height, E_STAR, pressure=pressure)
     pixel = height.spacing[0]
     states = {
-        (t, base): solve(height, E_STAR, pressure=pressure, layer=Layer(t * pixel, base, 0.3))
+        (t, base): press(height, E_STAR, pressure=pressure, layer=Layer(t * pixel, base, 0.3))
         for t in (1, 4, 500)
         for base in ("fixed", "sliding")
     }

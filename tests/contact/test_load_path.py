@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
 
-from fem_seal.contact import ContactStopping, ElasticSolid, Load, load_path, solve
+from fem_seal.contact import ContactStopping, ElasticSolid, Load, load_path, press
 from fem_seal.errors import NotConverged
 from fem_seal.surface import rms_height
 
@@ -22,7 +22,7 @@ def test_path_is_reversible(rough):
     up = list(load_path(rough, SOLID, under(PRESSURES), stopping))
     down = list(load_path(rough, SOLID, under(PRESSURES[::-1]), stopping))[::-1]
     for pressure, loaded, unloaded in zip(PRESSURES, up, down, strict=True):
-        alone = solve(rough, E_STAR, pressure=pressure, tolerance=1e-8)
+        alone = press(rough, E_STAR, pressure=pressure, tolerance=1e-8)
         assert np.array_equal(loaded.contact, alone.contact)
         assert np.array_equal(unloaded.contact, alone.contact)
         assert loaded.mean_gap == pytest.approx(unloaded.mean_gap, abs=1e-7 * rms_height(rough))
@@ -32,7 +32,7 @@ def test_warm_starts_save_work():
     height = rough_surface((128, 128), short=1)
     pressures = np.linspace(0.15, 0.3, 8) * E_STAR * SLOPE
     warm = [state.fft_pairs for state in load_path(height, SOLID, under(pressures))]
-    cold = [solve(height, E_STAR, pressure=pressure).fft_pairs for pressure in pressures]
+    cold = [press(height, E_STAR, pressure=pressure).fft_pairs for pressure in pressures]
     assert sum(warm) < 0.8 * sum(cold)
 
 
@@ -78,13 +78,13 @@ def test_mean_of_two_states_is_no_contact(rough, tolerance, solver):
     samples than its own certificate, give or take one sample. The mean itself is wrong in 1.5 %.
     """
     pressure = 0.2 * E_STAR * SLOPE
-    below, above = (solve(rough, E_STAR, pressure=share * pressure) for share in (0.98, 1.02))
+    below, above = (press(rough, E_STAR, pressure=share * pressure) for share in (0.98, 1.02))
     between = (below.pressure.values + above.pressure.values) / 2
-    exact = solve(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
+    exact = press(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
     assert np.count_nonzero(between) > 1.01 * np.count_nonzero(exact)
     given = {"pressure": pressure, "tolerance": tolerance, "solver": solver}
     for start in (None, between):
-        found = solve(rough, E_STAR, **given, start=start)
+        found = press(rough, E_STAR, **given, start=start)
         wrong = np.count_nonzero(found.contact != exact)
         assert wrong <= found.certificate * np.count_nonzero(exact) + 1
 
@@ -96,7 +96,7 @@ def test_tiny_steps_at_a_loose_tolerance(rough, tolerance):
     pressures = 0.2 * E_STAR * SLOPE * steps
     path = load_path(rough, SOLID, under(pressures), ContactStopping(tolerance=tolerance))
     for pressure, state in zip(pressures, path, strict=True):
-        exact = solve(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
+        exact = press(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
         # Half the tolerance's share of the touching samples, and one: 5 % in load move 65 of them.
         allowed = 0.5 * tolerance * np.count_nonzero(exact) + 1
         assert np.count_nonzero(state.contact != exact) <= allowed

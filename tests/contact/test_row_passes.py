@@ -9,7 +9,7 @@ import pyfftw
 import pytest
 from contact_cases import E_STAR, rough_surface
 
-from fem_seal.contact import solve, transform
+from fem_seal.contact import press, transform
 from fem_seal.contact.blocks import SAMPLES, STRIP, RowPasses
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import HalfSpace
@@ -61,7 +61,7 @@ def test_digits_of_several_threads():
     The largest difference seen on three surfaces was 3e-8 of the rms height.
     """
     height = rough_surface((512, 512))
-    one, two = (solve(height, E_STAR, pressure=0.02 * E_STAR, threads=n) for n in (1, 2))
+    one, two = (press(height, E_STAR, pressure=0.02 * E_STAR, threads=n) for n in (1, 2))
     difference = np.abs(one.gap.values - two.gap.values).max()
     assert difference <= 1e-6 * height.values.std()
     assert np.array_equal(one.contact, two.contact)

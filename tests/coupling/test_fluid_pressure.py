@@ -9,7 +9,7 @@ from lifted_scenes import problem_of, scene
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.film_pressure import FilmPressure, eliminated
 from fem_seal.finite_difference.pressure_grid import PressureGrid
-from fem_seal.finite_difference.solver import solve
+from fem_seal.finite_difference.solver import by_differences
 from fem_seal.flow.linear import by_multigrid
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL
@@ -43,7 +43,7 @@ def mixed(film):
 def test_network_of_finite_differences(sides, representation):
     """The same leak rate as by the elimination, which shares no arithmetic."""
     film = film_of(rough(), sides, representation)
-    leak = solve(film, viscosity=1 / 12, pressure_drop=1.0)
+    leak = by_differences(film, viscosity=1 / 12, pressure_drop=1.0)
     grid = PressureGrid.of_stencil(film, "linear-gap")
     assert pressure_in(film, grid, rough()).conductance == pytest.approx(leak.value, rel=1e-12)
     if representation == "linear":

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rings import fitted_hurst
 
-from fem_seal.contact import bearing, solve
+from fem_seal.contact import bearing, press
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
@@ -36,7 +36,7 @@ def assert_certified(state, pressure):
 @cache
 def loaded(ratio):
     """The rough surface under a mean pressure, in units of E*."""
-    return solve(rough_surface(), E_STAR, pressure=ratio * E_STAR)
+    return press(rough_surface(), E_STAR, pressure=ratio * E_STAR)
 
 
 LOADS = (1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e4)
@@ -61,9 +61,9 @@ def test_loads(number, show):
 def test_contact_units(unit, show):
     """Heights, lengths and moduli in other units."""
     surface, pressure = rough_surface(), 0.005 * E_STAR
-    reference = solve(surface, E_STAR, pressure=pressure)
+    reference = press(surface, E_STAR, pressure=pressure)
     scaled = GridField(surface.values * unit, tuple(s * unit for s in surface.spacing), True)
-    state = solve(scaled, E_STAR / unit, pressure=pressure / unit)
+    state = press(scaled, E_STAR / unit, pressure=pressure / unit)
     assert_certified(state, pressure / unit)
     # A sample at the edge of contact may open by rounding.
     change = np.count_nonzero(state.contact) - np.count_nonzero(reference.contact)
@@ -74,7 +74,7 @@ def test_contact_units(unit, show):
 def test_flat_surface(show):
     """A flat surface: everything touches at once."""
     flat = GridField(np.zeros((16, 16)), (MICRON, MICRON), periodic=True)
-    state = solve(flat, E_STAR, pressure=1e3)
+    state = press(flat, E_STAR, pressure=1e3)
     assert state.contact_area_fraction == 1
     assert state.pressure.values == pytest.approx(1e3, rel=1e-12)
     show("right", "full contact, uniform pressure")
@@ -87,7 +87,7 @@ def test_one_mode(ratio, show):
     wave = np.cos(2 * np.pi * np.arange(n) / n)
     surface = GridField(np.repeat(wave[:, None], 4, 1) * MICRON, (MICRON, MICRON), periodic=True)
     full = np.pi * E_STAR * MICRON / (n * MICRON)
-    area = solve(surface, E_STAR, pressure=ratio * full).contact_area_fraction
+    area = press(surface, E_STAR, pressure=ratio * full).contact_area_fraction
     # Westergaard; half a sample at each of the two edges.
     assert area == pytest.approx(2 / np.pi * np.arcsin(np.sqrt(min(1.0, ratio))), abs=1.01 / n)
     show("right", "Westergaard's contact width to half a sample")
@@ -99,7 +99,7 @@ def test_hurst_exponents(hurst, show):
     surface = rough_surface((128, 128), hurst)
     # One realization of 128² samples between two cut-offs a decade apart.
     assert fitted_hurst(surface, 32 * MICRON, 5 * MICRON) == pytest.approx(hurst, abs=0.15)
-    assert_certified(solve(surface, E_STAR, pressure=5e4), 5e4)
+    assert_certified(press(surface, E_STAR, pressure=5e4), 5e4)
     show("right", "spectrum falls as asked, contact certified")
 
 
@@ -117,7 +117,7 @@ def test_spectra_out_of_range(change, message, show):
 
 def test_shortest_waves(show):
     """Shortest wavelength one sample."""
-    assert_certified(solve(rough_surface(short=1.0), E_STAR, pressure=5e4), 5e4)
+    assert_certified(press(rough_surface(short=1.0), E_STAR, pressure=5e4), 5e4)
     show("right", "certificate kept")
 
 
@@ -128,7 +128,7 @@ def test_contact_areas(open_samples, show):
     one = 1 / surface.values.size
     area = 1 - open_samples * one
     # The highest point always touches; the elastic area is reached to 1 part in 1000.
-    elastic = solve(surface, E_STAR, area_fraction=area)
+    elastic = press(surface, E_STAR, area_fraction=area)
     assert elastic.contact_area_fraction == pytest.approx(area, abs=1e-3 + one)
     cut = bearing(surface, area_fraction=area)
     assert cut.contact_area_fraction == pytest.approx(area, abs=one)
@@ -142,21 +142,21 @@ def test_odd_shapes(shape, show):
     """Surfaces of few samples, of primes, and of Lx/Ly = 1000."""
     heights = np.random.default_rng(0).normal(size=shape) * MICRON
     surface = GridField(heights, (MICRON, MICRON), periodic=True)
-    assert_certified(solve(surface, E_STAR, pressure=1e6), 1e6)
+    assert_certified(press(surface, E_STAR, pressure=1e6), 1e6)
     show("right", "certificate kept")
 
 
 def test_iterations_too_few(show):
     """A tolerance that one iteration cannot reach."""
     with pytest.raises(NotConverged, match=r"certificate .* after 1 iterations") as error:
-        solve(rough_surface(), E_STAR, pressure=5e4, max_iterations=1)
+        press(rough_surface(), E_STAR, pressure=5e4, max_iterations=1)
     show("refused", str(error.value))
 
 
 @pytest.mark.parametrize("tolerance", [1e-9, 1e-12], ids=lambda tolerance: f"{tolerance:g}")
 def test_tight_tolerances(tolerance, show):
     """Certificates far below the default of 1e-6."""
-    state = solve(rough_surface(), E_STAR, pressure=5e4, tolerance=tolerance)
+    state = press(rough_surface(), E_STAR, pressure=5e4, tolerance=tolerance)
     assert state.certificate <= tolerance
     show("right", "reached")
 
@@ -165,5 +165,5 @@ def test_tight_tolerances(tolerance, show):
 def test_tolerances_below_rounding(tolerance, show):
     """Certificates below the rounding of double precision."""
     with pytest.raises(InvalidInput, match="tolerance must lie in") as error:
-        solve(rough_surface(), E_STAR, pressure=5e4, tolerance=tolerance)
+        press(rough_surface(), E_STAR, pressure=5e4, tolerance=tolerance)
     show("refused", str(error.value))

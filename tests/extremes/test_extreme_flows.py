@@ -11,7 +11,7 @@ from sample_gaps import FLUID, rough_gap, striped_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import solve
+from fem_seal.finite_difference import by_differences
 from fem_seal.flow import leak_rate
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
@@ -68,7 +68,9 @@ def test_pressure_drops(drop, rough_leak, show):
     show("right", f"bounds in proportion to Δp within {ROUNDING:g}")
 
 
-@pytest.mark.parametrize("solver", [leak_rate, solve], ids=["finite elements", "differences"])
+@pytest.mark.parametrize(
+    "solver", [leak_rate, by_differences], ids=["finite elements", "differences"]
+)
 @pytest.mark.parametrize("size", [1e-310, 1e-120, 1e-70, 1e70, 1e120], ids=power_of_ten)
 def test_gaps_beyond_double_precision(size, solver, show):
     """Gaps whose cube no number can hold, from 1e-310 m (denormal) to 1e120 m."""
@@ -203,7 +205,9 @@ def test_checkerboard_contrast(contrast, show):
 def test_finite_difference_contrast(contrast, show):
     """Finite differences: conductivity contrast of stripes across the flow."""
     gap = striped_gap(np.where(WIDE, 1.0, 1 / contrast), 8, along=False)
-    leak = solve(GridFilm(gap, sides="wall", representation="constant"), links="harmonic", **FLUID)
+    leak = by_differences(
+        GridFilm(gap, sides="wall", representation="constant"), links="harmonic", **FLUID
+    )
     error = abs(leak.value * (1 + contrast) / 2 - 1)
     # A product of two conductivities of 1e-300 is no number: elimination then loses digits.
     assert error < (1e-3 if contrast > 1e290 else ROUNDING)

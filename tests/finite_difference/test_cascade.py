@@ -14,7 +14,7 @@ from fem_seal.finite_difference.cascade import (
 )
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.relaxation import grid_energy
-from fem_seal.finite_difference.solver import solve
+from fem_seal.finite_difference.solver import by_differences
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
 from fem_seal.theory.bruggeman import effective_conductivity
@@ -94,7 +94,7 @@ def test_relaxation_of_few_nodes_reaches_the_exact_pressure(seed, deviation):
     log_K = deviation * np.random.default_rng(seed).normal(size=(4, 4))
     gap = GridField(np.cbrt(np.exp(log_K)), (0.25, 0.25))
     relaxed, eliminated = (
-        solve(
+        by_differences(
             GridFilm(gap, sides="wall", representation="constant"),
             viscosity=1 / 12,
             pressure_drop=1.0,

@@ -7,7 +7,7 @@ import pytest
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import solve
+from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.finite_difference.relaxation import relax
 from fem_seal.finite_difference.slipping import node_pressure
@@ -25,7 +25,7 @@ RULES = tuple(LINKS)
 
 def leak(values, spacing=(1.0, 1.0), periodic=False, links="linear-gap", **choices):
     film = GridFilm(GridField(values, spacing, periodic), **choices)
-    return solve(film, links=links, **FLUID).value
+    return by_differences(film, links=links, **FLUID).value
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -34,7 +34,7 @@ def leak(values, spacing=(1.0, 1.0), periodic=False, links="linear-gap", **choic
 def test_uniform_gap_is_exact(representation, sides, links):
     """Q = Ly g³ Δp / (12 η Lx) in SI, for every rule."""
     gap = GridField(np.full((6, 9), 2e-6), (3e-6, 1e-6), periodic=True)
-    flow = solve(
+    flow = by_differences(
         GridFilm(gap, sides=sides, representation=representation),
         viscosity=1e-3,
         pressure_drop=1e5,
@@ -178,7 +178,7 @@ def random_gap(seed, shape=(18, 15), contact=0.3):
 def test_sealed_gap_has_no_leak_rate_and_no_unknowns(representation, sides):
     g = np.ones((8, 6))
     g[4] = 0
-    flow = solve(
+    flow = by_differences(
         GridFilm(GridField(g, (1, 1), True), sides=sides, representation=representation), **FLUID
     )
     assert (flow.state, flow.value, flow.unknowns) == ("sealed", 0.0, 0)
@@ -186,7 +186,7 @@ def test_sealed_gap_has_no_leak_rate_and_no_unknowns(representation, sides):
 
 def test_channel_along_a_diagonal_is_reported_as_not_converged():
     """A gap open along a diagonal only is not sealed, but no chain of links joins the ends."""
-    flow = solve(GridFilm(GridField(np.eye(5), (1, 1)), sides="wall"), **FLUID)
+    flow = by_differences(GridFilm(GridField(np.eye(5), (1, 1)), sides="wall"), **FLUID)
     assert flow.state == "leaking"
     assert not flow.converged
     assert "diagonal" in flow.reason
@@ -228,8 +228,8 @@ def test_cascade_agrees_with_elimination_and_conserves(representation, sides):
     assert 0.05 < np.mean(g == 0) < 0.4
     gap = GridField(g, (1, 1), True)
     film = GridFilm(gap, sides, representation)
-    exact, tol = solve(film, **FLUID), 1e-8
-    iterated = solve(film, cascade=True, tol=tol, **FLUID)
+    exact, tol = by_differences(film, **FLUID), 1e-8
+    iterated = by_differences(film, cascade=True, tol=tol, **FLUID)
     assert iterated.unknowns == exact.unknowns
     assert iterated.value == approx(exact.value, rel=10 * tol)
     assert iterated.value >= exact.value * (1 - 1e-12)  # Dirichlet's principle
@@ -239,11 +239,11 @@ def test_cascade_agrees_with_elimination_and_conserves(representation, sides):
 def test_bad_input_is_refused():
     gap = GridField(np.ones((3, 3)), (1, 1))
     with pytest.raises(InvalidInput, match="viscosity = -1"):
-        solve(GridFilm(gap, sides="wall"), viscosity=-1, pressure_drop=1)
+        by_differences(GridFilm(gap, sides="wall"), viscosity=-1, pressure_drop=1)
     with pytest.raises(InvalidInput, match=r"links = 'median'.*linear-gap, arithmetic"):
-        solve(GridFilm(gap, sides="wall"), links="median", **FLUID)
+        by_differences(GridFilm(gap, sides="wall"), links="median", **FLUID)
     with pytest.raises(InvalidInput, match="sides"):
-        solve(GridFilm(gap, sides="slit"), **FLUID)
+        by_differences(GridFilm(gap, sides="slit"), **FLUID)
 
 
 def test_relaxation_that_does_not_converge_raises():
@@ -264,7 +264,7 @@ def test_node_pressure_balances_the_conductance(sides, representation):
     rng = np.random.default_rng(5)
     values = np.maximum(rng.random((16, 16)) - 0.3, 0)
     film = GridFilm(GridField(values, (1.0, 1.0), periodic=True), sides, representation)
-    leak = solve(film, viscosity=1 / 12, pressure_drop=3.0)
+    leak = by_differences(film, viscosity=1 / 12, pressure_drop=3.0)
     assert leak.value > 0
     network = flow_grid(film, 1 / 12, "linear-gap").network
     pressure = node_pressure(film, 3.0)

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fem_seal.contact import solve
+from fem_seal.contact import press
 from fem_seal.fenicsx import HAS_HYPRE
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
@@ -18,7 +18,7 @@ def elastic_gap(n: int, hurst: float, short: float, area: float, seed: int) -> G
     # Two octaves at least, where the short cut-off comes near to n/8.
     spectrum = Spectrum(hurst, max(n / 8, 4 * short) * 1e-6, short * 1e-6)
     height = self_affine(spectrum, (n, n), (n * 1e-6, n * 1e-6), rms_slope=0.1, seed=seed)
-    return solve(height, 1e7, area_fraction=area, tolerance=1e-6).gap
+    return press(height, 1e7, area_fraction=area, tolerance=1e-6).gap
 
 
 def refine(gap: GridField, sides: str, rtol: float, most: int, **options):

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from sample_gaps import FLUID
 
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import solve
+from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.topology import dual_numbering, open_cells
@@ -124,7 +124,7 @@ class Case:
 
     def differences(self) -> np.ndarray:
         """Leak rates by finite differences with each mean along the links."""
-        return np.array([solve(self.film, links=mean, **FLUID).value for mean in LINKS])
+        return np.array([by_differences(self.film, links=mean, **FLUID).value for mean in LINKS])
 
 
 @st.composite
@@ -279,7 +279,7 @@ def test_scales(case, powers, method):
     for name in ("lower", "upper", "value", "inflow", "outflow"):
         expected = scale * (getattr(one, name) or 0)
         assert (getattr(two, name) or 0) == pytest.approx(expected, rel=1e-10, abs=0)
-    found = [solve(other.film, links=mean, **fluid).value for mean in LINKS]
+    found = [by_differences(other.film, links=mean, **fluid).value for mean in LINKS]
     assert found == pytest.approx(scale * case.differences(), rel=ROUNDING, abs=0)
 
 

@@ -6,7 +6,7 @@ from sample_gaps import FLUID, rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import solve as differences
+from fem_seal.finite_difference import by_differences
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.stopping import LONG, MOST_UNKNOWNS
 from fem_seal.grid import GridField
@@ -147,7 +147,7 @@ def test_bad_options(options):
     assert_names_the_choice(str(error.value), options)
 
 
-@pytest.mark.parametrize("solver", [leak_rate, differences])
+@pytest.mark.parametrize("solver", [leak_rate, by_differences])
 @pytest.mark.parametrize("bare", [np.ones((4, 4)), ONES])
 def test_a_bare_gap_is_no_film(solver, bare):
     """It does not say what lies at its sides, nor how to read it between its samples."""

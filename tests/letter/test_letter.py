@@ -17,14 +17,14 @@ from demos.letter.contacts import (
     RoughCase,
     at_area,
     certified,
-    press,
+    pressed,
 )
 from demos.letter.currents import current, finer, over_first_contact, total_decades
 from demos.letter.flows import FlowMeasures, PictureFolder, decades, picture
 from demos.letter.persson import SampledSpectrum, comparisons, predictions
 from demos.letter.reproduce import main
 from fem_seal.cli import main as fem_seal
-from fem_seal.contact import solve
+from fem_seal.contact import press
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.cascade import first_guess
 from fem_seal.finite_difference.relaxation import grid_energy, relax
@@ -140,7 +140,7 @@ def test_theory_belongs_on_the_corrected_area():
     curve = predictions(SampledSpectrum.of(case, surface), "persson", 1, 1.0, loads)
     areas, logs = zip(*((p.area, np.log(p.current)) for p in curve if p.current > 0), strict=True)
     for load in (0.03, 0.06, 0.09, 0.13):
-        state = press(surface, "elastic", load)
+        state = pressed(surface, "elastic", load)
         corrected, counted = state.contact_area_corrected, state.contact_area_fraction
         assert 1.9 < corrected / load < 2.3 < counted / load
         persson, reduced = (
@@ -218,7 +218,7 @@ def test_relaxation_takes_steps_as_the_root_of_the_side():
     the ends is known to 2 × 20/115/ln 4 = 0.25 at worst.
     """
     steps = [
-        solve(
+        press(
             RoughCase(n).surface(1),
             CONTACT_MODULUS,
             pressure=0.09 * CONTACT_MODULUS * SLOPE,

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis.extra import numpy as hnp
 
-from demos.letter.contacts import MODELS, RoughCase, at_area, press
+from demos.letter.contacts import MODELS, RoughCase, at_area, pressed
 from demos.letter.thresholds import (
     DIFFERENCE,
     EDGES,
@@ -102,7 +102,7 @@ def test_brackets_hold_what_they_say(found):
         before, after = one.brackets[str(event)]
         assert 0 < after.area - before.area <= RESOLUTION
         for end, expected in ((before, False), (after, True)):
-            contact = press(surface, "elastic", end.load).contact
+            contact = pressed(surface, "elastic", end.load).contact
             assert event.occurred(contact) is expected
 
 

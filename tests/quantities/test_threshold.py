@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem_seal.contact import bearing, solve
+from fem_seal.contact import bearing, press
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
@@ -63,7 +63,7 @@ def test_elastic_threshold_lies_between_contacts_that_leak_and_seal(scene):
     assert found.pressure_sealed / found.pressure_leaking <= 1.01 * (1 + 1e-9)
     assert found.area_leaking <= found.area_sealed
     for pressure, state in ((found.pressure_leaking, False), (found.pressure_sealed, True)):
-        contact = solve(patch.surface, 1e7, pressure=pressure, tolerance=1e-6)
+        contact = press(patch.surface, 1e7, pressure=pressure, tolerance=1e-6)
         assert sealed(contact.gap) is state
     assert 0 < found.contacts < 25
 
@@ -81,11 +81,11 @@ def test_a_ring_seals_at_first_touch():
     """A ridge around the cell across the flow seals under every pressure: the search gives up."""
     x = np.arange(16) / 16
     height = GridField(np.tile(np.cos(2 * np.pi * x)[:, None], (1, 16)), (1, 1), periodic=True)
-    start = solve(height, 1.0, pressure=0.1)
+    start = press(height, 1.0, pressure=0.1)
 
-    def press(pressure, near):
-        return solve(height, 1.0, pressure=pressure, start=near)
+    def pressed(pressure, near):
+        return press(height, 1.0, pressure=pressure, start=near)
 
-    found = threshold_of_pressure(start, press, sealed)
+    found = threshold_of_pressure(start, pressed, sealed)
     assert (found.area_leaking, found.pressure_leaking) == (0.0, 0.0)
     assert found.area_sealed > 0

@@ -12,7 +12,7 @@ from scipy.special import comb, gamma
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import solve
+from fem_seal.finite_difference import by_differences
 from fem_seal.grid import GridField
 from fem_seal.theory import closed_forms
 
@@ -80,7 +80,7 @@ def test_four_phases_against_finite_differences():
     resistance = []
     for cells in (3, 6):
         gap = GridField(np.cbrt(np.tile(cell, (cells, 1))), (1.0, 1.0))
-        flow = solve(
+        flow = by_differences(
             GridFilm(gap, sides="periodic", representation="constant"),
             viscosity=1 / 12,
             pressure_drop=1.0,

@@ -19,8 +19,8 @@ import numpy as np
 from scipy.integrate import quad
 
 from fem_seal import Patch, Scene
-from fem_seal import solve as solve_scene
-from fem_seal.contact import solve
+from fem_seal import press as solve_scene
+from fem_seal.contact import press
 from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
@@ -192,7 +192,7 @@ METHODS = "other methods on the same gap, dry"
 def rough_film(n: int, area: float, seed: int = 3) -> GridFilm:
     """Elastic contact, shortest wavelength eight samples."""
     heights = self_affine(Spectrum(0.8, n / 2, 8), (n, n), (n, n), rms_slope=0.1, seed=seed)
-    gap = solve(heights, 1.0, area_fraction=area).gap
+    gap = press(heights, 1.0, area_fraction=area).gap
     return GridFilm(GridField(gap.values / gap.values.max(), gap.spacing, True), "periodic")
 
 
@@ -224,7 +224,7 @@ def wave(n: int) -> GridField:
 def westergaard_area(page: bool) -> Row:
     """sin²(π a/λ) = p/p*, p* = π E* Δ/λ, contact half-width a."""
     n, load = 512 if page else 128, 0.35
-    state = solve(wave(n), 1.0, pressure=load * pi)
+    state = press(wave(n), 1.0, pressure=load * pi)
     return Row(
         CONTACT,
         "wave under 0.35 of the pressure that flattens it: contact area fraction",
@@ -252,7 +252,7 @@ def westergaard_leak(page: bool) -> Row:
     n, load = 256 if page else 64, 0.35
 
     def leak(samples: int) -> Number:
-        gap = solve(wave(samples), 1.0, pressure=load * pi).gap
+        gap = press(wave(samples), 1.0, pressure=load * pi).gap
         leak = leak_rate(GridFilm(gap, "periodic"), rtol=0.01, **UNIT)
         of_a_square = gap.size[0] / gap.size[1]
         return Number(*(of_a_square * end for end in (leak.value, *leak.bounds)))
@@ -276,7 +276,7 @@ def hertz(page: bool) -> Row:
     centred = np.arange(n) - n // 2
     sphere = GridField(-np.add.outer(centred**2, centred**2) / 2e4, (1, 1), True)
     load = 4 * radius**3 / (3 * 1e4)
-    state = solve(sphere, 1.0, pressure=load / n**2)
+    state = press(sphere, 1.0, pressure=load / n**2)
     return Row(
         CONTACT,
         "sphere: radius of the contact over that of the closed form",
@@ -331,7 +331,7 @@ def full_contact(surface: GridField) -> float:
 
 def kappa(surface: GridField) -> float:
     """(A/A₀) E* h'rms/p under 0.25 MPa, E* = 25 MPa."""
-    state = solve(surface, 25e6, pressure=0.25e6)
+    state = press(surface, 25e6, pressure=0.25e6)
     return state.contact_area_fraction * difference_slope(surface) * 100
 
 
@@ -361,7 +361,7 @@ def gap_exponent(page: bool) -> Row:
     def exponent(short: int, seed: int) -> float:
         spectrum = Spectrum(0.8, 256, short)
         heights = self_affine(spectrum, (512, 512), (512, 512), rms_slope=slope, seed=seed)
-        gaps = np.sort(solve(heights, 1.0, pressure=0.1 * slope).gap.values, axis=None)
+        gaps = np.sort(press(heights, 1.0, pressure=0.1 * slope).gap.values, axis=None)
         # Numbers of gaps in two decades' halves, in units of slope × shortest wavelength.
         ends = np.searchsorted(gaps, np.array([1e-3, sqrt(1e-5), 1e-2]) * slope * short)
         first, second = np.diff(ends)
@@ -385,7 +385,7 @@ def area_per_load(page: bool) -> Row:
     values = []
     for seed in range(1, 7 if page else 4):
         heights = self_affine(Spectrum(0.8, 64, 8), (256, 256), (256, 256), rms_slope=1, seed=seed)
-        state = solve(heights, 1.0, pressure=0.03 * rms_slope(heights))
+        state = press(heights, 1.0, pressure=0.03 * rms_slope(heights))
         values.append(state.contact_area_corrected / 0.03)
     return Row(
         LAWS,
@@ -403,7 +403,7 @@ def persson_area(page: bool) -> Row:
     ratios, load = [], 0.13
     for seed in range(1, 5 if page else 3):
         heights = self_affine(Spectrum(0.8, 64, 8), (256, 256), (256, 256), rms_slope=1, seed=seed)
-        state = solve(heights, 1.0, pressure=load)
+        state = press(heights, 1.0, pressure=load)
         ratios.append(state.contact_area_corrected)
     theory = [contact_area(load, 1.0, 1.0, law=law) for law in ("wang-mueser", "persson")]
     return Row(
@@ -474,7 +474,7 @@ def skewness(page: bool) -> Row:
     leaks = []
     for sign in (1, -1):
         heights = GridField(sign * (peaks - peaks.mean()), (1, 1), True)
-        film = GridFilm(solve(heights, 1.0, pressure=load * rms_slope(heights)).gap, "periodic")
+        film = GridFilm(press(heights, 1.0, pressure=load * rms_slope(heights)).gap, "periodic")
         leaks.append(of_bounds(leak_rate(film, rtol=0.05 if page else 0.3, **UNIT)))
     up, down = leaks
     return Row(
@@ -691,7 +691,7 @@ def peer_contact(code: str, name: str) -> Callable[[bool], Row]:
         return Row(
             PEERS,
             f"the same rough contact by {name}: contact area fraction",
-            area(solve(heights, 1.0, pressure=load).pressure.values),
+            area(press(heights, 1.0, pressure=load).pressure.values),
             area(contact(code, heights, load)[0]),
             f"{name}, tolerance 1e-6",
             "samples under pressure, and those open by less than 1e-4 rms heights; the same",
