@@ -102,7 +102,8 @@ def _step(
 ) -> float:
     """Step of the samples [m]: from the column x, the header, or the scene."""
     if even is not None:
-        step: float | None = even * metres_in(header.unit_along("x", column), unit, f"x in {path}")
+        along = header.unit_of_coordinates(column)
+        step: float | None = even * metres_in(along, unit, f"x in {path}")
     else:
         step = header.metres(header.steps, "x")
     if step is None and stated is None:

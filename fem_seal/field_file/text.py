@@ -68,7 +68,7 @@ def _refuse_list(table: TextTable, header: Statements, path: Path) -> None:
 def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     """Map of a matrix; x runs along its lines if the header names x and y."""
     values, between = _without_coordinates(table, path)
-    lateral = unit_in(table.corner or "") or header.unit_along("x")
+    lateral = unit_in(table.corner or "") or header.lateral_unit
     if between is not None and (lateral or between != (1, 1)):
         return _with_units(values.T, header.unit_of_values(), between, (lateral, lateral), path)
     lines, columns = values.shape
@@ -196,7 +196,7 @@ def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
     if pixel is not None:
         step = (dx * pixel, dy * pixel) if pixel else None
         return Recorded(values, "um", step, "m", length_hint=UNCALIBRATED)
-    units = header.unit_along("x", along), header.unit_along("y", across)
+    units = header.unit_of_coordinates(along), header.unit_of_coordinates(across)
     return _with_units(values, header.unit_of_values(heights[:1]), (dx, dy), units, path)
 
 

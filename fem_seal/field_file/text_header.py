@@ -94,8 +94,7 @@ class Statements:
     counts: dict[str, int] = field(default_factory=dict)  #: "x", "y": number of points
     unit: str | None = None  #: of the values
     lateral_unit: str | None = None  #: of lengths without a unit of their own
-    #: unit of each titled column by its name in lower case
-    units: dict[str, str] = field(default_factory=dict)
+    axes: set[str] = field(default_factory=set)  #: of titles that are not those of all columns
     missing: list[float] = field(default_factory=list)  #: numbers that mark missing points
     #: lines that name a step or a length, whether or not they are understood
     about_lengths: list[str] = field(default_factory=list)
@@ -109,18 +108,17 @@ class Statements:
             raise InvalidInput(
                 f"the heights of one file are in {' and '.join(titled)}; convert them"
             )
-        return (*titled, self.units.get("z") or self.units.get("height") or self.unit)[0]
+        return (*titled, self.unit)[0]
 
     @property
     def titled_as_profiles(self) -> bool:
         """Whether titles of columns name x and no y."""
-        axes = [title.axis for title in self.titles] or self.units
+        axes = self.axes.union(title.axis for title in self.titles)
         return "x" in axes and "y" not in axes
 
-    def unit_along(self, axis: str, column: int | None = None) -> str | None:
-        """Unit of the coordinates along "x" or "y", which may stand in a titled column."""
-        titled = self.titles[column].unit if self.titles and column is not None else ""
-        return titled or self.units.get(axis) or self.lateral_unit
+    def unit_of_coordinates(self, column: int) -> str | None:
+        """Unit of the coordinates in a column, which may have a title."""
+        return (self.titles[column].unit if self.titles else "") or self.lateral_unit
 
     def metres(self, numbers: Mapping[str, tuple[float, str | None]], axis: str) -> float | None:
         """Length [m] along an axis out of `steps` or `lengths`; None if they lack it."""
@@ -154,7 +152,15 @@ def statements(table: TextTable, path: Path) -> Statements:
         if _about_lengths(text):
             statements.about_lengths.append(text)
         for part in _SEVERAL.split(_BOTH.sub(" x y ", text)):
-            _read(part, statements, table.layout.decimal)
+            # One key with its value, or titles in a line that are not those of all columns.
+            pairs = [pair for pair in _TITLE.findall(part) if _length_unit(pair[1])]
+            match = _PAIR.fullmatch(part) or _BLANK_PAIR.fullmatch(part)
+            if match and len(pairs) < 2:
+                _understand(match[1], match[2], statements, table.layout.decimal)
+            elif not statements.titles:
+                statements.axes |= {Title(name).axis for name, _ in pairs}
+                for name, unit in pairs:
+                    _understand(name, unit, statements, table.layout.decimal)
     return statements
 
 
@@ -265,17 +271,6 @@ def _names_a_factor(words: set[str], unit: str) -> bool:
     return bool(scales) and not words & NO_FACTOR and (about_heights or not _length_unit(unit))
 
 
-def _read(text: str, statements: Statements, decimal: str) -> None:
-    """Add one statement, or the units of one line of titles."""
-    titles = {name.strip().lower(): unit for name, unit in _TITLE.findall(text)}
-    titles = {name: unit for name, unit in titles.items() if _length_unit(unit)}
-    match = _PAIR.fullmatch(text) or _BLANK_PAIR.fullmatch(text)
-    if match and len(titles) < 2:
-        _understand(match.group(1), match.group(2), statements, decimal)
-    else:
-        statements.units |= titles
-
-
 def _understand(key: str, value: str, statements: Statements, decimal: str) -> None:
     """Add the statement of one key and its value."""
     in_key = _BRACKETS.search(key)
@@ -283,7 +278,7 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> N
     words = _words(_BRACKETS.sub(" ", key))
     axes = _axes(words)
     unit = _length_unit(value.strip())
-    if words & UNITS or (unit and words & VALUES):
+    if words & UNITS or (unit and words & (VALUES | LATERAL)):
         if words & VALUES:
             statements.unit = statements.unit or unit
         elif words & LATERAL:
