@@ -1,4 +1,4 @@
-"""Text files of instruments with their own layout, which a general reader would misread."""
+"""Files of instruments with a layout of their own, which other readers misread or do not know."""
 
 import re
 from dataclasses import replace
@@ -16,6 +16,7 @@ from fem_seal.memory import refuse_too_large
 # First lines such as aBCR-1.0 (ISO 25178-71, EUR 15178 EN), aISO-1.0, aNPL-V1.0.
 SDF = re.compile(r"a[A-Z][\w.]*-V?\d")
 SDF_KEYS = "numpoints", "numprofiles", "xscale", "yscale", "zscale"
+GSF = b"Gwyddion Simple Field"
 WYKO, ZYGO_POINTS, ZYGO_PHASES = "Wyko ASCII Data", "Zygo XYZ Data", "Zygo ASCII Data"
 RESOLUTION = 7, 6  # line and word of the camera's resolution in a header of Zygo, from 0
 
@@ -67,6 +68,28 @@ def _sdf(path: Path) -> Recorded:
             f"{path} begins as a surface data file (SDF), but is no whole one: {error}"
         ) from None
     return Recorded(heights, "m", (dx, dy), "m", header=tuple(head.splitlines()))
+
+
+def read_gsf(path: Path) -> Recorded:
+    """Read Gwyddion's simple field: keys, zero bytes to a multiple of four, heights in float32.
+
+    Each line of heights runs along x.
+    """
+    with whole(path, "GSF"):
+        refuse_too_large(BYTES * path.stat().st_size, str(path))
+        data = path.read_bytes()
+        head = data.partition(b"\0")[0]
+        pairs = re.findall(r"^(\w+)[ \t]*=[ \t]*(.*?)\s*$", decoded(head, path), re.MULTILINE)
+        said, start = dict(pairs), len(head) + 4 - len(head) % 4
+        nx, ny = int(said["XRes"]), int(said["YRes"])
+        values = np.frombuffer(data, "<f4", nx * ny, start).reshape(ny, nx).T
+        if not (data.startswith(GSF) and values.size):
+            raise ValueError(path)
+        spacing = None
+        if {"XReal", "YReal"} <= said.keys():
+            spacing = float(said["XReal"]) / nx, float(said["YReal"]) / ny
+    units = said.get("ZUnits") or None, said.get("XYUnits") or None
+    return Recorded(values.astype(float), units[0], spacing, units[1])
 
 
 def zygo_resolution(header: tuple[str, ...], path: Path) -> float | None:

@@ -12,6 +12,7 @@ from fem_seal.field_file.containers import read_hdf5, read_netcdf, read_npy, rea
 from fem_seal.field_file.instruments import read_instrument
 from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.named_arrays import NamedArrays, interpret, names_to_read
+from fem_seal.field_file.own_layouts import read_gsf
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text import read_text
 from fem_seal.field_file.text_table import is_text
@@ -35,8 +36,8 @@ def read_map(
 
     Parameters
     ----------
-    path : .npz, .npy, .nc (NetCDF 3 or 4), .h5 or .hdf5, .txt, .csv, and .asc, .dat, .prn, .tsv and
-        .xyz if they are text; anything else is read by SurfaceTopography
+    path : .npz, .npy, .nc (NetCDF 3 or 4), .h5 or .hdf5, .gsf, .txt, .csv, and .asc, .dat, .prn,
+        .tsv and .xyz if they are text; anything else is read by SurfaceTopography
     names : names that the samples may have in a file of many arrays
     heights : whether the samples are heights. A height that recurs far from all others is refused,
         unless `stated.missing` explains it. In a gap, the zeros of contact are such values
@@ -103,4 +104,5 @@ READERS: dict[str, Callable[[Path, Names], Recorded]] = {
     ".hdf5": partial(_named, read_hdf5),
     ".txt": _text,
     ".csv": _text,
+    ".gsf": lambda path, names: read_gsf(path),
 }

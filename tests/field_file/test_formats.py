@@ -158,6 +158,23 @@ def test_instrument_text_with_unit_and_size(tmp_path):
     assert read_map(tmp_path / "map.asc", HEIGHT_NAMES, Stated(periodic=True)).periodic
 
 
+@pytest.mark.parametrize("padding", range(4))
+def test_simple_field_of_gwyddion(tmp_path, padding):
+    """Heights in single precision behind one to four zero bytes; each line runs along x."""
+    keys = f"XRes = 6\nYRes = 4\nXReal = {SIZE[0]}\nYReal = {SIZE[1]}\nXYUnits = m\nZUnits = m\n"
+    head = f"Gwyddion Simple Field 1.0\n{keys}Title = {'a' * padding}\n".encode()
+    zeros, path = b"\0" * (4 - len(head) % 4), tmp_path / "a.gsf"
+    missing = np.where(GAP.max() == GAP, np.nan, GAP)
+    path.write_bytes(head + zeros + missing.T.astype("<f4").tobytes())
+    found = read_map(path, HEIGHT_NAMES)
+    np.testing.assert_allclose(found.values, missing, rtol=2**-24)
+    np.testing.assert_allclose(found.spacing, SPACING, rtol=1e-15)
+    assert not found.periodic
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(InvalidInput, match="not a whole GSF file"):
+        read_map(path, HEIGHT_NAMES)
+
+
 def test_fill_values_are_missing_points(tmp_path):
     """As NetCDF marks them, in versions 3 and 4."""
     import h5py
