@@ -5,17 +5,18 @@ A/A0 = erf(√2 p / (E* h'rms)). Each trial pressure is the last one times Y0/Y.
 as the certificate is so far below the miss of the area that the side of the miss is known: the
 certificate, in units of the rms height, is about the relative error of the area. The next trial
 starts with a uniform pressure more, or less, on the samples that touch. If the trials do not reach
-the area, as where it jumps, secant steps inside a bracket of converged contacts follow.
+the area, as where it jumps, Brent's method on converged contacts follows.
 """
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import METHODS, ContactStopping
 from fem_seal.contact.state import ContactState
-from fem_seal.errors import NotConverged
+from fem_seal.errors import NotConverged, present
 from fem_seal.surface.statistics import rms_slope
 
 # Relative tolerance of the area; half a sample is accepted in any case.
@@ -34,7 +35,7 @@ SMALLEST_STEP = 1e-6
 # If the area is too large even at this part of the first guess, it is taken to be that of first
 # touch.
 LEAST_PRESSURE = 1e-12
-MAX_SOLVES = 100
+HIGHEST = 1e12  # pressure over the first guess at which the search gives up
 # First guess of the pressure over that of Persson's area law, at light load; it rises by a third of
 # the area. At light load the law's area is 1.6 times p/(E* h'rms), the simulated area 2.1 to 2.2
 # times, the one counted in samples up to 3 times.
@@ -119,32 +120,38 @@ def _search(
     start: np.ndarray | None,
 ) -> ContactState:
     """State with the prescribed area, or on the nearer side of a jump; counts all iterations."""
-    from scipy.special import erfinv
+    from scipy.optimize import brentq
 
-    target = float(erfinv(area_fraction))
-    below, above = (0.0, 0.0), (np.inf, np.inf)
     nearest: ContactState | None = None
-    least = LEAST_PRESSURE * pressure
-    iterations, same_side, was_below = 0, 0, None
-    for _ in range(MAX_SOLVES):
+    iterations, target = 0, _linear(area_fraction)
+
+    @cache
+    def miss(pressure: float) -> float:
+        """Y - Y0 at a pressure [Pa]; 0 once the area is reached."""
+        nonlocal nearest, start, iterations
         state = pair.under_pressure(pressure, stopping, start)
-        iterations += state.iterations
-        start = state.pressure.values
-        miss = state.contact_area_fraction - area_fraction
-        if nearest is None or abs(miss) < abs(nearest.contact_area_fraction - area_fraction):
+        iterations, start = iterations + state.iterations, state.pressure.values
+        area = state.contact_area_fraction
+        if nearest is None or abs(area - area_fraction) < abs(
+            nearest.contact_area_fraction - area_fraction
+        ):
             nearest = state
-        end = (pressure, float(erfinv(state.contact_area_fraction)))
-        below, above = (end, above) if miss < 0 else (below, end)
-        jump = above[0] - below[0] < SMALLEST_STEP * above[0] or above[0] < least
-        if jump or _reached(state.contact_area_fraction, area_fraction, state.contact.size):
-            return replace(nearest, iterations=iterations)
-        same_side = same_side + 1 if was_below == (miss < 0) else 0
-        was_below = miss < 0
-        pressure = _between(below, above, target, same_side)
-    raise NotConverged(
-        f"contact area fraction {area_fraction} not bracketed by {MAX_SOLVES} solves; the last "
-        f"has {state.contact_area_fraction} at {pressure:.6e} Pa"
-    )
+        reached = _reached(area, area_fraction, state.contact.size)
+        return 0.0 if reached else _linear(area) - target
+
+    least = LEAST_PRESSURE * pressure
+    low = high = pressure
+    while miss(high) < 0:
+        if high > HIGHEST * pressure:
+            raise NotConverged(
+                f"contact area fraction {area_fraction} is not reached at {high:.6e} Pa"
+            )
+        low, high = high, 4 * high
+    while miss(low) > 0 and low > least:
+        low, high = low / 4, low
+    if miss(low) < 0:
+        brentq(miss, low, high, xtol=least, rtol=SMALLEST_STEP)
+    return replace(present(nearest, "contact of the search"), iterations=iterations)
 
 
 def _reached(area: float, area_fraction: float, samples: int) -> bool:
@@ -153,43 +160,23 @@ def _reached(area: float, area_fraction: float, samples: int) -> bool:
     return abs(area - area_fraction) <= within
 
 
-def _factor(area: float, area_fraction: float) -> float:
-    """Y0/Y, by which a trial pressure is multiplied, at most 4 and at least 1/16."""
+def _linear(area: float) -> float:
+    """Y of an area, finite where all samples touch."""
     from scipy.special import erfinv
 
-    reached = max(float(erfinv(min(area, 1 - 1e-9))), 1e-300)
-    return min(max(float(erfinv(area_fraction)) / reached, 1 / 16), 4.0)
+    return float(erfinv(min(area, 1 - 1e-9)))
+
+
+def _factor(area: float, area_fraction: float) -> float:
+    """Y0/Y, by which a trial pressure is multiplied, at most 4 and at least 1/16."""
+    return min(max(_linear(area_fraction) / max(_linear(area), 1e-300), 1 / 16), 4.0)
 
 
 def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | None) -> float:
     """Mean pressure [Pa] of the start; without one `FIRST_GUESS` times that of Persson's law."""
-    from scipy.special import erfinv
-
     if start is not None and start.any():
         return float(start.mean())
     part = FIRST_GUESS * (1 + area_fraction / 3)
-    strain = part * float(erfinv(area_fraction)) * rms_slope(pair.height) / 2**0.5
+    strain = part * _linear(area_fraction) * rms_slope(pair.height) / 2**0.5
     # A flat surface touches everywhere under any pressure.
     return (strain or 1e-9) * pair.contact_modulus
-
-
-def _between(
-    below: tuple[float, float], above: tuple[float, float], target: float, same_side: int
-) -> float:
-    """Next pressure between the bracket's ends (pressure, Y), for Y of the prescribed area.
-
-    `same_side` is the number of consecutive areas that missed on the same side.
-    """
-    if not np.isfinite(above[0]):
-        # No upper end yet: extrapolate along the line through the origin, a little too far, by a
-        # factor of at most 4. Go farther each time, in case the area does not grow.
-        least = 1.02**4.0 ** min(same_side, 4)
-        return below[0] * min(max(1.02 * target / max(below[1], 1e-300), least), 4.0)
-    # Secants that keep missing on one side indicate a jump: bisect.
-    if same_side >= 2 and below[0] == 0:
-        return above[0] / 16
-    if same_side >= 2 or not np.isfinite(above[1]) or above[1] <= below[1]:
-        return (below[0] + above[0]) / 2
-    fraction = (target - below[1]) / (above[1] - below[1])
-    # Keep off the ends, so that the bracket shrinks from both sides.
-    return below[0] + min(max(fraction, 0.05), 0.95) * (above[0] - below[0])
