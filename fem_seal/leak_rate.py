@@ -45,6 +45,8 @@ class Level:
     #: refine belongs to the finer level
     iterations: dict[str, int] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
+    #: relative error of the energy after each iteration, by stage
+    residuals: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def half_width(self) -> float:

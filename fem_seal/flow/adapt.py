@@ -92,7 +92,7 @@ def refined(
         best = bounds if best is None else bounds.tightened(best)
         # Stop if the bounds meet the criterion, or if unknowns, time or memory reach their limit.
         count = problem.unknowns, problem.space.count
-        level = SolvedLevel(*count, best, log.iterations, log.seconds)
+        level = SolvedLevel(*count, best, log.residuals, log.seconds)
         yield stopping.judged(
             LevelSolution(level, problem, solution.pressure, solution.stream), widen
         )
@@ -134,11 +134,11 @@ def width_ratio(corrected: float, solved: float) -> float:
 
 
 class _Log:
-    """Cost of a level: seconds between laps and CG iterations, by stage."""
+    """Cost of a level: seconds between laps and residuals of CG, by stage."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
-        self.iterations: dict[str, int] = {}
+        self.residuals: dict[str, tuple[float, ...]] = {}
         self._last = time.perf_counter()
 
     def lap(self, name: str, solved: AnyPressure | AnyStream | None = None) -> None:
@@ -146,7 +146,7 @@ class _Log:
         self.seconds[name] = now - self._last
         self._last = now
         if solved is not None:
-            self.iterations[name] = solved.iterations
+            self.residuals[name] = solved.residuals
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ each.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain
 
 import numpy as np
 
@@ -49,9 +50,9 @@ class Family:
     epsilon: float = 0.0
 
     @property
-    def iterations(self) -> int:
-        """CG iterations of all solves together."""
-        return sum(minimum.iterations for minimum in self.minima)
+    def residuals(self) -> tuple[float, ...]:
+        """Those of all solves, one after the other."""
+        return tuple(chain.from_iterable(minimum.residuals for minimum in self.minima))
 
     @property
     def stalled(self) -> str:

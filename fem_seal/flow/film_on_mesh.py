@@ -38,7 +38,7 @@ CornerValues = Callable[[slice | np.ndarray], np.ndarray]
 
 # A problem is a `LevelProblem` or, of a tensor, a `CellProblem`, and its solutions and bounds have
 # types of their own. Pressures are a `Minimum` or a `Family`, stream functions a `Stream` or a
-# `StreamFamily`: all with `iterations` and `stalled`, with `corner_values`, (C, 3) or (2, C, 3), or
+# `StreamFamily`: all with `residuals` and `stalled`, with `corner_values`, (C, 3) or (2, C, 3), or
 # with `psi`, (V,) or (2, V). Bounds are `Bounds` or `MatrixBounds`.
 AnyProblem = Any
 AnyPressure = Any
@@ -125,7 +125,7 @@ class SolvedLevel:
     unknowns: int  #: unknowns of the primal problem, for one direction
     cells: int  #: open triangles of the mesh
     bounds: AnyBounds  #: best bounds so far
-    iterations: dict[str, int] = field(default_factory=dict)  #: as in `leak_rate.Level`
+    residuals: dict[str, tuple[float, ...]] = field(default_factory=dict)  #: as in `Level`
     seconds: dict[str, float] = field(default_factory=dict)
 
 
@@ -156,8 +156,8 @@ class LevelSolution:
         if stream is None:
             return self
         bounds = self.problem.corrected(self.pressure, stream).tightened(self.level.bounds)
-        iterations = {**self.level.iterations, "dual": stream.iterations}
-        level = replace(self.level, bounds=bounds, iterations=iterations)
+        residuals = {**self.level.residuals, "dual": stream.residuals}
+        level = replace(self.level, bounds=bounds, residuals=residuals)
         return replace(self, level=level, stream=stream)
 
 

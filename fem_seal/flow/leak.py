@@ -203,7 +203,9 @@ class _Units:
     def level(self, level: SolvedLevel) -> Level:
         """A mesh with its bounds in m³/s."""
         lower, upper = (bound * self.rate for bound in level.bounds)
-        return Level(level.unknowns, level.cells, lower, upper, level.iterations, level.seconds)
+        iterations = {stage: len(residuals) for stage, residuals in level.residuals.items()}
+        size = level.unknowns, level.cells
+        return Level(*size, lower, upper, iterations, level.seconds, level.residuals)
 
     def leak_rate(self, solution: LevelSolution, method: str, levels: list[Level]) -> LeakRate:
         """Leak rate of a solution, with its bounds."""

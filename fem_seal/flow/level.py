@@ -38,7 +38,7 @@ class Stream:
 
     psi: np.ndarray  #: (V,) ψ at the vertices of the mesh; zero where nothing flows
     energy: Energy  #: ∫ ∇ψ·R·∇ψ
-    iterations: int  #: CG iterations
+    residuals: tuple[float, ...]  #: as of `Minimum`
     epsilon: float  #: factor ε of the regularised dual; zero in the true dual
     stalled: str = ""  #: reason why CG stopped short of its tolerance, else ""
 
@@ -166,7 +166,7 @@ class LevelProblem(FilmOnMesh):
             self.tolerance,
         )
         psi = self._at_vertices(numbering, minimum.values)
-        return Stream(psi, minimum.total, minimum.iterations, epsilon, minimum.stalled)
+        return Stream(psi, minimum.total, minimum.residuals, epsilon, minimum.stalled)
 
     def cell_energies(self, pressure: Minimum, stream: Stream) -> tuple[np.ndarray, np.ndarray]:
         """Energy of each cell (C,): its part of ∫K|∇p|², and of ∫∇ψ·R·∇ψ of the true dual."""

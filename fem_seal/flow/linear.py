@@ -66,7 +66,7 @@ class Minimum:
     numbering: Numbering  #: numbering of the corners
     values: np.ndarray  #: (count,), values of the unknowns, on every rank
     total: Energy  #: ∫ ∇v·T·∇v, summed cell by cell (all terms are positive)
-    iterations: int  #: CG iterations
+    residuals: tuple[float, ...]  #: relative error of the energy after each iteration of CG
     #: reason why CG stopped short of its tolerance, else "". The energy is then further above its
     #: minimum, but still that of an admissible function
     stalled: str = ""
@@ -157,7 +157,8 @@ class CellSpace:
     ) -> Minimum:
         x, right_side = solver.getOperators()[0].createVecs()
         right_side.setOption(PETSc.Vec.Option.IGNORE_NEGATIVE_INDICES, True)
-        values, iterations, stalled_before = numbering.representable(guess), 0, False
+        values, stalled_before = numbering.representable(guess), False
+        residuals: tuple[float, ...] = ()
         try:
             while True:
                 right_side.set(0)
@@ -167,7 +168,7 @@ class CellSpace:
                 spent, stalled = minimise_by_cg(
                     solver, right_side, x, start.value, tolerance, balanced, lost / 2
                 )
-                iterations += spent
+                residuals += spent
                 moved = values + np.concatenate(self.comm.allgather(x.array_r))
                 if np.isfinite(moved).all():
                     moved = numbering.representable(moved)
@@ -177,7 +178,7 @@ class CellSpace:
                         values, total = moved, energy
                 again = total.value < (WORTH * start.value if stalled else lost)
                 if not again and (not stalled or stalled_before):
-                    return Minimum(numbering, values, total, iterations, stalled)
+                    return Minimum(numbering, values, total, residuals, stalled)
                 stalled_before = bool(stalled)
         finally:
             for petsc_object in (x, right_side):
@@ -290,7 +291,7 @@ def minimise_by_cg(
     tolerance: float,
     balanced: bool = False,
     least: float = 0.0,
-) -> tuple[int, str]:
+) -> tuple[tuple[float, ...], str]:
     """Solve A x = b by CG from x = 0, a correction, until the energy of the error is small enough.
 
     After k steps the energy is that of the start less b·x_k, and r'Mr, with the residual r and the
@@ -298,8 +299,10 @@ def minimise_by_cg(
     at most `tolerance` times the former, or if the energy falls below `least`. A test of r relative
     to its start would be misleading, since the energy of the start may be a million times the
     minimum.
+
+    Returns this ratio after each iteration, and the reason why CG stopped short, else "".
     """
-    reached = [np.inf]
+    residuals = []
 
     def converged(ksp: PETSc.KSP, iteration: int, natural_norm: float) -> int:
         """PETSc's reason to stop; `natural_norm` is (r'Mr)^½."""
@@ -307,7 +310,7 @@ def minimise_by_cg(
         if not np.isfinite([natural_norm, decrease]).all():
             return PETSc.KSP.ConvergedReason.DIVERGED_NANORINF
         energy = start - decrease
-        reached[0] = natural_norm**2 / energy if energy > 0 else np.inf
+        residuals.append(natural_norm**2 / energy if energy > 0 else np.inf)
         if energy < least:
             return PETSc.KSP.ConvergedReason.CONVERGED_ITS
         if natural_norm**2 <= tolerance * energy and (
@@ -325,14 +328,14 @@ def minimise_by_cg(
         if error.ierr != _INCONSISTENT:
             raise
         x.set(0)
-        return 0, ("no preconditioner can be set up for conductivities so far apart")
-    reason, iterations = solver.getConvergedReason(), solver.getIterationNumber()
-    if reason > 0:
-        return iterations, ""
-    state = "where rounding hides what is left of the residuals"
-    if not reached[0] <= tolerance:
-        state = f"at a relative energy error of {reached[0]:.1e}, wanted {tolerance:.0e}"
-    return iterations, f"CG stopped after {iterations} iterations {state}"
+        return (), ("no preconditioner can be set up for conductivities so far apart")
+    history = tuple(residuals[1:])
+    if solver.getConvergedReason() > 0:
+        return history, ""
+    state, reached = "where rounding hides what is left of the residuals", [np.inf, *residuals][-1]
+    if not reached <= tolerance:
+        state = f"at a relative energy error of {reached:.1e}, wanted {tolerance:.0e}"
+    return history, f"CG stopped after {len(history)} iterations {state}"
 
 
 def by_multigrid(matrix: sparse.csr_array) -> Callable[[np.ndarray, float], np.ndarray]:

@@ -167,6 +167,10 @@ def test_progress_is_told_every_level(method):
     assert seen[-1].upper == flow.upper
     assert [v.unknowns for v in seen] == sorted(v.unknowns for v in seen)
     assert all(v.iterations["primal"] >= 0 and v.seconds["mesh"] >= 0 for v in seen)
+    for level in seen:
+        assert {k: len(errors) for k, errors in level.residuals.items()} == level.iterations
+        # CG ends where the energy is known to Tuning.tolerance, or far below it.
+        assert all(errors[-1] <= 1e-6 for errors in level.residuals.values() if errors)
     assert all(v.cells > 0 for v in seen)
 
 
