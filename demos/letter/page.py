@@ -7,7 +7,6 @@ from demos.letter.cascade import CascadeStart
 from demos.letter.contacts import MODELS
 from demos.letter.currents import Current, agreement, total_decades
 from demos.letter.flows import FlowMeasures, decades
-from demos.letter.persson import Comparison
 from demos.letter.thresholds import DIFFERENCE, PAIRS, REFERENCE, ThresholdRow
 from fem_seal.tables import markdown
 
@@ -28,7 +27,6 @@ class Found:
 
     thresholds: Sequence[ThresholdRow] = ()  #: of the first case
     currents: Sequence[Current] = ()  #: over first contact
-    theory: Sequence[Comparison] = ()
     flows: dict[str, FlowMeasures] | None = None
     cascade: Sequence[CascadeStart] = ()
 
@@ -41,15 +39,12 @@ def page(title: str, found: Found) -> str:
         *(_current_lines(found.currents) if found.currents else ()),
         *(_cascade_line(start) for start in found.cascade),
     ]
-    tables = [markdown(HEAD, lines)]
-    if found.thresholds:
-        tables.append(_threshold_table(found.thresholds))
-    if found.flows:
-        tables.append(_flow_table(found.flows))
-    if found.theory:
-        tables.append(_theory_table(found.theory))
-    words = f"{title}\n\n± is the standard error of a mean over seeds; a single seed has none.\n"
-    return "\n".join([words, *(f"{table}\n" for table in tables)])
+    words = (
+        "± is the standard error of a mean over seeds; a single seed has none. All thresholds are "
+        "in thresholds.csv, and Persson's theory beside the contacts in theory.csv."
+    )
+    tables = [markdown(HEAD, lines), *([_flow_table(found.flows)] if found.flows else [])]
+    return "\n\n".join([title, words, *tables]) + "\n"
 
 
 def mean_text(mean: float, standard_error: float | None, deviation: float | None) -> str:
@@ -111,15 +106,6 @@ def _cascade_line(start: CascadeStart) -> Line:
     return name, "3 orders better than mean field", text
 
 
-def _threshold_table(rows: Sequence[ThresholdRow]) -> str:
-    """Thresholds by pair of connectivities and edges."""
-    lines = []
-    for model, edges in dict.fromkeys((row.model, row.edges) for row in rows):
-        of = {row.pair: row for row in rows if (row.model, row.edges) == (model, edges)}
-        lines.append([f"{model}, {edges} edges", *(_statistics_text(of[pair]) for pair in PAIRS)])
-    return markdown(("A*/A0", *PAIRS), lines)
-
-
 def _flow_table(flows: dict[str, FlowMeasures]) -> str:
     """Fig. 2 as numbers."""
     lines = [
@@ -131,17 +117,3 @@ def _flow_table(flows: dict[str, FlowMeasures]) -> str:
         for name, text in MEASURES.items()
     ]
     return markdown(("flow density j at A/A0 = 0.2", *MODELS, "log10 of the ratio"), lines)
-
-
-def _theory_table(rows: Sequence[Comparison]) -> str:
-    """Elastic contacts under load beside Persson's theory."""
-    head = (
-        *("area law", "seed", "p/(E* h'rms)", "A/A0", "corrected", "κ", "κ, corrected"),
-        *("theory's A/A0", "Q over certified, same corrected area", "same load"),
-    )
-    formats = ("", "", ".3g", ".3g", ".3g", ".2f", ".2f", ".3g", ".2f", ".2f")
-    lines = [
-        [f"{value:{form}}" for value, form in zip(vars(row).values(), formats, strict=True)]
-        for row in rows
-    ]
-    return markdown(head, lines)

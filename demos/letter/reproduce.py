@@ -164,9 +164,9 @@ def reproduce(
     if rows:
         write_text(out / "thresholds.csv", as_csv(rows))
         figures.threshold_figure(rows, out)
-    currents, theory, flows = [], [], None
+    currents, flows = [], None
     if "currents" in done:
-        currents, theory = _currents(plan, done["currents"], done.get("grids", []), out)
+        currents = _currents(plan, done["currents"], done.get("grids", []), out)
     if "flows" in done:
         contacts, shown = (
             dict(zip(MODELS, done[part], strict=True)) for part in ("contacts", "flows")
@@ -177,14 +177,14 @@ def reproduce(
     if "saddle" in done:
         closing_saddle.show(done["saddle"][::-1], out / "saddle.png")
     of_case = [row for row in rows if row.case == case]
-    found = Found(of_case, currents, theory, flows, done.get("cascade", []))
+    found = Found(of_case, currents, flows, done.get("cascade", []))
     title = f"{case}, {plan.seeds} {'seed' if plan.seeds == 1 else 'seeds'}, rtol {plan.rtol:g}"
     write_text(out / "letter.md", page(title, found))
     return found
 
 
 def _currents(plan: Plan, points: list[Current], grids: list[Finer], out: Path):
-    """Write and draw Fig. 3; its points over first contact, and their comparison with theory."""
+    """Write and draw Fig. 3 and the comparison with theory; the points over first contact."""
     case = plan.cases[0]
     currents = over_first_contact(points, grids)
     first = {point.seed: point.value for point in points if point.wanted == 0}
@@ -201,7 +201,7 @@ def _currents(plan: Plan, points: list[Current], grids: list[Finer], out: Path):
     if theory:
         write_text(out / "theory.csv", as_csv(theory))
     figures.current_figure(currents, curves, out)
-    return currents, theory
+    return currents
 
 
 def parser() -> argparse.ArgumentParser:

@@ -12,7 +12,6 @@ sealed where the finest leaks are left out: they have no leak rate to compare.
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from math import inf
 from pathlib import Path
 from time import process_time
@@ -319,12 +318,11 @@ def warm_up() -> None:
 
 def trade_grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:
     """Contact grids: samples times factors that give whole numbers, the coarsest first."""
-    ratios = sorted(Fraction(factor).limit_denominator(1024) for factor in factors)
-    scaled = [(shape[0] * ratio, shape[1] * ratio) for ratio in ratios]
+    scaled = [(shape[0] * float(factor), shape[1] * float(factor)) for factor in sorted(factors)]
     whole = [
         (int(nx), int(ny))
         for nx, ny in scaled
-        if all(n.denominator == 1 and n >= LEAST_SAMPLES for n in (nx, ny))
+        if all(n.is_integer() and n >= LEAST_SAMPLES for n in (nx, ny))
     ]
     if len(whole) < 3:
         raise InvalidInput(
@@ -406,13 +404,12 @@ def mark_pareto(points: Sequence[TradePoint]) -> tuple[TradePoint, ...]:
     Points with and without bounds are compared separately: the error of a point without bounds is
     known only because the others were computed as well.
     """
-    return tuple(replace(point, pareto=not _beaten(point, points)) for point in points)
-
-
-def _beaten(point: TradePoint, points: Sequence[TradePoint]) -> bool:
-    cost = point.seconds, point.total_error
-    others = ((p.seconds, p.total_error) for p in points if p.certified == point.certified)
-    return any(o[0] <= cost[0] and o[1] <= cost[1] and o != cost for o in others)
+    front, least = set(), {True: inf, False: inf}
+    for point in sorted(points, key=lambda p: (p.seconds, p.total_error)):
+        if point.total_error < least[point.certified]:
+            least[point.certified] = point.total_error
+            front.add(id(point))
+    return tuple(replace(point, pareto=id(point) in front) for point in points)
 
 
 def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, ...]:

@@ -246,14 +246,13 @@ def test_a_run_draws_all_and_goes_on(tmp_path, capsys):
         "A*/A0, elastic | 0.42(5)",
         "modified Bruggeman",
         "cascade's start",
-        "wang-mueser",
     ):
         assert line in printed
     names = {path.name for path in tmp_path.iterdir()}
     figures = {
         f"{n}.{kind}" for n in ("fig1", "fig2", "fig3", "thresholds") for kind in ("png", "pdf")
     }
-    assert figures | {"letter.md", "fig3.csv", "thresholds.csv"} <= names
+    assert figures | {"letter.md", "fig3.csv", "theory.csv", "thresholds.csv"} <= names
     table = (tmp_path / "fig3.csv").read_text()
     rows = list(csv.DictReader(table.splitlines()))
     assert len(rows) == 4
