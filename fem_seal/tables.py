@@ -13,16 +13,6 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 
-def shown_as(header: str) -> dict[str, str]:
-    """Metadata of a field whose column in `as_text` has another header than the field's name.
-
-    Parameters
-    ----------
-    header : header of the column, such as the name with its unit; CSV keeps the field's name
-    """
-    return {"header": header}
-
-
 def _header(rows: "Sequence[DataclassInstance]") -> list[str]:
     if not rows:
         raise InvalidInput("there is nothing to put into a table")
@@ -64,12 +54,10 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
 
 
 def as_text(rows: "Sequence[DataclassInstance]", columns: Sequence[str] | None = None) -> str:
-    """Align dataclasses of one kind in columns of four digits.
+    """Align dataclasses of one kind, at least one, in columns of four digits.
 
-    Parameters
-    ----------
-    rows : the dataclasses, at least one
-    columns : fields to show; all if left out
+    The columns are the fields, all or those named. Metadata "header" of a field, such as its name
+    with a unit, heads its column; CSV keeps the field's name.
     """
     names = list(columns or _header(rows))
     headers = {cell.name: cell.metadata.get("header", cell.name) for cell in fields(rows[0])}

@@ -21,7 +21,6 @@ from fem_seal.leak_rate import relative_half_width
 from fem_seal.points import RecordFolder, StudyTask, Work, chain_of, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
-from fem_seal.tables import shown_as
 from fem_seal.verification.exact_cases import ExactCase, finer_film
 from fem_seal.verification.methods import METHODS, QUADRATIC, Answer, Setting
 
@@ -36,11 +35,11 @@ class Row:
     method: str  #: name of the method, for linear elements with the bound: "FE upper"
     squares: int  #: squares of the grid along the flow
     unknowns: int  #: unknowns of the solve
-    value: float = field(metadata=shown_as("leak rate [m^3/s]"))  #: leak rate [m^3/s]
-    error: float = field(metadata=shown_as("error/Q"))  #: error relative to the reference
+    value: float = field(metadata={"header": "leak rate [m^3/s]"})  #: leak rate [m^3/s]
+    error: float = field(metadata={"header": "error/Q"})  #: error relative to the reference
     #: relative error that the method itself claims: half-width of its bracket, or change from the
     #: coarser grid. None on the first grid of a method without bounds
-    band: float | None = field(metadata=shown_as("band/Q"))
+    band: float | None = field(metadata={"header": "band/Q"})
     #: order of convergence in the spacing, observed and by theory. None where the error is below
     #: the half-width of the reference, or where theory gives no simple order
     order: float | None
@@ -50,7 +49,7 @@ class Row:
     #: from the reference, in units of the sum of both errors; None for bounds
     distance: float | None
     verdict: str  #: comparison with the reference; see `judge`
-    seconds: float = field(metadata=shown_as("CPU time [s]"))  #: CPU time [s]
+    seconds: float = field(metadata={"header": "CPU time [s]"})  #: CPU time [s]
     gap: str = ""  #: the fields of the scene that tell this gap from others of the study
 
 

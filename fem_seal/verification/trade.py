@@ -33,7 +33,6 @@ from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.sweep.point import name_of
-from fem_seal.tables import shown_as
 
 FACTORS = (0.25, 0.5, 1.0, 2.0)
 TOLERANCES = (0.3, 0.1, 0.03)
@@ -70,14 +69,14 @@ class Run:
     lift: str  #: setting of flow.lift
     state: FlowState  #: state of the leak rate, such as "leaking"
     #: leak rate [m³/s]; with the lift "range" that of the dry contact
-    leak_rate: float = field(metadata=shown_as("Q [m^3/s]"))
+    leak_rate: float = field(metadata={"header": "Q [m^3/s]"})
     #: bounds of the leak rate [m³/s]: with "range" its ends, with "resolved" widened by the
     #: uncertainty of the equilibrium. None if there is no end, as for finite differences
-    lower: float | None = field(metadata=shown_as("lower [m^3/s]"))
-    upper: float | None = field(metadata=shown_as("upper [m^3/s]"))
+    lower: float | None = field(metadata={"header": "lower [m^3/s]"})
+    upper: float | None = field(metadata={"header": "upper [m^3/s]"})
     converged: bool  #: whether the tolerance was reached
     #: CPU time of dry contact, flow and lift [s]
-    seconds: float = field(metadata=shown_as("CPU time [s]"))
+    seconds: float = field(metadata={"header": "CPU time [s]"})
     contact_seconds: float  #: CPU time of the contact alone [s]
     #: largest resident memory of the process during the flow solve, libraries included
     memory_bytes: int
@@ -99,9 +98,9 @@ class Run:
 class TradePoint(Run):
     """A `Run` with its relative errors; the total is the sum of the other two."""
 
-    contact_error: float = field(metadata=shown_as("contact grid's"))
-    flow_error: float = field(metadata=shown_as("flow's"))
-    total_error: float = field(metadata=shown_as("total error"))
+    contact_error: float = field(metadata={"header": "contact grid's"})
+    flow_error: float = field(metadata={"header": "flow's"})
+    total_error: float = field(metadata={"header": "total error"})
     #: whether no other point is both faster and more accurate, among those with bounds if it has
     #: bounds, otherwise among those without
     pareto: bool = False
@@ -133,7 +132,7 @@ class LiftRow(Run):
 
     #: largest factor between an end of the leak rate and the resolved leak rate; None if there is
     #: no end, or only one of the two is sealed
-    off: float | None = field(default=None, metadata=shown_as("off by"))
+    off: float | None = field(default=None, metadata={"header": "off by"})
     dry_runs: float = 1.0  #: CPU time over that of the dry contact and its flow
 
 
