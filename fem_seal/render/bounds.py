@@ -11,7 +11,6 @@ from fem_seal.leak_rate import Level
 from fem_seal.render.plot import label_axis, new_figure
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
@@ -43,46 +42,29 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
 def draw_bounds(figure: "Figure", levels: Sequence[Level]) -> None:
     """Draw the two axes of `bounds_plot` into a figure without axes."""
     rates, widths = figure.subplots(1, 2)
-    _limits(rates, widths, levels)
-    unknowns = np.array([level.unknowns for level in levels], dtype=float)
-    upper = np.array([level.upper for level in levels])
-    lower = np.array([level.lower for level in levels])
-    bounded = lower > 0
+    unknowns, lower, upper, half_width = np.array(
+        [(level.unknowns, level.lower, level.upper, level.half_width) for level in levels], float
+    ).T
+    bounded, open_ = lower > 0, half_width > 0
     rates.fill_between(unknowns[bounded], lower[bounded], upper[bounded], color="0.88", linewidth=0)
-    rates.plot(unknowns, upper, "v-", color=UPPER, markersize=4, label="upper bound")
-    rates.plot(
-        unknowns[bounded], lower[bounded], "^-", color=LOWER, markersize=4, label="lower bound"
-    )
+    for values, marker, colour, name in (
+        (upper, "v-", UPPER, "upper bound"),
+        (np.where(bounded, lower, np.nan), "^-", LOWER, "lower bound"),
+    ):
+        rates.plot(unknowns, values, marker, color=colour, markersize=4, label=name)
     rates.set(xlabel="unknowns", ylabel="leak rate Q [m³/s]")
-    rates.legend(frameon=False, loc="upper right")
-    half_width = np.array([level.half_width for level in levels])
-    positive = half_width > 0
-    widths.plot(unknowns[positive], half_width[positive], "o-", color=HALF_WIDTH, markersize=4)
-    _optimal_rate(widths, levels)
+    widths.plot(unknowns[open_], half_width[open_], "o-", color=HALF_WIDTH, markersize=4)
+    if half_width[-1] > 0 and len(levels) > 1:
+        # From the first level to the last, through the last.
+        law = half_width[-1] * unknowns[-1] / unknowns[[0, -1]]
+        style = {"color": "0.5", "linewidth": 1, "zorder": 1, "label": "∝ 1 / unknowns"}
+        widths.plot(unknowns[[0, -1]], law, "--", **style)
+        widths.legend(frameon=False, loc="lower left")
     widths.set(xlabel="unknowns", ylabel="half-width of the bracket / mean")
-
-
-def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
-    """Make the axes logarithmic, with limits beside all levels."""
-    unknowns = np.array([level.unknowns for level in levels], dtype=float)
-    values = np.array([[level.lower, level.upper] for level in levels])
-    half_width = np.array([level.half_width for level in levels])
-    shown = ((rates, values[values > 0]), (widths, half_width[half_width > 0]))
-    for axes, numbers in shown:
-        axes.set(xscale="log", xlim=(unknowns.min() / 1.3, unknowns.max() * 1.3))
+    rates.legend(frameon=False, loc="upper right")
+    for axes in (rates, widths):
+        axes.set(xscale="log", yscale="log" if axes is rates or open_.any() else "linear")
+        axes.margins(0.1)
         label_axis(axes.xaxis)
-        if numbers.size == 0:  # all half-widths are 0: the bounds are equal
-            continue
-        axes.set(yscale="log", ylim=(numbers.min() / 1.6, numbers.max() * 1.6))
-        label_axis(axes.yaxis)
-
-
-def _optimal_rate(axes: "Axes", levels: Sequence[Level]) -> None:
-    """Draw the line ∝ 1/unknowns through the last level; none for a single level."""
-    last = levels[-1]
-    if last.half_width == 0 or len(levels) == 1:
-        return
-    unknowns = np.array([levels[0].unknowns, last.unknowns], dtype=float)
-    line = last.half_width * last.unknowns / unknowns
-    axes.plot(unknowns, line, "--", color="0.5", linewidth=1, zorder=1, label="∝ 1 / unknowns")
-    axes.legend(frameon=False, loc="lower left")
+        if axes.get_yscale() == "log":
+            label_axis(axes.yaxis)

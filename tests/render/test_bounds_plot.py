@@ -38,7 +38,7 @@ def test_plotted_data_are_the_levels():
     }
     upper, lower = line(rates, "upper bound"), line(rates, "lower bound")
     np.testing.assert_array_equal(upper, [[100, 220, 500, 1100], [9e-15, 6e-15, 4e-15, 3.4e-15]])
-    np.testing.assert_array_equal(lower, [[220, 500, 1100], [1e-15, 2.5e-15, 2.9e-15]])
+    np.testing.assert_array_equal(lower[1], [np.nan, 1e-15, 2.5e-15, 2.9e-15])
     shown = np.array(widths.lines[0].get_data())
     np.testing.assert_allclose(shown[1], [1, 5 / 7, 1.5 / 6.5, 0.5 / 6.3])
     assert "m³/s" in rates.get_ylabel()
