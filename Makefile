@@ -13,7 +13,8 @@
 # make image   build the image of Dockerfile from Debian's packages alone, and run it (as root)
 .PHONY: demo test quick lint limits validation peers docs links setup clean debian13 sid release image
 
-# One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
+# One thread a process, caches inside the checkout, compiled modules kept, EGL instead of X, mpirun
+# also as root.
 export OMP_NUM_THREADS ?= 1
 export XDG_CACHE_HOME := $(CURDIR)/.cache
 export VTK_DEFAULT_OPENGL_WINDOW ?= vtkEGLRenderWindow
@@ -21,7 +22,7 @@ export OMPI_MCA_btl ?= ^tcp
 export OMPI_MCA_mpi_yield_when_idle ?= 1
 export OMPI_ALLOW_RUN_AS_ROOT = 1
 export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
-unexport PETSC_DIR SLEPC_DIR PYTHONPATH PYTHONHOME
+unexport PETSC_DIR SLEPC_DIR PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE
 
 demo: .venv/ready
 	.venv/bin/fem-seal run demos/scenes/first.toml --out results/first --overwrite

@@ -131,6 +131,7 @@ def test_pictures_at_a_prompt_are_those_of_a_run(tmp_path):
         assert np.array_equal(np.asarray(Image.open(tmp_path / "copy.png")), np.asarray(ran))
 
 
+@pytest.mark.slow
 @pytest.mark.render
 def test_a_notebook_shows_tables_and_pictures(tmp_path):
     """Run as people run it, by Jupyter's own machine."""

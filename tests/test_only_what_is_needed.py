@@ -13,27 +13,43 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate, linear
 from fem_seal.grid import GridField
 
-FINITE_ELEMENTS = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py"}
 DRAWING = {"pyvista", "vtkmodules", "matplotlib"}
 FFT = {"pyfftw"}
-HEAVY = FINITE_ELEMENTS | DRAWING | FFT
+HEAVY = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py"} | DRAWING | FFT
+# What only a [shape] needs: gmsh and the modules that read, check and cut meshes.
+OF_SHAPES = {"gmsh", "meshio", "fem_seal.expression", "fem_seal.render.shape"}
+OF_SHAPES |= {
+    f"fem_seal.mesh.{part}"
+    for part in [
+        "build",
+        "channel_sizes",
+        "checks",
+        "cut",
+        "files",
+        "gap_source",
+        "geometry",
+        "shape",
+    ]
+}
 
 RUN = """
 import json, sys
 from fem_seal.scene import Scene
-from fem_seal.solved import answer, solve
-from fem_seal.patch import Patch
-result = solve(Scene.from_mapping(json.loads(sys.argv[1]))).result()
-print(result.state, result.unknowns, *{name.partition('.')[0] for name in sys.modules})
+from fem_seal.solved import solve
+for scene in json.loads(sys.argv[1]):
+    result = solve(Scene.from_mapping(scene)).result()
+    print(json.dumps([result.state, result.unknowns, list(sys.modules)]))
 """
 
 
-def run(scene):
-    """State, unknowns and heavy packages loaded, of a scene in a process of its own."""
-    command = [sys.executable, "-c", RUN, json.dumps(scene)]
+def run(*scenes):
+    """State, unknowns and packages loaded so far, of scenes one after the other in a process."""
+    command = [sys.executable, "-c", RUN, json.dumps(scenes)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, env=alone())
-    state, unknowns, *modules = done.stdout.split()
-    return state, int(unknowns), set(modules) & HEAVY
+    for line in done.stdout.splitlines():
+        state, unknowns, modules = json.loads(line)
+        yield state, unknowns, {name.partition(".")[0] for name in modules} & HEAVY
+        assert not OF_SHAPES & set(modules)
 
 
 @pytest.fixture
@@ -55,38 +71,28 @@ def gap_scene(tmp_path):
     return scene
 
 
-def changed(scene, **sections):
-    return {name: fields | sections.get(name, {}) for name, fields in scene.items()}
-
-
-def test_the_contact_alone_loads_transforms_and_nothing_else(small_scene):
-    scene = changed(small_scene, output={"products": ["contact"]})
-    assert run(scene) == ("leaking", 0, FFT)
-
-
-def test_the_bearing_model_loads_nothing(small_scene):
-    scene = changed(small_scene, output={"products": ["contact"]}, contact={"model": "bearing"})
-    assert run(scene) == ("leaking", 0, set())
-
-
-def test_finite_differences_load_no_finite_elements(small_scene, gap_scene):
-    state, unknowns, loaded = run(small_scene)
-    assert (state, loaded) == ("leaking", FFT)
-    assert 0 < unknowns < 32 * 33
-    assert run(gap_scene("finite-difference"))[2] == set()
+def test_each_scene_loads_what_it_needs(small_scene, gap_scene):
+    """Sealed gaps and cuts nothing, a contact its transforms, and no flow on a grid more."""
+    contact = small_scene | {"output": {"products": ["contact"]}}
+    cut = contact | {"contact": {"model": "bearing", "area_fraction": 0.1}}
+    methods = ("adaptive", "uniform", "finite-difference")
+    sealed = [gap_scene(method, shut=True) for method in methods]
+    scenes = (cut, *sealed, gap_scene("finite-difference"), contact, small_scene)
+    of_cut, *of_sealed, of_gap, of_contact, of_flow = run(*scenes)
+    assert of_cut == ("leaking", 0, set())
+    assert of_sealed == [("sealed", 0, set())] * 3
+    assert (of_gap[0], of_gap[2]) == ("leaking", set())
+    assert of_contact == ("leaking", 0, FFT)
+    assert (of_flow[0], of_flow[2]) == ("leaking", FFT)
+    assert 0 < of_flow[1] < 32 * 33
 
 
 def test_a_given_gap_loads_no_transforms_and_no_drawing(gap_scene):
-    state, unknowns, loaded = run(gap_scene("adaptive"))
+    [(state, unknowns, loaded)] = run(gap_scene("adaptive"))
     assert state == "leaking"
     assert unknowns > 0
     assert "dolfinx" in loaded
     assert not loaded & (DRAWING | FFT)
-
-
-@pytest.mark.parametrize("method", ["adaptive", "uniform", "finite-difference"])
-def test_a_sealed_gap_is_answered_without_a_solver(gap_scene, method):
-    assert run(gap_scene(method, shut=True)) == ("sealed", 0, set())
 
 
 # --- what is solved ------------------------------------------------------------------------------

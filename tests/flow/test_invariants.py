@@ -193,7 +193,7 @@ def assert_overlap(one, other) -> None:
 # --- one gap -------------------------------------------------------------------------------------
 
 
-@settings(max_examples=200)
+@settings(max_examples=120)
 @given(cases())
 def test_sealed_exactly_when_no_path_is_open(case):
     """A walk over samples, the labelled lattice, the cells of the mesh and the patches of the
@@ -212,7 +212,7 @@ def test_sealed_exactly_when_no_path_is_open(case):
         assert flow.converged
 
 
-@settings(max_examples=120)
+@settings(max_examples=60)
 @given(cases())
 def test_brackets_enclose_one_number(case):
     """Uniform and adaptive meshes bracket the same leak rate ever closer."""
@@ -283,7 +283,7 @@ def test_scales(case, powers, method):
     assert found == pytest.approx(scale * case.differences(), rel=ROUNDING, abs=0)
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(cases(), SEEDS, st.sampled_from([0.03, 0.3]), st.sampled_from([0.0, 0.7]))
 def test_monotone_in_the_gap(case, seed, share, factor):
     """More contact, or a lower gap anywhere, at some places or at many, never lets more through."""

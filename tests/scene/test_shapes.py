@@ -404,35 +404,14 @@ import sys
 for name in ("dolfinx", "ufl", "petsc4py"):
     sys.modules[name] = None
 from fem_seal.cli import main
+from fem_seal.render import offscreen, plot
+plot.DPI, offscreen.draw_layers.__defaults__ = 70, (400,)
 sys.exit(main(sys.argv[1:]))
 """
     command = [sys.executable, "-c", code, "mesh", str(path), "--out", str(tmp_path / "out")]
     done = subprocess.run(command, capture_output=True, text=True, env=alone())
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / "mesh.vtu").is_file()
-
-
-def test_nothing_of_it_is_imported_unless_a_scene_names_it():
-    """A leak rate on a grid loads neither gmsh nor the modules that read, check and cut meshes."""
-    code = """
-import sys
-import numpy as np
-from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate
-from fem_seal.grid import GridField
-from fem_seal.scene import Scene
-from fem_seal.solved import answer
-from fem_seal.patch import Patch
-leak_rate(GridFilm(GridField(np.ones((3, 3)), (1.0, 1.0))), viscosity=1.0, pressure_drop=1.0)
-print(*sys.modules)
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=alone(), check=True
-    )
-    loaded = set(done.stdout.split())
-    parts = ("build", "checks", "cut", "files", "gap_source", "geometry", "shape")
-    assert not loaded & {"gmsh", "meshio", "fem_seal.expression", "fem_seal.render.shape"}
-    assert not loaded & {f"fem_seal.mesh.{part}" for part in parts}
 
 
 def test_studies_are_made_on_grids(tmp_path, capsys):
