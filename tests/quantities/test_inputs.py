@@ -21,7 +21,7 @@ SMALL = [
     "surface.short_wavelength=12 um",
     "output.products=['leak_rate']",
 ]
-DRY = "flow.lift=none"
+DRY, LIFTED = "flow.lift=none", "flow.lift=resolved"
 KNOWN = [
     "tolerances.contact.pressure=10 %",
     "tolerances.solid.contact_modulus=2 MPa",
@@ -60,26 +60,37 @@ def test_corners_by_hand():
     assert entry(solved).upper == pytest.approx(ends[1].upper / solved.leak_rate.value, rel=1e-3)
 
 
-@pytest.mark.parametrize("lift", ["none", "resolved"])
-def test_random_inputs_lie_inside(lift):
+BOXES = [(0.12e6, 3e4, 1, DRY), (0.12e6, 3e4, 1, LIFTED)]
+MORE = [(0.2e6, 3e4, 3, DRY), (0.16e6, 3e4, 1, LIFTED), (0.1e6, 8e4, 5, LIFTED)]
+
+
+@pytest.mark.parametrize(
+    ("box", "draws"),
+    [
+        *((box, 3) for box in BOXES),
+        *(pytest.param(box, 50, marks=pytest.mark.slow) for box in BOXES + MORE),
+    ],
+)
+def test_random_inputs_lie_inside(box, draws):
     """Leak rates of inputs drawn from the box lie between the ends, dry and lifted."""
-    pressures = ["tolerances.flow.pressure_drop=5 %"]
-    settings = [f"flow.lift={lift}", "contact.pressure=0.12 MPa", "flow.pressure_drop=0.3 bar"]
-    solved = solve(scene(*settings, *KNOWN, *pressures))
+    pressure, drop, seed, lift = box
+    settings = [f"surface.seed={seed}", lift]
+    given = [f"contact.pressure={pressure}", f"flow.pressure_drop={drop}"]
+    solved = solve(scene(*settings, *given, *KNOWN, "tolerances.flow.pressure_drop=5 %"))
     part = solved.patch.scene.tolerated
     low, high = (
         factor * solved.leak_rate.value for factor in (entry(solved).lower, entry(solved).upper)
     )
     draw = np.random.default_rng(1)
-    for _ in range(3):
+    for _ in range(draws):
         to = {name: 1 + tolerance * draw.uniform(-1, 1) for name, tolerance in part.items()}
         slope = to["heights"] * solved.patch.scene.surface.rms_slope
         drawn = scene(
             *settings,
-            f"contact.pressure={1.2e5 * to['contact.pressure']}",
+            f"contact.pressure={pressure * to['contact.pressure']}",
             f"solid.contact_modulus={1e7 * to['solid.contact_modulus']}",
             f"fluid.viscosity={1e-3 * to['fluid.viscosity']}",
-            f"flow.pressure_drop={3e4 * to['flow.pressure_drop']}",
+            f"flow.pressure_drop={drop * to['flow.pressure_drop']}",
             f"surface.rms_slope={slope!r}",
         )
         leak = solve(drawn).leak_rate
