@@ -39,13 +39,6 @@ def test_apart(rough):
     assert state.mean_gap == pytest.approx(wanted, rel=1e-13, abs=0)
 
 
-@pytest.mark.parametrize("solver", METHODS)
-def test_flat_surface(solver):
-    state = press(periodic(np.full((8, 6), -3e-6)), E_STAR, pressure=10.0, solver=solver)
-    assert state.contact_area_fraction == 1
-    assert state.pressure.values == pytest.approx(10.0, rel=1e-13)
-
-
 def test_single_sample():
     state = press(periodic([[0.3]]), E_STAR, pressure=2.0)
     assert state.pressure.values[0, 0] == pytest.approx(2.0)

@@ -13,7 +13,7 @@ from fem_seal.finite_difference.relaxation import relax
 from fem_seal.finite_difference.slipping import node_pressure
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
-from fem_seal.theory.closed_forms import piecewise_linear_channel, smooth_checkerboard
+from fem_seal.theory.closed_forms import piecewise_linear_channel
 
 # No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
@@ -120,48 +120,6 @@ def test_smooth_checkerboard_converges_at_second_order(links, sides):
     else:
         observed = np.log2(np.array(error[:-1]) / error[1:])
         assert observed[-1] == approx(2, abs=0.15), error
-
-
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("finer", [(1, 3), (3, 1)])
-def test_leak_rate_does_not_depend_on_the_aspect_of_the_pixels(finer, representation):
-    """The smooth checkerboard of contrast e^4 on a unit square, 96 × 32 or 32 × 96 samples.
-
-    Error of second order in the larger spacing, (2π/32)² A/24 < 1 %. Links with dx and dy swapped
-    would be wrong by a factor of 9.
-    """
-    nx, ny = (32 * f for f in finer)
-    offset = 0.0 if representation == "linear" else 0.5
-    x, y = (np.arange(nx) + offset) / nx, (np.arange(ny) + offset) / ny
-    g = np.cbrt(smooth_checkerboard(x[:, None], y[None], 2.0))
-    q = leak(g, (1 / nx, 1 / ny), True, representation=representation)
-    assert q == approx(1, rel=0.01)
-
-
-def lognormal(n, seed):
-    """Smooth random ln K without symmetry at the (n + 1)² vertices."""
-    rng = np.random.default_rng(seed)
-    x, y = np.meshgrid(*2 * (np.linspace(0, 1, n + 1),), indexing="ij")
-    waves = rng.normal(size=(4, 4))
-    phase = rng.uniform(0, 2 * np.pi, (4, 4))
-    return sum(
-        waves[k, m] * np.cos(np.pi * (k * x + m * y) + phase[k, m])
-        for k in range(4)
-        for m in range(4)
-    ) / np.linalg.norm(waves)
-
-
-@pytest.mark.parametrize("seed", [0, 1])
-def test_duality_with_walls_at_second_order(seed):
-    """Q_x[K] Q_y[1/K] = 1 on a square with walls, for any K (Keller 1964; Mendelson 1975)."""
-    error = []
-    for n in (16, 32, 64):
-        ln_k = 3 * lognormal(n, seed)
-        forward = leak(np.exp(ln_k / 3), (1 / n, 1 / n))
-        crosswise = leak(np.exp(-ln_k / 3).T, (1 / n, 1 / n))
-        error.append(abs(forward * crosswise - 1))
-    observed = np.log2(np.array(error[:-1]) / error[1:])
-    assert observed[-1] == approx(2, abs=0.2), error
 
 
 def random_gap(seed, shape=(18, 15), contact=0.3):

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.integrate import quad
 
 from fem_seal import Patch, Scene
-from fem_seal import press as solve_scene
+from fem_seal import solve as solve_scene
 from fem_seal.contact import press
 from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
