@@ -44,7 +44,7 @@ def test_mean_gap_control(rough, solver, relative):
 GRIDS = st.sampled_from([(32, 24), (37, 53), (61, 61), (128, 8), (7, 64), (64, 1)])
 
 
-@given(st.integers(0, 1000), GRIDS, load=st.floats(1e-6, 3), hurst=st.floats(0.05, 1))
+@given(st.integers(0, 1000), GRIDS, st.floats(1e-6, 3), st.floats(0.05, 1))
 @settings(max_examples=40, deadline=None)
 def test_random_surfaces(seed, shape, load, hurst):
     height = rough_surface(shape, hurst=hurst, short=1, seed=seed)
