@@ -73,11 +73,6 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     exact.set_defaults(command=_shared(_exact))
     trade = _study(studies, "trade", "error against time of contact grids, methods and tolerances")
     add_scene(trade)
-    trade.add_argument(
-        "--lift",
-        action="store_true",
-        help="also what the fluid's pressure costs: flow.lift none, range, resolved",
-    )
     add_work(trade, "contact grid")
     trade.set_defaults(command=_shared(_trade))
     moved.add(studies, moved.STUDIES)
@@ -240,19 +235,15 @@ def _trade(options: argparse.Namespace) -> int:
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.pictures import trade_figure
     from fem_seal.verification.trade import (
-        LIFT_COLUMNS,
         TRADE_COLUMNS,
-        lift_price,
         recommend,
         trade,
     )
 
     scene = _scene(options)
     with Display() as report:
-        settings = {"out": options.out, "work": work_of(options), "report": report}
-        result = trade(scene, **settings)
-        lifts = lift_price(scene, **settings) if options.lift else []
-    if result is None or lifts is None:
+        result = trade(scene, out=options.out, work=work_of(options), report=report)
+    if result is None:
         return _unfinished(options)
     finer = per_cent(result.uncertainty) if result.uncertainty < inf else "not known"
     advice = (
@@ -267,7 +258,4 @@ def _trade(options: argparse.Namespace) -> int:
     if scene.lift != "none":
         say(f"dry        {NOT_LIFTED}")
     say(f"{text}\n\n{as_text(result.points, TRADE_COLUMNS)}")
-    if lifts:
-        write_text(options.out / "trade-lift.csv", as_csv(lifts))
-        say(f"\nthe fluid's pressure:\n{as_text(lifts, LIFT_COLUMNS)}")
     return 0

@@ -6,7 +6,6 @@ the discretization error of the contact. The same surface is solved under the sa
 finer grids; the distance of each leak rate from that on the finest grid is its contact part, and
 what a still finer one would change is estimated as for any result (`grid_series`). Grids that are
 sealed where the finest leaks are left out: they have no leak rate to compare.
-`lift_price` compares the settings of flow.lift on the same grids.
 """
 
 from collections.abc import Sequence
@@ -36,13 +35,9 @@ from fem_seal.sweep.point import name_of
 
 FACTORS = (0.25, 0.5, 1.0, 2.0)
 TOLERANCES = (0.3, 0.1, 0.03)
-LIFTS = ("none", "range", "resolved")
 # Columns of the tables on a terminal.
 TRADE_COLUMNS = (
     *("total_error", "samples", "flow", "leak_rate", "contact_error", "flow_error", "seconds"),
-)
-LIFT_COLUMNS = (
-    *("off", "samples", "lift", "leak_rate", "lower", "upper", "converged", "dry_runs"),
 )
 TARGETS = (0.5, 0.2, 0.1, 0.05, 0.02)  # total errors for which the cheapest point is named
 
@@ -66,16 +61,14 @@ class Run:
 
     samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
     flow: FlowMethod  #: flow method and its tolerance
-    lift: str  #: setting of flow.lift
     state: FlowState  #: state of the leak rate, such as "leaking"
-    #: leak rate [m³/s]; with the lift "range" that of the dry contact
+    #: leak rate of the dry contact [m³/s]
     leak_rate: float = field(metadata={"header": "Q [m^3/s]"})
-    #: bounds of the leak rate [m³/s]: with "range" its ends, with "resolved" widened by the
-    #: uncertainty of the equilibrium. None if there is no end, as for finite differences
+    #: bounds of the leak rate [m³/s]; None for finite differences
     lower: float | None = field(metadata={"header": "lower [m^3/s]"})
     upper: float | None = field(metadata={"header": "upper [m^3/s]"})
     converged: bool  #: whether the tolerance was reached
-    #: CPU time of dry contact, flow and lift [s]
+    #: CPU time of contact and flow [s]
     seconds: float = field(metadata={"header": "CPU time [s]"})
     contact_seconds: float  #: CPU time of the contact alone [s]
     #: largest resident memory of the process during the flow solve, libraries included
@@ -127,23 +120,12 @@ class _Contact:
 
 
 @dataclass(frozen=True)
-class LiftRow(Run):
-    """A `Run` compared with the resolved one on its grid."""
-
-    #: largest factor between an end of the leak rate and the resolved leak rate; None if there is
-    #: no end, or only one of the two is sealed
-    off: float | None = field(default=None, metadata={"header": "off by"})
-    dry_runs: float = 1.0  #: CPU time over that of the dry contact and its flow
-
-
-@dataclass(frozen=True)
 class RunTask(Task[Run]):
     """Task of one flow solve on one contact grid."""
 
     scene: Scene
     samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
     flow: FlowMethod
-    lift: str  #: in place of the scene's flow.lift
 
     def compute(self, handed_on: _Contact, report: Report, comm: Comm) -> Run:
         """Solve the flow, and before it the contact unless an earlier flow on its grid has."""
@@ -155,7 +137,7 @@ class RunTask(Task[Run]):
             report,
             surface=pressed.surface,
             contact=pressed.contact,
-            lift=self.lift,
+            lift="none",
             flow=replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits),
             comm=comm,
         )
@@ -163,23 +145,14 @@ class RunTask(Task[Run]):
         start = process_time()
         leak = patch.leak_rate
         seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
-        lower, upper, converged = leak.lower, leak.upper, leak.converged
-        if self.lift == "range":
-            ends = patch.lift_range
-            lower, upper = ends[0].lower, ends[1].upper
-            converged = converged and all(end.converged for end in ends)
-        elif self.lift == "resolved" and leak.lower:
-            claimed = 1 + present(patch.lifted, "lifted state").claimed
-            lower, upper = leak.bounds[0] / claimed, leak.bounds[1] * claimed
         return Run(
             samples=self.samples,
             flow=self.flow,
-            lift=self.lift,
             state=leak.state,
             leak_rate=leak.value,
-            lower=lower,
-            upper=None if upper == inf else upper,
-            converged=converged,
+            lower=leak.lower,
+            upper=leak.upper,
+            converged=leak.converged,
             seconds=handed_on.seconds + seconds,
             contact_seconds=handed_on.seconds,
             memory_bytes=memory,
@@ -212,7 +185,7 @@ def trade(
     work: Work | None = None,
     report: Report = silent,
 ) -> Trade | None:
-    """Compute a scene over contact grids and flow methods.
+    """Compute the dry contact of a scene over contact grids and flow methods.
 
     Parameters
     ----------
@@ -229,72 +202,27 @@ def trade(
     -------
     None if some solves are left to other parts of the study.
     """
-    # Methods and grids are compared on the dry contact.
-    variants = [(scene, choice, "none") for choice in _choices(tolerances)]
-    by_area = scene.contact is not None and scene.contact.area_fraction is not None
-    runs = _computed(scene, factors, variants, out, work, report)
-    return None if runs is None else trade_of([run for of_grid in runs for run in of_grid], by_area)
-
-
-def lift_price(
-    scene: Scene,
-    *,
-    factors: Sequence[float] = FACTORS[:3],
-    out: Path | None = None,
-    work: Work | None = None,
-    report: Report = silent,
-) -> list[LiftRow] | None:
-    """Compute a scene with the three settings of flow.lift over contact grids.
-
-    The leak rate of the dry contact differs from the resolved one; the range encloses it.
-
-    Parameters
-    ----------
-    scene : scene with a surface and a contact that a fluid can lift; its flow.lift is not used
-    factors, out, work : as of `trade`
-
-    Returns
-    -------
-    Three for each grid; None if some are left to other parts of the study.
-    """
-    if scene.flow.method == "finite-difference":
-        raise InvalidInput(
-            "the answers are compared by their bounds, and flow.method = 'finite-difference' has "
-            "none; choose adaptive or uniform"
-        )
-    method = FlowMethod(scene.flow.method, scene.flow.rtol)
-    asked = [{"flow.lift": lift, "output.products": ["leak_rate"]} for lift in LIFTS]
-    variants = [(one, method, one.lift) for one in map(scene.with_, asked)]
-    runs = _computed(scene, factors, variants, out, work, report)
-    return None if runs is None else [row for of_grid in runs for row in held_against_lift(of_grid)]
-
-
-def _computed(
-    scene: Scene,
-    factors: Sequence[float],
-    variants: Sequence[tuple[Scene, FlowMethod, str]],
-    out: Path | None,
-    work: Work | None,
-    report: Report,
-) -> list[list[Run]] | None:
-    """Runs of all variants by grid; None if some are left to other parts of the study."""
     grids = trade_grids(surface_of(scene, None).shape, factors)
     with temporary_folder() if out is None else nullcontext(out) as kept:
         folder = RecordFolder(kept / "points", Run)
-        tasks = [[_task(samples, *variant) for variant in variants] for samples in grids]
+        tasks = [
+            [_task(samples, scene, choice) for choice in _choices(tolerances)] for samples in grids
+        ]
         chains = [Chain(folder, tuple(of_grid), _Contact) for of_grid in tasks]
         if compute_study(chains, work, report).missing:
             return None
-        return [
-            [present(folder.point(task.name), task.label) for task in of_grid] for of_grid in tasks
+        runs = [
+            present(folder.point(task.name), task.label) for of_grid in tasks for task in of_grid
         ]
+    by_area = scene.contact is not None and scene.contact.area_fraction is not None
+    return trade_of(runs, by_area)
 
 
-def _task(samples: tuple[int, int], scene: Scene, flow: FlowMethod, lift: str) -> RunTask:
+def _task(samples: tuple[int, int], scene: Scene, flow: FlowMethod) -> RunTask:
     grid = f"{samples[0]}x{samples[1]}"
     tolerance = f"-{flow.rtol:g}" if flow.rtol else ""
-    name = f"{name_of(scene)}-{grid}-{flow.method}{tolerance}-lift-{lift}"
-    return RunTask(name, f"contact {grid}, {flow}, lift {lift}", scene, samples, flow, lift)
+    name = f"{name_of(scene)}-{grid}-{flow.method}{tolerance}"
+    return RunTask(name, f"contact {grid}, {flow}", scene, samples, flow)
 
 
 def surface_of(scene: Scene, comm: Comm) -> GridField:
@@ -372,29 +300,6 @@ def _point(run: Run, best: float, reference: float, uncertainty: float) -> Trade
     return TradePoint(
         **vars(run), contact_error=contact, flow_error=flow, total_error=contact + flow
     )
-
-
-def held_against_lift(runs: Sequence[Run]) -> list[LiftRow]:
-    """Compare the leak rates on one grid, in the order of LIFTS, with the resolved one."""
-    dry, _, resolved = runs
-    return [
-        LiftRow(
-            **vars(run),
-            off=_largest_factor(run, resolved.leak_rate),
-            dry_runs=run.seconds / dry.seconds,
-        )
-        for run in runs
-    ]
-
-
-def _largest_factor(run: Run, exact: float) -> float | None:
-    """Largest factor between an end of a run's leak rate and the exact one, in either direction."""
-    if run.lower is None or run.upper is None:
-        return None
-    ends = (run.lower, run.upper)
-    if exact == 0 or 0 in ends:
-        return 1.0 if max(ends) == exact == 0 else None
-    return max(max(end / exact, exact / end) for end in ends)
 
 
 def mark_pareto(points: Sequence[TradePoint]) -> tuple[TradePoint, ...]:

@@ -27,7 +27,7 @@ def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
     bounds = (None, None) if method == "finite-difference" else (0.9, 1.1)
     flow_method, errors = FlowMethod(method, None), (contact, flow, contact + flow)
     return TradePoint(
-        *(samples, flow_method, "none", "leaking", 1.0, *bounds, True, seconds, 0.1, 10**8),
+        *(samples, flow_method, "leaking", 1.0, *bounds, True, seconds, 0.1, 10**8),
         *(1e-7, 1e-9),
         *errors,
     )
@@ -137,7 +137,7 @@ def run(n, leak_rate, unresolved):
     state, gap = ("leaking", 1.0) if leak_rate else ("sealed", 0.0)
     flow, bounds = FlowMethod("adaptive", 0.1), (0.99 * leak_rate, 1.01 * leak_rate)
     cost = (True, 1.0, 0.1, 10**8)
-    return Run((n, n), flow, "none", state, leak_rate, *bounds, *cost, gap, unresolved)
+    return Run((n, n), flow, state, leak_rate, *bounds, *cost, gap, unresolved)
 
 
 def test_a_sealed_grid_is_left_out():
@@ -195,6 +195,18 @@ def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     assert "cannot be written" in capsys.readouterr().err
     with pytest.raises(SystemExit, match="2"):
         cli.main(["study", "exact", "--grids", "0", "--out", out])
+
+
+def test_parts_and_jobs_compute_the_table_together(small_scene, tmp_path, capsys):
+    """Each part computes its grids in two processes; --gather then writes the table."""
+    path, out = write_toml(tmp_path / "scene.toml", small_scene), tmp_path / "trade"
+    command = ["study", "trade", str(path), "--out", str(out)]
+    assert cli.main([*command, "--part", "1/2", "--jobs", "2"]) == 0
+    assert "not computed yet" in capsys.readouterr().out
+    assert not (out / "trade.csv").exists()
+    assert cli.main([*command, "--part", "2/2"]) == 0
+    assert cli.main([*command, "--gather"]) == 0
+    assert len((out / "trade.csv").read_text().splitlines()) == 1 + 4 * 5
 
 
 def test_studies_say_what_they_leave_out(small_scene, tmp_path, capsys):
