@@ -206,14 +206,14 @@ def test_the_judge():
 
 def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch, tmp_path):
     """The cascade is stopped after too few steps on the second grid of two."""
-    real = methods.solve
+    real = methods.by_differences
 
     def failing(film, *, cascade, **options):
         if cascade and film.gap.shape[0] > 16:
             raise NotConverged("too few steps")
         return real(film, cascade=cascade, **options)
 
-    monkeypatch.setattr(methods, "solve", failing)
+    monkeypatch.setattr(methods, "by_differences", failing)
     rows, _ = on_film(FILM, SETTING, grids=2, methods=("cascade", "linear-gap", "adaptive"))
     first, second = series(rows, "FD linear-gap, cascade")
     # Where it converges it is the number of the elimination, to its tolerance of 1e-8.
