@@ -6,8 +6,8 @@ from numbers import Real
 import numpy as np
 
 from fem_seal.contact.halfspace import HalfSpace
-from fem_seal.contact.methods import ContactStopping, Converged, converge
-from fem_seal.contact.problem import Iterate, Measures, Problem
+from fem_seal.contact.methods import ContactStopping, converge
+from fem_seal.contact.problem import Problem
 from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput, present
@@ -112,49 +112,36 @@ class ContactPair:
         level = mean_gap / self.unit_height
         if level >= self.heights.max():
             gap = np.maximum(level - self.heights, 0)
-            return self._open(gap * self.unit_height, stopping)
+            return self._open(gap * self.unit_height)
         pressure = np.zeros(self.height.shape) if start is None else start / self.unit_pressure
         problem = Problem(self.heights, self.half_space, mean_gap=level)
         return self._converged(problem, pressure, stopping)
 
-    def touching(self, stopping: ContactStopping) -> ContactState:
+    def touching(self) -> ContactState:
         """First touch, without load."""
-        return self._open(self.height.values.max() - self.height.values, stopping)
+        return self._open(self.height.values.max() - self.height.values)
 
-    def _open(self, gap: np.ndarray, stopping: ContactStopping) -> ContactState:
+    def _open(self, gap: np.ndarray) -> ContactState:
         """Exact state of a surface that carries no load."""
-        exact = Converged(Iterate(0, np.zeros(self.height.shape), 0.0), Measures(), ())
-        return self._state(gap, exact, 0.0, stopping)
+        return ContactState(self._field(gap), self._field(np.zeros_like(gap)), self.contact_modulus)
 
     def _converged(
         self, problem: Problem, pressure: np.ndarray, stopping: ContactStopping
     ) -> ContactState:
         """Solve, and make the state of the accepted pressure and the gap that it causes."""
-        spent = self.half_space.pairs
         end = converge(problem, pressure, stopping)
         pressure, gap = end.iterate.pressure, present(end.iterate.gap, "gap of an iterate")
         gap = np.maximum(gap - problem.offset(pressure, gap), 0)
         gap[pressure > 0] = 0
-        spent = self.half_space.pairs - spent
-        return self._state(gap * self.unit_height, end, spent, stopping)
-
-    def _state(
-        self, gap: np.ndarray, end: Converged, fft_pairs: float, stopping: ContactStopping
-    ) -> ContactState:
-        measures = end.measures
         return ContactState(
-            gap=self._field(gap),
-            pressure=self._field(end.iterate.pressure * self.unit_pressure),
+            gap=self._field(gap * self.unit_height),
+            pressure=self._field(pressure * self.unit_pressure),
             contact_modulus=self.contact_modulus,
-            certificate=measures.certificate,
-            complementarity=measures.complementarity,
-            pressed_gap=measures.pressed_gap,
-            penetration=measures.penetration,
+            certificate=end.measures.certificate,
+            pressed_gap=end.measures.pressed_gap,
+            penetration=end.measures.penetration,
             iterations=end.iterate.iteration,
-            fft_pairs=fft_pairs,
             residuals=end.residuals,
-            solver=stopping.solver,
-            converged=True,
         )
 
     def _field(self, values: np.ndarray) -> GridField:

@@ -65,16 +65,12 @@ class Problem:
         """Residuals of a pressure and the gap that it causes."""
         offset, total = self.offset(pressure, gap), float(pressure.sum()) or 1.0
 
-        def distances(rows: slice) -> tuple[float, float, float, float]:
+        def distances(rows: slice) -> tuple[float, float, float]:
             p, g = pressure[rows], gap[rows]
-            level = g - offset
-            distance = np.abs(level, out=level)
-            pressed = float(distance.max(initial=0.0, where=p > 0))
-            return float(np.vdot(p, g)), float(np.vdot(p, distance)), pressed, float(g.min())
+            pressed = float(np.abs(g - offset).max(initial=0.0, where=p > 0))
+            return float(np.vdot(p, g)), pressed, float(g.min())
 
-        works, apart, pressed, lows = zip(
-            *self.half_space.passes.over(gap.shape, distances), strict=True
-        )
+        works, pressed, lows = zip(*self.half_space.passes.over(gap.shape, distances), strict=True)
         mean_gap_error = 0.0
         if self.mean_gap is not None:
             # The state's gap is 0 on pressed samples and where the surfaces overlap.
@@ -82,7 +78,6 @@ class Problem:
             mean_gap_error = abs(reached / self.mean_gap - 1)
         return Measures(
             certificate=max(0.0, sum(works) / total - min(lows)),
-            complementarity=sum(apart) / total,
             pressed_gap=max(pressed),
             penetration=max(0.0, offset - min(lows)),
             mean_gap_error=mean_gap_error,
@@ -133,11 +128,10 @@ class Problem:
 class Measures:
     """Residuals of a pressure in a `Problem`; lengths in units of the rms height."""
 
-    certificate: float = 0.0  #: duality gap Σ p (g - min g) / Σ p
-    complementarity: float = 0.0  #: Σ |p g| / Σ p
-    pressed_gap: float = 0.0  #: largest ``|g|`` on the samples that carry pressure
-    penetration: float = 0.0  #: deepest overlap, the largest -g of all samples
-    mean_gap_error: float = 0.0  #: relative error of the mean gap where it is prescribed, else 0
+    certificate: float  #: duality gap Σ p (g - min g) / Σ p
+    pressed_gap: float  #: largest ``|g|`` on the samples that carry pressure
+    penetration: float  #: deepest overlap, the largest -g of all samples
+    mean_gap_error: float  #: relative error of the mean gap where it is prescribed, else 0
 
 
 @dataclass(frozen=True, eq=False)

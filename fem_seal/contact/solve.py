@@ -104,19 +104,17 @@ def contact_under(
 def load_to(
     pair: ContactPair, load: Load, stopping: ContactStopping, start: np.ndarray | None
 ) -> ContactState:
-    """Contact under one load; `fft_pairs` counts all that was spent on it."""
+    """Contact under one load; the caller counts the transforms."""
     if load.value == 0:
-        return pair.touching(stopping)
+        return pair.touching()
     reach = {
         "pressure": pair.under_pressure,
         "mean_gap": pair.at_mean_gap,
         "area_fraction": lambda *args: pressure_for_area(pair, *args),
     }[load.kind]
-    spent = pair.half_space.pairs
     if start is None and load.kind == "pressure" and METHODS[stopping.solver].starts_coarse:
         start = coarse_start(pair, load.value)
-    state = reach(load.value, stopping, start)
-    return replace(state, fft_pairs=pair.half_space.pairs - spent)
+    return reach(load.value, stopping, start)
 
 
 def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:

@@ -87,17 +87,14 @@ class ContactState(GapState):
     #: duality gap of the returned pressure, Σ p (g - min g) / (h_rms Σ p), computed from this
     #: pressure alone in float64. It proves that the energy per area lies within certificate × mean
     #: pressure × h_rms above the minimum
-    certificate: float
-    complementarity: float  #: ``Σ |p g| / (h_rms Σ p)`` of the computed gap
+    certificate: float = 0.0
     #: largest ``|g|`` of the computed gap where the pressure is positive, in units of h_rms
-    pressed_gap: float
-    penetration: float  #: deepest overlap of the computed gap, in units of h_rms
-    iterations: int
-    fft_pairs: float  #: forward and backward transforms spent, start and certificate included
+    pressed_gap: float = 0.0
+    penetration: float = 0.0  #: deepest overlap of the computed gap, in units of h_rms
+    iterations: int = 0
+    fft_pairs: float = 0.0  #: forward and backward transforms spent, start and certificate included
     #: certificate at each iteration for which it was computed (damped and fista: every 20)
-    residuals: tuple[float, ...]
-    solver: str  #: name of the method
-    converged: bool  #: true for every state that `press` returns
+    residuals: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -129,20 +129,7 @@ class LiftProblem:
 
     def floating(self, gap: np.ndarray) -> ContactState:
         """State of a solid that floats above the counter-face, with a gap (nx, ny) [m]."""
-        return ContactState(
-            gap=self.field(gap),
-            pressure=self.field(np.zeros_like(gap)),
-            contact_modulus=self.contact_modulus,
-            certificate=0.0,
-            complementarity=0.0,
-            pressed_gap=0.0,
-            penetration=0.0,
-            iterations=0,
-            fft_pairs=0.0,
-            residuals=(),
-            solver="newton",
-            converged=True,
-        )
+        return ContactState(self.field(gap), self.field(np.zeros_like(gap)), self.contact_modulus)
 
     def between_ends(self, pressure: np.ndarray) -> np.ndarray:
         """A pressure [Pa], clipped to those of the two ends."""

