@@ -58,12 +58,6 @@ class ContactTangent:
             moved -= moved.sum() / self._uniform.sum() * self._uniform
         return moved
 
-    def of_load(self, tolerance: float) -> np.ndarray:
-        """Change of the gap (nx, ny) with the load of solid and fluid together [m/Pa]."""
-        if self._uniform is not None:
-            return np.zeros(self._opened.shape)
-        return -self._inverse(np.ones(self._opened.shape), tolerance)
-
     def _inverse(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
         """Solve M δg = v on the open samples by conjugate gradients.
 

@@ -103,9 +103,3 @@ class RecordFolder(PointFolder[Point]):
     def save(self, path: Path, point: Point) -> None:
         """Write a file."""
         write_text(path, self._json.dump_json(point, indent=1).decode() + "\n")
-
-    def matching(self, pattern: str) -> list[Point]:
-        """Points of the folder, by this process or others, whose names match a glob."""
-        paths = sorted(self.folder.glob(f"{pattern}{self.suffix}"))
-        points = (self.point(path.name.removesuffix(self.suffix)) for path in paths)
-        return [point for point in points if point is not None]
