@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from fem_seal.digits import bracket_digits, per_cent
-from fem_seal.errors import Inconsistent, InvalidInput
+from fem_seal.errors import Inconsistent
 from fem_seal.tables import html_table
 
 FlowState: TypeAlias = Literal["leaking", "sealed", "lifted off"]
@@ -86,25 +86,6 @@ class FlowField:
     #: (C, 3) int8, `FacetTag` of the side opposite each corner, INSIDE where another cell
     #: shares the side. None in files that an earlier version wrote
     facet_tags: np.ndarray | None = None
-
-    def __post_init__(self) -> None:
-        points, cells = len(self.points), len(self.cells)
-        shapes = {
-            "points": (points, 2),
-            "cells": (cells, 3),
-            "gap": (points,),
-            "pressure": (points,),
-            "flux": (cells, 2),
-        }
-        if self.facet_tags is not None:
-            shapes["facet_tags"] = (cells, 3)
-        for name, shape in shapes.items():
-            actual = np.shape(getattr(self, name))
-            if actual != shape:
-                raise InvalidInput(
-                    f"{name} of a flow with {points} points and {cells} cells must have the shape "
-                    f"{shape}, got {actual}"
-                )
 
 
 @dataclass(frozen=True, eq=False)

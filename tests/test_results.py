@@ -135,12 +135,6 @@ def field():
     )
 
 
-@pytest.mark.parametrize("name", ["points", "cells", "gap", "pressure", "flux", "facet_tags"])
-def test_flow_field_of_other_shapes_is_refused(field, name):
-    with pytest.raises(InvalidInput, match=f"{name} of a flow with 4 points and 2 cells"):
-        replace(field, **{name: getattr(field, name)[:, None]})
-
-
 def test_flow_field_is_read_back_exactly(field, tmp_path):
     write_flow(tmp_path, field)
     read = read_flow(tmp_path)
