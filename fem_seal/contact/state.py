@@ -6,7 +6,6 @@ from functools import cached_property
 import numpy as np
 
 from fem_seal.digits import with_prefix
-from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.tables import html_table
 
@@ -19,11 +18,6 @@ class GapState:
     """A gap and the contact in it."""
 
     gap: GridField  #: [m] >= 0 and periodic; **contact is where it is exactly 0**
-
-    def __post_init__(self) -> None:
-        lowest = self.gap.values.min()
-        if lowest < 0:
-            raise InvalidInput(f"a gap must not be negative, got {lowest:.3e} m")
 
     @cached_property
     def contact(self) -> np.ndarray:
@@ -95,14 +89,6 @@ class ContactState(GapState):
     fft_pairs: float = 0.0  #: forward and backward transforms spent, start and certificate included
     #: certificate at each iteration for which it was computed (damped and fista: every 20)
     residuals: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        lowest = self.pressure.values.min()
-        if lowest < 0:
-            raise InvalidInput(f"a contact pressure must not be tensile, got {lowest:.3e} Pa")
-        if np.any((self.pressure.values > 0) & (self.gap.values > 0)):
-            raise InvalidInput("a contact pressure must vanish where the gap is open")
 
     @cached_property
     def mean_pressure(self) -> float:

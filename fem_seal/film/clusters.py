@@ -6,10 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
-from fem_seal.film.lattice import DUAL_CONNECTIVITY
 from fem_seal.mesh.grouping import components
-from fem_seal.registry import require_known
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +53,6 @@ def _pieces(
     """
     from scipy import ndimage
 
-    require_known(DUAL_CONNECTIVITY, connectivity, "connectivity")
-    mask = np.asarray(mask, dtype=bool)
-    if mask.ndim != 2:
-        raise InvalidInput(f"a mask must be two-dimensional, got shape {mask.shape}")
     structure = np.ones((3, 3)) if connectivity == "8" else None
     labels, count = ndimage.label(mask, structure=structure)
     seams = seam_links(labels, connectivity, periodic)

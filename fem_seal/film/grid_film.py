@@ -1,6 +1,6 @@
 """A film whose gap is given on a grid; the fluid flows along its first axis."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,8 @@ class GridFilm:
     #: "linear" or "constant": the samples are vertices and the gap is linear on triangles between
     #: them, or each sample fills one pixel
     representation: str = "linear"
+    #: the gap's vertices or pixels, each physical point once, and their neighbourhood
+    sites: Lattice = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not isinstance(self.gap, GridField):
@@ -36,13 +38,7 @@ class GridFilm:
                 f"the gap is a {type(self.gap).__name__}; make it a "
                 "GridField(values, spacing, periodic)"
             )
-        # Build the lattice now, so that bad input is refused here and not by a later step.
-        self.sites  # noqa: B018
-
-    @cached_property
-    def sites(self) -> Lattice:
-        """The gap's vertices or pixels, each physical point once, and their neighbourhood."""
-        return lattice(self)
+        object.__setattr__(self, "sites", lattice(self))
 
     @property
     def samples(self) -> np.ndarray:

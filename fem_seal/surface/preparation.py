@@ -10,7 +10,6 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import HEIGHT_NAMES, FieldMap, Stated, read_map
 from fem_seal.grid import GridField
-from fem_seal.registry import require_known
 from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.missing import fill
@@ -148,7 +147,6 @@ def _on_maps(heights: FieldMap, plan: Preparation) -> Iterator[tuple[str, FieldM
         heights = cropped(heights, plan.crop)
         yield "crop", heights
     if plan.outliers is not None:
-        require_known(("missing",), plan.outliers, "outliers")
         heights = without_outliers(heights)
         yield f"outliers {plan.outliers}", heights
     # Filled points are no measurements: the trend is that of the others, and holes at a tilted

@@ -1,13 +1,11 @@
 """Clusters against a flood fill over the neighbour pairs of `slow_reference`."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from slow_reference import edges
 
-from fem_seal.errors import InvalidInput
 from fem_seal.film import clusters
 
 CONNECTIVITIES = ("4", "8", "triangulation")
@@ -75,13 +73,3 @@ def test_an_empty_mask_has_no_largest_cluster():
     labels, count = clusters.label(np.zeros((3, 4), bool), "8")
     assert count == 0
     assert not clusters.largest(labels, count).any()
-
-
-def test_unknown_connectivity_is_refused_and_the_known_are_listed():
-    with pytest.raises(InvalidInput, match=r"'6'.*4, 8, triangulation"):
-        clusters.label(np.ones((2, 2), bool), "6")
-
-
-def test_mask_must_be_two_dimensional():
-    with pytest.raises(InvalidInput, match="two-dimensional"):
-        clusters.label(np.ones(3, bool), "4")
