@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from fem_seal.contact.settings import one_load
 from fem_seal.contact.state import BearingState
-from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
 
@@ -22,18 +22,12 @@ def bearing(
         are equal: they touch together); the highest point always touches
     mean_gap : [m], > 0
     """
-    if (area_fraction is None) == (mean_gap is None):
-        raise InvalidInput("the bearing model needs either area_fraction or mean_gap")
-    heights = height.values
-    if area_fraction is not None:
-        if not 0 <= area_fraction < 1:
-            raise InvalidInput(f"area_fraction must lie in [0, 1), got {area_fraction}")
-        touching = max(1, round(area_fraction * heights.size))
+    load, heights = one_load(area_fraction=area_fraction, mean_gap=mean_gap), height.values
+    if load.kind == "area_fraction":
+        touching = max(1, round(load.value * heights.size))
         plane = np.partition(heights, heights.size - touching, axis=None)[-touching]
-    elif mean_gap is None or not (np.isfinite(mean_gap) and mean_gap > 0):
-        raise InvalidInput(f"mean_gap must be a positive length in m, got {mean_gap}")
     else:
-        plane = _plane_at_mean_gap(heights, mean_gap)
+        plane = _plane_at_mean_gap(heights, load.value)
     gap = GridField(np.maximum(plane - heights, 0), height.spacing, height.periodic)
     return BearingState(gap, shift=float(heights.max() - plane))
 

@@ -49,8 +49,8 @@ def test_ties_touch_together():
 @pytest.mark.parametrize(
     ("loads", "message"),
     [
-        ({}, "either"),
-        ({"area_fraction": 0.1, "mean_gap": 1.0}, "either"),
+        ({}, "exactly one load"),
+        ({"area_fraction": 0.1, "mean_gap": 1.0}, "exactly one load"),
         ({"area_fraction": 1.0}, "area_fraction"),
         ({"mean_gap": 0.0}, "mean_gap"),
         ({"mean_gap": float("nan")}, "mean_gap"),
