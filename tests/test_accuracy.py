@@ -289,9 +289,13 @@ def test_the_lift_is_part_of_the_total(accurate_scene, total):
     accurate_scene["accuracy"] = {"total": total}
     patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
     assert patch.leak_rate.converged
-    assert choice.lift_error > 0
+    parts = choice.contact_error, choice.flow_error, choice.lift_error
+    assert min(parts) > 0
+    assert sum(map(log1p, parts)) <= log1p(total) * (1 + 1e-9)
+    # And the budget, which multiplies the same parts, counts no less than any one of them.
     lower, upper = combined(error_budget(patch))
-    assert 1 / (1 + total) <= lower < upper <= 1 + total
+    assert 1 / (1 + total) <= lower <= 1 / (1 + max(parts))
+    assert 1 + max(parts) <= upper <= 1 + total
 
 
 def test_a_smaller_total_costs_a_finer_grid_or_a_narrower_bracket(accurate_scene):

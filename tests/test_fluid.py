@@ -317,20 +317,6 @@ def test_caution_where_the_gas_slips(gap_scene, rtol, slips):
     assert (entry.lower, entry.upper) == (1.0, None if slips else pytest.approx(1 + 6 * kn))
 
 
-@pytest.mark.parametrize(
-    ("part", "decision"), [(10.0, "undecided"), (1.01, "undecided"), (0.99, "above limit")]
-)
-def test_verdict_of_a_gas_that_slips(gap_scene, part, decision):
-    """No slip is a lower bound: below a limit nothing is certain, above it all stands."""
-    gap = np.full((5, 5), 1e-7)
-    scene = Scene.from_mapping(gap_scene(gap))
-    limit = f"{part * Patch(scene).leak_rate.value} m^3/s"
-    verdict = solve(scene.with_({"limit.leak_rate": limit})).result().verdict
-    assert verdict.decision == decision
-    assert "not covered" in verdict.sentence
-    assert "slip" in verdict.sentence
-
-
 BAD = {
     "flow.pressure_drop=1 bar": "does not fix the flow of a gas, which goes as p_in² - p_out²",
     "flow.inlet_pressure=": "flow.inlet_pressure is missing: fluid.kind = 'gas' needs both",

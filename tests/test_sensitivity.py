@@ -1,4 +1,7 @@
-"""Derivatives of ln Q: Taylor remainders of order 2, and what dimensions and scaling prescribe."""
+"""The product "sensitivity", derivatives of ln Q by each input and height, against differences.
+
+Taylor remainders of order 2, and what dimensions prescribe. Ranges of inputs: test_inputs.py.
+"""
 
 import json
 from math import log

@@ -159,8 +159,8 @@ def test_budget_and_verdict_count_the_lift():
 
 def test_a_decision_counts_the_lift():
     """The flow alone would decide both limits. The near one lies within the error of the lift, at
-    most half of flow.rtol, and the result says that the decision is missing. The far one is
-    decided.
+    most half of flow.rtol, and the result says that the decision is missing; a smaller tolerance
+    reaches it. The far one is decided.
     """
 
     def judged(limit, **flow):
@@ -169,10 +169,13 @@ def test_a_decision_counts_the_lift():
         return solve(Scene.from_mapping(mapping)).result()
 
     most = solve(scene(rtol=0.005)).result().leak_rate.upper
-    far, near = judged(1.5 * most), judged(1.01 * most)
+    far, near = judged(1.3 * most), judged(1.01 * most)
     assert (far.verdict.decision, far.converged) == ("within limit", True)
     assert (near.verdict.decision, near.converged) == ("undecided", False)
+    assert near.leak_rate.upper < 1.01 * most
     assert "uncertainty of the lift" in near.reason
+    narrow = judged(1.01 * most, rtol=0.005)
+    assert (narrow.verdict.decision, narrow.converged) == ("within limit", True)
 
 
 def test_a_decision_that_the_fluid_pressure_leaves_open_is_missing():

@@ -79,29 +79,6 @@ def gap(rows, periodic=False):
     return GridField(np.array(rows, dtype=float), (1e-6, 1e-6), periodic)
 
 
-def test_corner_contact_is_decided_by_the_representation():
-    """Two open points across a pixel corner, contact at the other two.
-
-    Pixels that share only a corner exchange no fluid. On the triangulation the diagonal of pixel
-    (0, 0) joins (0, 0) to (1, 1); no edge joins (1, 0) to (0, 1).
-    """
-    assert not GridFilm(gap([[1, 0], [0, 1]])).sealed
-    assert GridFilm(gap([[0, 1], [1, 0]])).sealed
-    assert GridFilm(gap([[1, 0], [0, 1]]), "wall", "constant").sealed
-    assert GridFilm(gap([[0, 1], [1, 0]]), "wall", "constant").sealed
-
-
-def test_contact_line_seals_and_one_hole_opens():
-    h = np.ones((7, 6))
-    h[3] = 0
-    for sides in ("wall", "periodic"):
-        for representation in ("linear", "constant"):
-            assert GridFilm(gap(h, True), sides, representation).sealed
-            h_open = h.copy()
-            h_open[3, 5] = 1
-            assert not GridFilm(gap(h_open, True), sides, representation).sealed
-
-
 def test_periodic_copy_of_the_inlet_row_is_the_outlet():
     """A periodic gap repeats row 0 at x = Lx: contact in row 0 seals both ends."""
     h = np.ones((4, 4))

@@ -7,6 +7,7 @@ from fem_seal.film import GridFilm
 from fem_seal.film.law import leak_rate_of_square
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
+from fem_seal.surface import Spectrum, self_affine
 
 UNIT = {"viscosity": 1.0, "pressure_drop": 1.0}
 
@@ -17,8 +18,6 @@ def film(values, sides="periodic"):
 
 def rough(seed, contact=0.2, n=32):
     """Smooth random gap with a part of it in contact."""
-    from fem_seal.surface import Spectrum, self_affine
-
     spectrum = Spectrum(0.8, n / 2, 4.0)
     heights = self_affine(spectrum, (n, n), (n, n), rms_height=1.0, seed=seed).values
     return np.maximum(heights - np.quantile(heights, contact), 0)
@@ -102,14 +101,3 @@ def test_bounds_are_second_order():
         errors.append(bound / exact - leak.upper / leak.value)
     # A quotient of 4 would be first seen at smaller sizes; first order would give 2.
     assert errors[0] / errors[1] > 3
-
-
-def test_start_from_a_nearby_flow():
-    """One level where a start from the coarsest mesh takes several, and bounds that agree."""
-    gap = rough(3, n=64)
-    _, flow = solved(film(gap))
-    other = film(np.maximum(gap - 0.01, 0))
-    cold, warm = leak_rate(other, **UNIT), leak_rate(other, **UNIT, start=flow.start)
-    assert len(warm.levels) < len(cold.levels)
-    assert max(cold.lower, warm.lower) <= min(cold.upper, warm.upper)
-    assert warm.converged

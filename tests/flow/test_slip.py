@@ -14,7 +14,6 @@ from triangulations import scattered_square
 
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.flow import Limits, leak_rate
-from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.flow.marking import Tuning
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, Slip
 from fem_seal.grid import GridField
@@ -223,19 +222,6 @@ def test_wedge(law, B, p_out, shape):
     assert lower <= exact * (1 + 1e-6)
     assert upper >= exact * (1 - 1e-6)
     assert found.converged
-
-
-def test_conductivity_tensor():
-    """At the mean pressure: stripes along and across, arithmetic and harmonic means of 𝒦/p."""
-    heights = np.array([0.4, 1.0, 0.7, 0.4])
-    gap = GridField(np.repeat(heights[None, :], 4, axis=0), (1.0, 1.0), periodic=True)
-    slip = Slip(1.2, 0.8, 2.0, KINETIC)
-    bounds = conductivity_tensor(gap, viscosity=1 / 12, slip=slip, representation="constant")
-    K = mobility(slip, heights, 1.0)
-    for k, exact in ((0, K.mean()), (1, 1 / np.mean(1 / K))):
-        assert bounds.lower[k, k] <= exact * (1 + ROUNDING)
-        assert bounds.upper[k, k] >= exact * (1 - ROUNDING)
-        assert bounds.upper[k, k] / bounds.lower[k, k] < 1.06
 
 
 def check_random(seed: int, law) -> LeakRate:

@@ -1,4 +1,7 @@
-"""[tolerances]: the entry "inputs" of the error budget, from the two corners of the box."""
+"""[tolerances], what the scene says of its inputs: the entry "inputs" of the error budget.
+
+The leak rate is solved again at the two corners of the box; derivatives: test_sensitivity.py.
+"""
 
 from dataclasses import replace
 from functools import cached_property

@@ -156,25 +156,6 @@ def test_verdict_does_not_depend_on_the_unit(rough, written):
         assert f"{unit} allowed" in result.verdict.sentence
 
 
-def test_limit_of_a_shape():
-    """Plane strip of even gap: Q = W h³ Δp/(12 η L), against limits beside it."""
-    exact = 2e-3 * 1e-18 * 1e5 / (12 * 1e-3 * 4e-3)
-    size = {"length": "4 mm", "width": "2 mm", "mesh_size": "1 mm", "gap": "1 um"}
-    for part, decision in ((1.01, "within limit"), (0.99, "above limit")):
-        scene = Scene.from_mapping(
-            {
-                "shape": {"kind": "rectangle", **size},
-                "fluid": {"viscosity": 1e-3},
-                "flow": {"pressure_drop": 1e5},
-                "limit": {"leak_rate": f"{part * exact} m^3/s"},
-                "output": {"products": ["leak_rate"]},
-            }
-        )
-        result = solve(scene).result()
-        assert result.verdict.decision == decision
-        assert result.quantities.constriction.gap == pytest.approx(1e-6, rel=1e-12, abs=0)
-
-
 def test_words_of_a_scene_with_a_limit(rough, truth):
     result = solve(rough(f"{truth.value} m^3/s", rtol=0.3)).result()
     labels = dict(lines_of(result))
