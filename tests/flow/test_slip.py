@@ -64,8 +64,7 @@ def test_a_channel_is_that_of_arkilic(B):
 
 
 @LAWS
-@pytest.mark.parametrize("representation", REPRESENTATIONS)
-@pytest.mark.parametrize("p_out", [0.0, 1.999])
+@pytest.mark.parametrize(("representation", "p_out"), [("linear", 0.0), ("constant", 1.999)])
 @pytest.mark.parametrize("B", [1e-6, 0.3, 1e9])
 def test_uniform_channel(law, representation, p_out, B):
     """The weight w(p) = c(g p/B) of the channel's own gap leaves nothing of the pressure open."""
@@ -103,7 +102,7 @@ def test_the_example_of_two_layers():
 
 @LAWS
 @pytest.mark.parametrize("p_out", [0.0, 1.9])
-@pytest.mark.parametrize("B", [1e-7, 1e-3, 0.1, 10.0, 1e3, 1e9])
+@pytest.mark.parametrize("B", [1e-7, 0.1, 10.0, 1e9])
 def test_layers_in_series(law, p_out, B):
     """Enclosed at all Knudsen numbers. To first order nothing is open in both limits, where the
     flow is linear in p² or in p; of the kinetic law no more than ±6 % (±2.2 % was seen)."""

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from functools import cache
 from math import inf
 
 import pytest
@@ -19,11 +18,6 @@ NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in PEER_ROWS else na
 NUMBER = r"-?\d[\d.]*(?:e[-+]?\d+)?"
 
 
-@cache
-def computed(name: str) -> Row:
-    return ROWS[name](False)
-
-
 def printed(name: str) -> list[str]:
     """Cells of a row of the page."""
     rows = [line for line in PAGE.splitlines() if line.startswith(f"| `{name}` |")]
@@ -32,27 +26,17 @@ def printed(name: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_both_intervals_overlap(name):
-    """To rounding: some bounds are exact."""
-    row = computed(name)
+def test_row(name):
+    """Both intervals overlap, to rounding: some bounds are exact. A reference that is wrong by a
+    factor of two is noticed: the errors are not that wide. The page makes the same claim, and its
+    interval, of more samples or seeds, overlaps this one."""
+    row, cells = ROWS[name](False), printed(name)
     assert abs(row.distance) <= 1 + 1e-6, (str(row.ours), str(row.reference))
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_row_can_fail(name):
-    """A reference that is wrong by a factor of two is noticed: the errors are not that wide."""
-    row = computed(name)
     for factor in (0.5, 2.0):
         ends = sorted(factor * end for end in (row.reference.lower, row.reference.upper))
         wrong = replace(row, reference=Number(factor * row.reference.value, *ends))
         noticed = abs(wrong.distance) > 1
         assert noticed or row.reference.upper == inf, (str(row.ours), str(wrong.reference))
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_page_has_the_same_claim_and_numbers(name):
-    """The page's interval, of more samples or seeds, overlaps this one."""
-    row, cells = computed(name), printed(name)
     assert cells[1] == row.claim
     assert cells[6:8] == [row.source, row.errors]
     for cell, number in zip(cells[2:4], (row.ours, row.reference), strict=True):
