@@ -107,6 +107,12 @@ def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> s
     return f"{low} or more" if high is None else f"{low} to {high}"
 
 
+def entry_words(entries: Iterable[Uncertainty], digits: int = 4) -> str:
+    """Names, factors and kinds of entries, "contact grid 0.8 to 1.25 (estimated)"."""
+    factors = ((e, factor_words(e.lower, e.upper, digits)) for e in entries)
+    return ", ".join(f"{e.name} {words} ({e.kind})" for e, words in factors)
+
+
 def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
     """List the entries that the bounds of the leak rate do not contain."""
     return tuple(entry for entry in budget if entry.key not in IN_BOUNDS)

@@ -14,7 +14,7 @@ from fem_seal.quantities.error_budget import (
     Uncertainty,
     beside_flow,
     combined,
-    factor_words,
+    entry_words,
     may_open,
 )
 from fem_seal.quantities.headline import Shown, headline
@@ -74,13 +74,15 @@ def verdict(
         Advice for an undecided verdict; if left out, a tolerance of the flow.
     """
     head, rest = headline(leak, budget, shown), beside_flow(budget)
-    open_points = _not_covered(rest)
+    names = [entry.name for entry in rest if entry.kind == "not covered"]
+    open_points = f"; not covered: {', '.join(names)}" if names else ""
     if limit is None or limit_solved is None:
         why = {"leaking": "; no limit was given", "sealed": ZERO}.get(leak.state, "")
         return Verdict(leak.state, f"{leak.state}: {head}{why}{open_points}")
     limit_text = f"{in_digits(limit.number, 6)} {limit.unit.name}"
     allowed = f"{shown.text(limit_solved)} allowed"
-    counting = _counting(rest) if leak.state == "leaking" else ""
+    both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]
+    counting = f", counting {entry_words(both, 3)}" if both and leak.state == "leaking" else ""
 
     def decided(decision: str, comparison: str, needed: Needed = (None, None)) -> Verdict:
         sentence = f"{decision}: {head}; {comparison}{counting}{open_points}"
@@ -216,23 +218,6 @@ def _narrower(
 def open_entries(rest: ErrorBudget) -> list[Uncertainty]:
     """List the entries that leave a side unbounded."""
     return [entry for entry in rest if entry.counted and None in (entry.lower, entry.upper)]
-
-
-def _counting(rest: ErrorBudget) -> str:
-    """Names and factors of the entries that the verdict counts beside the bounds of the flow."""
-    both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]
-    if not both:
-        return ""
-    words = (
-        f"{entry.name} ({entry.kind}, {factor_words(entry.lower, entry.upper, 3)} times)"
-        for entry in both
-    )
-    return f", counting {' and '.join(words)}"
-
-
-def _not_covered(rest: ErrorBudget) -> str:
-    names = [entry.name for entry in rest if entry.kind == "not covered"]
-    return f"; not covered: {', '.join(names)}" if names else ""
 
 
 def _names(entries: list[Uncertainty]) -> str:

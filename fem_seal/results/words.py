@@ -28,6 +28,7 @@ from fem_seal.quantities.error_budget import (
     ONE_PATCH,
     ErrorBudget,
     combined,
+    entry_words,
     factor_words,
     may_open,
 )
@@ -111,12 +112,12 @@ def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> st
     """
     counted = [entry for entry in budget if entry.counted and state == "leaking"]
     opening = [entry.name for entry in budget if state == "sealed" and may_open(entry)]
-    parts = [f"{e.name} {factor_words(e.lower, e.upper)} ({e.kind})" for e in counted]
+    words = f"{entry_words(counted)} times the value" if counted else ""
     if len(counted) > 1:
-        parts.append(f"together {factor_words(*combined(budget))}")
+        together = f"together {factor_words(*combined(budget))}"
+        words = f"{entry_words(counted)}, {together} times the value"
     not_covered = [entry.name for entry in budget if entry.kind == "not covered"]
     named = ", ".join(name for name in not_covered if name not in opening)
-    words = f"{', '.join(parts)} times the value" if parts else ""
     if opening:
         words = f"may leak all the same: {', '.join(opening)}"
     elif state == "sealed":

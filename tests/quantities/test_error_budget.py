@@ -72,7 +72,7 @@ def test_verdict_counts_every_entry_with_a_number(limit, decision):
     """The bounds of the flow alone would decide all four but at the limit itself."""
     found = judged(limit, GRID, MODEL)
     assert found.decision == decision
-    assert "counting contact grid (estimated, 0.8 to 1.25 times)" in found.sentence
+    assert "counting contact grid 0.8 to 1.25 (estimated)" in found.sentence
     assert "not covered: model" in found.sentence
 
 
