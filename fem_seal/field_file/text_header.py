@@ -232,14 +232,10 @@ def _cells(line: str, table: TextTable) -> list[str]:
             continue
         # Words of a sentence may be as many as columns, too.
         titles = [Title.of(cell) for cell in cells] if separator is None else []
-        if separator is not None or sum(map(_says_something, titles)) > 1:
+        named = [title for title in titles if title.axis or title.unit or _is_unit(title.name)]
+        if separator is not None or len(named) > 1:
             return cells
     return []
-
-
-def _says_something(title: Title) -> bool:
-    """Whether a title names a quantity or a unit, or is one."""
-    return bool(title.axis or title.unit or _is_unit(title.name))
 
 
 def unit_in(text: str) -> str | None:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import whole
 from fem_seal.memory import refuse_too_large
@@ -216,8 +217,8 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
             corner, row = cells[0], [float("nan"), *row[1:]]
         if len(cells) != columns:
             raise InvalidInput(
-                f"line {k} of {path} has {_count(len(cells))}, and other lines have {columns}: "
-                f"{_quoted(line)}"
+                f"line {k} of {path} has {number_of(len(cells), 'number')}, and other lines have "
+                f"{columns}: {_quoted(line)}"
             )
         for column, (number, cell) in enumerate(zip(row, cells, strict=True), 1):
             if number is None:
@@ -228,7 +229,9 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
         numbers_of_lines.append(k)
         rows.append(np.array(row, dtype=float))
     if not rows:
-        raise InvalidInput(f"{path} holds no lines of {_count(columns)} below its header")
+        raise InvalidInput(
+            f"{path} holds no lines of {number_of(columns, 'number')} below its header"
+        )
     return TextTable(np.array(rows), tuple(header), np.array(numbers_of_lines), layout, corner)
 
 
@@ -239,10 +242,6 @@ def even_step(x: np.ndarray) -> float | None:
     step = float(x[-1] - x[0]) / (len(x) - 1)
     off = np.abs(x - x[0] - step * np.arange(len(x))).max()
     return step if off < OFF_GRID * abs(step) else None
-
-
-def _count(cells: int) -> str:
-    return "1 number" if cells == 1 else f"{cells} numbers"
 
 
 def _plain_numbers(cells: list[str], layout: Layout) -> list[float] | None:
