@@ -9,7 +9,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.coupling import LiftProblem, most_claimed
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference.film_pressure import Solver, eliminated
+from fem_seal.finite_difference.film_pressure import eliminated
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report
@@ -37,7 +37,10 @@ def lifting_problem(
     """
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     arithmetic, slip = contact.arithmetic, settings.slip
-    by_differences = settings.method == "finite-difference"
+    by_differences, solver = settings.method == "finite-difference", eliminated
+    if not by_differences:
+        # Finite differences do without FEniCSx.
+        from fem_seal.flow.linear import by_multigrid as solver
     half_space = HalfSpace(
         surface.shape, surface.spacing, solid.layer, arithmetic.threads, arithmetic.precision
     )
@@ -80,7 +83,7 @@ def lifting_problem(
         pressure_of=pressure_of,
         slips=slip is not None,
         links=settings.links if by_differences else "linear-gap",
-        solver=eliminated if by_differences else _multigrid(),
+        solver=solver,
         refines=not by_differences,
         inlet=inlet,
         outlet=outlet,
@@ -88,13 +91,6 @@ def lifting_problem(
         mean_gap_held=load.kind == "mean_gap",
         comm=comm,
     )
-
-
-def _multigrid() -> Solver:
-    """Solver that needs FEniCSx, which the method of finite differences does without."""
-    from fem_seal.flow.linear import by_multigrid
-
-    return by_multigrid
 
 
 def _flow(settings: FlowSettings, film: GridFilm, report: Report, comm: parallel.Comm) -> LeakRate:

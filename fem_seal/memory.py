@@ -17,13 +17,11 @@ _TRIM, _MMAP_THRESHOLD, _MMAP_MAX = -1, -3, -4
 def peak_memory() -> int:
     """Largest resident memory of this process so far [bytes].
 
-    On Linux getrusage would include the peak of the process that started this one.
+    On Linux getrusage would include the peak of the process that started this one; on macOS, which
+    has no /proc, it counts bytes.
     """
-    status = Path("/proc/self/status")
-    if not status.is_file():  # macOS, where getrusage counts bytes
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    lines = status.read_text().splitlines()
-    return int(next(line for line in lines if line.startswith("VmHWM:")).split()[1]) * 1024
+    own = memory_of(os.getpid())
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss if own is None else own.peak
 
 
 @dataclass(frozen=True)
