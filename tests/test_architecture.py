@@ -14,48 +14,18 @@ PACKAGE = ROOT / "fem_seal"
 TREES = {path: ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
 
 # A module may import those before it, and its own folder.
-ORDER = [
-    *(
-        "errors",
-        "installed",
-        "interrupts",
-        "files",
-        "tables",
-        "registry",
-        "digits",
-        "grid",
-        "leak_rate",
-        "memory",
-        "limits",
-        "parallel",
-        "progress",
-        "units",
-        "expression",
-        "rarefied",
-        "fluid",
-        "field_file",
-        "gap_file",
-    ),
-    *("surface", "contact", "scene", "new_scene"),
-    *("fenicsx", "mesh", "film", "theory", "finite_difference"),
-    *("flow", "coupling"),
-    *(
-        "points",
-        "steps",
-        "lifting",
-        "sensitivity",
-        "patch",
-        "threshold",
-        "grid_series",
-        "accuracy",
-        "upscaling",
-        "prediction",
-        "quantities",
-        "results",
-    ),
-    *("render", "solved", "sweep", "verification"),
-    *("drawing", "exchange", "doctor", "cli", "__main__"),
-]
+LAYERS = """
+errors installed interrupts files tables registry digits grid leak_rate memory limits parallel
+progress units expression rarefied fluid field_file gap_file
+surface contact scene new_scene
+fenicsx mesh film theory finite_difference
+flow coupling
+points steps lifting sensitivity patch threshold grid_series accuracy upscaling prediction
+quantities results
+render solved sweep verification
+drawing exchange doctor cli __main__
+"""
+ORDER = LAYERS.split()
 
 FINITE_ELEMENTS = {"fenicsx", "mesh", "flow"}
 FENCES = {
