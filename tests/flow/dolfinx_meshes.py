@@ -1,9 +1,5 @@
-"""DOLFINx meshes with facet tags and a gap, as a user of FEniCSx would make them.
+"""DOLFINx meshes with facet tags and a gap, as a user of FEniCSx would make them."""
 
-Run under mpirun it prints, as JSON from rank 0, what every rank found of them.
-"""
-
-import json
 from collections.abc import Callable
 
 import numpy as np
@@ -110,9 +106,3 @@ def summary() -> dict:
         )
         answer[sides] = lengths(flow_functions(flow.field))
     return answer
-
-
-if __name__ == "__main__":
-    everyone = MPI.COMM_WORLD.allgather(summary())
-    if MPI.COMM_WORLD.rank == 0:
-        print(json.dumps(everyone))

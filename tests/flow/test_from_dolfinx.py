@@ -1,10 +1,5 @@
 """A film given as a DOLFINx mesh with facet tags and a gap, compared with closed forms."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from dolfinx.mesh import CellType, create_unit_square, meshtags
@@ -15,11 +10,9 @@ from dolfinx_meshes import (
     function,
     rectangle,
     slanted,
-    summary,
     tagged,
     unstructured,
 )
-from project import MPI_ENVIRONMENT, alone
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.errors import InvalidInput
@@ -106,28 +99,3 @@ def test_bad_input():
         with pytest.raises(InvalidInput, match=words) as error:
             film_from_dolfinx(*arguments)
         assert "\n" not in str(error.value)
-
-
-@pytest.mark.mpi
-def test_two_ranks_find_what_one_finds():
-    """Meshes are the same to the last digit, gaps and the lengths of inlet, outlet, wall, contact
-    and seam to rounding, and bounds of the first mesh to what CG has left."""
-    script = Path(__file__).with_name("dolfinx_meshes.py")
-    done = subprocess.run(
-        ["mpirun", "-n", "2", sys.executable, str(script)],
-        env=alone() | MPI_ENVIRONMENT | {"PYTHONPATH": str(script.parents[1])},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    one, two, other = summary(), *json.loads(done.stdout.splitlines()[-1])
-    assert two == other
-    assert two.keys() == one.keys()
-    for name in MESHES:
-        assert two[name]["mesh"] == one[name]["mesh"]
-        assert two[name]["gap"] == pytest.approx(one[name]["gap"], rel=1e-14)
-        assert two[name]["bounds"] == pytest.approx(one[name]["bounds"], rel=SAME), name
-    for sides in ("wall", "periodic"):
-        assert two[sides] == pytest.approx(one[sides], rel=1e-12)
