@@ -50,13 +50,14 @@ def compute_points(
     report: Report = silent,
     gather: Callable[[], object] = nothing,
     name: str = "points",
-    expected: float | None = None,
+    each: float | None = None,
+    comm: parallel.Comm = None,
 ) -> Outcome:
     """Compute the points of some chains that their folders do not hold.
 
     The chains are those of all parts. `gather` makes a table of the finished points; the first
-    process calls it now and then, and at the end. `name` is that of the points in the progress.
-    `expected` is the time [s] that they are expected to take.
+    process calls it now and then, and at the end. `name` is that of the points in the progress,
+    `each` the time [s] that one is expected to take. `comm` computes them, `work.comm` if left out.
 
     Raises
     ------
@@ -64,28 +65,27 @@ def compute_points(
         If no point can be computed on this machine.
     """
     k, n = work.part
+    comm = work.comm if comm is None else comm
     mine = [] if work.gather else list(chains[k - 1 :: n])
-    missing = parallel.on_root(lambda: _cleared(mine), work.comm)
+    missing = parallel.on_root(lambda: _cleared(mine), comm)
+    pace = Pace(len(missing), name, report, None if each is None else each * len(missing))
     failures: Failures = {}
     try:
         if missing and work.jobs == 1 and work.executor is None:
-            now_and_then, pace = _Throttled(gather), Pace(len(missing), name, report, expected)
+            now_and_then = _Throttled(gather)
 
             def after_each() -> None:
                 pace.count()
                 now_and_then()
 
             for chain in mine:
-                failures |= compute_chain(chain, pace, after_each=after_each)
+                failures |= compute_chain(chain, pace, comm=comm, after_each=after_each)
         elif missing:
-            pace = Pace(len(missing), name, report, expected)
             failures = _by_workers(mine, missing, work, pace, gather)
     finally:
-        if parallel.is_root(work.comm):
+        if parallel.is_root(comm):
             gather()
-    left, all_left = parallel.on_root(
-        lambda: (_without_file(mine), _without_file(chains)), work.comm
-    )
+    left, all_left = parallel.on_root(lambda: (_without_file(mine), _without_file(chains)), comm)
     return Outcome(len(missing) - len(left), len(all_left), failures)
 
 

@@ -14,14 +14,14 @@ import numpy as np
 
 from fem_seal import __version__, parallel
 from fem_seal.accuracy import relative_error
-from fem_seal.errors import FemSealError, present
+from fem_seal.errors import present
 from fem_seal.files import digest
 from fem_seal.grid_series import OnGrid, grid_error, half, unresolved
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
 from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
-from fem_seal.points.compute import compute_chain, under
-from fem_seal.progress import Pace, Report
+from fem_seal.points.compute import under
+from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.upscaling.conductivity import StoredTable
@@ -158,20 +158,10 @@ def solved_patches(
         )
     points = RecordFolder(folder, SolvedPatch)
     chains: list[Chain[SolvedPatch]] = [Chain(points, (task,)) for task in tasks]
-    left = parallel.on_root(
-        lambda: sum(not points.finished(task.name) for task in tasks), like.comm
+    outcome = compute_points(
+        chains, work, report=like.report, name=PATCHES, each=each, comm=like.comm
     )
-    expected = None if each is None else left * each
-    if work.jobs == 1 and work.executor is None:
-        failures: dict[str, FemSealError] = {}
-        pace = Pace(left, PATCHES, like.report, expected)
-        for chain in chains:
-            failures |= compute_chain(chain, pace, comm=like.comm, after_each=pace.count)
-    else:
-        failures = compute_points(
-            chains, work, report=like.report, name=PATCHES, expected=expected
-        ).failures
-    for error in failures.values():
+    for error in outcome.failures.values():
         raise error
     return parallel.on_root(
         lambda: tuple(present(points.point(task.name), task.label) for task in tasks), like.comm
