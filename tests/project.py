@@ -1,12 +1,15 @@
-"""Folders of the project, writing of scene files, and environments for other processes."""
+"""Folders and modules of the project, writing of scene files, environments of other processes."""
 
+import ast
 import os
 import re
+from functools import cache
 from pathlib import Path
 
 from fem_seal.parallel import OF_MPI
 
 ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "fem_seal"
 # For mpirun as root, with more processes than cores, where there may be no network.
 MPI_ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
@@ -16,6 +19,13 @@ MPI_ENVIRONMENT = {
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
     "OMP_NUM_THREADS": "1",
 }
+
+
+@cache
+def trees() -> dict[Path, ast.Module]:
+    """Syntax trees of all modules of the package."""
+    modules = sorted(PACKAGE.rglob("*.py"))
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in modules}
 
 
 def alone() -> dict[str, str]:

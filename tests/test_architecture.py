@@ -6,12 +6,9 @@ import subprocess
 import sys
 
 import pytest
-from project import ROOT
+from project import PACKAGE, ROOT, trees
 
 import fem_seal
-
-PACKAGE = ROOT / "fem_seal"
-TREES = {path: ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
 
 # A module may import those before it, and its own folder.
 LAYERS = """
@@ -65,7 +62,7 @@ def downstream(source, name):
 def test_imports_point_backwards():
     """Of all modules but __init__.py, which names the public objects of all layers."""
     wrong = {}
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         source = layer(path)
         if source == "__init__":
             continue
@@ -93,7 +90,7 @@ def test_the_rule_catches(source, line):
 def test_a_public_name_is_that_of_one_function_or_class():
     """But `add` of each command."""
     homes = {}
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         for node in tree.body:
             if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name[0] != "_":
                 homes.setdefault(node.name, set()).add(str(path.relative_to(PACKAGE)))
@@ -112,7 +109,7 @@ def test_nothing_is_swallowed():
     """No bare or catch-all except, no **kwargs handed through."""
     assert not [
         f"{path}:{node.lineno}"
-        for path, tree in TREES.items()
+        for path, tree in trees().items()
         for node in ast.walk(tree)
         if (isinstance(node, ast.ExceptHandler) and _catches_all(node))
         or (isinstance(node, ast.FunctionDef) and _hands_keywords_through(node))

@@ -3,9 +3,8 @@
 import ast
 import re
 
-from project import ROOT
+from project import PACKAGE, trees
 
-PACKAGE = ROOT / "fem_seal"
 SECTION = re.compile(r"^([A-Z]\w+)\n-{3,}\n(.*?)(?=\n\n|\Z)", re.MULTILINE | re.DOTALL)
 NAMES = r"\*{0,2}\w+(?:,\s+\*{0,2}\w+)*"
 ENTRY = re.compile(rf"^({NAMES}) : (.*)", re.MULTILINE)
@@ -79,8 +78,8 @@ def faults(tree):
 def test_types_are_said_once_and_names_exist():
     wrong = [
         f"{path.relative_to(PACKAGE)}: {fault}"
-        for path in sorted(PACKAGE.rglob("*.py"))
-        for fault in faults(ast.parse(path.read_text(encoding="utf-8")))
+        for path, tree in trees().items()
+        for fault in faults(tree)
     ]
     assert not wrong, "\n".join(wrong)
 
