@@ -32,10 +32,11 @@ class Group:
         Points that failed, or whose contact and flow have not settled, have none.
         """
         known = {"sealed": 0.0, "lifted off": np.inf}
-        rates = [known.get(str(p.numbers["state"]), p.number("leak_rate")) for p in self.points]
-        sealed = [p.numbers["state"] == "sealed" for p in self.points]
-        pairs = zip(rates, sealed, strict=True)
-        return np.array([r for r, is_sealed in pairs if r is not None and (r > 0 or is_sealed)])
+        rates = [
+            known.get(str(point.numbers["state"]), point.number("leak_rate") or None)
+            for point in self.points
+        ]
+        return np.array([rate for rate in rates if rate is not None])
 
     def count(self, state: str) -> int:
         """Number of points in a state."""
