@@ -129,6 +129,8 @@ def _search(
     def miss(pressure: float) -> float:
         """Y - Y0 at a pressure [Pa]; 0 once the area is reached."""
         nonlocal nearest, start, iterations
+        if pressure == 0:
+            return -target
         state = pair.under_pressure(pressure, stopping, start)
         iterations, start = iterations + state.iterations, state.pressure.values
         area = state.contact_area_fraction
@@ -139,18 +141,16 @@ def _search(
         reached = _reached(area, area_fraction, state.contact.size)
         return 0.0 if reached else _linear(area) - target
 
-    least = LEAST_PRESSURE * pressure
-    low = high = pressure
-    while miss(high) < 0:
+    low, high, beyond = 0.0, pressure, 1.02
+    while (short := miss(high)) < 0:
         if high > HIGHEST * pressure:
             raise NotConverged(
                 f"contact area fraction {area_fraction} is not reached at {high:.6e} Pa"
             )
-        low, high = high, 4 * high
-    while miss(low) > 0 and low > least:
-        low, high = low / 4, low
-    if miss(low) < 0:
-        brentq(miss, low, high, xtol=least, rtol=SMALLEST_STEP)
+        # A little beyond the line through the origin; further each time, in case nothing grows.
+        low, high = high, high * min(beyond * target / max(short + target, 1e-300), 4.0)
+        beyond = min(beyond**2, 4.0)
+    brentq(miss, low, high, xtol=LEAST_PRESSURE * pressure, rtol=SMALLEST_STEP)
     return replace(present(nearest, "contact of the search"), iterations=iterations)
 
 
