@@ -14,6 +14,8 @@ class LinearSolution:
 
     x: np.ndarray
     iterations: int
+    #: (iterations,), parts of x along the vectors to which A was applied, in their order
+    parts: np.ndarray
     #: eigenvector of A with a negative real eigenvalue, if one was found
     negative: np.ndarray | None = None
 
@@ -35,7 +37,7 @@ def gmres(
     """
     size = float(np.linalg.norm(b))
     if size == 0:
-        return LinearSolution(np.zeros_like(b), 0)
+        return LinearSolution(np.zeros_like(b), 0, np.empty(0))
     basis, hessenberg = [b / size], np.zeros((most + 1, most))
     for k in range(most):
         following = apply(basis[k])
@@ -49,9 +51,8 @@ def gmres(
             break
         basis.append(following / hessenberg[k + 1, k])
     negative = _negative(whole)
-    return LinearSolution(
-        _combined(y, basis), k + 1, None if negative is None else _combined(negative, basis)
-    )
+    away = None if negative is None else combined(negative, basis)
+    return LinearSolution(combined(y, basis), k + 1, y, away)
 
 
 def _negative(hessenberg: np.ndarray) -> np.ndarray | None:
@@ -64,7 +65,8 @@ def _negative(hessenberg: np.ndarray) -> np.ndarray | None:
     return vectors[:, np.argmin(np.where(sure, values.real, np.inf))].real
 
 
-def _combined(parts: np.ndarray, basis: list[np.ndarray]) -> np.ndarray:
+def combined(parts: np.ndarray, basis: list[np.ndarray]) -> np.ndarray:
+    """Sum of the vectors of a basis, each times its part."""
     total = np.zeros_like(basis[0])
     for part, vector in zip(parts, basis, strict=True):
         total += part * vector

@@ -32,7 +32,7 @@ FIRST_EPSILON = 1e-2  # in rms heights
 MOST_STAGES, MOST_STEPS = 8, 20
 # Ratio of what two stages change: the largest that is believed, and that of the first.
 SLOWEST, FIRST_RATIO = 0.9, 1 / 2
-MOST_NODES = 1_100_000  # of a network for the fluid's pressure
+MOST_NODES = 4_500_000  # of a network for the fluid's pressure: about 1 kB each
 FIRST_LEVEL = 0.25  # steps in which a solid is lifted clear of the counter-face, in rms heights
 FIRST_DEVIATION, PASSES = 0.05, 4  # from an unstable state, over the pressure drop; and passes
 LEAST_ERROR = 0.05  # of ln Q that is claimed, over rtol: what the tolerance of the contacts leaves
@@ -205,7 +205,7 @@ def _leaving(point: LiftPoint) -> LiftPoint:
     """
     away = present(point.step.negative, "direction")
     away = away * (FIRST_DEVIATION * point.problem.drop / np.abs(away).max())
-    step = replace(point.step, pressure=away if away.mean() >= 0 else -away)
+    step = replace(point.step, pressure=away if away.mean() >= 0 else -away, gap=None)
     for _ in range(PASSES):
         point = point.after(step) or point
         step = replace(step, pressure=point.residual)
