@@ -54,7 +54,7 @@ class NewtonStep:
     iterations: int  #: most iterations of GMRES
     negative: np.ndarray | None  #: direction (nx, ny) in which plain passes leave the point
     level: float = 0.0  #: change of the level of a solid that floats [m]
-    gap: np.ndarray | None = None  #: change (nx, ny) of the gap in contact, G' δ [m], if it is known
+    gap: np.ndarray | None = None  #: change (nx, ny) of the gap, G' δ [m], if known
 
 
 @dataclass(frozen=True, eq=False)
