@@ -12,6 +12,7 @@ means.
 """
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from fem_seal.film.law import Conductivity
 from fem_seal.flow.quarters import thrice_centroids
 from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import DEPTH
+from fem_seal.parallel import cores
 
 _NEAR = 1.25  # ratio of two gaps below which Gauss points replace the closed form of 1/g²
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
@@ -168,10 +170,14 @@ class Pyramid:
             for part, table in zip(np.split(means, ends[:-1], axis=1), tables, strict=True)
         ]
         diagonal, axial = tuple(views[::2]), tuple(views[1::2])
-        # Work in strips: the means on all pixels would take most of the pyramid's memory.
-        for strip in parts(0, mx if width > 1 else 0, _STRIP):
+
+        def fill(strip: slice) -> None:
             half = slice(strip.start // 2, strip.stop // 2)
             diagonal[1][:, half], axial[1][:, half] = _summed(pixel_means(strip))
+
+        # Work in strips: the means on all pixels would take most of the pyramid's memory.
+        with ThreadPoolExecutor(cores()) as pool:
+            list(pool.map(fill, parts(0, mx if width > 1 else 0, _STRIP)))
         for level in range(2, len(shapes)):
             diagonal[level][:], axial[level][:] = _summed(diagonal[level - 1])
         return cls(diagonal, axial, means, np.append(0, ends[:-1]).reshape(-1, 2))

@@ -89,6 +89,8 @@ class LoadedPatch:
 
     def with_flows_to(self, rtol: float) -> "LoadedPatch":
         """The same patch and contacts, with flows that start from those so far."""
+        if rtol == self.rtol:
+            return self
         other = LoadedPatch(self.patch, rtol)
         other._states, other._flows = self._states, dict(self._flows)
         return other

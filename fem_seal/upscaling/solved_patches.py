@@ -24,7 +24,7 @@ from fem_seal.points.compute import under
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
-from fem_seal.upscaling.conductivity import StoredTable
+from fem_seal.upscaling.conductivity import ConductivityTable, StoredTable
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined_table
 from fem_seal.upscaling.scene_profile import profile_of
@@ -80,7 +80,8 @@ def solved_patch(scene: Scene, report: Report, comm: Comm, part: float = 1.0) ->
         progress=table_report.begin,
     )
     table_report.begin("error of the contact's grid")
-    table, load = present(outcome.table, "table of the patch"), _load_that_matters(outcome)
+    table = present(outcome.table, "table of the patch")
+    load = _load_that_matters(outcome, table)
     return SolvedPatch(
         StoredTable.of(table),
         outcome.converged,
@@ -106,13 +107,18 @@ class _TableReport:
         self._report(": ".join(filter(None, (self._state, stage))), detail)
 
 
-def _load_that_matters(outcome: PatchFlow) -> float | None:
-    """Net load [Pa] of the place that halves the influence on the leak rate; None if sealed."""
+def _load_that_matters(outcome: PatchFlow, table: ConductivityTable) -> float | None:
+    """Leaking load [Pa] of the table nearest to that which matters most; None if sealed.
+
+    That is the net load of the place that halves the influence on the leak rate.
+    """
     along = outcome.flow.path
     if along is None or outcome.flow.state != "leaking":
         return None
     net = along.contact_pressure - along.fluid_pressure
-    return max(float(net[np.searchsorted(np.cumsum(along.influence), 0.5)]), 0.0)
+    matters = float(net[np.searchsorted(np.cumsum(along.influence), 0.5)])
+    leaking = table.loads[table.upper > 0]
+    return float(leaking[np.argmin(np.abs(leaking - matters))])
 
 
 def _contact_error(patch: LoadedPatch, load: float) -> float | None:
