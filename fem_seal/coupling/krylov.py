@@ -51,8 +51,8 @@ def gmres(
             break
         basis.append(following / hessenberg[k + 1, k])
     negative = _negative(whole)
-    away = None if negative is None else combined(negative, basis)
-    return LinearSolution(combined(y, basis), k + 1, y, away)
+    away = None if negative is None else weighted_sum(negative, basis)
+    return LinearSolution(weighted_sum(y, basis), k + 1, y, away)
 
 
 def _negative(hessenberg: np.ndarray) -> np.ndarray | None:
@@ -65,7 +65,7 @@ def _negative(hessenberg: np.ndarray) -> np.ndarray | None:
     return vectors[:, np.argmin(np.where(sure, values.real, np.inf))].real
 
 
-def combined(parts: np.ndarray, basis: list[np.ndarray]) -> np.ndarray:
+def weighted_sum(parts: np.ndarray, basis: list[np.ndarray]) -> np.ndarray:
     """Sum of the vectors of a basis, each times its part."""
     total = np.zeros_like(basis[0])
     for part, vector in zip(parts, basis, strict=True):

@@ -21,7 +21,7 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.krylov import LinearSolution, combined, gmres
+from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.finite_difference.pressure_grid import PressureGrid
@@ -151,7 +151,7 @@ class LiftPoint:
 
         solved = gmres(applied, self.residual, GMRES_TOLERANCE, MOST_ITERATIONS)
         change = float(np.vdot(self._log_rate_by_pressure, solved.x))
-        gap = combined(solved.parts, moved) if moved else None
+        gap = weighted_sum(solved.parts, moved) if moved else None
         return NewtonStep(solved.x, change, solved.iterations, solved.negative, gap=gap)
 
     @property
