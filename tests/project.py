@@ -37,8 +37,11 @@ def alone() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)}
 
 
-def scene_of_samples(n: int) -> dict:
-    """Sections of a scene with n x n samples 1 um apart: rough, elastic, leaking."""
+def scene_of_samples(n: int, short: str = "4 um") -> dict:
+    """Sections of a scene with n x n samples 1 um apart: rough, elastic, leaking.
+
+    The shortest wavelength is `short`.
+    """
     return {
         "surface": {
             "kind": "self-affine",
@@ -46,7 +49,7 @@ def scene_of_samples(n: int) -> dict:
             "size": [f"{n} um", f"{n} um"],
             "hurst": 0.8,
             "long_wavelength": f"{n // 2} um",
-            "short_wavelength": "4 um",
+            "short_wavelength": short,
             "rms_slope": 0.1,
             "seed": 1,
         },

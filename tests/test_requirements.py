@@ -5,7 +5,7 @@ import re
 import sys
 import tomllib
 
-from project import ROOT
+from project import ROOT, trees
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 # Names of modules and of conda's packages that differ from those of pip's.
@@ -28,8 +28,8 @@ PIP = dict(map(requirement, PROJECT["dependencies"]))
 def imported() -> set[str]:
     """Top-level names of the packages that fem_seal imports anywhere."""
     names = set()
-    for path in (ROOT / "fem_seal").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+    for tree in trees().values():
+        for node in ast.walk(tree):
             if isinstance(node, ast.Import):
                 names |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module:

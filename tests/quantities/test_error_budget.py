@@ -5,6 +5,7 @@ from math import log1p
 
 import numpy as np
 import pytest
+from project import scene_of_samples
 
 from fem_seal import run
 from fem_seal.accuracy import chosen_patch
@@ -123,11 +124,7 @@ def test_a_sealed_gap_that_may_open():
 def rough(total=None, limit=None, **flow):
     """A rough contact of 32² samples, with a total error or a tolerance of the flow."""
     scene = {
-        "surface": {
-            **{"kind": "self-affine", "shape": [32, 32], "size": [3.2e-5, 3.2e-5]},
-            **{"hurst": 0.8, "long_wavelength": 1.6e-5, "short_wavelength": 8e-6},
-            **{"rms_slope": 0.1, "seed": 1},
-        },
+        "surface": scene_of_samples(32, "8 um")["surface"],
         "solid": {"contact_modulus": "600 MPa"},
         "contact": {"area_fraction": 0.1},
         "fluid": {"viscosity": 1e-3},

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from project import scene_of_samples
 
 from fem_seal import run
 from fem_seal.errors import InvalidInput
@@ -19,11 +20,7 @@ DROP = 1e6  # Pa
 def scene(limit=None, load=None, flow=None, products=("leak_rate",), **solid):
     """A rough contact of 32² samples under water."""
     mapping = {
-        "surface": {
-            **{"kind": "self-affine", "shape": [32, 32], "size": [3.2e-5, 3.2e-5]},
-            **{"hurst": 0.8, "long_wavelength": 1.6e-5, "short_wavelength": 8e-6},
-            **{"rms_slope": 0.1, "seed": 1},
-        },
+        "surface": scene_of_samples(32, "8 um")["surface"],
         "solid": {"contact_modulus": 6e8, **solid},
         "contact": {"pressure": LOAD} if load is None else load,
         "fluid": {"viscosity": 1e-3},

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from project import scene_of_samples
 
 from fem_seal import run
 from fem_seal.render.report import report
@@ -14,11 +15,7 @@ from fem_seal.solved import solve
 def pressed(pressure, modulus=1e7):
     return Scene.from_mapping(
         {
-            "surface": {
-                **{"kind": "self-affine", "shape": [32, 32], "size": [3.2e-5, 3.2e-5]},
-                **{"hurst": 0.8, "long_wavelength": 1.6e-5, "short_wavelength": 8e-6},
-                **{"rms_slope": 0.1, "seed": 1},
-            },
+            "surface": scene_of_samples(32, "8 um")["surface"],
             "solid": {"contact_modulus": modulus},
             "contact": {"pressure": pressure},
             "output": {"products": ["contact"]},
