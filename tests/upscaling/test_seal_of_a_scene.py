@@ -139,7 +139,7 @@ def test_verdict_counts_flow_loads_and_patches(outcome):
     assert names["patches"] == "estimated"
     for name in ("scales apart", "size of the patch", "contact grid"):
         assert names[name] == "not covered"
-    assert "patches (estimated" in result.verdict.sentence
+    assert re.search(r"patches \S+ to \S+ \(estimated\)", result.verdict.sentence)
     # The factor by which patches scatter is the geometric standard deviation of their leak rates.
     scatter = np.exp(np.std(np.log([one.value for one in result.seal.patches]), ddof=1))
     (patches,) = (entry for entry in result.error_budget if entry.name == "patches")
