@@ -147,6 +147,16 @@ def test_flow_of_an_earlier_version_has_no_tags(field, tmp_path):
     assert read_flow(tmp_path).facet_tags is None
 
 
+@pytest.mark.parametrize("name", ["gap", "pressure", "flux", "facet_tags"])
+def test_damaged_array_of_a_flow(field, tmp_path, name):
+    """A number that is none is refused by the array's name, not drawn."""
+    damaged = getattr(field, name).astype(float)
+    damaged.flat[-1] = np.nan
+    write_flow(tmp_path, replace(field, **{name: damaged}))
+    with pytest.raises(InvalidInput, match=f"flow.vtu.*no whole array '{name}'"):
+        read_flow(tmp_path)
+
+
 def test_flow_field_that_was_not_asked_for(tmp_path):
     with pytest.raises(InvalidInput, match="name 'mesh' in output"):
         read_flow(tmp_path)

@@ -1,6 +1,7 @@
 """Sweeps: rows are those of single runs, done points are kept, another sweep is refused."""
 
 import csv
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,8 @@ from fem_seal.solved import solve
 from fem_seal.steps import FLOWS
 from fem_seal.sweep import Axis
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import UNSETTLED, _numbers
+from fem_seal.sweep.point import COLUMNS, UNSETTLED, Point, _numbers
+from fem_seal.sweep.store import SweepFolder
 
 LEFT = {"points", "sweep.csv", "sweep.json"}
 
@@ -34,6 +36,15 @@ def run(*arguments):
 def rows(folder):
     with (folder / "sweep.csv").open(newline="") as file:
         return list(csv.DictReader(file))
+
+
+def test_an_infinite_end_survives_its_file(tmp_path):
+    """The upper end of a film that may lift off; null in its place would mean "not known"."""
+    numbers = dict.fromkeys(COLUMNS) | {"together.lower": 1e-12, "together.upper": inf}
+    folder = SweepFolder(tmp_path / "sweep", ("flow.rtol",))
+    folder.write("a" * 32, Point(("0.1",), numbers))
+    read = SweepFolder(tmp_path / "sweep", ("flow.rtol",)).point("a" * 32)
+    assert read.number("together.upper") == inf
 
 
 @pytest.mark.parametrize(
