@@ -5,8 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SURE = 0.3  # residual of a Ritz pair over its value, below which it counts as an eigenpair
-
 
 @dataclass(frozen=True, eq=False)
 class LinearSolution:
@@ -56,10 +54,10 @@ def gmres(
 
 
 def _negative(hessenberg: np.ndarray) -> np.ndarray | None:
-    """Coefficients of the Ritz vector of the least real value, if that is surely negative."""
+    """Coefficients of the Ritz vector of the least real value, if its residual is less."""
     values, vectors = np.linalg.eig(hessenberg[:-1])
     residuals = np.abs(hessenberg[-1, -1] * vectors[-1])
-    sure = (np.abs(values.imag) < 1e-9) & (residuals < -SURE * values.real)
+    sure = (np.abs(values.imag) < 1e-9) & (residuals < -values.real)
     if not sure.any():
         return None
     return vectors[:, np.argmin(np.where(sure, values.real, np.inf))].real

@@ -15,29 +15,23 @@ the gap without ε, with its own bounds.
 """
 
 from dataclasses import dataclass, replace
-from math import exp, inf
+from math import exp, inf, log
+from sys import float_info
 
 import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.newton import ROUGH_CONTACT, FloatingPoint, LiftPoint, Log, Stage, newton
+from fem_seal.coupling.constants import FIRST_EPSILON, MOST_STAGES, MOST_STEPS, PART, ROUGH
+from fem_seal.coupling.newton import FloatingPoint, LiftPoint, Log, Stage, newton
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import SETTLED, LiftedState, spread
 from fem_seal.errors import present
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.progress import Report, silent
 
-FIRST_EPSILON = 1e-2  # in rms heights
-MOST_STAGES, MOST_STEPS = 8, 20
-# Ratio of what two stages change: the largest that is believed, and that of the first.
-SLOWEST, FIRST_RATIO = 0.9, 1 / 2
-MOST_NODES = 4_500_000  # of a network for the fluid's pressure: about 1 kB each
-FIRST_LEVEL = 0.25  # steps in which a solid is lifted clear of the counter-face, in rms heights
-FIRST_DEVIATION, PASSES = 0.05, 4  # from an unstable state, over the pressure drop; and passes
-LEAST_ERROR = 0.05  # of ln Q that is claimed, over rtol: what the tolerance of the contacts leaves
-MOST_ERROR = 700.0  # of ln Q, whose exponential is finite
-MANY_ITERATIONS = 10  # of GMRES, beyond which a second start is tried
+MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
 FINER = "compare a finer grid (surface.shape)"
 
 
@@ -81,7 +75,7 @@ def lifted(
     )
     state = _state_of(problem, rtol, first)
     log = first.log
-    doubtful = sealed or log.shortened or log.iterations > MANY_ITERATIONS
+    doubtful = sealed or log.shortened or log.iterations > MOST_STEPS / 2
     if first.certain or not doubtful:
         return state
     if problem.may_float:
@@ -132,38 +126,32 @@ def _found(
     """Newton's method in stages, from a fluid pressure; None if the first one ends as in `known`.
 
     At the first point of a stage ln Q is as wrong as the fluid's pressure of the stage before was.
-    The triangles of a stage are smaller where that matters most. If what they change falls so that
-    the rest of it is little, one more step is the last.
+    The triangles of a stage are smaller where that matters most. The stages end where what they
+    change falls so that the rest of it is little, or where no fluid pressure opens the film.
     """
     if contact is None:
-        contact = problem.contact_under(pressure, None, ROUGH_CONTACT)
+        contact = problem.contact_under(pressure, None, ROUGH)
     stage = Stage(problem.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
-    allowed, log, certain, left = SETTLED * rtol, Log(), False, False
-    change = error = differs = conductance = inf
-    coarse = pressure
     point = LiftPoint(problem, stage, pressure, contact)
-    adjoint = np.zeros_like(pressure)
+    allowed, log, left = SETTLED * rtol, Log(), False
+    change = error = last = conductance = inf
+    adjoint = coarse = pressure
+    certain = sealed = False
     for number in range(MOST_STAGES):
         log.residuals.append(point.size)
         report("lift", f"step {len(log.residuals)}, residual {point.size:.1e}")
         if number > 0:
-            sealed = problem.film(point.contact.gap).sealed
-            if sealed and _stays_sealed(problem, point.contact):
-                certain = True
+            differs = point.error(adjoint)
+            error, last = differs * _all_to_come(differs, last) + point.by_epsilon, differs
+            if error <= allowed and not sealed and not log.failure and point.keeps_load(allowed):
+                change = differs
                 break
-            last, differs = differs, point.error(adjoint)
-            # The sum of all changes to come, if each is smaller by the same ratio.
-            ratio = min(differs / last, SLOWEST) if 0 < last < inf else FIRST_RATIO
-            error = differs / (1 - ratio)
-            if error <= allowed and point.keeps_contact and not sealed and not log.failure:
-                change, point = differs, point.after(point.step) or point
-                break
-        point = newton(point, allowed, MOST_STEPS, log)
+        point = newton(point, allowed, log)
         if log.failure and problem.may_float and point.contact.contact.any():
-            point = newton(_floating(point), allowed, MOST_STEPS, log)
+            point = newton(_floating(point), allowed, log)
         if point.step.negative is not None and not left:
             left = True
-            point = newton(_leaving(point), allowed, MOST_STEPS, log)
+            point = newton(_leaving(point), allowed, log)
         if number == 0:
             coarse, conductance = point.pressure, point.flow.conductance
             if (
@@ -172,29 +160,38 @@ def _found(
                 and point.is_that_of(known.coarse, known.coarse_conductance, allowed)
             ):
                 return None
-        change, adjoint, finer = abs(point.step.log_rate), point.adjoint, point.finer
+        change, adjoint, finer = point.step.log_rate, point.adjoint, point.finer(allowed)
+        sealed = problem.film(point.contact.gap).sealed
+        if sealed and _opened(problem, point.contact, _most(problem, point.contact)) is None:
+            certain = True
+            break
+        if finer is None or number + 1 == MOST_STAGES:
+            error = change + point.by_epsilon + last
+            break
         if not log.failure:
             point = point.after(point.step) or point
-        if number + 1 == MOST_STAGES or len(finer.grid.free) > MOST_NODES:
-            error = change + error / 2  # the last network is finer than that which had this error
-            break
         point = replace(point, stage=finer)
     contact = point.contact
     if contact.contact.any():
         contact = problem.contact_under(point.pressure, contact)
-    certain = certain or (problem.film(contact.gap).sealed and _stays_sealed(problem, contact))
-    error = max(error, LEAST_ERROR * rtol)
+    error = max(error, PART * allowed)
     grid = point.stage.grid
     return _Found(point.pressure, contact, certain, change, error, log, grid, coarse, conductance)
+
+
+def _all_to_come(change: float, before: float) -> float:
+    """The changes of this stage and all to come, over this one, if their ratio stays the same.
+
+    The error of linear elements and ε fall to a quarter from stage to stage.
+    """
+    return 1 / (1 - min(change / before, 1 - PART)) if 0 < before < inf else 2.0
 
 
 def _floating(point: LiftPoint) -> LiftPoint:
     """LiftPoint at which the solid has just left the counter-face."""
     problem, height = point.problem, point.problem.height.values
-    level, rms = float((point.contact.gap.values + height).mean()), float(height.std())
-    while (other := FloatingPoint.at(problem, point.stage, point.pressure, level)) is None:
-        level += FIRST_LEVEL * rms
-    return other
+    level = float((height - problem.displacement(point.pressure)).max()) + point.stage.epsilon
+    return present(FloatingPoint.at(problem, point.stage, point.pressure, level), "level")
 
 
 def _leaving(point: LiftPoint) -> LiftPoint:
@@ -204,31 +201,31 @@ def _leaving(point: LiftPoint) -> LiftPoint:
     along its eigenvector: no such state lasts.
     """
     away = present(point.step.negative, "direction")
-    away = away * (FIRST_DEVIATION * point.problem.drop / np.abs(away).max())
+    away = away * (PART * point.problem.drop / np.abs(away).max())
     step = replace(point.step, pressure=away if away.mean() >= 0 else -away, gap=None)
-    for _ in range(PASSES):
-        point = point.after(step) or point
-        step = replace(step, pressure=point.residual)
+    while (other := point.after(step)) is not None and other.size > point.size:
+        point, step = other, replace(step, pressure=other.residual)
     return point
 
 
-def _stays_sealed(problem: LiftProblem, contact: ContactState) -> bool:
-    """Whether a film is sealed with the inlet's pressure wherever no open path leads to the outlet.
+def _opened(problem: LiftProblem, contact: ContactState, pressure: np.ndarray) -> GridFilm | None:
+    """The film that a pressure opens; None if it stays sealed."""
+    pressure = problem.between_ends(pressure)
+    if problem.left_of(pressure) <= 0:
+        return problem.film(problem.touching_gap)
+    film = problem.film(problem.contact_under(pressure, contact, ROUGH).gap)
+    return None if film.sealed else film
 
-    On a half-space a higher p_f nowhere makes the gap smaller, so that no p_f opens such a film.
+
+def _most(problem: LiftProblem, contact: ContactState) -> np.ndarray:
+    """The inlet's pressure wherever no open path leads to the outlet.
+
+    On a half-space a higher p_f nowhere makes the gap smaller, so that no p_f opens a film that is
+    sealed under this one.
     """
-    opened = _most_opened(problem, contact)
-    return opened is not None and problem.film(opened.gap).sealed
-
-
-def _most_opened(problem: LiftProblem, contact: ContactState) -> ContactState | None:
-    """Contact under that pressure; None if it carries the whole load."""
     nx, ny = problem.height.shape
     joined = problem.film(contact.gap).joined_to("outlet")[:nx, :ny]
-    highest = np.where(joined, problem.outlet, problem.inlet)
-    if problem.left_of(highest) <= 0:
-        return None
-    return problem.contact_under(highest, contact, ROUGH_CONTACT)
+    return np.where(joined, problem.outlet, problem.inlet)
 
 
 def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
@@ -236,14 +233,19 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     leak = problem.flow(problem.film(found.contact.gap))
     log, error, reason = found.log, found.error, ""
     steps = len(log.residuals) - 1
-    lowest, highest = (leak.value * exp(sign * min(error, MOST_ERROR)) for sign in (-1, 1))
+    lowest, highest = leak.value * exp(-error), leak.value * exp(min(error, MOST_ERROR))
     if leak.state == "sealed":
         error = 0.0
+        pressure = _most(problem, found.contact)
+        opened = None
         if not found.certain:
-            opened = parallel.on_root(lambda: _most_opened(problem, found.contact), problem.comm)
+            opened = parallel.on_root(
+                lambda: _opened(problem, found.contact, pressure), problem.comm
+            )
+        if opened is not None:
             highest = inf
-            if opened is not None:
-                most = problem.flow(problem.film(opened.gap))
+            if problem.left_of(pressure) > 0:
+                most = problem.flow(opened)
                 highest = most.value if most.upper is None else most.upper
             reason = (
                 f"the film is sealed after {steps} of Newton's steps, but more fluid pressure "

@@ -21,20 +21,22 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
+from fem_seal.coupling.constants import MOST_NODES, MOST_PER_SAMPLE, MOST_STEPS, PART, ROUGH
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.finite_difference.pressure_grid import PressureGrid
 
-GMRES_TOLERANCE, INNER_TOLERANCE = 0.1, 0.02  # of Newton's step; of the tangents in it
-MOST_ITERATIONS = 30  # of GMRES
-SHORTEST = 1 / 8  # part of a step that is tried last
-LEFT = 0.1  # least part of the solid's load that a step leaves to it
-PARTS = 4  # of the patch along each side
-LARGEST_RESIDUAL = 0.02  # of F over the pressure drop, in an equilibrium
-REFINED = 0.9  # part of what may err in ln Q that the next network refines
-EPSILON_FALLS = 1 / 4  # from stage to stage
-ROUGH_CONTACT = 1e-5  # certificate of the contacts on the way
+
+def not_by_chance(changes: np.ndarray) -> float:
+    """The sum of changes (nx, ny), in size.
+
+    Changes in several places may cancel by chance: it is therefore at least the root of the sum of
+    the squares over 4 × 4 parts of the patch.
+    """
+    rows, columns = (np.arange(4) * n // 4 for n in changes.shape)
+    parts = np.add.reduceat(np.add.reduceat(changes, rows, axis=0), columns, axis=1)
+    return max(abs(float(parts.sum())), float(np.sqrt((parts**2).sum())))
 
 
 @dataclass(frozen=True)
@@ -107,15 +109,15 @@ class LiftPoint:
 
     def _gap_change(self, pressure: np.ndarray) -> np.ndarray:
         """Change of the gap [m] with a change of the pressure; this operator is symmetric."""
-        return self._tangent.change(pressure, INNER_TOLERANCE)
+        return self._tangent.change(pressure, PART**2)
 
     def _response(self, gap: np.ndarray) -> np.ndarray:
         """R' of a change of the gap."""
-        return self._by_u * self.flow.change(gap, INNER_TOLERANCE)
+        return self._by_u * self.flow.change(gap, PART**2)
 
     def _weight_of_gap(self, weight: np.ndarray) -> np.ndarray:
         """R'ᵀ of weights of the pressure."""
-        return self.flow.transposed(self._by_u * weight, INNER_TOLERANCE)
+        return self.flow.transposed(self._by_u * weight, PART**2)
 
     @cached_property
     def adjoint(self) -> np.ndarray:
@@ -123,8 +125,8 @@ class LiftPoint:
         return gmres(
             lambda weight: weight - self._gap_change(self._weight_of_gap(weight)),
             self._log_rate_by_pressure,
-            GMRES_TOLERANCE,
-            MOST_ITERATIONS,
+            PART,
+            MOST_STEPS,
         ).x
 
     def _solved(self, right_side: np.ndarray) -> LinearSolution:
@@ -132,8 +134,8 @@ class LiftPoint:
         return gmres(
             lambda change: change - self._response(self._gap_change(change)),
             right_side,
-            GMRES_TOLERANCE,
-            MOST_ITERATIONS,
+            PART,
+            MOST_STEPS,
         )
 
     @cached_property
@@ -149,59 +151,61 @@ class LiftPoint:
             moved.append(self._gap_change(change))
             return change - self._response(moved[-1])
 
-        solved = gmres(applied, self.residual, GMRES_TOLERANCE, MOST_ITERATIONS)
-        change = float(np.vdot(self._log_rate_by_pressure, solved.x))
+        solved = gmres(applied, self.residual, PART, MOST_STEPS)
+        change = not_by_chance(self._log_rate_by_pressure * solved.x)
         gap = weighted_sum(solved.parts, moved) if moved else None
         return NewtonStep(solved.x, change, solved.iterations, solved.negative, gap=gap)
 
-    @property
-    def keeps_contact(self) -> bool:
-        """Whether a whole step leaves a part of the load to the solid.
+    def keeps_load(self, tolerance: float) -> bool:
+        """Whether a whole step hardly changes the fluid's load, and leaves a part to the solid.
 
-        The gap of a stiff solid, and so ln Q, hardly changes with a fluid pressure that carries
-        more than the load: the step itself must be possible.
+        The gap of a stiff solid, and so ln Q, hardly changes with the fluid's pressure.
         """
-        return float(self.step.pressure.mean()) < self.problem.left_of(self.pressure)
+        gained = float(self.step.pressure.mean())
+        little = abs(gained) <= PART * tolerance * self.problem.drop
+        return little and gained < self.problem.left_of(self.pressure)
 
     @cached_property
-    def finer(self) -> Stage:
-        """The next stage, with smaller triangles where errors of the flow change ln Q most."""
-        grid = self.stage.grid
+    def by_epsilon(self) -> float:
+        """Part of the leak rate that ε adds: where it is small, p_f feels ε less than this."""
+        return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
+
+    def finer(self, allowed: float) -> Stage | None:
+        """The next stage: less ε, and smaller triangles where errors of the flow change ln Q most.
+
+        None if the network would be too large.
+        """
+        grid, epsilon = self.stage.grid, self.stage.epsilon
+        if self.by_epsilon > allowed / 2 or not self.problem.refines:
+            epsilon /= 4
         if self.problem.refines:
             weight = self._by_u * self.adjoint
-            grid = grid.refined(self.flow.by_links(weight, INNER_TOLERANCE), REFINED)
-        return Stage(grid, self.stage.epsilon * EPSILON_FALLS)
+            grid = grid.refined(self.flow.by_links(weight, PART**2), 1 - PART)
+        most = min(MOST_NODES, MOST_PER_SAMPLE * self.pressure.size)
+        return Stage(grid, epsilon) if len(grid.free) <= most else None
 
     def is_that_of(self, pressure: np.ndarray, conductance: float, allowed: float) -> bool:
         """Whether this equilibrium is another one of the same stage, to a change of ln Q."""
-        apart = np.sqrt(np.mean((self.pressure - pressure) ** 2)) / self.problem.drop
-        rates = log(self.flow.conductance / conductance)
-        return bool(apart < LARGEST_RESIDUAL) and abs(rates) <= allowed
+        apart = not_by_chance(self._log_rate_by_pressure * (self.pressure - pressure))
+        return apart + abs(log(self.flow.conductance / conductance)) <= allowed
 
     def error(self, adjoint: np.ndarray) -> float:
-        """Estimated error of ln Q at this point: |λ·F|, with the λ of the stage before.
-
-        Errors in several places may cancel by chance. It is therefore at least the root of the sum
-        of the squares over 4 × 4 parts of the patch.
-        """
-        rows, columns = (np.arange(PARTS) * n // PARTS for n in self.pressure.shape)
-        share = adjoint * self.residual
-        parts = np.add.reduceat(np.add.reduceat(share, rows, axis=0), columns, axis=1)
-        return max(abs(float(parts.sum())), float(np.sqrt((parts**2).sum())))
+        """Estimated error of ln Q at this point: λ·F, with the λ of the stage before."""
+        return not_by_chance(adjoint * self.residual)
 
     def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
         """The point a part of a step further on, or less far if that leaves nothing to the solid.
 
         None if there is no such point.
         """
-        problem, most = self.problem, (1 - LEFT) * self.problem.left_of(self.pressure)
+        problem, most = self.problem, (1 - PART) * self.problem.left_of(self.pressure)
         gained = float(step.pressure.mean())
         if part * gained > most:
             part *= most / (part * gained)
         pressure = problem.between_ends(self.pressure + part * step.pressure)
         if problem.left_of(pressure) <= 0:
             return None
-        contact = problem.contact_under(pressure, self._start(step, part), ROUGH_CONTACT)
+        contact = problem.contact_under(pressure, self._start(step, part), ROUGH)
         return type(self)(problem, self.stage, pressure, contact)
 
     def _start(self, step: NewtonStep, part: float) -> ContactState | np.ndarray:
@@ -241,10 +245,9 @@ class FloatingPoint(LiftPoint):
     def _lacking(self) -> float:
         return self.problem.left_of(self.pressure)
 
-    @property
-    def keeps_contact(self) -> bool:
-        """There is none to keep."""
-        return True
+    def keeps_load(self, tolerance: float) -> bool:
+        """Whether the fluid carries the load."""
+        return abs(self._lacking) <= PART * tolerance * self.problem.drop
 
     def error(self, adjoint: np.ndarray) -> float:
         """Estimated error of ln Q at this point."""
@@ -282,11 +285,11 @@ class Log:
     failure: str = ""  #: why the last search ended away from an equilibrium, else ""
 
 
-def newton(point: LiftPoint, tolerance: float, most: int, log: Log) -> LiftPoint:
+def newton(point: LiftPoint, tolerance: float, log: Log) -> LiftPoint:
     """Take steps until the next one would change ln Q by at most a tolerance.
 
     A step is halved while |F| does not fall. Samples that open or close bend F, so that |F| may
-    have to rise before it falls: if no part of a step lets it fall, the whole step is taken.
+    have to rise before it falls: of all tried parts the one with the least |F| is taken.
 
     Parameters
     ----------
@@ -294,8 +297,6 @@ def newton(point: LiftPoint, tolerance: float, most: int, log: Log) -> LiftPoint
         Where to start.
     tolerance
         Change of ln Q, to first order, at which the steps end.
-    most
-        Largest number of steps.
     log
         Receives the residuals.
 
@@ -304,16 +305,15 @@ def newton(point: LiftPoint, tolerance: float, most: int, log: Log) -> LiftPoint
     The last point; its step has not been taken.
     """
     log.failure = ""
-    for _ in range(most):
+    for _ in range(MOST_STEPS):
         step = point.step
         log.iterations = max(log.iterations, step.iterations)
-        settled = abs(step.log_rate) <= tolerance and point.size < LARGEST_RESIDUAL
-        if settled and point.keeps_contact:
+        if step.log_rate <= tolerance and point.keeps_load(tolerance):
             return point
         if point.contact.contact.any() and point.problem.fluid_carries_all(point.pressure):
             break
         part, tried = 1.0, []
-        while part >= SHORTEST:
+        while part > PART:
             other = point.after(step, part)
             tried += [] if other is None else [other]
             if other is not None and other.size < point.size:
@@ -322,7 +322,7 @@ def newton(point: LiftPoint, tolerance: float, most: int, log: Log) -> LiftPoint
             log.shortened = True
         if not tried:
             break
-        point = tried[-1] if part >= SHORTEST else tried[0]
+        point = min(tried, key=lambda other: other.size)
         log.residuals.append(point.size)
     log.failure = "Newton's steps have not reached an equilibrium"
     return point

@@ -10,14 +10,12 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
+from fem_seal.coupling.constants import FIRST_NODES, ROUGH
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.film_pressure import FilmPressure, Solver
 from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
-
-FIRST_NODES = 30_000  # most of the first network, but on every fourth sample at least
-NOTHING = 1e-5  # part of the load that counts as none
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +144,7 @@ class LiftProblem:
 
     def fluid_carries_all(self, pressure: np.ndarray) -> bool:
         """Whether a fluid pressure leaves next to nothing to the solid."""
-        return self.may_float and self.left_of(pressure) < NOTHING * self.inlet
+        return self.may_float and self.left_of(pressure) < ROUGH * self.inlet
 
     def field(self, values: np.ndarray) -> GridField:
         """Values (nx, ny) on the contact's grid."""

@@ -114,6 +114,12 @@ class FilmPressure:
         """|Derivative| (links,) of Σ weight u by the logarithm of each link's conductance."""
         return np.abs(self._links * self._drop * self._adjoint_drop(weight, tolerance))
 
+    def beyond(self, gap: np.ndarray) -> float:
+        """Part of the leak rate that is lost with a smaller gap (nx, ny) [m], to first order."""
+        grid = self._grid
+        links = grid.links(grid.to_places @ (gap.ravel() / self._unit))
+        return 1 - float(links @ self._drop**2) / float(self.dissipation.sum())
+
     def _adjoint_drop(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
         """Drop (links,) of the solution with the weights as sources."""
         a, b = self._grid.ends

@@ -122,7 +122,11 @@ class PressureGrid:
             (rule(a * (1 + step), b) - rule(a * (1 - step), b)) / (2 * step * a),
             (rule(a, b * (1 + step)) - rule(a, b * (1 - step))) / (2 * step * b),
         ]
-        return self.weight * rule(a, b), self.weight * np.stack(by_sides)
+        return self.links(gap), self.weight * np.stack(by_sides)
+
+    def links(self, gap: np.ndarray) -> np.ndarray:
+        """Conductances (links,) with a gap at the places, times 12 η."""
+        return self.weight * LINKS[self.rule](*gap[self.sides])
 
     def refined(self, of_links: np.ndarray, share: float) -> "PressureGrid":
         """The network on half as wide triangles where a share of a sum over its links is.

@@ -169,10 +169,9 @@ def test_a_decision_counts_the_lift():
         return solve(Scene.from_mapping(mapping)).result()
 
     most = solve(scene(rtol=0.005)).result().leak_rate.upper
-    far, near = judged(1.3 * most), judged(1.01 * most)
+    far, near = judged(1.3 * most), judged(1.0025 * most)
     assert (far.verdict.decision, far.converged) == ("within limit", True)
     assert (near.verdict.decision, near.converged) == ("undecided", False)
-    assert near.leak_rate.upper < 1.01 * most
     assert "uncertainty of the lift" in near.reason
     narrow = judged(1.01 * most, rtol=0.005)
     assert (narrow.verdict.decision, narrow.converged) == ("within limit", True)

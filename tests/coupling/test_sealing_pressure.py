@@ -27,10 +27,10 @@ def leak_rate(load, inlet, outlet):
     return (inlet - first) / 2 * FULL * float(weights @ values) / WAVES
 
 
-def state_at(load, inlet, outlet, **flow):
+def state_at(load, inlet, outlet, nx=NX, **flow):
     heights = HEIGHT * np.cos(2 * np.pi * np.arange(NY) / NY)
-    spacing = (WAVES * LENGTH / NX, LENGTH / NY)
-    surface = GridField(np.tile(heights, (NX, 1)), spacing, periodic=True)
+    spacing = (WAVES * LENGTH / nx, LENGTH / NY)
+    surface = GridField(np.tile(heights, (nx, 1)), spacing, periodic=True)
     ends = {"inlet_pressure": inlet * FULL, "outlet_pressure": outlet * FULL}
     problem = problem_of(scene(load * FULL, **ends, ambient_pressure=0, rtol=0.05, **flow), surface)
     return lifted(problem, 0.05)
@@ -50,26 +50,35 @@ def test_leak_rate_below_the_sealing_pressure(inlet, outlet):
     assert state.leak_rate.value == pytest.approx(leak_rate(load, inlet, outlet), rel=0.05)
 
 
-# Closed under the outlet's pressure alone, open under the inlet's.
-BETWEEN = {"load": 1.3, "inlet": 0.5, "outlet": 0.0}
+def test_a_film_that_loses_its_pressure_just_before_the_outlet():
+    """Closed under the outlet's pressure alone, open under the inlet's: the integral leaks.
+
+    The pressure falls to the outlet's in the last pixel, half of which is film under a node. So the
+    error is of first order in the pixel: half as long ones halve it, and what they change is the
+    error that is left. One per cent is the error of 32 samples across a wave, see above.
+    """
+    load, inlet, outlet = 1.3, 0.5, 0.0
+    assert load - outlet > 1 > load - inlet
+    exact, pixels = leak_rate(load, inlet, outlet), {"representation": "constant"}
+    states = [
+        state_at(load, inlet, outlet, nx, method="finite-difference", **pixels) for nx in (64, 128)
+    ]
+    assert all(state.converged for state in states)
+    coarse, fine = (state.leak_rate.value / exact for state in states)
+    claims = sum(state.claimed for state in states)
+    assert coarse < fine < 1
+    assert 2 * fine - coarse == pytest.approx(1, abs=0.01 + claims)
 
 
-def test_pixels_leak_though_the_outlet_alone_would_seal():
-    """The film loses its pressure just before the outlet: pixels have nodes in their middle, where
-    it is still there."""
-    assert BETWEEN["load"] - BETWEEN["outlet"] > 1 > BETWEEN["load"] - BETWEEN["inlet"]
-    state = state_at(**BETWEEN, representation="constant", method="finite-difference")
-    assert state.converged
-    assert state.leak_rate.value == pytest.approx(leak_rate(**BETWEEN), rel=0.05)
+def test_a_row_that_closes_before_the_outlet_is_not_settled():
+    """Between the last vertex and the outlet no vertex holds the pressure: the last row closes.
 
-
-@pytest.mark.slow
-def test_not_sealed_for_the_samples_before_the_outlet():
-    """In the film between the last vertex and the outlet no vertex is left to hold the pressure, so
-    that the last row closes: this must not be called settled."""
-    state = state_at(**BETWEEN)
+    Only pixels far shorter than a wave, over which the solid bends, leave it open.
+    """
+    load, inlet, outlet = 1.3, 0.5, 0.0
+    state = state_at(load, inlet, outlet, nx=16)
     assert not state.converged
-    assert state.lowest <= leak_rate(**BETWEEN) <= state.highest
+    assert state.lowest <= leak_rate(load, inlet, outlet) <= state.highest
 
 
 @pytest.mark.parametrize(("inlet", "outlet"), [*ENDS, (0.5, 0.0)])

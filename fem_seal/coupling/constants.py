@@ -1,0 +1,17 @@
+"""What Newton's method for contact and flow takes as given; all else follows from the problem."""
+
+# What a linear solve leaves of its right side, a step of the solid's load, and a refinement of what
+# may err: Newton's method repeats each of them, and less would cost more than one more step.
+PART = 0.1
+# Stages; the last ε is then 6e-5 of the first. Steps of Newton's method in a stage, and of GMRES in
+# a step: most scenes need two to five.
+MOST_STAGES, MOST_STEPS = 8, 20
+# Certificate of the contacts on the way, ten times that of the result, and the part of a load that
+# counts as none.
+ROUGH = 1e-5
+# ε of the first stage in rms heights: p_f is then a smooth function of a gap next to closing.
+FIRST_EPSILON = 1e-2
+# Nodes of the first network for the fluid's pressure, but every fourth sample at least: little
+# beside one contact. Of the last one, at about 1 kB each, and for each sample of the contact: p_f is
+# needed at the samples alone, and eight nodes from one to the next resolve its fall between them.
+FIRST_NODES, MOST_NODES, MOST_PER_SAMPLE = 30_000, 4_500_000, 64
