@@ -12,6 +12,6 @@ ROUGH = 1e-5
 # ε of the first stage in rms heights: p_f is then a smooth function of a gap next to closing.
 FIRST_EPSILON = 1e-2
 # Nodes of the first network for the fluid's pressure, but every fourth sample at least: little
-# beside one contact. Of the last one, at about 1 kB each, and for each sample of the contact: p_f is
-# needed at the samples alone, and eight nodes from one to the next resolve its fall between them.
-FIRST_NODES, MOST_NODES, MOST_PER_SAMPLE = 30_000, 4_500_000, 64
+# beside one contact. Of the last one, at about 1 kB each, and for each sample of the contact: p_f
+# is needed at the samples alone, and sixteen nodes from one to the next resolve its fall.
+FIRST_NODES, MOST_NODES, MOST_PER_SAMPLE = 30_000, 4_500_000, 256
