@@ -249,6 +249,6 @@ def _missed(total: float, part: float, finest: tuple[int, int]) -> str:
 
 def _missed_by_lift(total: float, part: float) -> str:
     return (
-        f"the lift's part of the error is about {per_cent(relative_error(part))}; accuracy.total = "
-        f"{total:g} was asked for, of which contact grid and flow take the rest"
+        f"the lift's part of the error is about {per_cent(relative_error(part))}; together with "
+        f"those of contact grid and flow it is above accuracy.total = {total:g}"
     )

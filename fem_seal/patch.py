@@ -125,7 +125,7 @@ class Patch:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
 
     def solve_film(self) -> "tuple[GapState | None, GridFilm | MeshFilm]":
-        """Compute dry contact and film.
+        """Compute contact and film; if the fluid lifts the solid, their equilibrium with the flow.
 
         Under mpirun all processes call it, and may then leave what follows to the first one.
         """

@@ -453,9 +453,9 @@ def test_reader_of_the_output_may_go(wedge, unbuffered):
     [
         (["rn", "a.toml"], "fem-seal: 'rn' is not a command; did you mean run?"),
         (["frobnicate"], "'frobnicate' is not a command; choose from new, run, leak"),
-        (["run", "a.toml", "--ouut", "b"], "run: --ouut is no option; did you mean --out?"),
-        (["run", "a.toml", "--over"], "--over is no option; did you mean --overwrite?"),
-        (["leak", "a.npz", "--visc=1"], "--visc is no option; did you mean --viscosity?"),
+        (["run", "a.toml", "--ouut", "b"], "run: there is no option --ouut; did you mean --out?"),
+        (["run", "a.toml", "--over"], "there is no option --over; did you mean --overwrite?"),
+        (["leak", "a.npz", "--visc=1"], "there is no option --visc; did you mean --viscosity?"),
         (["study", "exakt"], "'exakt' is not a command; did you mean exact?"),
     ],
 )

@@ -21,8 +21,6 @@ OF_SHAPES = {"gmsh", "meshio", "fem_seal.expression", "fem_seal.render.shape"}
 OF_SHAPES |= {
     f"fem_seal.mesh.{part}"
     for part in [
-        "build",
-        "channel_sizes",
         "checks",
         "cut",
         "files",

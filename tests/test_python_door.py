@@ -59,7 +59,7 @@ def test_changed_copies_are_those_of_changed_files():
         (lambda: in_python().with_({"contact.pressure": "x"}), "^contact.pressure = 'x' should be"),
         (lambda: fs.Heights(np.ones(3), size=(1, 1)), "two-dimensional array .* shape \\(3,\\)$"),
         (lambda: fs.Heights(np.ones((3, 3))), "need their size, such as"),
-        (lambda: fs.solve("scene.toml"), "^a str is no Scene; Scene.from_file"),
+        (lambda: fs.solve("scene.toml"), "^a Scene is needed, not a str; Scene.from_file"),
         (lambda: fs.contact.Load("pressure", "0.1 MPa"), "should be a number in SI units"),
     ],
 )

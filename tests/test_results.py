@@ -170,7 +170,7 @@ def test_only_what_is_named_is_computed(small_scene, spy, tmp_path):
 
 
 def test_seal_is_made_of_a_scene():
-    with pytest.raises(InvalidInput, match=r"^a str is no Scene; Scene\.from_file"):
+    with pytest.raises(InvalidInput, match=r"^a Scene is needed, not a str; Scene\.from_file"):
         Patch("scene.toml")
 
 

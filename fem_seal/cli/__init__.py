@@ -55,7 +55,8 @@ class _Parser(argparse.ArgumentParser):
         for word in others:
             if word.startswith("-"):
                 name = word.partition("=")[0]
-                self.error(f"{name} is no option{self._nearest(name, self._option_string_actions)}")
+                nearest = self._nearest(name, self._option_string_actions)
+                self.error(f"there is no option {name}{nearest}")
         return known, others
 
     def fill(self) -> None:

@@ -42,7 +42,7 @@ def _run(options: argparse.Namespace) -> int:
     scene, work = Scene.from_file(options.scene, options.overrides), work_of(options)
     if work.jobs > 1 and scene.seal is None:
         raise InvalidInput(
-            f"--jobs = {work.jobs} distributes the patches of a [seal], which this scene has not; "
+            f"--jobs = {work.jobs} distributes the patches of a [seal], and this scene has none; "
             "leave it out, or start the command by mpirun"
         )
     if options.dry_run:

@@ -59,8 +59,8 @@ class ContactPair:
             span = float(np.ptp(height.values))
         if span > 0 and not LEAST_SPAN < span < 1 / LEAST_SPAN:
             raise InvalidInput(
-                f"heights that span {span:.1e} m are beyond double precision, whose squares hold "
-                f"{LEAST_SPAN:.0e} m to {1 / LEAST_SPAN:.0e} m; check unit, rms height or slope"
+                f"heights of the surface differ by {span:.1e} m; allowed is {LEAST_SPAN:.0e} m to "
+                f"{1 / LEAST_SPAN:.0e} m: check their unit, rms height or slope"
             )
         length = (height.spacing[0] * height.spacing[1]) ** 0.5
         heights = height.values - height.values.mean()

@@ -49,8 +49,8 @@ def out_of_reach(history: ConvergenceHistory, rtol: float, growth: float) -> str
     if np.log(unknowns) + np.log(width / rtol) / order <= np.log(MOST_UNKNOWNS):
         return ""
     return (
-        f"as the last meshes went, more than {MOST_UNKNOWNS} unknowns would be needed, which "
-        "cannot be numbered"
+        f"at the rate of the last meshes the tolerance needs more than {MOST_UNKNOWNS} unknowns, "
+        "more than can be numbered"
     )
 
 

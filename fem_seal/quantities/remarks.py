@@ -18,7 +18,7 @@ STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably w
 LAY = 2.0  # slopes across a lay over those along it, above which the flow's direction is named
 MANY = 100.0  # the same ratio, above which its value says no more
 OBLIQUE = 10.0  # angle between a lay and an axis above which it is neither along nor across
-THICK = 0.1  # mean gap over the length of the film above which the same holds
+THICK = 0.1  # mean gap over the length of the film above which the film is not thin
 # Part of the load carried by the solid below which the user is warned. Bolts and gauges easily have
 # an error of 5 %: it may take all of that part away (docs/guide/lift.md).
 NEAR_LIFT_OFF = 0.05

@@ -58,8 +58,8 @@ def _shape(scene: "Scene") -> Iterator[str]:
     if unavailable:
         available = sorted(set(get_args(Product)) - OF_PERIODIC_CELLS)
         yield (
-            f"output.products names {min(unavailable)!r}, which is that of a periodic cell; "
-            f"a [shape] is none: choose from {', '.join(available)}"
+            f"output.products names {min(unavailable)!r}, which only a periodic cell has, not a "
+            f"[shape]; choose from {', '.join(available)}"
         )
 
 

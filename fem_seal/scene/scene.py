@@ -55,7 +55,8 @@ Surface = Annotated[SelfAffine | FileSurface | ProfileSurface, Field(discriminat
 def require_scene(value: object) -> None:
     """Raise InvalidInput for anything but a Scene."""
     if not isinstance(value, Scene):
-        raise InvalidInput(f"a {type(value).__name__} is no Scene; Scene.from_file(path) reads one")
+        kind = type(value).__name__
+        raise InvalidInput(f"a Scene is needed, not a {kind}; Scene.from_file(path) reads one")
 
 
 class Scene(Section):

@@ -68,7 +68,7 @@ Length = Annotated[float, BeforeValidator(partial(to_si, unit="m")), Field(gt=0)
 LineLoad = Annotated[float, BeforeValidator(partial(to_si, unit="N/m")), Field(gt=0)]
 Coordinate = Annotated[float, BeforeValidator(partial(to_si, unit="m")), Field(ge=0)]
 Pressure = Annotated[float, BeforeValidator(partial(to_si, unit="Pa")), Field(gt=0)]
-Load = Annotated[float, BeforeValidator(partial(to_si, unit="Pa")), Field(ge=0)]
+NonNegativePressure = Annotated[float, BeforeValidator(partial(to_si, unit="Pa")), Field(ge=0)]
 Viscosity = Annotated[float, BeforeValidator(partial(to_si, unit="Pa s")), Field(gt=0)]
 Seconds = Annotated[float, BeforeValidator(partial(to_si, unit="s")), Field(gt=0)]
 Bytes = Annotated[float, BeforeValidator(partial(to_si, unit="byte")), Field(gt=0)]
@@ -267,7 +267,9 @@ class Contact(Section):
     """Contact of the two faces: the model, exactly one load, and the solver."""
 
     model: Literal["gfmd", "bearing"] = Field("gfmd", description="elastic, or plain cutting")
-    pressure: Load | None = Field(None, description="mean pressure, 0 is touch; gfmd only")
+    pressure: NonNegativePressure | None = Field(
+        None, description="mean pressure, 0 is touch; gfmd only"
+    )
     area_fraction: Number | None = Field(None, ge=0, lt=1, description="contact area / A0")
     mean_gap: Length | None = Field(None, description="mean of the gap")
     tolerance: Number = Field(
@@ -323,8 +325,8 @@ class Flow(Section):
 
     pressure_drop: Pressure | None = Field(None, description="inlet minus outlet; of a liquid")
     inlet_pressure: Pressure | None = Field(None, description="absolute; with outlet_pressure")
-    outlet_pressure: Load | None = Field(None, description="absolute, 0 is vacuum")
-    ambient_pressure: Load | None = Field(
+    outlet_pressure: NonNegativePressure | None = Field(None, description="absolute, 0 is vacuum")
+    ambient_pressure: NonNegativePressure | None = Field(
         None, description="absolute, on the back of the solid; the outlet's if left out"
     )
     lift: Literal["none", "range", "resolved"] | None = Field(
@@ -393,8 +395,8 @@ class Flow(Section):
         for name in ("max_unknowns", "max_seconds", "max_memory"):
             if getattr(self, name) is not None:
                 yield (
-                    f"{name} ends a refinement, which method = 'finite-difference' has not; leave "
-                    "it out, or choose adaptive or uniform"
+                    f"{name} ends a refinement, and method = 'finite-difference' does not refine; "
+                    "leave it out, or choose adaptive or uniform"
                 )
 
 

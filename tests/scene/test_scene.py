@@ -314,7 +314,7 @@ BAD = {
     "flow.method=fem": "choose from 'adaptive', 'uniform' or 'finite-difference'",
     "flow.links=mean": "flow.links = 'mean' is not allowed",
     "flow.max_unknowns=0": "flow.max_unknowns = 0",
-    "flow.max_seconds=5 s": "max_seconds ends a refinement, which method = 'finite-difference' has",
+    "flow.max_seconds=5 s": "max_seconds ends a refinement, and method = 'finite-difference' does",
     "output.products=[]": "output.products = .* at least 1 item",
     "output.products=['leak']": r"output.products\[0\] = 'leak' is not allowed",
     "output.products=['mesh']": "finite-difference",

@@ -353,7 +353,7 @@ def test_meshes_that_nobody_could_make(tmp_path):
 
 def test_more_contradictions(tmp_path):
     for data, words in (
-        (scene(RING | {"gap": 1}, products=("conductivity_tensor",)), "is that of a periodic cell"),
+        (scene(RING | {"gap": 1}, products=("conductivity_tensor",)), "only a periodic cell has"),
         (scene(PLATE | {"gap": 1, "mesh_size": 0.1, "radius": 0.6}), "radius = 0.6 m does not fit"),
         (scene(STRIP | {"gap": 1, "kind": "rectangle", "smallest_size": 0.1}), "squares are equal"),
         (scene_of(write_msh(tmp_path / "a.msh"), mesh_size=1), "a.msh is meshed already"),
