@@ -22,7 +22,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.coupling.krylov import gmres
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import LiftedState
-from fem_seal.errors import InvalidInput, present
+from fem_seal.errors import InvalidInput, NotConverged, present
 from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
@@ -89,12 +89,18 @@ def sensitivity(
     adjoint, weight = np.zeros_like(gap), q
     if lifted is not None:
         by_u = _derivative_by_u(problem, flow, critical)
-        adjoint = gmres(
+        solution = gmres(
             lambda one: one - tangent.change(flow.transposed(by_u * one, TOLERANCE), TOLERANCE),
             tangent.change(q, TOLERANCE),
             TOLERANCE,
             MOST_ITERATIONS,
-        ).x
+        )
+        if not solution.converged:
+            raise NotConverged(
+                f"the adjoint system of the sensitivity is not solved after {MOST_ITERATIONS} "
+                "iterations of GMRES; leave it out of output.products"
+            )
+        adjoint = solution.x
         weight = q + flow.transposed(by_u * adjoint, TOLERANCE)
     z = tangent.change(weight, TOLERANCE)
     by_height = -problem.stiffness * problem.solid.pressure(z)

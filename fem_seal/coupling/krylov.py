@@ -12,6 +12,7 @@ class LinearSolution:
 
     x: np.ndarray
     iterations: int
+    converged: bool  #: whether the residual is below the tolerance
     #: (iterations,), parts of x along the vectors to which A was applied, in their order
     parts: np.ndarray
     #: eigenvector of A with a negative real eigenvalue, if one was found
@@ -27,7 +28,6 @@ def gmres(
     ----------
     apply
         The operator A.
-    b
     tolerance
         Relative residual at which it stops.
     most
@@ -35,7 +35,7 @@ def gmres(
     """
     size = float(np.linalg.norm(b))
     if size == 0:
-        return LinearSolution(np.zeros_like(b), 0, np.empty(0))
+        return LinearSolution(np.zeros_like(b), 0, True, np.empty(0))
     basis, hessenberg = [b / size], np.zeros((most + 1, most))
     for k in range(most):
         following = apply(basis[k])
@@ -45,12 +45,13 @@ def gmres(
         hessenberg[k + 1, k] = np.linalg.norm(following)
         whole, right_side = hessenberg[: k + 2, : k + 1], size * np.eye(k + 2)[0]
         y = np.linalg.lstsq(whole, right_side, rcond=None)[0]
-        if np.linalg.norm(whole @ y - right_side) <= tolerance * size or k + 1 == most:
+        converged = bool(np.linalg.norm(whole @ y - right_side) <= tolerance * size)
+        if converged or k + 1 == most:
             break
         basis.append(following / hessenberg[k + 1, k])
     negative = _negative(whole)
     away = None if negative is None else weighted_sum(negative, basis)
-    return LinearSolution(weighted_sum(y, basis), k + 1, y, away)
+    return LinearSolution(weighted_sum(y, basis), k + 1, converged, y, away)
 
 
 def _negative(hessenberg: np.ndarray) -> np.ndarray | None:

@@ -50,7 +50,6 @@ def lifted(
 
     Parameters
     ----------
-    problem
     rtol
         Tolerance of the flow. The state has settled if its ln Q errs by at most half of it.
     dry
@@ -161,6 +160,8 @@ def _found(
             ):
                 return None
         change, adjoint, finer = point.step.log_rate, point.adjoint, point.finer(allowed)
+        if not point.linear_systems_solved:
+            log.failure = log.failure or "GMRES has not solved Newton's linear systems"
         sealed = problem.film(point.contact.gap).sealed
         if sealed and _opened(problem, point.contact, _most(problem, point.contact)) is None:
             certain = True
@@ -188,14 +189,14 @@ def _all_to_come(change: float, before: float) -> float:
 
 
 def _floating(point: LiftPoint) -> LiftPoint:
-    """LiftPoint at which the solid has just left the counter-face."""
+    """The point at which the solid has just left the counter-face."""
     problem, height = point.problem, point.problem.height.values
     level = float((height - problem.displacement(point.pressure)).max()) + point.stage.epsilon
     return present(FloatingPoint.at(problem, point.stage, point.pressure, level), "level")
 
 
 def _leaving(point: LiftPoint) -> LiftPoint:
-    """LiftPoint to which plain passes lead from an equilibrium that they leave.
+    """The point to which plain passes lead from an equilibrium that they leave.
 
     Where R' G' has a real eigenvalue above 1, a pass through contact and flow grows every deviation
     along its eigenvector: no such state lasts.

@@ -54,6 +54,7 @@ class NewtonStep:
     pressure: np.ndarray  #: δ (nx, ny) [Pa]
     log_rate: float  #: change of the logarithm of the leak rate, to first order
     iterations: int  #: most iterations of GMRES
+    solved: bool  #: whether GMRES has reached its tolerance
     negative: np.ndarray | None  #: direction (nx, ny) in which plain passes leave the point
     level: float = 0.0  #: change of the level of a solid that floats [m]
     gap: np.ndarray | None = None  #: change (nx, ny) of the gap, G' δ [m], if known
@@ -119,15 +120,24 @@ class LiftPoint:
         """R'ᵀ of weights of the pressure."""
         return self.flow.transposed(self._by_u * weight, PART**2)
 
-    @cached_property
+    @property
     def adjoint(self) -> np.ndarray:
         """λ (nx, ny) [1/Pa]: a flow whose pressure differs by d changes ln Q by λ·d in the end."""
+        return self._adjoint.x
+
+    @property
+    def linear_systems_solved(self) -> bool:
+        """Whether GMRES has reached its tolerance for the step and for λ."""
+        return self.step.solved and self._adjoint.converged
+
+    @cached_property
+    def _adjoint(self) -> LinearSolution:
         return gmres(
             lambda weight: weight - self._gap_change(self._weight_of_gap(weight)),
             self._log_rate_by_pressure,
             PART,
             MOST_STEPS,
-        ).x
+        )
 
     def _solved(self, right_side: np.ndarray) -> LinearSolution:
         """Solve (I - R' G') δ = right side."""
@@ -154,7 +164,9 @@ class LiftPoint:
         solved = gmres(applied, self.residual, PART, MOST_STEPS)
         change = not_by_chance(self._log_rate_by_pressure * solved.x)
         gap = weighted_sum(solved.parts, moved) if moved else None
-        return NewtonStep(solved.x, change, solved.iterations, solved.negative, gap=gap)
+        return NewtonStep(
+            solved.x, change, solved.iterations, solved.converged, solved.negative, gap=gap
+        )
 
     def keeps_load(self, tolerance: float) -> bool:
         """Whether a whole step hardly changes the fluid's load, and leaves a part to the solid.
@@ -230,7 +242,7 @@ class FloatingPoint(LiftPoint):
     def at(
         cls, problem: LiftProblem, stage: Stage, pressure: np.ndarray, level: float
     ) -> Self | None:
-        """LiftPoint at a level; None if the solid touches the counter-face there."""
+        """The point at a level; None if the solid touches the counter-face there."""
         gap = problem.displacement(pressure) - problem.height.values + level
         if gap.min() <= 0:
             return None
@@ -265,7 +277,9 @@ class FloatingPoint(LiftPoint):
         pressure = fixed.x + level * lifted.x
         change = float(np.vdot(self._log_rate_by_pressure, pressure))
         change += level * float(self.flow.log_rate_by_gap.sum())
-        return NewtonStep(pressure, change, max(fixed.iterations, lifted.iterations), None, level)
+        iterations = max(fixed.iterations, lifted.iterations)
+        solved = fixed.converged and lifted.converged
+        return NewtonStep(pressure, change, iterations, solved, None, level)
 
     def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
         """The point a part of a step further on; None if the solid would touch."""
@@ -277,9 +291,8 @@ class FloatingPoint(LiftPoint):
 class Log:
     """What the steps from one start have met."""
 
-    residuals: list[float] = field(
-        default_factory=list
-    )  #: `LiftPoint.size` at the start of each step
+    #: `LiftPoint.size` at the start of each step
+    residuals: list[float] = field(default_factory=list)
     shortened: bool = False  #: whether a step was halved
     iterations: int = 0  #: most iterations of GMRES in a step
     failure: str = ""  #: why the last search ended away from an equilibrium, else ""

@@ -8,9 +8,8 @@ from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 
-SETTLED = (
-    1 / 2
-)  # an equilibrium has settled if its ln Q errs by at most this part of the flow's rtol
+# An equilibrium has settled if its ln Q errs by at most this part of the flow's rtol.
+SETTLED = 1 / 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +30,7 @@ class LiftedState:
     converged: bool  #: whether the equilibrium has settled
     lowest: float  #: least leak rate that is not excluded [m³/s]
     highest: float  #: largest leak rate that is not excluded [m³/s]
-    residuals: tuple[
-        float, ...
-    ] = ()  #: rms of F over the pressure drop, at the start and each step
+    residuals: tuple[float, ...] = ()  #: rms of F over the pressure drop, at each step's start
     network: PressureGrid | None = None  #: on which p_f was solved; None if lifted off
     reason: str = ""  #: sentence on why it has not settled; empty if it has
 
