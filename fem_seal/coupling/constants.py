@@ -3,9 +3,10 @@
 # What a linear solve leaves of its right side, a step of the solid's load, and a refinement of what
 # may err: Newton's method repeats each of them, and less would cost more than one more step.
 PART = 0.1
-# Stages; the last ε is then 6e-5 of the first. Steps of Newton's method in a stage, and of GMRES in
-# a step: most scenes need two to five.
-MOST_STAGES, MOST_STEPS = 8, 20
+# Stages, and those in a row whose film is sealed: ε is then 1/256 of the first, and a film that so
+# little ε has not opened says no more with less. Steps of Newton's method in a stage, and of GMRES
+# in a step: most scenes need two to five.
+MOST_STAGES, MOST_SEALED, MOST_STEPS = 10, 5, 20
 # Certificate of the contacts on the way, ten times that of the result, and the part of a load that
 # counts as none.
 ROUGH = 1e-5

@@ -22,7 +22,14 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import FIRST_EPSILON, MOST_STAGES, MOST_STEPS, PART, ROUGH
+from fem_seal.coupling.constants import (
+    FIRST_EPSILON,
+    MOST_SEALED,
+    MOST_STAGES,
+    MOST_STEPS,
+    PART,
+    ROUGH,
+)
 from fem_seal.coupling.newton import FloatingPoint, LiftPoint, Log, Stage, newton
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import SETTLED, LiftedState, spread
@@ -135,7 +142,7 @@ def _found(
     allowed, log, left = SETTLED * rtol, Log(), False
     change = error = last = conductance = inf
     adjoint = coarse = pressure
-    certain = sealed = False
+    certain, sealed = False, 0
     for number in range(MOST_STAGES):
         log.residuals.append(point.size)
         report("lift", f"step {len(log.residuals)}, residual {point.size:.1e}")
@@ -162,11 +169,11 @@ def _found(
         change, adjoint, finer = point.step.log_rate, point.adjoint, point.finer(allowed)
         if not point.linear_systems_solved:
             log.failure = log.failure or "GMRES has not solved Newton's linear systems"
-        sealed = problem.film(point.contact.gap).sealed
+        sealed = sealed + 1 if problem.film(point.contact.gap).sealed else 0
         if sealed and _opened(problem, point.contact, _most(problem, point.contact)) is None:
             certain = True
             break
-        if finer is None or number + 1 == MOST_STAGES:
+        if finer is None or number + 1 == MOST_STAGES or sealed == MOST_SEALED:
             error = change + point.by_epsilon + last
             break
         if not log.failure:
