@@ -42,14 +42,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     cross = _study(studies, "cross-validation", "every method on one gap over ever finer grids")
     add_scene(cross)
-    cross.add_argument(
-        "--grids",
-        type=int,
-        choices=range(1, 9),
-        default=3,
-        metavar="1..8",
-        help="number of grids, each twice as fine (3)",
-    )
+    _add_grids(cross, 3, "each twice as fine")
     cross.add_argument(
         "--vary",
         action="append",
@@ -61,14 +54,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     cross.set_defaults(command=_shared(_cross_validation))
     exact = _study(studies, "exact", "every method where the leak rate is known exactly")
     exact.add_argument("cases", nargs="*", metavar="CASE", help="exact cases by name (all)")
-    exact.add_argument(
-        "--grids",
-        type=int,
-        choices=range(1, 9),
-        default=4,
-        metavar="1..8",
-        help="number of grids of 8, 16, … squares (4)",
-    )
+    _add_grids(exact, 4, "of 8, 16, … squares")
     add_work(exact, "method on a grid")
     exact.set_defaults(command=_shared(_exact))
     trade = _study(studies, "trade", "error against time of contact grids, methods and tolerances")
@@ -103,6 +89,18 @@ def _shared(command: Command) -> Command:
             return command(options)
 
     return locked
+
+
+def _add_grids(command: argparse.ArgumentParser, default: int, which: str) -> None:
+    """Add the option for the number of grids."""
+    command.add_argument(
+        "--grids",
+        type=int,
+        choices=range(1, 9),
+        default=default,
+        metavar="1..8",
+        help=f"number of grids, {which} ({default})",
+    )
 
 
 def _unfinished(options: argparse.Namespace) -> int:

@@ -37,8 +37,8 @@ SMALLEST_STEP = 1e-6
 LEAST_PRESSURE = 1e-12
 HIGHEST = 1e12  # pressure over the first guess at which the search gives up
 # First guess of the pressure over that of Persson's area law, at light load; it rises by a third of
-# the area. At light load the law's area is 1.6 times p/(E* h'rms), the simulated area 2.1 to 2.2
-# times, the one counted in samples up to 3 times.
+# the area. At light load the law's area is 1.6 times p/(E* h'rms), that of simulations 2.1 to
+# 2.2 times, and that of the samples that touch, which are counted whole, up to 3 times.
 FIRST_GUESS = 0.7
 
 

@@ -94,7 +94,7 @@ class Statements:
     counts: dict[str, int] = field(default_factory=dict)  #: "x", "y": number of points
     unit: str | None = None  #: of the values
     lateral_unit: str | None = None  #: of lengths without a unit of their own
-    axes: set[str] = field(default_factory=set)  #: of titles that are not those of all columns
+    axes: set[str] = field(default_factory=set)  #: named by titles of some of the columns
     missing: list[float] = field(default_factory=list)  #: numbers that mark missing points
     #: lines that name a step or a length, whether or not they are understood
     about_lengths: list[str] = field(default_factory=list)
@@ -152,7 +152,7 @@ def statements(table: TextTable, path: Path) -> Statements:
         if _about_lengths(text):
             statements.about_lengths.append(text)
         for part in _SEVERAL.split(_BOTH.sub(" x y ", text)):
-            # One key with its value, or titles in a line that are not those of all columns.
+            # One key with its value, or titles, which may be those of some columns only.
             pairs = [pair for pair in _TITLE.findall(part) if _length_unit(pair[1])]
             match = _PAIR.fullmatch(part) or _BLANK_PAIR.fullmatch(part)
             if match and len(pairs) < 2:

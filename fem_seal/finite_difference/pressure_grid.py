@@ -6,7 +6,8 @@ mesh of any mixture of sizes makes a network, on the contact's own grid, a coars
 one where the pressure needs it. A link conducts as the mean of g³ between the gaps at its two ends,
 or, where each sample fills one pixel, of the two triangles beside it.
 
-Finite differences have the network of their own stencil, with nodes at the centres of such pixels.
+Finite differences have the network of their own stencil: its nodes are the centres of pixels that
+one sample fills, and it is never refined.
 """
 
 from dataclasses import dataclass

@@ -22,7 +22,7 @@ from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
 
 POINTS = 400  # most points of the leak path in the record
 
-# A number that JSON can hold: what is infinite, or not known, is null.
+# A number in JSON, which has no infinity: null if it is infinite or not known.
 Finite = Annotated[
     float | None,
     BeforeValidator(lambda x: x if not isinstance(x, float) or isfinite(x) else None),
