@@ -108,9 +108,11 @@ def _nearest(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
         if name != location[0]
         and any(key in model.model_fields for model in sections_in(field.annotation))
     ]
+    longer = [name for name in fields if key in name.split("_")]  # area for area_fraction
     if len(location) > 1 and others:
-        return f"it belongs in {' or '.join(others)}"
-    near = get_close_matches(key, fields, n=1, cutoff=0.5)
+        own = f", or did you mean {longer[0]}?" if longer else ""
+        return f"it belongs in {' or '.join(others)}{own}"
+    near = longer or get_close_matches(key, fields, n=1, cutoff=0.5)
     return f"did you mean {near[0]}?" if near else f"known are {', '.join(fields)}"
 
 

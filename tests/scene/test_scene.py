@@ -264,6 +264,8 @@ BAD = {
     "flow.rtoll=1": "flow.rtoll is not a known key; did you mean rtol",
     "flows.rtol=1": "flows is not a known key; did you mean flow",
     "surface.hurts=1": "did you mean hurst",
+    "contact.area=1": "did you mean area_fraction",
+    "contact.gap=1": r"it belongs in \[shape\], or did you mean mean_gap",
     "solid.xyz=1": "known are contact_modulus, youngs_modulus, poisson_ratio",
     "surface.hurst=": "surface.hurst is missing",
     "surface.hurst=0": "surface.hurst = 0 should be greater than 0",
