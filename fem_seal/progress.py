@@ -6,7 +6,6 @@ from datetime import timedelta
 from shutil import get_terminal_size
 from threading import Event, Thread
 from time import monotonic
-from types import TracebackType
 
 from fem_seal.errors import printable
 
@@ -95,12 +94,7 @@ class Display:
             self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._done.set()
         if self._shown:
             self._thread.join()

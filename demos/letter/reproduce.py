@@ -26,15 +26,7 @@ from fem_seal import parallel
 from fem_seal.cli.common import add_work, work_of
 from fem_seal.errors import FemSealError, InvalidInput
 from fem_seal.files import locked_folder, write_text
-from fem_seal.points import (
-    Chain,
-    PointFolder,
-    RecordFolder,
-    StudyTask,
-    Work,
-    chain_of,
-    compute_study,
-)
+from fem_seal.points import Chain, PointFolder, RecordFolder, StudyTask, Work, compute_study
 from fem_seal.progress import Display, Report, silent
 from fem_seal.tables import as_csv
 from fem_seal.theory.persson import AREA_LAWS
@@ -97,7 +89,7 @@ def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
     def point(folder: PointFolder, function: Callable, *arguments: object) -> Chain:
         texts = ("+".join(a) if isinstance(a, tuple) else str(a) for a in arguments)
         name = "-".join([function.__name__, *texts])
-        return chain_of(folder, StudyTask(name, name, function, arguments))
+        return Chain(folder, (StudyTask(name, name, function, arguments),))
 
     shown, records = PictureFolder(points), RecordFolder(points, Current)
     with_differences = "differences" in plan.only

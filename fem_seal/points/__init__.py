@@ -2,7 +2,7 @@
 
 from fem_seal.points.compute import Outcome, compute_points, compute_study
 from fem_seal.points.folder import PointFolder, RecordFolder
-from fem_seal.points.task import Chain, StudyTask, Task, chain_of
+from fem_seal.points.task import Chain, StudyTask, Task
 from fem_seal.points.work import Work
 
 __all__ = [
@@ -13,7 +13,6 @@ __all__ = [
     "StudyTask",
     "Task",
     "Work",
-    "chain_of",
     "compute_points",
     "compute_study",
 ]

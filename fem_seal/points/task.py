@@ -1,8 +1,8 @@
 """Tasks, each of which computes a point, and chains of tasks that share objects."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from fem_seal.parallel import Comm
@@ -52,15 +52,8 @@ class StudyTask(Task[Point]):
 
     function: Callable[..., Point]  #: a function of a module, so that workers can import it
     arguments: tuple[Any, ...]
-    #: keyword arguments of the function
-    options: Mapping[str, Any] = field(default_factory=dict)
 
     def compute(self, handed_on: Any, report: Report, comm: Comm) -> Point:
         """Call the function; nothing is handed on."""
         report("computing", "")
-        return self.function(*self.arguments, **self.options)
-
-
-def chain_of(folder: PointFolder[Point], task: StudyTask[Point]) -> Chain[Point]:
-    """A chain of one point."""
-    return Chain(folder, (task,))
+        return self.function(*self.arguments)

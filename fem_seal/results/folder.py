@@ -4,7 +4,6 @@ import os
 from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import locked_folder, staging_folder, to_disk, writing
@@ -65,12 +64,7 @@ class ResultFolder:
             self._open = opening.pop_all()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         with self._open, writing(self.path):
             self._move_in()  # needed if an interrupt has stopped `commit`
 

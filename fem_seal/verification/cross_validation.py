@@ -18,7 +18,7 @@ from fem_seal.errors import present
 from fem_seal.files import temporary_folder
 from fem_seal.film import GridFilm
 from fem_seal.leak_rate import relative_half_width
-from fem_seal.points import RecordFolder, StudyTask, Work, chain_of, compute_study
+from fem_seal.points import Chain, RecordFolder, StudyTask, Work, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 from fem_seal.verification.exact_cases import ExactCase, finer_film
@@ -138,7 +138,7 @@ def compare(
     with temporary_folder() if out is None else nullcontext(out) as kept:
         folder: RecordFolder[Answers] = RecordFolder(kept / "points", Answers)
         every = [task for by_grid in tasks for group in by_grid.values() for task in group]
-        if compute_study([chain_of(folder, task) for task in every], work, report).missing:
+        if compute_study([Chain(folder, (task,)) for task in every], work, report).missing:
             return None
         found = {task.name: present(folder.point(task.name), task.label) for task in every}
     compared = []

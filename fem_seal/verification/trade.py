@@ -11,6 +11,7 @@ sealed where the finest leaks are left out: they have no leak rate to compare.
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from math import inf
 from pathlib import Path
 from time import process_time
@@ -99,66 +100,48 @@ class TradePoint(Run):
     pareto: bool = False
 
 
-class _Contact:
-    """Contact on one grid, shared by the flows on that grid, and its CPU time."""
-
-    def __init__(self) -> None:
-        self._patch: Patch | None = None
-        self.seconds = 0.0
-
-    def patch(self, scene: Scene, samples: tuple[int, int], report: Report, comm: Comm) -> Patch:
-        """Patch of the scene on a grid, with its contact solved."""
-        if self._patch is None:
-            warm_up()
-            surface = resample(surface_of(scene, comm), samples)
-            patch = Patch(scene, report, surface=surface, comm=comm)
-            start = process_time()
-            self.contact = patch.contact
-            self.seconds = process_time() - start
-            self._patch = patch
-        return self._patch
-
-
 @dataclass(frozen=True)
-class RunTask(Task[Run]):
-    """Task of one flow solve on one contact grid."""
+class GridTask(Task[tuple[Run, ...]]):
+    """Task of the contact on one grid and of all flows through it."""
 
     scene: Scene
     samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
-    flow: FlowMethod
+    flows: tuple[FlowMethod, ...]
 
-    def compute(self, handed_on: _Contact, report: Report, comm: Comm) -> Run:
-        """Solve the flow, and before it the contact unless an earlier flow on its grid has."""
-        pressed = handed_on.patch(self.scene, self.samples, report, comm)
-        flow, own = self.scene.flow_settings, self.flow
-        limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
-        patch = Patch(
-            self.scene,
-            report,
-            surface=pressed.surface,
-            contact=pressed.contact,
-            lift="none",
-            flow=replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits),
-            comm=comm,
-        )
-        forget_peak()
+    def compute(self, handed_on: None, report: Report, comm: Comm) -> tuple[Run, ...]:
+        """Solve the contact, then the flows one after the other; nothing is handed on."""
+        warm_up()
+        surface = resample(surface_of(self.scene, comm), self.samples)
+        pressed = Patch(self.scene, report, surface=surface, comm=comm)
         start = process_time()
-        leak = patch.leak_rate
-        seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
-        return Run(
-            samples=self.samples,
-            flow=self.flow,
-            state=leak.state,
-            leak_rate=leak.value,
-            lower=leak.lower,
-            upper=leak.upper,
-            converged=leak.converged,
-            seconds=handed_on.seconds + seconds,
-            contact_seconds=handed_on.seconds,
-            memory_bytes=memory,
-            critical_gap=grid.critical_gap,
-            unresolved=grid.unresolved,
-        )
+        contact = {"surface": surface, "contact": pressed.contact, "lift": "none"}
+        of_contact = process_time() - start
+        flow, runs = self.scene.flow_settings, []
+        for own in self.flows:
+            limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
+            settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
+            patch = pressed.with_(**contact, flow=settings)
+            forget_peak()
+            start = process_time()
+            leak = patch.leak_rate
+            seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
+            runs.append(
+                Run(
+                    samples=self.samples,
+                    flow=own,
+                    state=leak.state,
+                    leak_rate=leak.value,
+                    lower=leak.lower,
+                    upper=leak.upper,
+                    converged=leak.converged,
+                    seconds=of_contact + seconds,
+                    contact_seconds=of_contact,
+                    memory_bytes=memory,
+                    critical_gap=grid.critical_gap,
+                    unresolved=grid.unresolved,
+                )
+            )
+        return tuple(runs)
 
 
 @dataclass(frozen=True)
@@ -193,8 +176,8 @@ def trade(
     factors : multiples of the scene's samples, at least three that give whole numbers; below 1
         the surface loses the waves shorter than two samples of the coarse grid
     tolerances : values of rtol for the adaptive method
-    out : folder of points/, with a file for each solve; those in the folder are not repeated. No
-        files are kept if left out
+    out : folder of points/, with a file for each contact grid; those in the folder are not
+        repeated. No files are kept if left out
     work : how the grids are shared among workers; one after the other if left out. Jobs that run at
         the same time slow each other down, also in CPU time
 
@@ -203,26 +186,20 @@ def trade(
     None if some solves are left to other parts of the study.
     """
     grids = trade_grids(surface_of(scene, None).shape, factors)
+    adaptive = [FlowMethod("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
+    flows = FlowMethod("finite-difference", None), FlowMethod("uniform", None, 1), *adaptive
+    inputs = sha256(repr((name_of(scene), flows)).encode()).hexdigest()[:24]
+    tasks = [
+        GridTask(f"{inputs}-{k}", f"contact {_size(samples)}", scene, samples, flows)
+        for k, samples in enumerate(grids)
+    ]
     with temporary_folder() if out is None else nullcontext(out) as kept:
-        folder = RecordFolder(kept / "points", Run)
-        tasks = [
-            [_task(samples, scene, choice) for choice in _choices(tolerances)] for samples in grids
-        ]
-        chains = [Chain(folder, tuple(of_grid), _Contact) for of_grid in tasks]
-        if compute_study(chains, work, report).missing:
+        folder = RecordFolder(kept / "points", tuple[Run, ...])
+        if compute_study([Chain(folder, (task,)) for task in tasks], work, report).missing:
             return None
-        runs = [
-            present(folder.point(task.name), task.label) for of_grid in tasks for task in of_grid
-        ]
+        runs = [run for task in tasks for run in present(folder.point(task.name), task.label)]
     by_area = scene.contact is not None and scene.contact.area_fraction is not None
     return trade_of(runs, by_area)
-
-
-def _task(samples: tuple[int, int], scene: Scene, flow: FlowMethod) -> RunTask:
-    grid = f"{samples[0]}x{samples[1]}"
-    tolerance = f"-{flow.rtol:g}" if flow.rtol else ""
-    name = f"{name_of(scene)}-{grid}-{flow.method}{tolerance}"
-    return RunTask(name, f"contact {grid}, {flow}", scene, samples, flow)
 
 
 def surface_of(scene: Scene, comm: Comm) -> GridField:
@@ -257,11 +234,6 @@ def trade_grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[
             f"of {shape} the factors {tuple(factors)} give {len(whole)}"
         )
     return whole
-
-
-def _choices(tolerances: Sequence[float]) -> list[FlowMethod]:
-    adaptive = [FlowMethod("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
-    return [FlowMethod("finite-difference", None), FlowMethod("uniform", None, 1), *adaptive]
 
 
 def forget_peak() -> None:
@@ -353,7 +325,7 @@ def _advice(result: Trade, target: float) -> str:
 
 
 def _size(samples: tuple[int, int]) -> str:
-    return " x ".join(map(str, samples))
+    return "{} x {}".format(*samples)
 
 
 def _describe(point: TradePoint) -> str:
