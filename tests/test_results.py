@@ -1,6 +1,5 @@
 """The result folder: complete or absent, read back to the last digit, never another scene's."""
 
-import json
 import os
 import re
 from contextlib import suppress
@@ -102,26 +101,6 @@ def test_numbers_are_those_of_the_contact(scene, spy, tmp_path):
     assert result.peak_memory_bytes > gap.values.nbytes
 
 
-def test_schema(scene, spy, tmp_path):
-    """The keys that scripts rely on."""
-    run(scene, tmp_path / "out")
-    read = json.loads((tmp_path / "out" / "result.json").read_text())
-    assert read["schema"] == 2
-    assert read["state"] == "leaking"
-    assert read["percolates"] is True
-    assert set(read["leak_rate"]) == {"value", "lower", "upper", "unit"}
-    assert set(read["together"]) == {"value", "lower", "upper", "unit", "sentence"}
-    assert read["leak_rate"]["unit"] == "m^3/s"
-    assert read["converged"] is True
-    assert read["unknowns"] == 25
-    assert read["method"] == "finite-difference"
-    assert {"contact_area_fraction", "mean_gap", "mean_pressure", "certificate"} < set(read)
-    stages = {"surface", "contact", "topology", "flow", "contact grid"}
-    assert stages | {"total"} == set(read["seconds"])
-    assert {"versions", "scene", "seed"} < set(read["provenance"])
-    assert read["provenance"]["seed"] == 1
-
-
 @pytest.fixture
 def field():
     rng = np.random.default_rng(1)
@@ -167,11 +146,6 @@ def test_only_what_is_named_is_computed(small_scene, spy, tmp_path):
     assert spy.solves == 0
     assert result.leak_rate is None
     assert set(content(tmp_path)) == {"out/result.json", "out/contact.npz"}
-
-
-def test_seal_is_made_of_a_scene():
-    with pytest.raises(InvalidInput, match=r"^a Scene is needed, not a str; Scene\.from_file"):
-        Patch("scene.toml")
 
 
 def test_each_step_is_computed_once(scene, spy):

@@ -185,7 +185,23 @@ CASES = {
     ),
     "NetCDF that is none": of_text("not a whole NetCDF file", "CDF", "a.nc"),
     "HDF5 that is none": of_text("cannot be read", "HDF", "a.h5"),
+    "single row": of_npz("two", Stated(), gap=GAP[:1], spacing=SPACING),
 }
+ARRAYS = {
+    "no spacing": {"gap": GAP},
+    "negative": {"gap": GAP - 1e-7, "spacing": SPACING},
+    "zero spacing": {"gap": GAP, "spacing": [0, 1]},
+    "negative spacing": {"gap": GAP, "spacing": [1, -1]},
+    "NaN spacing": {"gap": GAP, "spacing": [1, np.nan]},
+    "spacings of other worlds": {"gap": GAP, "spacing": [1e7, 1e-7]},
+    "one spacing": {"gap": GAP, "spacing": 1.0},
+    "three spacings": {"gap": GAP, "spacing": [1, 1, 1]},
+    "empty": {"gap": np.ones((0, 5)), "spacing": SPACING},
+    "text": {"gap": np.full((5, 5), "1"), "spacing": SPACING},
+    "bool": {"gap": GAP > 0, "spacing": SPACING},
+    "objects": {"gap": np.array([[None]]), "spacing": SPACING},
+}
+CASES |= {name: of_npz(r"a\.npz", Stated(), **arrays) for name, arrays in ARRAYS.items()}
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -88,16 +88,6 @@ def test_contact_of_tamaas_is_where_it_has_traction(tmp_path):
     assert np.array_equal(load_gap(tmp_path / "b.npz", Stated(unit="m")).values, left)
 
 
-@pytest.mark.parametrize("separator", [" ", "\t", ",", ", ", ";", "; "])
-@pytest.mark.parametrize("ending", ["txt", "csv"])
-def test_separators_of_text(tmp_path, separator, ending):
-    """The same numbers, to the last digit, whatever stands between them."""
-    path = tmp_path / f"gap.{ending}"
-    rows = "\n".join(separator.join(map(repr, row)) for row in (GAP * 1e6).tolist())
-    path.write_text(f"# a profilometer, 3 um; 1 um\n\n{rows}\n")
-    np.testing.assert_allclose(load_gap(path, SAID).values, GAP, **ROUNDED)
-
-
 def test_contact_below(tmp_path):
     """Roundings of either sign become contact; a gap that is really negative stays an error."""
     layouts.hard_wall_text(tmp_path / "gap.txt", np.where(GAP == 0, -3e-13, GAP), "m")
@@ -144,20 +134,6 @@ def test_real_files_of_surface_topography(tmp_path):
     assert through.periodic
 
 
-def test_instrument_text_with_unit_and_size(tmp_path):
-    """Gwyddion's text export, read by SurfaceTopography: rows are y there, x here."""
-    head = "# Channel: Topo\n# Width: 3 um\n# Height: 1 um\n# Value units: m\n"
-    rows = "\n".join(" ".join(map(repr, row)) for row in GAP.T.tolist())
-    (tmp_path / "map.asc").write_text(head + rows + "\n")
-    found = read_map(tmp_path / "map.asc", HEIGHT_NAMES)
-    assert found.values.shape == GAP.shape
-    np.testing.assert_allclose(found.spacing, SPACING, rtol=1e-12)
-    np.testing.assert_allclose(np.sort(found.values, None), np.sort(GAP, None), rtol=1e-12)
-    # What an instrument has measured does not repeat, unless the scene knows better.
-    assert found.periodic is False
-    assert read_map(tmp_path / "map.asc", HEIGHT_NAMES, Stated(periodic=True)).periodic
-
-
 @pytest.mark.parametrize("padding", range(4))
 def test_simple_field_of_gwyddion(tmp_path, padding):
     """Heights in single precision behind one to four zero bytes; each line runs along x."""
@@ -169,7 +145,9 @@ def test_simple_field_of_gwyddion(tmp_path, padding):
     found = read_map(path, HEIGHT_NAMES)
     np.testing.assert_allclose(found.values, missing, rtol=2**-24)
     np.testing.assert_allclose(found.spacing, SPACING, rtol=1e-15)
+    # What an instrument has measured does not repeat, unless the scene knows better.
     assert not found.periodic
+    assert read_map(path, HEIGHT_NAMES, Stated(periodic=True)).periodic
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(InvalidInput, match="not a whole GSF file"):
         read_map(path, HEIGHT_NAMES)
@@ -273,13 +251,6 @@ def test_missing_package(package, name, debian, tmp_path, monkeypatch):
         match=f"needs? {package}: {remedy} {package}",
     ):
         read_map(tmp_path / name, GAP_NAMES, SAID)
-
-
-def test_line_scan_of_an_instrument(tmp_path):
-    """Two columns, x and height, are what SurfaceTopography calls a line scan."""
-    (tmp_path / "scan.xyz").write_text("0 1\n1 2\n2 1.5\n3 1\n")
-    with pytest.raises(InvalidInput, match=r"is a line scan; a map is wanted"):
-        read_map(tmp_path / "scan.xyz", HEIGHT_NAMES, SAID)
 
 
 def test_channel_of_an_instrument(tmp_path):

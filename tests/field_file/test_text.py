@@ -269,12 +269,6 @@ def test_points_in_any_order_and_rounded(tmp_path):
     np.testing.assert_allclose(field.spacing, (1e-6 / 3, 1e-6 / 3), rtol=1e-3)
 
 
-def test_header_and_scene_must_agree(tmp_path):
-    (tmp_path / "a.txt").write_text("# z-unit: nm\n" + matrix())
-    with pytest.raises(InvalidInput, match="are in nm, but unit = 'um' was given"):
-        read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
-
-
 def test_first_row_without_any_point(tmp_path):
     """It is no header: the map keeps its number of lines."""
     values = HEIGHTS.copy()

@@ -126,30 +126,6 @@ def test_one_error_is_one_line(small_scene):
     assert caught.value.lines == (str(caught.value),)
 
 
-def test_scene_is_in_si_units(small_scene):
-    scene = Scene.from_mapping(small_scene)
-    assert scene.surface.size == (32e-6, 32e-6)
-    assert scene.solid.E_star == 1e7
-    assert scene.fluid.viscosity == 1e-3
-    assert scene.flow.pressure_drop == 1e5
-
-
-def test_scene_is_frozen(small_scene):
-    scene = Scene.from_mapping(small_scene)
-    with pytest.raises(AttributeError, match="cannot be set"):
-        scene.flow.rtol = 0.1
-
-
-def test_mapping_gives_the_scene_back(small_scene):
-    scene = Scene.from_mapping(small_scene)
-    assert Scene.from_mapping(scene.to_mapping()) == scene
-
-
-def test_file_gives_the_same_scene(small_scene, tmp_path):
-    path = write_toml(tmp_path / "scene.toml", small_scene)
-    assert Scene.from_file(path) == Scene.from_mapping(small_scene)
-
-
 def test_file_with_a_byte_order_mark(small_scene, tmp_path):
     path = write_toml(tmp_path / "scene.toml", small_scene)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
