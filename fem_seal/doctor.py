@@ -7,16 +7,13 @@ from collections.abc import Iterator
 from ctypes.util import find_library
 from dataclasses import dataclass
 from importlib.util import find_spec
-from pathlib import Path
 from shutil import which
-from time import time
 
 from fem_seal.files import user_cache
 from fem_seal.installed import how_to_add, how_to_get_fenicsx
 
 OFF_SCREEN = "vtkEGLRenderWindow"
 PATIENCE = 120  # seconds that one probe may take: the first use of DOLFINx compiles
-LONGEST_COMPILATION = 120  # seconds
 
 _DOLFINX = """
 import fem_seal.fenicsx
@@ -80,7 +77,10 @@ def examine() -> Iterator[Finding]:
     yield _probe("pictures", "contact.png and others", _PICTURE, _picture_remedy())
     yield _probe("FFTW threads", "elastic contact", _FFTW, "pip install pyfftw")
     for name, use in OPTIONAL.items():
-        yield _optional(name, use)
+        works = find_spec(name) is not None
+        found = "installed" if works else "not installed"
+        remedy = "apt-get install python3-gmsh" if name == "gmsh" else how_to_add(name)
+        yield Finding(name, use, works, found, remedy, required=False)
 
 
 OPTIONAL = {
@@ -166,24 +166,7 @@ def _cache() -> Finding:
     if not (existing.is_dir() and os.access(existing, os.W_OK)):
         remedy = "set XDG_CACHE_HOME to a folder that can be written"
         return Finding(name, use, False, f"{folder} cannot be written", remedy)
-    stale = unfinished_forms(folder)
-    if stale:
-        found = f"{len(stale)} compilations that were killed half-way in {folder}"
-        return Finding(name, use, False, found, f"remove {' '.join(map(str, stale))}")
     return Finding(name, use, True, f"{folder} can be written", "")
-
-
-def unfinished_forms(folder: Path) -> list[Path]:
-    """List C sources without a compiled library: later runs would wait for it until they fail.
-
-    Young ones are left out: another process may be compiling them.
-    """
-    started = time() - LONGEST_COMPILATION
-    return [
-        source
-        for source in sorted(folder.glob("libffcx_*.c"))
-        if source.stat().st_mtime < started and not any(folder.glob(f"{source.stem}*.so"))
-    ]
 
 
 def _picture_remedy() -> str:
@@ -198,10 +181,3 @@ def _compiler_remedy() -> str:
     if "CC" in os.environ and which(os.environ["CC"]) is None:
         return f"unset CC, which names no compiler: {os.environ['CC']!r}"
     return "apt-get install gcc python3-dev" if which("gcc") is None else "see the lines above"
-
-
-def _optional(name: str, needed_for: str) -> Finding:
-    works = find_spec(name) is not None
-    source = "apt-get install python3-gmsh" if name == "gmsh" else how_to_add(name)
-    found = "installed" if works else "not installed"
-    return Finding(name, needed_for, works, found, source, required=False)

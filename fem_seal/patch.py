@@ -286,12 +286,9 @@ class Patch:
     @cached_property
     def film(self) -> "GridFilm | MeshFilm":
         """Domain of the fluid: the gap with its sides, on its grid or on the mesh of a shape."""
-        from fem_seal.film import GridFilm
-
-        shape, flow = self.scene.shape, self.scene.flow
+        shape = self.scene.shape
         if shape is None:
-            gap = self.grid_gap
-            return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
+            return self.film_of(self.grid_gap)
         from fem_seal.film.shaped import shaped_film
 
         grid = None if shape.own_gap else self.grid_gap
@@ -303,11 +300,11 @@ class Patch:
         from fem_seal.film import GridFilm, MeshFilm
 
         shape, flow = self.scene.shape, self.scene.flow
-        if shape is None or isinstance(self.film, GridFilm):
+        if shape is None:
             return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
         from fem_seal.film.shaped import gap_source
 
-        mesh = self.film.mesh
+        mesh = present(self.film if isinstance(self.film, MeshFilm) else None, "mesh").mesh
         return MeshFilm(mesh, gap_source(shape, gap)(mesh.xy))
 
     @cached_property

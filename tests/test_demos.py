@@ -23,7 +23,6 @@ SMALL = {
     "how_the_lift_is_solved": {"n": 32},
     "when_does_the_fluid_matter": {"n": 32},
     "when_is_a_limit_kept": {"n": 128},
-    "where_it_breaks": {"unknowns": 800},
     "where_must_i_polish": {"n": 64, "tries": 2},
 }
 # Pages with the numbers that a demo prints, in four digits.

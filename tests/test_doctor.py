@@ -1,6 +1,5 @@
 """The doctor: it names what fails and the remedy; a probe that crashes does no harm."""
 
-import os
 import sys
 
 import pytest
@@ -51,23 +50,6 @@ def test_cache_that_cannot_be_written(monkeypatch, tmp_path):
     finding = doctor._cache()
     assert not finding.works
     assert "XDG_CACHE_HOME" in finding.remedy
-
-
-def test_compilation_that_was_killed(monkeypatch, tmp_path):
-    """An old source without its library makes every later run wait and then fail."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    folder = tmp_path / "fenics"
-    folder.mkdir()
-    (folder / "libffcx_forms_1.c").touch()
-    (folder / "libffcx_forms_1.cpython-311-x86_64-linux-gnu.so").touch()
-    assert doctor._cache().works
-    source = folder / "libffcx_forms_2.c"
-    source.touch()
-    assert doctor._cache().works, "another process may be compiling it"
-    os.utime(source, (0, 0))
-    finding = doctor._cache()
-    assert not finding.works
-    assert finding.remedy == f"remove {source}"
 
 
 def test_missing_gl_names_its_package(monkeypatch):

@@ -46,21 +46,20 @@ def self_affine(
     """
     kind, amplitude = one_amplitude(rms_height, rms_slope)
     require_known(SCALINGS, scaling, "scaling")
-    spacing = _spacing(spectrum, shape, size)
-    q = wavenumbers(shape, spacing)
-    density = _of_grid(spectrum.density(q), shape)
-    if not density.any():
-        raise InvalidInput(
-            f"no wave of a {shape[0]} x {shape[1]} grid lies between the cut-offs "
-            f"{spectrum.long_wavelength} and {spectrum.short_wavelength} m; widen them"
-        )
+    if len(shape) != 2 or not all(n == int(n) and n >= 1 for n in shape):
+        raise InvalidInput(f"shape must be two positive numbers of samples, got {shape}")
+    if len(size) != 2 or not all(np.isfinite(length) and length > 0 for length in size):
+        raise InvalidInput(f"size must be two positive lengths in metres, got {size}")
+    spectrum.require_room(shape, size)
+    q = wavenumbers(shape, (size[0] / shape[0], size[1] / shape[1]))
+    ends = f"{spectrum.long_wavelength} and {spectrum.short_wavelength}"
+    density = _of_grid(
+        spectrum.density(q), shape, f"lies between the cut-offs {ends} m; widen them"
+    )
     modes = np.sqrt(density) * _gaussian_modes(shape, seed)
     power = density if scaling == "ensemble" else modes.real**2 + modes.imag**2
     moment = np.sum(q ** ORDER_OF_MOMENT[kind] * power * multiplicity(shape[1]))
-    from scipy import fft
-
-    values = fft.irfft2(modes, s=shape, norm="forward", overwrite_x=True)
-    return GridField(values * (amplitude / moment**0.5), spacing, periodic=True)
+    return _heights(modes, shape, size, amplitude / moment**0.5)
 
 
 def gaussian_surface(
@@ -80,18 +79,11 @@ def gaussian_surface(
     InvalidInput
         If no wave of the grid has power, or an argument is out of range.
     """
-    spacing = size[0] / shape[0], size[1] / shape[1]
-    density = _of_grid(spectrum.density(wavenumbers(shape, spacing)), shape)
-    if not density.any():
-        raise InvalidInput(
-            f"no wave of a {shape[0]} x {shape[1]} grid has power in the spectrum of the profiles; "
-            "take a larger size, or more samples"
-        )
-    from scipy import fft
-
+    q = wavenumbers(shape, (size[0] / shape[0], size[1] / shape[1]))
+    remedy = "has power in the spectrum of the profiles; take a larger size, or more samples"
+    density = _of_grid(spectrum.density(q), shape, remedy)
     modes = np.sqrt(density * (2 * np.pi) ** 2 / (size[0] * size[1])) * _gaussian_modes(shape, seed)
-    values = fft.irfft2(modes, s=shape, norm="forward", overwrite_x=True)
-    return GridField(values, spacing, periodic=True)
+    return _heights(modes, shape, size, 1.0)
 
 
 def twin(field: GridField, seed: int) -> GridField:
@@ -124,27 +116,30 @@ def _stream(seed: int, count: int) -> np.ndarray:
     return np.random.Philox(seed).random_raw(count)
 
 
-def _spacing(
-    spectrum: Spectrum, shape: tuple[int, int], size: tuple[float, float]
-) -> tuple[float, float]:
-    """(dx, dy) of the grid; InvalidInput if it cannot represent the spectrum."""
-    if len(shape) != 2 or not all(n == int(n) and n >= 1 for n in shape):
-        raise InvalidInput(f"shape must be two positive numbers of samples, got {shape}")
-    if len(size) != 2 or not all(np.isfinite(length) and length > 0 for length in size):
-        raise InvalidInput(f"size must be two positive lengths in metres, got {size}")
-    spectrum.require_room(shape, size)
-    return size[0] / shape[0], size[1] / shape[1]
+def _of_grid(density: np.ndarray, shape: tuple[int, int], otherwise: str) -> np.ndarray:
+    """Density with the mean and the Nyquist modes of a grid set to 0; refused if no wave is left.
 
-
-def _of_grid(density: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Density with the mean and the Nyquist modes of a grid set to 0."""
+    The message says that no wave of the grid does what `otherwise` names.
+    """
     nx, ny = shape
     density[0, 0] = 0.0
     if nx % 2 == 0:
         density[nx // 2] = 0.0
     if ny % 2 == 0:
         density[:, ny // 2] = 0.0
+    if not density.any():
+        raise InvalidInput(f"no wave of a {nx} x {ny} grid {otherwise}")
     return density
+
+
+def _heights(
+    modes: np.ndarray, shape: tuple[int, int], size: tuple[float, float], factor: float
+) -> GridField:
+    """Periodic heights with given modes of `rfft2`, times a factor."""
+    from scipy import fft
+
+    values = fft.irfft2(modes, s=shape, norm="forward", overwrite_x=True)
+    return GridField(values * factor, (size[0] / shape[0], size[1] / shape[1]), periodic=True)
 
 
 def _gaussian_modes(shape: tuple[int, int], seed: int) -> np.ndarray:
