@@ -17,6 +17,7 @@ sys.path[2:2] = sorted(str(path) for path in TESTS.iterdir() if path.is_dir())
 
 from project import scene_of_samples  # noqa: E402
 
+from fem_seal import cli  # noqa: E402
 from fem_seal.render import offscreen, plot, relief  # noqa: E402
 
 # Pictures of a third of the resolution: the same code draws them in a third of the time.
@@ -38,6 +39,28 @@ settings.load_profile("any machine")
 # DOLFINx 0.5 to 0.7 must be imported through this module first, or VTK crashes later.
 if find_spec("dolfinx"):
     import fem_seal.fenicsx  # noqa: F401
+
+
+@pytest.fixture
+def refused(tmp_path, capsys):
+    """Function that runs a command of fem-seal which must end with one line and write nothing."""
+
+    def refused(*arguments: object) -> str:
+        """What it says; its status is 2."""
+        before = sorted(tmp_path.rglob("*"))
+        try:
+            status = cli.main([str(argument) for argument in arguments])
+        except SystemExit as end:
+            status = end.code
+        output, error = capsys.readouterr()
+        assert (status, output) == (2, ""), error
+        assert error.startswith("fem-seal")
+        assert error.count("\n") == 1, error
+        assert "Traceback" not in error
+        assert sorted(tmp_path.rglob("*")) == before
+        return error
+
+    return refused
 
 
 @pytest.fixture

@@ -30,7 +30,7 @@ sys.path[:0] = [str(Path(__file__).parent / name) for name in ("", "field_file",
 import layouts  # noqa: E402
 import meshio  # noqa: E402
 from mesh_files import CORNERS, scene_of, write_msh  # noqa: E402
-from project import ROOT, scene_of_samples, write_toml  # noqa: E402
+from project import ROOT, scene_of_samples, toml, write_toml  # noqa: E402
 
 from fem_seal import cli  # noqa: E402
 
@@ -133,31 +133,6 @@ def _scaled(value, factor):
     return f"{float(number) * factor:g} {unit}" if number.isdigit() else value
 
 
-def toml(data):
-    """TOML of nested dicts, as far as it can be written; whatever cannot is a fault more."""
-    lines = [
-        f"{key} = {_toml(value)}" for key, value in data.items() if not isinstance(value, dict)
-    ]
-    for name, section in data.items():
-        if isinstance(section, dict):
-            lines.append(f"[{name}]")
-            lines += [f"{key} = {_toml(value)}" for key, value in section.items()]
-    return "\n".join(lines) + "\n"
-
-
-def _toml(value):
-    match value:
-        case dict():
-            return "{" + ", ".join(f"{key} = {_toml(inner)}" for key, inner in value.items()) + "}"
-        case list():
-            return "[" + ", ".join(map(_toml, value)) + "]"
-        case bool():
-            return str(value).lower()
-        case str():
-            return json.dumps(value)
-    return repr(value)
-
-
 def scene(folder, draw):
     """A scene with odd values, or with broken text."""
     gap = {"gap": {"path": "gap.npz"}} | FLOW
@@ -239,36 +214,9 @@ def heights(folder, draw):
 # A word of a text file becomes one of these.
 ODD_WORDS = [
     *("", "nan", "inf", "-inf", "***", "BAD", "1e999", "1e-320", "-9999", "1e308", "1_0", "0x1F"),
-    *(
-        "1,5",
-        "1.5",
-        ";",
-        ",",
-        "\t",
-        "\n",
-        "\r",
-        "#",
-        "%",
-        '"',
-        "µm",
-        "nm",
-        "um",
-        "kg",
-        "0",
-        "-1",
-        "\x00",
-    ),
-    *(
-        "Width:",
-        "x-step",
-        "ncols",
-        "NODATA_value 0",
-        "z-unit: um",
-        "x [um]",
-        "\x1b[2J",
-        "\ufeff",
-        "é",
-    ),
+    *("1,5", "1.5", ";", ",", "\t", "\n", "\r", "#", "%", '"', "µm", "nm", "um", "kg", "0", "-1"),
+    *("\x00", "Width:", "x-step", "ncols", "NODATA_value 0", "z-unit: um", "x [um]", "\x1b[2J"),
+    *("\ufeff", "é"),
 ]
 word_edits = st.lists(st.tuples(position, st.sampled_from(ODD_WORDS)), max_size=2)
 

@@ -1,6 +1,7 @@
 """Folders and modules of the project, writing of scene files, environments of other processes."""
 
 import ast
+import json
 import os
 import re
 from functools import cache
@@ -61,22 +62,32 @@ def scene_of_samples(n: int, short: str = "4 um") -> dict:
     }
 
 
-def write_toml(path: Path, scene: dict) -> Path:
-    """Write sections of numbers, strings and lists; enough TOML for scenes."""
-    lines = []
+def toml(scene: dict) -> str:
+    """Numbers, strings, lists and tables as TOML, sections below the other keys."""
+    lines = [f"{key} = {_toml(one)}" for key, one in scene.items() if not isinstance(one, dict)]
     for section, fields in scene.items():
-        lines.append(f"[{section}]")
-        lines.extend(f"{key} = {_toml(value)}" for key, value in fields.items())
-    path.write_text("\n".join(lines) + "\n")
+        if isinstance(fields, dict):
+            lines += [f"[{section}]", *(f"{key} = {_toml(one)}" for key, one in fields.items())]
+    return "\n".join(lines) + "\n"
+
+
+def write_toml(path: Path, scene: dict) -> Path:
+    """Write a scene file."""
+    path.write_text(toml(scene))
     return path
 
 
 def _toml(value: object) -> str:
-    if isinstance(value, str | Path):
-        return f'"{value}"'
-    if isinstance(value, list):
-        return f"[{', '.join(map(_toml, value))}]"
-    return str(value).lower() if isinstance(value, bool) else repr(value)
+    match value:
+        case dict():
+            return f"{{{', '.join(f'{key} = {_toml(inner)}' for key, inner in value.items())}}}"
+        case list():
+            return f"[{', '.join(map(_toml, value))}]"
+        case bool():
+            return str(value).lower()
+        case str() | Path():
+            return json.dumps(str(value))
+    return repr(value)
 
 
 def unwrapped(text: str) -> str:

@@ -176,10 +176,8 @@ def test_measured_maps_by_a_pattern(small_scene, tmp_path):
 
 
 @pytest.mark.parametrize("options", [("--jobs", "0"), ("--part", "3/2"), ("--part", "0/2")])
-def test_bad_shares_of_the_work(options, capsys):
-    assert run(*VARY, "--out", "out", *options) == 2
-    assert options[0] in capsys.readouterr().err
-    assert not Path("out").exists()
+def test_bad_shares_of_the_work(options, refused):
+    assert options[0] in refused("sweep", "scene.toml", *VARY, "--out", "out", *options)
 
 
 def killed_once(folder):

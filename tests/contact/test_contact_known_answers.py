@@ -114,18 +114,6 @@ def test_area_has_the_shape_of_perssons_law():
     assert ratio[-1] == pytest.approx(1, abs=0.03)
 
 
-@pytest.mark.parametrize("short", [2, 4, 8, 16])
-@pytest.mark.parametrize("hurst", [0.4, 0.8])
-def test_area_per_load(short, hurst):
-    """κ = A E* h'rms / p is about 2 at light load (Hyun et al. 2004), whatever the pixel is."""
-    surface = rough_surface((256, 256), short=short, long=64, hurst=hurst, seed=2)
-    state = press(surface, E_STAR, pressure=0.05 * E_STAR * rms_slope(surface))
-    kappa = state.contact_area_corrected / 0.05
-    # Between Persson's √(8/π) = 1.6 and Bush, Gibson and Thomas's √(2π) = 2.5.
-    assert 1.6 < kappa < 2.5
-    assert kappa == pytest.approx(2.1, abs=0.25)
-
-
 def test_perimeter_correction_removes_most_of_the_pixels_error():
     """One surface on finer and finer grids: corrected areas agree, raw ones fall."""
     spectrum = Spectrum(0.8, 1 / 4, 1 / 15)

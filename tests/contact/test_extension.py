@@ -10,7 +10,6 @@ from contact_cases import E_STAR, SLOPE, rough_surface
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.extension import Extension
 from fem_seal.contact.free_set_cg import ExtensionRule, free_set_cg
-from fem_seal.contact.halving import WHOLE, Halving
 from fem_seal.contact.problem import Iterate, Problem
 from fem_seal.contact.settings import Arithmetic, ElasticSolid
 from fem_seal.grid import GridField
@@ -32,22 +31,6 @@ def interpolation(n):
 
 def in_two_directions(shape):
     return np.kron(interpolation(shape[0]), interpolation(shape[1]))
-
-
-# Blocks of rows hold 32768 samples of the coarser grid: the last shape has two of them.
-@pytest.mark.parametrize("shape", [(6, 8), (7, 5), (2, 3), (1, 4), (600, 257)])
-def test_halving(shape):
-    """Against the matrix; rows and columns apart where the matrix would be large."""
-    halving = Halving(shape)
-    coarse, fine = RNG.standard_normal(halving.coarse), RNG.standard_normal(shape)
-    weights, base, out = RNG.random(shape), RNG.standard_normal(shape), np.empty(shape)
-    rows, columns = interpolation(shape[0]), interpolation(shape[1])
-    halving.interpolate(coarse, base, out, weights)
-    assert out == pytest.approx(base + weights * WHOLE * (rows @ coarse @ columns.T), abs=1e-13)
-    restricted = np.empty(halving.coarse)
-    halving.restrict(fine, restricted, weights)
-    wanted = WHOLE * rows.T @ (weights * fine) @ columns
-    assert restricted == pytest.approx(wanted, abs=1e-12)
 
 
 @pytest.mark.parametrize("shape", [(6, 8), (7, 5), (2, 3), (300, 257)])
@@ -85,25 +68,6 @@ def test_two_levels(shape, fade):
     extension.update()
     extension.extend(x, extended)
     assert extended.ravel() == pytest.approx(wanted, abs=1e-14)
-
-
-@pytest.mark.parametrize("shape", [(256, 64), (250, 61)])
-def test_fades(shape):
-    """Beside a free strip: smooth at its edge, falling with the distance over its width."""
-    width = 8
-    free = np.zeros(shape)
-    free[:width] = 1
-    extension = Extension(free)
-    extension.update()
-    extended = np.empty(shape)
-    extension.extend(free.copy(), extended)
-    beside = extended[width : shape[0] // 2]
-    assert np.all(np.diff(beside, axis=0) < 0)
-    # A cut-off falls by 1 at once.
-    assert beside[0].min() > 0.8
-    assert beside[width].max() < 0.6
-    assert beside[4 * width].max() < 0.25
-    assert beside.min() >= 0
 
 
 def iterated(

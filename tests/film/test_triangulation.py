@@ -1,7 +1,5 @@
 """Critical constriction on any mesh, against that of the grid and against all simple paths."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -37,32 +35,6 @@ def test_pixel_triangulation_has_the_constriction_of_its_grid(nx, ny, contact, s
         assert constriction.gap == expected.gap
         x, y = (int(c) for c in constriction.position)
         assert gap[x, y] == constriction.gap
-
-
-def test_every_path_of_a_small_graph():
-    """All simple paths of random graphs of six vertices."""
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        gap = rng.permutation(6) / 5.0  # one contact
-        edges = np.array([(a, b) for a in range(6) for b in range(a) if rng.random() < 0.5])
-        ends = np.arange(6)
-        best = widest_path(gap, edges, 0, 5)
-        constriction = VertexGraph(gap, edges, ends == 0, ends == 5).constriction(np.zeros((6, 2)))
-        assert (constriction.gap if constriction else 0.0) == best
-
-
-def widest_path(gap, edges, start, end) -> float:
-    """Largest bottleneck over all simple paths, 0 if there is none that is open."""
-    linked = {(int(a), int(b)) for a, b in edges} | {(int(b), int(a)) for a, b in edges}
-    paths, best = [(start,)], 0.0
-    while paths:
-        path = paths.pop()
-        assert all(step in linked for step in pairwise(path))
-        if path[-1] == end:
-            best = max(best, min(gap[list(path)]))
-            continue
-        paths += [(*path, v) for v in range(6) if v not in path and (path[-1], v) in linked]
-    return best
 
 
 @pytest.mark.parametrize("open_end", [0, 2])

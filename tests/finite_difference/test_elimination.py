@@ -48,14 +48,6 @@ def assembled_conductance(network):
     return (laplacian @ pressure)[number[0]].sum()
 
 
-def test_star_becomes_the_mesh_of_kennelly():
-    """Star of 1, 2, 3 S: delta links ab/(a+b+c)."""
-    links = np.zeros((1, 4, 4))
-    links[0, 0, 1:] = links[0, 1:, 0] = 1, 2, 3
-    mesh = star_mesh(links, 1)[0]
-    assert [mesh[0, 1], mesh[0, 2], mesh[1, 2]] == approx([2 / 6, 3 / 6, 6 / 6], rel=2 * EPS)
-
-
 def schur_links(links, eliminated):
     """Links between the remaining nodes from the Schur complement, by a dense solve."""
     laplacian = np.diag(links.sum(axis=1)) - links
@@ -112,17 +104,6 @@ def test_planar_dual_conducts_the_reciprocal(shape, decades):
     across[1:-1] = 1 / network.y[1:-1].T
     dual = Network((1 / network.x).T, across, False)
     assert conductance(network) * conductance(dual) == approx(1, rel=1000 * EPS)
-
-
-def test_many_tiles_keep_a_separable_network_exact():
-    """c(x) only: series of rows. 300 × 290 nodes need ten tiles and several column blocks."""
-    rng = np.random.default_rng(4)
-    row = rng.uniform(1, 2, 299)
-    x = np.repeat(row[:, None], 290, axis=1)
-    for periodic in (False, True):
-        y = rng.uniform(1, 2, (300, 290 - (not periodic)))
-        exact = 290 / np.sum(1 / row)
-        assert conductance(Network(x, y, periodic)) == approx(exact, rel=1e-12)
 
 
 def series_parallel(network):

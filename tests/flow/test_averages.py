@@ -68,17 +68,6 @@ def test_contact_has_an_infinite_mean():
     assert inverse_cube_of_corners(*gaps.T).tolist() == [np.inf, np.inf, np.inf, 1.0]
 
 
-@pytest.mark.parametrize("mean", [cube_of_corners, inverse_cube_of_corners])
-def test_pixel_triangles(mean):
-    """(i, j), (i+1, j+1) cut the even pixels, (i+1, j), (i, j+1) the odd ones."""
-    gap = np.random.default_rng(1).random((5, 4)) + 0.1
-    found = linear_pixel_means(gap, mean)
-    for i, j in np.ndindex(4, 3):
-        sw, se, nw, ne = gap[i, j], gap[i + 1, j], gap[i, j + 1], gap[i + 1, j + 1]
-        pairs = [(se, sw, ne), (nw, sw, ne)] if (i + j) % 2 == 0 else [(sw, se, nw), (ne, se, nw)]
-        assert found[i, j] == pytest.approx([float(mean(*p)) for p in pairs], rel=10 * EPS)
-
-
 def pixel_triangles(mx: int, my: int):
     """Centroids (in sixths of a pixel, integers) and place in (mx, my, 2) of pixel triangles."""
     mesh = uniform_mesh((mx, my), 1, periodic_sides=False)

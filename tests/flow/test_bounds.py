@@ -8,7 +8,7 @@ import pytest
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds, MatrixBounds
 from fem_seal.flow.film_on_mesh import SolvedLevel
-from fem_seal.flow.stopping import Decision, Stopping, Tolerance
+from fem_seal.flow.stopping import Stopping, Tolerance
 from fem_seal.limits import Limits
 
 
@@ -120,14 +120,3 @@ def test_a_stalled_solver_ends_it_where_the_bounds_stay():
     assert not course.ended
     judged(course, stalled)
     assert course.reason == "CG has stalled"
-
-
-def test_a_decision_looks_at_both_bounds_and_at_the_slip():
-    """Limits in m³/s, bounds in units of 2 m³/s."""
-    decision = Decision(3.0, 2.0)
-    assert decision.reached(solution(1.0, 1.5))
-    assert decision.reached(solution(1.6, 2.0))
-    assert not decision.reached(solution(1.4, 2.0))
-    assert not decision.reached(solution(1.5, 2.0))
-    assert not decision.reached(solution(1.0, 1.4, slip=Bounds(0.9, 1.6)))
-    assert decision.undecidable(solution(1.0, 1.6)) == ""

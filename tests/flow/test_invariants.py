@@ -5,7 +5,6 @@ conductances, to which Rayleigh's monotonicity law applies to rounding. Two brac
 [l', u'] of leak rates Q <= Q' obey l <= u' whatever the mesh.
 """
 
-from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +13,7 @@ from gaps import DUALITY, TIGHT, level_problem, plain_bounds, represented
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sample_gaps import FLUID
+from slow_reference import spans
 
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
@@ -145,41 +145,14 @@ def cases(draw, contact=True) -> Case:
 
 
 def leaks(case: Case) -> bool:
-    """Walk from the inlet over open samples to the outlet.
+    """Whether open samples join inlet and outlet.
 
     Pixels are neighbours along their sides, vertices along the edges of the triangulation.
     """
-    is_open, representation, sides = case.samples > 0, case.representation, case.sides
-    if representation == "linear" and sides == "periodic":
-        is_open = is_open[:, :-1]
-    nx, ny = is_open.shape
-
-    def neighbours(i, j):
-        yield from ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1))
-        if representation == "linear" and (i + j) % 2 == 0:
-            # Every diagonal joins two vertices with i + j even, and each of those has all four.
-            # Across the seam of an odd number of columns the parity belongs to column ny, not 0.
-            yield from ((i + 1, j + 1), (i - 1, j + 1), (i + 1, j - 1), (i - 1, j - 1))
-
-    todo = deque((0, j) for j in range(ny) if is_open[0, j])
-    seen = set(todo)
-    while todo:
-        i, j = todo.popleft()
-        if i == nx - 1:
-            return True
-        # A vertex of the first column stands at j = 0 and at j = ny, with either parity.
-        places = [j] if sides == "wall" else [j, j + ny, j - ny]
-        for place in places:
-            for k, m in neighbours(i, place):
-                inside = 0 <= k < nx and (0 <= m < ny if sides == "wall" else 0 <= m <= ny)
-                on_strip = 0 <= place <= ny
-                if not (inside and on_strip):
-                    continue
-                there = (k, m % ny)
-                if is_open[there] and there not in seen:
-                    seen.add(there)
-                    todo.append(there)
-    return False
+    is_open, around = case.samples > 0, case.sides == "periodic"
+    if case.representation == "constant":
+        return spans(is_open, "4", around)
+    return spans(is_open[:, :-1] if around else is_open, "triangulation", around)
 
 
 def assert_overlap(one, other) -> None:
@@ -196,7 +169,7 @@ def assert_overlap(one, other) -> None:
 @settings(max_examples=120)
 @given(cases())
 def test_sealed_exactly_when_no_path_is_open(case):
-    """A walk over samples, the labelled lattice, the cells of the mesh and the patches of the
+    """Joined samples, the labelled lattice, the cells of the mesh and the patches of the
     stream function: four answers to one question."""
     open_path = leaks(case)
     assert case.film.sealed == (not open_path)

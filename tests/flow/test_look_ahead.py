@@ -70,22 +70,6 @@ def test_new_vertices_take_the_best_value(representation, periodic_sides):
     assert np.abs(ahead.streams[0] - plain)[alone].max() > 1e-3
 
 
-def test_the_least_share():
-    """Over all ∇p, K|∇p|² + J·R·J + 2 J·∇p is least at ∇p = -J/K: that is what is compared."""
-    rng = np.random.default_rng(2)
-    J, K, R = rng.normal(size=(50, 2)), rng.uniform(0.1, 2.0, 50), rng.normal(size=(50, 3))
-
-    def share(slope: np.ndarray) -> np.ndarray:
-        (jx, jy), (xx, xy, yy) = J.T, R.T
-        turned = xx * jx * jx + 2 * xy * jx * jy + yy * jy * jy
-        return K * (slope**2).sum(axis=1) + turned + 2 * (J * slope).sum(axis=1)
-
-    best = -J / K[:, None]
-    np.testing.assert_allclose(least_indicator(J, K, R), share(best), atol=1e-13 * 100)
-    for _ in range(20):
-        assert np.all(least_indicator(J, K, R) <= share(best + 1e-3 * rng.normal(size=(50, 2))))
-
-
 @pytest.mark.parametrize("width", [1, 4])
 def test_no_share_is_smaller(width):
     """Of a mesh that was solved: e_T, with its pressure, is nowhere below what ψ alone allows."""
@@ -102,16 +86,6 @@ def test_no_share_is_smaller(width):
     )  # of a power trace the mean gradient is another one
     assert np.count_nonzero(linear) > 100
     assert np.all(shares[linear] >= least[linear] - 1e-9 * shares.sum())
-
-
-@pytest.mark.parametrize("periodic_sides", [False, True])
-def test_nothing_is_halved_ahead_of_no_mark(periodic_sides):
-    gap = represented(rough_gap((32, 32), 0.3, 7), width=8)
-    _, _, regularised, start = solved(gap, 8, periodic_sides)
-    ahead = halved_ahead(start, gap, some_marked(start), regularised, 2)
-    plain = start.refined(gap, some_marked(start).times)
-    assert np.array_equal(ahead.mesh.cells, plain.mesh.cells)
-    assert np.array_equal(ahead.pressures, plain.pressures)
 
 
 def test_closed_cells_are_opened_where_they_let_flow_pass():

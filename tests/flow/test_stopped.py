@@ -11,7 +11,6 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.adapt import width_ratio
 from fem_seal.flow.bounds import Bounds
-from fem_seal.flow.marking import Strategy, part_of_a_step
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import relative_width
 
@@ -113,22 +112,6 @@ def test_bounds_from_the_mesh_of_another_film(representation, sides):
     assert warm.converged
     assert max(warm.lower, cold.lower) <= min(warm.upper, cold.upper)
     assert len(warm.levels) < len(cold.levels)
-
-
-def test_the_part_of_a_step():
-    """The nearer the bounds the smaller, but never nothing, and all of it where they are far."""
-    strategy = Strategy(rtol=0.1)
-    assert part_of_a_step(np.inf, strategy) == part_of_a_step(1.0, strategy) == 1
-    parts = [part_of_a_step(w, strategy) for w in (0.05, 0.09, 0.1, 0.12, 0.15)]
-    assert parts == sorted(parts)
-    assert parts[0] == parts[1] > 0.1
-    assert parts[-1] < 1
-    # 0.63 θ of the difference goes: what is left is 0.9 of the tolerance.
-    for width in (0.12, 0.15):
-        part = part_of_a_step(width, strategy)
-        assert width * (1 - 0.63 * part * strategy.tuning.theta) == pytest.approx(
-            0.09, rel=0.02, abs=0
-        )
 
 
 def test_the_ratio_of_widths_by_bubbles():

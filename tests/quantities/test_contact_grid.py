@@ -5,6 +5,7 @@ from math import exp, log
 
 import numpy as np
 import pytest
+from project import scene_of_samples
 
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
@@ -15,21 +16,11 @@ from fem_seal.surface.resampling import resample
 
 def scene(pressure="0.1 MPa", samples=32, **sections):
     """A dry rubber with four samples in the shortest wave."""
-    return Scene.from_mapping(
-        {
-            "surface": {
-                **{"kind": "self-affine", "shape": [samples, samples], "size": ["32 um", "32 um"]},
-                **{"hurst": 0.8, "long_wavelength": "8 um", "short_wavelength": "4 um"},
-                **{"rms_slope": 0.1, "seed": 3},
-            },
-            "solid": {"contact_modulus": "10 MPa"},
-            "contact": {"pressure": pressure},
-            "fluid": {"viscosity": "1 mPa s"},
-            "flow": {"pressure_drop": 1e5, "sides": "periodic", "rtol": 0.05, "lift": "none"},
-            "output": {"products": ["leak_rate"]},
-        }
-        | sections
-    )
+    rubber = scene_of_samples(32) | {"contact": {"pressure": pressure}}
+    rubber["surface"] |= {"shape": [samples, samples], "long_wavelength": "8 um", "seed": 3}
+    rubber["flow"] = {"pressure_drop": 1e5, "sides": "periodic", "rtol": 0.05, "lift": "none"}
+    rubber["output"] = {"products": ["leak_rate"]}
+    return Scene.from_mapping(rubber | sections)
 
 
 def entry(patch):

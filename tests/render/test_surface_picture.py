@@ -16,6 +16,13 @@ BLASTED = ROOT / "demos" / "scenes" / "blasted.toml"
 ROUGH = self_affine(Spectrum(0.8, 64e-6, 4e-6), (128, 96), (128e-6, 96e-6), rms_slope=0.1, seed=1)
 
 
+def scene_of(folder, surface):
+    """File of a scene that cuts a surface by a plane."""
+    contact = {"model": "bearing", "mean_gap": 1.0}
+    scene = {"surface": surface, "contact": contact, "output": {"products": ["contact"]}}
+    return write_toml(folder / "scene.toml", scene)
+
+
 def test_heights_are_drawn_at_their_position():
     """First axis to the right, about the mean, in readable units."""
     figure = Figure()
@@ -74,12 +81,7 @@ def test_command_writes_nothing_unless_asked(tmp_path, monkeypatch):
 def test_spectrum_as_csv(tmp_path, capsys):
     """∫ C d²q over the rings is Sq² of a periodic surface without power beyond them (Parseval)."""
     np.savez(tmp_path / "a.npz", heights=ROUGH.values, spacing=ROUGH.spacing, periodic=True)
-    scene = {
-        "surface": {"kind": "file", "path": "a.npz"},
-        "contact": {"model": "bearing", "mean_gap": 1.0},
-        "output": {"products": ["contact"]},
-    }
-    path = write_toml(tmp_path / "scene.toml", scene)
+    path = scene_of(tmp_path, {"kind": "file", "path": "a.npz"})
     assert cli.main(["surface", str(path), "--csv", str(tmp_path / "a.txt")]) == 2
     assert "must end in .csv" in capsys.readouterr().err
     assert cli.main(["surface", str(path), "--csv", str(tmp_path / "a.csv")]) == 0
@@ -108,12 +110,7 @@ def test_surface_without_a_power_law(tmp_path, capsys):
     """Grooves of one wave: statistics and heights are shown without a fit."""
     groove = np.sin(2 * np.pi * np.arange(8) / 8)
     np.savez(tmp_path / "a.npz", heights=np.outer(groove, np.ones(8)), spacing=[1, 1])
-    scene = {
-        "surface": {"kind": "file", "path": "a.npz"},
-        "contact": {"model": "bearing", "mean_gap": 1.0},
-        "output": {"products": ["contact"]},
-    }
-    path = write_toml(tmp_path / "scene.toml", scene)
+    path = scene_of(tmp_path, {"kind": "file", "path": "a.npz"})
     assert cli.main(["surface", str(path), "--out", str(tmp_path / "a.txt")]) == 2
     assert "must end in .png" in capsys.readouterr().err
     assert cli.main(["surface", str(path), "--out", str(tmp_path / "a.png")]) == 0
@@ -126,12 +123,8 @@ def test_no_exponent_is_printed_for_a_poor_fit(tmp_path, capsys):
     x, y = np.arange(64)[:, None] / 64, np.arange(48) / 48
     waves = np.cos(6 * np.pi * x) * np.cos(8 * np.pi * y) + np.sin(2 * np.pi * (5 * x + 2 * y))
     np.savez(tmp_path / "a.npz", heights=waves, spacing=[1, 1])
-    scene = {
-        "surface": {"kind": "file", "path": "a.npz"},
-        "contact": {"model": "bearing", "mean_gap": 1.0},
-        "output": {"products": ["contact"]},
-    }
-    assert cli.main(["surface", str(write_toml(tmp_path / "scene.toml", scene))]) == 0
+    scene = scene_of(tmp_path, {"kind": "file", "path": "a.npz"})
+    assert cli.main(["surface", str(scene)]) == 0
     said = capsys.readouterr().out
     assert "no power law: the best one has a misfit of" in said
     assert "hurst" not in said
@@ -140,25 +133,21 @@ def test_no_exponent_is_printed_for_a_poor_fit(tmp_path, capsys):
 @pytest.mark.parametrize(("samples", "few"), [(48, True), (192, False)])
 def test_an_exponent_beyond_those_of_self_affine_surfaces_is_marked(samples, few, tmp_path, capsys):
     """H = 0.8 is fitted well on 24 rings of waves between the cut-offs, and as 2.8 on eight."""
-    scene = {
-        "surface": {
-            **{"kind": "self-affine", "shape": [samples, samples], "size": [40e-6, 60e-6]},
-            **{"hurst": 0.8, "long_wavelength": 20e-6, "short_wavelength": 5e-6 * 48 / samples},
-            **{"rms_slope": 0.1, "seed": 3},
-        },
-        "contact": {"model": "bearing", "mean_gap": 1e-6},
-        "output": {"products": ["contact"]},
+    surface = {
+        **{"kind": "self-affine", "shape": [samples, samples], "size": [40e-6, 60e-6]},
+        **{"hurst": 0.8, "long_wavelength": 20e-6, "short_wavelength": 5e-6 * 48 / samples},
+        **{"rms_slope": 0.1, "seed": 3},
     }
-    assert cli.main(["surface", str(write_toml(tmp_path / "scene.toml", scene))]) == 0
+    assert cli.main(["surface", str(scene_of(tmp_path, surface))]) == 0
     said = capsys.readouterr().out
     assert ("beyond 0 to 1" in said) == few
 
 
-def test_gap_has_no_surface(tmp_path, capsys):
+def test_gap_has_no_surface(tmp_path, refused):
     np.savez(tmp_path / "gap.npz", gap=np.ones((4, 4)), spacing=[1, 1])
     scene = {"gap": {"path": "gap.npz"}, "output": {"products": ["contact"]}}
-    assert cli.main(["surface", str(write_toml(tmp_path / "scene.toml", scene))]) == 2
-    assert "a gap in place of a surface" in capsys.readouterr().err
+    said = refused("surface", write_toml(tmp_path / "scene.toml", scene))
+    assert "a gap in place of a surface" in said
 
 
 @pytest.mark.parametrize("shape", [(4, 3), (3, 40)])

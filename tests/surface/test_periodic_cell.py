@@ -5,7 +5,6 @@ import pytest
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import FieldMap
-from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.surface import MapStatistics, Spectrum, cropped, periodic_cell, self_affine
 from fem_seal.surface.cell import window
@@ -96,19 +95,3 @@ def test_seam_of_a_piece_its_mirror_and_a_cell():
 def test_unknown_choice():
     with pytest.raises(InvalidInput, match="make_periodic = 'wrap' is unknown; choose from cut"):
         periodic_cell(PIECE, "wrap")
-
-
-def test_mirrored_gap_leaks_like_the_piece_between_walls():
-    """No flow crosses a mirror line; 2 × 2 equal pieces conduct like one.
-
-    The mirror of the piecewise linear gap is piecewise linear on the same triangles, so that both
-    brackets hold one number.
-    """
-    from fem_seal.flow import leak_rate
-
-    piece = GridField(np.maximum(PIECE.values[:17, :13] + 0.8, 0.02) * 1e-6, (1e-6, 1e-6))
-    load = {"viscosity": 1e-3, "pressure_drop": 1e5, "rtol": 0.01}
-    walls = leak_rate(GridFilm(piece, sides="wall"), **load)
-    cell = leak_rate(GridFilm(periodic_cell(piece, "mirror"), sides="periodic"), **load)
-    assert max(walls.lower, cell.lower) <= min(walls.upper, cell.upper) * (1 + 1e-9)
-    assert cell.value == pytest.approx(walls.value, rel=0.01, abs=0)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from rings import fitted_hurst
 
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
@@ -54,27 +53,6 @@ def test_rings_of_a_steep_power_law():
     exact = level * sloped.wavenumber**-p
     np.testing.assert_allclose(sloped.density, exact, rtol=1e-10)
     assert plain.density[1] > 1.02 * exact[1]
-
-
-def test_rings_are_weighted_by_their_number_of_modes():
-    """Four times the power in the first ring tilts the line of weighted least squares by
-    ln 4 w₁(x₁ - x̄)/Σ w(x - x̄)², with w the modes of a ring and x̄ the weighted mean of x = ln q."""
-    n, first = 64, 2 * np.pi / 64 * 1.5
-    white = np.fft.rfft2(np.random.default_rng(1).normal(size=(n, n)))
-    q = wavenumbers((n, n), (1.0, 1.0))
-    q[0, 0] = np.inf
-    fields = [
-        GridField(np.fft.irfft2(white * amplitude), (1.0, 1.0), periodic=True)
-        for amplitude in (q**-1.8, np.where(q < first, 2 * q**-1.8, q**-1.8))
-    ]
-    before, after = (fitted_hurst(field, 64.01, 4.0) for field in fields)
-    rings = radial_spectrum(fields[0])
-    inside = rings.wavenumber <= 2 * np.pi / 4
-    x, w = np.log(rings.wavenumber[inside]), rings.modes[inside]
-    away = x - np.average(x, weights=w)
-    tilt = np.log(4) * w[0] * away[0] / np.sum(w * away**2)
-    assert after - before == pytest.approx(-tilt / 2, rel=1e-9)
-    assert after - before > 0.05
 
 
 def test_slope_of_a_wave():

@@ -11,9 +11,6 @@ from scipy.integrate import quad
 from scipy.special import comb, gamma
 
 from fem_seal.errors import InvalidInput
-from fem_seal.film import GridFilm
-from fem_seal.finite_difference import by_differences
-from fem_seal.grid import GridField
 from fem_seal.theory import closed_forms
 
 # No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
@@ -65,30 +62,6 @@ def test_four_phases_obey_duality(a, b, c, d):
     forward, _ = closed_forms.four_phase_checkerboard(a, b, c, d)
     _, crosswise = closed_forms.four_phase_checkerboard(1 / a, 1 / b, 1 / c, 1 / d)
     assert forward * crosswise == approx(1, rel=1e-12)
-
-
-def test_four_phases_against_finite_differences():
-    """Corner singularities are mild at this contrast: the error falls by about 4 per doubling.
-
-    Inlet and outlet are no isobars of the periodic medium, so that they disturb the flow near
-    them. The difference between six and three cells in a row is free of this end effect.
-    """
-    K = (1.0, 1.5, 2.0, 1.2)
-    exact, _ = closed_forms.four_phase_checkerboard(*K)
-    half = 8
-    cell = np.kron(np.array([[K[0], K[3]], [K[1], K[2]]]), np.ones((half, half)))
-    resistance = []
-    for cells in (3, 6):
-        gap = GridField(np.cbrt(np.tile(cell, (cells, 1))), (1.0, 1.0))
-        flow = by_differences(
-            GridFilm(gap, sides="periodic", representation="constant"),
-            viscosity=1 / 12,
-            pressure_drop=1.0,
-            links="harmonic",
-        )
-        resistance.append(1 / flow.value)
-    # The resistance added by three cells of 16 × 16 pixels is that of the periodic medium.
-    assert 3 / (resistance[1] - resistance[0]) == approx(exact, rel=1e-3)
 
 
 def rayleigh(f, order=24):

@@ -34,18 +34,6 @@ def state_at(strain, spectrum=ROUGH, **options):
     return persson_state(spectrum, pressure=strain * E_STAR, contact_modulus=E_STAR, **options)
 
 
-def moment(spectrum, power):
-    """∫ q^power C dq by adaptive quadrature in ln q."""
-    q_long, q_rolloff, q_short = spectrum.wavenumbers
-    return quad(
-        lambda t: np.exp((power + 1) * t) * spectrum.density(np.exp(t)),
-        np.log(q_long),
-        np.log(q_short),
-        points=[np.log(q_rolloff)],
-        epsrel=1e-11,
-    )[0]
-
-
 @pytest.mark.parametrize("spectrum", [ROUGH, ROLLOFF])
 @pytest.mark.parametrize("strain", [1e-6, 1e-3, 0.03])
 def test_area_law_at_full_resolution(spectrum, strain):
@@ -100,12 +88,6 @@ def test_area_falls_with_magnification_and_grows_with_load():
     assert (heavy.area >= light.area).all()
 
 
-def test_light_load_is_proportional():
-    """A/A0 → √(8/π) p0/(E* h'rms)."""
-    strain = 1e-7
-    assert state_at(strain).area[-1] == approx(np.sqrt(8 / np.pi) * strain / 0.1, rel=1e-7)
-
-
 def test_full_contact_closes_the_gap():
     state = state_at(1.0)
     assert state.area[-1] == 1
@@ -148,23 +130,6 @@ def test_work_of_the_pressure_is_stored_as_elastic_energy(spectrum, strain):
     work = -strain * (state_at(high, spectrum).mean_gap[0] - state_at(low, spectrum).mean_gap[0])
     stored = elastic_energy(spectrum, high) - elastic_energy(spectrum, low)
     assert work == approx(stored, rel=1e-5)
-
-
-def test_full_contact_energy_is_the_half_space_energy():
-    """W → 1: π/2 ∫ q² C dq, a half-space bent to the whole spectrum (E*/4 Σ q|h|²)."""
-    exact = np.pi / 2 * moment(ROUGH, 2)
-    assert elastic_energy(ROUGH, 10.0) == approx(exact, rel=1e-8)
-
-
-def test_mean_gap_is_logarithmic_at_light_load():
-    """ū falls by u0 = γ √π ∫ q² C w dq for every e-fold of pressure; corrections O(strain/h')."""
-    q = ladder(ROUGH.wavenumbers, 3200)
-    # M = w^-2: ∫ q² C w dq = ∫ 2 d√M / (π q); even in √M, no singularity.
-    root = np.sqrt(cumulative(lambda q: np.pi * q**3 * ROUGH.density(q), q))
-    u0 = GAMMA * np.sqrt(np.pi) * np.sum(2 * np.diff(root) / (np.pi * np.sqrt(q[1:] * q[:-1])))
-    fall = state_at(1e-7).mean_gap[0] - state_at(np.e * 1e-7).mean_gap[0]
-    assert fall == approx(u0, rel=1e-3)
-    assert 0.3 < u0 / ROUGH.rms_height < 0.5  # Persson, PRL 99, 125502 (2007): about 0.4
 
 
 @pytest.mark.parametrize("strain", [1e-4, 3e-3])

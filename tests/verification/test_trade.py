@@ -5,7 +5,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from project import write_toml
+from project import scene_of_samples, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
@@ -36,20 +36,8 @@ def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
 @pytest.fixture(scope="module")
 def traded():
     """A smooth wavy surface of 16 waves of 4 samples, far from percolation."""
-    scene = {
-        "surface": {
-            "kind": "self-affine",
-            "shape": [32, 32],
-            "size": ["32 um", "32 um"],
-            "hurst": 0.8,
-            "long_wavelength": "16 um",
-            "short_wavelength": "8 um",
-            "rms_slope": 0.1,
-            "seed": 1,
-        },
-        "solid": {"contact_modulus": "10 MPa"},
+    scene = scene_of_samples(32, "8 um") | {
         "contact": {"pressure": "50 kPa"},
-        "fluid": {"viscosity": "1 mPa s"},
         "flow": {"pressure_drop": "1 bar", "sides": "periodic"},
     }
     return trade(Scene.from_mapping(scene), factors=(0.5, 1, 2), tolerances=(0.2, 0.05))
