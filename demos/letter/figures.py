@@ -245,12 +245,12 @@ KINDS = {
 
 
 def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> None:
-    """A*/A0 of the triangulation against the short cut-off in samples, at the first edges.
+    """A*/A0 of the triangulation against the short cut-off in samples.
 
     Lines mark one half, where a cut surface percolates by symmetry, and the letter's elastic
     threshold.
     """
-    rows = [row for row in rows if (row.pair, row.edges) == (REFERENCE, rows[0].edges)]
+    rows = [row for row in rows if row.pair == REFERENCE]
     sizes = dict(zip(sorted({row.case.n for row in rows}), MARKERS * 9, strict=False))
     hursts = sorted({row.case.hurst for row in rows}, reverse=True)
     opacity = dict(zip(hursts, np.linspace(1, 0.35, len(hursts)), strict=True))

@@ -59,8 +59,7 @@ def _statistics_text(row: ThresholdRow) -> str:
 
 
 def _threshold_lines(rows: Sequence[ThresholdRow]) -> Iterable[Line]:
-    edges = rows[0].edges
-    of = {(row.model, row.pair): row for row in rows if row.edges == edges}
+    of = {(row.model, row.pair): row for row in rows}
     bearing, elastic = (of[model, REFERENCE] for model in MODELS)
     yield "A*/A0, bearing", "0.50 ± 0.02", _statistics_text(bearing)
     yield "A*/A0, elastic", "0.42(5)", _statistics_text(elastic)

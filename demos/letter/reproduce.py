@@ -21,7 +21,7 @@ from demos.letter.currents import FLOW_AREA, Current, Finer, current, finer, ove
 from demos.letter.flows import FlowMeasures, PictureFolder, picture
 from demos.letter.page import Found, page
 from demos.letter.persson import SampledSpectrum, comparisons, predictions
-from demos.letter.thresholds import Thresholds, events_of, threshold_rows, thresholds
+from demos.letter.thresholds import Thresholds, threshold_rows, thresholds
 from fem_seal import parallel
 from fem_seal.cli.common import add_work, work_of
 from fem_seal.errors import FemSealError, InvalidInput
@@ -60,7 +60,6 @@ class Plan:
     rtol: float  #: (upper - lower) / √(lower upper) of certified leak rates, at most
     areas: Sequence[float] | None  #: of Fig. 3; those of AREAS if left out
     refine: int  #: finer contact grid, over the samples of the case
-    edges: tuple[str, ...]
     resolution: float  #: of the thresholds in A/A0
 
     def __post_init__(self) -> None:
@@ -74,7 +73,6 @@ class Plan:
             raise InvalidInput(f"the contact grid is refined 2 times or more, got {self.refine}")
         if self.areas is not None and not all(0 < area < 1 for area in self.areas):
             raise InvalidInput(f"contact areas must lie in (0, 1), got {list(self.areas)}")
-        events_of(self.edges)
 
     def areas_of(self, model: str) -> Sequence[float]:
         """Areas of Fig. 3."""
@@ -107,7 +105,7 @@ def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
         "thresholds": [
             point(
                 RecordFolder(points, Thresholds),
-                *(thresholds, one, model, seed, plan.resolution, plan.edges),
+                *(thresholds, one, model, seed, plan.resolution),
             )
             for one in plan.cases
             for model in reversed(MODELS)
@@ -219,7 +217,6 @@ def parser() -> argparse.ArgumentParser:
         ("rtol", float, 0.1, "RTOL", "width of certified brackets (0.1)"),
         ("areas", several(float), None, "V1,…", "A/A0 of Fig. 3 (0.02 to closing)"),
         ("refine", int, 2, "FACTOR", "finer grids (2)"),
-        ("edges", several(str), ("open",), "E1,…", "spanning: open, cylinder, periodic (open)"),
         ("resolution", float, 0.002, "A", "of thresholds, in A/A0 (0.002)"),
         ("out", Path, Path("results/letter"), "DIR", "folder; its points stay (results/letter)"),
     ):

@@ -10,7 +10,6 @@ from fem_seal.contact import ContactState, GapState
 from fem_seal.contact.state import PERIMETER_FACTOR
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.film.clusters import joins_ends
-from fem_seal.film.winding import winds
 from fem_seal.grid import GridField
 
 # Connectivities of contact and of open. All but the last are dual pairs. In the last one neither
@@ -22,13 +21,6 @@ PAIRS = {
     "both-4": ("4", "4"),
 }
 REFERENCE = "triangulation"  # the pair by which the flow solver decides whether a gap leaks
-# Paths that span. "open": from the first row to the last between side walls; "cylinder": the same
-# with the sides joined; "periodic": a closed path around the torus along x.
-EDGES = {
-    "open": lambda mask, connectivity: joins_ends(mask, connectivity),
-    "cylinder": lambda mask, connectivity: joins_ends(mask, connectivity, (False, True)),
-    "periodic": lambda mask, connectivity: winds(mask, connectivity, axis=0),
-}
 # First bracket of the load, and the largest load. Elastic: A/A0 is about 0.23 at 0.1, 0.62 at 0.35.
 LOADS = {"bearing": (0.3, 0.7, 1.0), "elastic": (0.1, 0.35, 10.0)}
 # Relative width of a bracket of load at which the bisection stops: the area jumps within it.
@@ -40,20 +32,29 @@ DIFFERENCE = "bearing less elastic"  # in place of the model, in rows of differe
 
 @dataclass(frozen=True)
 class Event:
-    """Contact begins to span, or open ceases to; each occurs once as the load grows."""
+    """Contact begins to join the ends of the cell, or open ceases to; each occurs once.
+
+    Paths go from the first row to the last, between side walls.
+    """
 
     phase: str  #: "contact" or "open"
     connectivity: str
-    edges: str
 
     def __str__(self) -> str:
-        return f"{self.edges} {self.phase} {self.connectivity}"
+        return f"{self.phase} {self.connectivity}"
 
     def occurred(self, contact: np.ndarray) -> bool:
         """Whether it has occurred in a contact, (nx, ny) bool."""
         if self.phase == "contact":
-            return EDGES[self.edges](contact, self.connectivity)
-        return not EDGES[self.edges](~contact, self.connectivity)
+            return joins_ends(contact, self.connectivity)
+        return not joins_ends(~contact, self.connectivity)
+
+
+EVENTS = [
+    Event(phase, connectivity)
+    for phase in ("contact", "open")
+    for connectivity in ("triangulation", "4", "8")
+]
 
 
 def euler_characteristic(mask: np.ndarray) -> int:
@@ -112,40 +113,24 @@ class Thresholds:
     model: str
     seed: int
     resolution: float  #: largest width of the brackets in A/A0
-    edges: tuple[str, ...]
     brackets: dict[str, Bracket]  #: by the name of the event
 
-    def ends(self, pair: str, edges: str, name: str = "area") -> tuple[float, float]:
+    def ends(self, pair: str, name: str = "area") -> tuple[float, float]:
         """A/A0, or another measure, where contact begins to span and where open ceases to."""
-        events = map(Event, ("contact", "open"), PAIRS[pair], (edges, edges))
+        events = map(Event, ("contact", "open"), PAIRS[pair])
         brackets = [self.brackets[str(event)] for event in events]
         return tuple(float(np.mean([getattr(end, name) for end in both])) for both in brackets)
 
-    def at(self, pair: str, edges: str, name: str = "area") -> float:
+    def at(self, pair: str, name: str = "area") -> float:
         """A*/A0, the mean of both ends, or the mean of another measure."""
-        return float(np.mean(self.ends(pair, edges, name)))
+        return float(np.mean(self.ends(pair, name)))
 
 
-def events_of(edges: Sequence[str]) -> list[Event]:
-    """All events that the pairs need for these edges."""
-    if not edges or set(edges) - set(EDGES):
-        raise InvalidInput(f"edges are some of {', '.join(EDGES)}, got {', '.join(edges)}")
-    return [
-        Event(phase, connectivity, name)
-        for name in edges
-        for phase in ("contact", "open")
-        for connectivity in ("triangulation", "4", "8")
-    ]
-
-
-def thresholds(
-    case: RoughCase, model: str, seed: int, resolution: float, edges: tuple[str, ...]
-) -> Thresholds:
+def thresholds(case: RoughCase, model: str, seed: int, resolution: float) -> Thresholds:
     """Bracket the thresholds of one surface under one model."""
-    events = events_of(edges)
-    brackets = crossings(case.surface(seed), model, events, resolution)
-    found = dict(zip(map(str, events), brackets, strict=True))
-    return Thresholds(case, model, seed, resolution, edges, found)
+    brackets = crossings(case.surface(seed), model, EVENTS, resolution)
+    found = dict(zip(map(str, EVENTS), brackets, strict=True))
+    return Thresholds(case, model, seed, resolution, found)
 
 
 @dataclass(eq=False)
@@ -230,7 +215,6 @@ class ThresholdRow:
 
     case: RoughCase
     model: str
-    edges: str
     pair: str
     seeds: int
     threshold: float
@@ -245,7 +229,7 @@ class ThresholdRow:
 
 
 def threshold_rows(found: Sequence[Thresholds]) -> list[ThresholdRow]:
-    """Rows of all ensembles, models, edges and pairs, then those of the differences."""
+    """Rows of all ensembles, pairs and models, and of the differences."""
     rows, of = [], {(one.case, one.model, one.seed): one for one in found}
     for case in dict.fromkeys(one.case for one in found):
         seeds = sorted({one.seed for one in found if one.case == case})
@@ -254,37 +238,36 @@ def threshold_rows(found: Sequence[Thresholds]) -> list[ThresholdRow]:
             for model in MODELS
         }
         both = [s for s in seeds if all((case, model, s) in of for model in MODELS)]
-        for edges in next(one.edges for one in found if one.case == case):
-            for pair in PAIRS:
-                rows += [_row(edges, pair, ones) for ones in by_model.values() if ones]
-                cut, pressed = (
-                    np.array([of[case, model, s].at(pair, edges) for s in both]) for model in MODELS
-                )
-                if both:
-                    values = _statistics(cut - pressed)
-                    rows.append(ThresholdRow(case, DIFFERENCE, edges, pair, len(both), *values))
+        for pair in PAIRS:
+            rows += [_row(pair, ones) for ones in by_model.values() if ones]
+            cut, pressed = (
+                np.array([of[case, model, s].at(pair) for s in both]) for model in MODELS
+            )
+            if both:
+                values = _statistics(cut - pressed)
+                rows.append(ThresholdRow(case, DIFFERENCE, pair, len(both), *values))
     return rows
 
 
-def _row(edges: str, pair: str, ones: Sequence[Thresholds]) -> ThresholdRow:
+def _row(pair: str, ones: Sequence[Thresholds]) -> ThresholdRow:
     """Row of one model; its Euler characteristic and perimeter are those of the reference pair."""
     case, model = ones[0].case, ones[0].model
     # A pixel of an elastic contact counts if it carries any pressure, which makes the area too
     # large. The area of a cut is prescribed.
     corrected, deviation, _ = (
-        _statistics([one.at(pair, edges, "corrected") for one in ones])
+        _statistics([one.at(pair, "corrected") for one in ones])
         if model == "elastic"
         else (None, None, None)
     )
-    ends = np.array([one.ends(pair, edges) for one in ones])
+    ends = np.array([one.ends(pair) for one in ones])
     return ThresholdRow(
-        *(case, model, edges, pair, len(ones)),
-        *_statistics([one.at(pair, edges) for one in ones]),
+        *(case, model, pair, len(ones)),
+        *_statistics([one.at(pair) for one in ones]),
         corrected,
         deviation,
         half_width=float(np.abs(ends[:, 1] - ends[:, 0]).mean() / 2),
-        euler=float(np.mean([one.at(REFERENCE, edges, "euler") for one in ones])),
-        perimeter=float(np.mean([one.at(REFERENCE, edges, "perimeter") for one in ones])),
+        euler=float(np.mean([one.at(REFERENCE, "euler") for one in ones])),
+        perimeter=float(np.mean([one.at(REFERENCE, "perimeter") for one in ones])),
     )
 
 

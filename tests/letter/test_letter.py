@@ -280,7 +280,6 @@ def test_a_run_draws_all_and_goes_on(tmp_path, capsys):
         ("--short 300", "cut-offs"),
         ("--rtol -1", "rtol"),
         ("--areas 0.2,1.5", "contact areas must lie in (0, 1)"),
-        ("--edges ajar", "ajar"),
         ("--resolution 0", "resolution"),
         ("--refine 1", "refined"),
     ],

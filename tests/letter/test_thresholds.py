@@ -8,14 +8,13 @@ from hypothesis.extra import numpy as hnp
 from demos.letter.contacts import MODELS, RoughCase, at_area, pressed
 from demos.letter.thresholds import (
     DIFFERENCE,
-    EDGES,
+    EVENTS,
     PAIRS,
     REFERENCE,
     Event,
     Snapshot,
     crossings,
     euler_characteristic,
-    events_of,
     threshold_rows,
     thresholds,
 )
@@ -31,16 +30,15 @@ SEEDS = (1, 2, 3, 4)
 
 @pytest.fixture(scope="module")
 def found():
-    return [thresholds(CASE, m, seed, RESOLUTION, ("open",)) for m in MODELS for seed in SEEDS]
+    return [thresholds(CASE, m, seed, RESOLUTION) for m in MODELS for seed in SEEDS]
 
 
-def cut_thresholds(surface, edges):
+def cut_thresholds(surface):
     """A* of the bearing model by pair of connectivities, to one sample."""
-    events = events_of([edges])
-    brackets = crossings(surface, "bearing", events, 1.5 / surface.values.size)
+    brackets = crossings(surface, "bearing", EVENTS, 1.5 / surface.values.size)
     of = {
         (event.phase, event.connectivity): 0.5 * (before.area + after.area)
-        for event, (before, after) in zip(events, brackets, strict=True)
+        for event, (before, after) in zip(EVENTS, brackets, strict=True)
     }
     return {
         pair: 0.5 * (of["contact", contact] + of["open", open_])
@@ -48,15 +46,14 @@ def cut_thresholds(surface, edges):
     }
 
 
-@pytest.mark.parametrize("edges", EDGES)
-def test_turning_a_surface_over_swaps_the_phases(edges):
+def test_turning_a_surface_over_swaps_the_phases():
     """A*(h) + A*(-h) = 1: contact of -h at A is the open part of h at 1 - A.
 
     Exact but for the width of the brackets, one sample each, and half of that in the middle.
     """
     surface = CASE.surface(1)
     over = GridField(-surface.values, surface.spacing, periodic=True)
-    up, down = cut_thresholds(surface, edges), cut_thresholds(over, edges)
+    up, down = cut_thresholds(surface), cut_thresholds(over)
     mirrored = {"contact-8": "contact-4", "contact-4": "contact-8"}
     for pair, threshold in up.items():
         total = threshold + down[mirrored.get(pair, pair)]
@@ -89,7 +86,7 @@ def test_elastic_contact_percolates_earlier_than_one_half(found):
 def test_connectivity_decides_who_percolates_first(found):
     """More neighbours join contact sooner and bar the open phase sooner."""
     for one in found:
-        eight, four = (one.ends(pair, "open") for pair in ("contact-8", "contact-4"))
+        eight, four = (one.ends(pair) for pair in ("contact-8", "contact-4"))
         assert eight[0] <= four[0]
         assert eight[1] <= four[1]
 
@@ -98,7 +95,7 @@ def test_brackets_hold_what_they_say(found):
     """A contact pressed anew, without a warm start, spans after and not before."""
     one = next(one for one in found if one.model == "elastic")
     surface = CASE.surface(one.seed)
-    for event in (Event("contact", "8", "open"), Event("open", "triangulation", "open")):
+    for event in (Event("contact", "8"), Event("open", "triangulation")):
         before, after = one.brackets[str(event)]
         assert 0 < after.area - before.area <= RESOLUTION
         for end, expected in ((before, False), (after, True)):
@@ -135,7 +132,7 @@ def test_a_jump_of_the_area_ends_the_bisection():
     heights = np.zeros((16, 16))
     heights[::4, ::4] = 1.0
     surface = GridField(heights, (1.0, 1.0), periodic=True)
-    ((before, after),) = crossings(surface, "bearing", [Event("contact", "4", "periodic")], 1e-3)
+    ((before, after),) = crossings(surface, "bearing", [Event("contact", "4")], 1e-3)
     assert (before.area, after.area) == (1 / 16, 1)
 
 
@@ -144,4 +141,4 @@ def test_ridges_across_the_flow_span_at_first_contact():
     heights[::4] = 1.0
     surface = GridField(heights, (1.0, 1.0), periodic=True)
     with pytest.raises(NotConverged, match="first contact"):
-        crossings(surface, "bearing", events_of(["open"]), 1e-3)
+        crossings(surface, "bearing", EVENTS, 1e-3)
