@@ -338,7 +338,9 @@ class Patch:
         if self.lifted_off:
             return LeakRate.lifted_off(method)
         if self.lifted is not None:
-            leak = _with_reasons(present(self.lifted.leak_rate, "leak rate"), self.lifted.reason)
+            leak = present(self.lifted.leak_rate, "leak rate")
+            reasons = [reason for reason in (leak.reason, self.lifted.reason) if reason]
+            leak = replace(leak, converged=not reasons, reason="; ".join(reasons))
         elif self.sealed:
             return LeakRate.sealed(method)
         else:
@@ -373,12 +375,6 @@ class Patch:
         """Leak rate of another film under the scene's pressures, to the scene's tolerance."""
         settings = replace(self.flow, decide=None)
         return FLOWS[settings.method](settings, film, self.report, self.comm)
-
-
-def _with_reasons(leak: LeakRate, *more: str) -> LeakRate:
-    """Leak rate with further reasons why it has not converged; empty ones are left out."""
-    reasons = [reason for reason in (leak.reason, *more) if reason]
-    return replace(leak, converged=not reasons, reason="; ".join(reasons))
 
 
 def require_trusted(scene: Scene, trust: bool) -> None:

@@ -114,14 +114,13 @@ def predictions(
     seed: int,
     first: float,
     loads: Sequence[float] = LOADS,
-    threshold: float = CONTINUUM_THRESHOLD,
 ) -> list[Prediction]:
     """Leak rate of a square cell under rising loads; 0 from the threshold on."""
     scaled, found = spectrum.scaled(SLOPE), []
     for load in loads:
         pressure = load * CONTACT_MODULUS * SLOPE
         state = persson_state(scaled, pressure=pressure, contact_modulus=CONTACT_MODULUS, area=law)
-        K = effective_film_conductivity(state, viscosity=VISCOSITY, threshold=threshold)
+        K = effective_film_conductivity(state, viscosity=VISCOSITY, threshold=CONTINUUM_THRESHOLD)
         found.append(Prediction(law, seed, load, float(state.area[-1]), K * PRESSURE_DROP / first))
     return found
 

@@ -13,7 +13,7 @@ with ended_silently():
     from collections.abc import Iterable, Sequence
     from difflib import get_close_matches
     from io import TextIOWrapper
-    from typing import Any, NoReturn, TextIO
+    from typing import Any, NoReturn
 
     from fem_seal import __version__, parallel
     from fem_seal.cli import (
@@ -104,7 +104,9 @@ def parser(whole: bool = True) -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command, of these words or of those of this process, and return the exit status."""
-    _replace_unprintable(sys.stdout)
+    if isinstance(sys.stdout, TextIOWrapper):
+        # Write "?" for characters that its encoding lacks; it would raise an error.
+        sys.stdout.reconfigure(errors="replace")
     try:
         parallel.abort_together()
         with interruptible():
@@ -136,9 +138,3 @@ def main(arguments: list[str] | None = None) -> int:
         return parallel.fail(f"fem-seal: {why_not_imported(error)}", MissingPackage.exit_status)
     except KeyboardInterrupt:
         return parallel.fail("fem-seal: interrupted; nothing half-written is left", INTERRUPTED)
-
-
-def _replace_unprintable(stream: TextIO) -> None:
-    """Make a stream write "?" for characters that its encoding lacks; it would raise an error."""
-    if isinstance(stream, TextIOWrapper):
-        stream.reconfigure(errors="replace")

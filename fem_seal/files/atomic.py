@@ -21,15 +21,12 @@ def writing(path: Path, what: str = "the output folder") -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or str(error) or type(error).__name__
         # Name the file if it lies elsewhere, such as in a full temporary folder.
-        elsewhere = isinstance(error.filename, str) and not _below(error.filename, path)
-        place = f" ({error.filename})" if elsewhere else ""
+        file, parent = error.filename, path.absolute().parent
+        below = not isinstance(file, str) or Path(file).absolute().is_relative_to(parent)
+        place = "" if below else f" ({file})"
         # Show the final folder in place of the staging folder.
         shown = Path(*(part for part in path.parts if not part.startswith(PREFIX)))
         raise InvalidInput(f"{what} {shown} cannot be written: {reason}{place}") from None
-
-
-def _below(filename: str, path: Path) -> bool:
-    return Path(filename).absolute().is_relative_to(path.absolute().parent)
 
 
 @contextmanager

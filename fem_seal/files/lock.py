@@ -69,7 +69,8 @@ def _acquire(path: Path, shared: bool) -> int:
             if _lock(handle, path, shared) and _is_file(handle, path):
                 if not shared:
                     os.ftruncate(handle, 0)
-                os.write(handle, _signature())
+                signed = {**asdict(this_process()), "since": now()}
+                os.write(handle, json.dumps(signed).encode() + b"\n")
                 held = True
                 return handle
         finally:
@@ -115,10 +116,6 @@ def _release(path: Path, handle: int) -> None:
         pass  # the folder is gone or full; the lock ends with its handle
     finally:
         os.close(handle)
-
-
-def _signature() -> bytes:
-    return json.dumps({**asdict(this_process()), "since": now()}).encode() + b"\n"
 
 
 def _living(path: Path) -> list[tuple[Owner, str]]:

@@ -44,17 +44,11 @@ def critical_constriction(sites: Lattice) -> CriticalConstriction | None:
     critical = widest_path(sites)
     if critical == 0:
         return None
-    i, j = _tightest_site(sites, critical)
-    (x0, y0), (dx, dy) = sites.origin, sites.spacing
-    return CriticalConstriction(critical, (x0 + i * dx, y0 + j * dy))
-
-
-def _tightest_site(sites: Lattice, critical: float) -> tuple[int, int]:
-    """First site with the critical gap in the clusters of {g >= g_c} that join the two ends."""
     labels, count = clusters.label(sites.gap >= critical, sites.connectivity, sites.periodic)
     spanning = clusters.touching(labels, count, labels[0], labels[-1])
     i, j = np.unravel_index(np.argmax(spanning & (sites.gap == critical)), spanning.shape)
-    return int(i), int(j)
+    (x0, y0), (dx, dy) = sites.origin, sites.spacing
+    return CriticalConstriction(critical, (x0 + int(i) * dx, y0 + int(j) * dy))
 
 
 def highest_spanning(gaps: np.ndarray, spans: Callable[[float], bool]) -> float:

@@ -96,26 +96,15 @@ def relax(
         d = z + (rz / rz_before) * d
         if len(decreases) == DELAY and step % (DELAY // 4) == 0 and rz > 0:
             state = _state(network, pressure, carrying, step)
-            if sum(decreases) <= tol * state.energy and _conserves(state, np.sqrt(tol)):
+            conserved = abs(state.inflow - state.outflow) <= np.sqrt(tol) * state.energy
+            if sum(decreases) <= tol * state.energy and conserved:
                 return state
-    raise _not_converged(state, limit, sum(decreases), len(decreases), tol)
-
-
-def _not_converged(
-    state: Relaxed, limit: int, decrease: float, steps: int, tol: float
-) -> NotConverged:
-    """Error with the decrease of the energy over the last steps, and the fluxes at the ends."""
-    return NotConverged(
+    raise NotConverged(
         f"Jacobi-scaled conjugate gradients: after {limit} steps the energy still falls by "
-        f"{decrease / state.energy:.1e} of itself in {steps} steps (tolerance {tol:.1e}) and "
-        f"inflow and outflow are {state.inflow:.6e} and {state.outflow:.6e}; "
+        f"{sum(decreases) / state.energy:.1e} of itself in {len(decreases)} steps (tolerance "
+        f"{tol:.1e}) and inflow and outflow are {state.inflow:.6e} and {state.outflow:.6e}; "
         "use cascade = False, which eliminates the nodes instead"
     )
-
-
-def _conserves(state: Relaxed, rtol: float) -> bool:
-    """Whether inflow and outflow agree to a relative tolerance."""
-    return abs(state.inflow - state.outflow) <= rtol * state.energy
 
 
 def _state(network: Network, pressure: np.ndarray, carrying: np.ndarray, steps: int) -> Relaxed:

@@ -9,7 +9,7 @@ from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.render.colours import CONTACT_COLOUR, Swatch
-from fem_seal.render.page import Window, add_bar, draw_samples, frame_film, page, window_of
+from fem_seal.render.page import add_bar, draw_samples, frame_film, page, window_of
 from fem_seal.render.scale import Scale, logarithmic_scale
 
 if TYPE_CHECKING:
@@ -30,16 +30,9 @@ def gap_scale(*gaps: np.ndarray) -> Scale:
     return logarithmic_scale(f"gap [{unit}]", values, DECADES, GAP_COLOURS, factor)
 
 
-def draw_gap(
-    axes: "Axes",
-    film: GridFilm,
-    scale: Scale | None,
-    *,
-    window: Window | None = None,
-    title: str = "",
-) -> None:
+def draw_gap(axes: "Axes", film: GridFilm, scale: Scale | None, *, title: str = "") -> None:
     """Draw the gap on a scale from `gap_scale`; a gap that is 0 everywhere has none."""
-    frame_film(axes, film, window, title, marked=True)
+    frame_film(axes, film, None, title, marked=True)
     gap = film.sites.on_samples(film.sites.gap)
     scale = scale or Scale("", 0.0, 1.0)
     draw_samples(axes, film, scale.paint(gap, gap > 0, CONTACT.colour))

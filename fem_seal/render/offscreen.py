@@ -207,10 +207,9 @@ def _pixels_of(plotter: "pyvista.Plotter", width: int, height: int) -> np.ndarra
     return np.rint(samples.mean(axis=(1, 3))).astype(np.uint8)
 
 
-def _without_margins(pixels: np.ndarray, margin: int = 20) -> np.ndarray:
+def _without_margins(pixels: np.ndarray) -> np.ndarray:
     """Cut off all but a few of the white rows and columns around a drawing."""
-    drawn = (pixels < 255).any(axis=2)
-    cut = []
+    drawn, margin, cut = (pixels < 255).any(axis=2), 20, []
     for axis in (1, 0):
         inside = np.flatnonzero(drawn.any(axis=axis))
         first, last = (inside[0], inside[-1]) if inside.size else (0, drawn.shape[1 - axis] - 1)

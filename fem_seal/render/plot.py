@@ -21,14 +21,6 @@ FORMATS = (".png", ".pdf", ".svg")
 _STEPS = ((30, (1, 2, 5)), (300, (1, 3)), (math.inf, (1,)))
 
 
-def picture_path(path: str | Path) -> Path:
-    """Path of a picture; InvalidInput if its suffix is not in FORMATS."""
-    path = Path(path)
-    if path.suffix.lower() not in FORMATS:
-        raise InvalidInput(f"cannot write {path.name!r}: pictures end in {', '.join(FORMATS)}")
-    return path
-
-
 @contextmanager
 def new_figure(
     size: tuple[float, float], *paths: str | Path, tight: bool = False
@@ -38,7 +30,10 @@ def new_figure(
     After an error it is not. A folder that is missing is made. A `tight` page ends where the
     drawing does, in place of having that size. The files end in .png, .pdf or .svg.
     """
-    files = [picture_path(path) for path in paths]
+    files = list(map(Path, paths))
+    for file in files:
+        if file.suffix.lower() not in FORMATS:
+            raise InvalidInput(f"cannot write {file.name!r}: pictures end in {', '.join(FORMATS)}")
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -179,16 +179,11 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
         ("tightest", constriction_words, named.constriction),
         ("threshold", threshold_words, named.threshold),
         ("aperture", aperture_words, named.hydraulic_aperture),
-        ("trapped", trapped_words, named.trapped_volume),
+        ("trapped", lambda v: f"{in_digits(v)} m^3 in closed pockets", named.trapped_volume),
         ("tensor", tensor_words, named.conductivity_tensor),
         ("sensitivity", sensitivity_words, named.sensitivity),
     ]
     return [(label, words(part)) for label, words, part in parts if part is not None]
-
-
-def trapped_words(volume: float) -> str:
-    """Volume of the fluid that no path joins to inlet or outlet."""
-    return f"{in_digits(volume)} m^3 in closed pockets"
 
 
 def sensitivity_words(by_input: dict[str, float]) -> str:

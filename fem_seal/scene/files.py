@@ -19,7 +19,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise _no_scene(path, "it is not UTF-8 text") from None
     except OSError as error:
         raise InvalidInput(f"cannot read the scene file {path}: {error.strerror}") from None
-    if (dots := _dots(text)) > MOST_DOTS:
+    lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
+    if (dots := sum(line.count(".") for line in lines)) > MOST_DOTS:
         raise _no_scene(path, f"{dots} dots outside comments; a scene has few")
     try:
         return _shallow(tomllib.loads(text), path)
@@ -37,11 +38,6 @@ def _no_scene(path: Path, reason: str) -> InvalidInput:
         f"{path} is not a TOML scene file: of heights, fem-seal new {path} writes a scene and "
         f"fem-seal surface {path} shows them; of a gap, fem-seal leak {path} computes the leak rate"
     )
-
-
-def _dots(text: str) -> int:
-    """Count the dots of all lines that are not comments."""
-    return sum(line.count(".") for line in text.splitlines() if not line.lstrip().startswith("#"))
 
 
 def _shallow(data: dict[str, Any], path: Path) -> dict[str, Any]:

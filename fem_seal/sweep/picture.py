@@ -261,7 +261,10 @@ def _name_places(axes: "Axes", places: dict[str, float], unit: str | None) -> No
 
     at = np.array(list(places.values()))
     if unit is None:
-        axes.set_xticks(at, [_shortened(name) for name in places])
+        # The end of a path distinguishes files.
+        cut = 1 - LONGEST_NAME
+        names = [name if len(name) < LONGEST_NAME else f"…{name[cut:]}" for name in places]
+        axes.set_xticks(at, names)
         if len(at) * max(map(len, places)) > 5 * MOST_NAMES:
             axes.tick_params(axis="x", rotation=30)
             for label in axes.get_xticklabels():
@@ -278,11 +281,6 @@ def _name_places(axes: "Axes", places: dict[str, float], unit: str | None) -> No
         return  # keep matplotlib's round numbers
     axes.set_xticks(at, [f"{place:g}" for place in at])
     axes.xaxis.set_minor_locator(NullLocator())
-
-
-def _shortened(name: str) -> str:
-    """Name cut to LONGEST_NAME characters at its end: the end of a path distinguishes files."""
-    return name if len(name) <= LONGEST_NAME else f"…{name[1 - LONGEST_NAME :]}"
 
 
 def _places(values: Sequence[str]) -> tuple[dict[str, float], str | None]:

@@ -78,13 +78,16 @@ def sweep(
             equal.append(f"{label} is the same scene as {first.label}: one point of both")
     tasks = list(tasks_of.values())
     folder = SweepFolder(out.absolute(), keys)
+    # Points with the same surface hand it on, with its contact, from one to the next.
+    of_surface: dict[str, list[ScenePoint]] = {}
+    for task in tasks:
+        of_surface.setdefault(repr((task.scene.surface, task.scene.gap)), []).append(task)
+    chains = [Chain(folder, tuple(group), ContactPath) for group in of_surface.values()]
     order = [task.name for task in tasks]
     with ExitStack() as held:
         origin = _origin(tasks[0].scene, keys)
         parallel.on_root(lambda: _open(held, folder, origin, overwrite), work.comm)
-        outcome = compute_points(
-            _chains(tasks, folder), work, report=report, gather=lambda: folder.gather(order)
-        )
+        outcome = compute_points(chains, work, report=report, gather=lambda: folder.gather(order))
         table = parallel.on_root(lambda: folder.gather(order), work.comm)
     # An earlier sweep may have written a point in other words, such as 100 kPa for 0.1 MPa.
     found = parallel.on_root(lambda: [folder.point(name) for name in order], work.comm)
@@ -113,11 +116,3 @@ def _origin(scene: Scene, keys: tuple[str, ...]) -> Provenance:
     varied = [getattr(scene, key.removesuffix(".path")).path for key in files]
     inputs = {path: digest for path, digest in origin.inputs.items() if Path(path) not in varied}
     return origin.model_copy(update={"scene": shared, "inputs": inputs, "seed": None})
-
-
-def _chains(tasks: Sequence[ScenePoint], folder: SweepFolder) -> list[Chain[Point]]:
-    """Group the points by their surface: each hands surface and contact on to the next."""
-    groups: dict[str, list[ScenePoint]] = {}
-    for task in tasks:
-        groups.setdefault(repr((task.scene.surface, task.scene.gap)), []).append(task)
-    return [Chain(folder, tuple(group), ContactPath) for group in groups.values()]

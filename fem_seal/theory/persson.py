@@ -67,11 +67,6 @@ class PerssonState:
     unseen_rms: np.ndarray
 
 
-def _full_energy(half_slope: np.ndarray, strain: float) -> np.ndarray:
-    """V = π ∫ q³ C dq."""
-    return half_slope
-
-
 def _reduced_energy(half_slope: np.ndarray, strain: float) -> np.ndarray:
     """V with dV = S(A/A0) d(π ∫ q³ C dq).
 
@@ -92,7 +87,10 @@ def _reduced_energy(half_slope: np.ndarray, strain: float) -> np.ndarray:
 
 
 # Functions from π ∫ q³ C dq and p0/E* to V, the elastic energy that determines the contact area.
-AREA_LAWS = {"persson": _full_energy, "wang-mueser": _reduced_energy}
+AREA_LAWS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
+    "persson": lambda half_slope, strain: half_slope,
+    "wang-mueser": _reduced_energy,
+}
 
 
 def contact_area(

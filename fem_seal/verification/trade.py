@@ -121,7 +121,8 @@ class GridTask(Task[tuple[Run, ...]]):
             limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
             settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
             patch = pressed.with_(**contact, flow=settings)
-            forget_peak()
+            # Reset the kernel's largest resident memory of this process (proc(5)).
+            Path("/proc/self/clear_refs").write_text("5")
             start = process_time()
             leak = patch.leak_rate
             seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
@@ -234,11 +235,6 @@ def trade_grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[
             f"of {shape} the factors {tuple(factors)} give {len(whole)}"
         )
     return whole
-
-
-def forget_peak() -> None:
-    """Reset the kernel's value of the largest resident memory (proc(5), clear_refs)."""
-    Path("/proc/self/clear_refs").write_text("5")
 
 
 def trade_of(runs: Sequence[Run], by_area: bool = False) -> Trade:
