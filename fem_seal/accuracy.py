@@ -11,6 +11,7 @@ fluid lifts the solid.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from math import expm1, inf, log, log1p, sinh
 
 from fem_seal import parallel
@@ -21,7 +22,7 @@ from fem_seal.grid_series import OnGrid, grid_error, grids
 from fem_seal.leak_rate import GridError, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
-from fem_seal.scene import Scene
+from fem_seal.scene import Scene, SelfAffine
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import PRECISION, sealing_load
 
@@ -147,54 +148,47 @@ def chosen_patch(
 
     def error_of(tried: Sequence[Patch]) -> GridError:
         if tried[-1].leak_rate.state == "sealed":
-            return sealing.error(tried)
+            return error_of_sealed(tried, shortest, load_of)
         return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN
 
     with first.timed("accuracy"):
-        sealing = SealingLoads(scene.shortest_wave(present(first.surface, "surface")))
+        shortest = 2 * max(present(first.surface, "surface").spacing)  # that measured samples hold
+        if isinstance(scene.surface, SelfAffine):
+            shortest = scene.surface.short_wavelength
+        load_of = cache(sealing_load)  # of each grid once
         choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
     choice.patch.seconds.update(first.seconds)
     return choice.patch, choice
 
 
-class SealingLoads:
-    """Loads that just seal the grids of a surface with a shortest wave [m], each sought once.
+def error_of_sealed(
+    tried: Sequence[Patch], shortest: float, load_of: Callable[[Patch], float | None]
+) -> GridError:
+    """Whether a finer grid may open the last of the grids, which is sealed.
 
     Where the grid is still too coarse, a finer one may need more load to seal. That a patch is
     sealed therefore counts only if it stays so under the part 1 - 2 δ of its load, where δ is the
-    relative change of the sealing load between its grid and the next coarser one. Both grids must
-    have two samples in the shortest wave: on a coarser one that wave is missing.
+    relative change of the load that just seals it, `load_of`, between its grid and the next coarser
+    one. Both grids must have two samples in the shortest wave [m]: on a coarser one that wave is
+    missing.
     """
-
-    def __init__(self, shortest: float) -> None:
-        self._shortest, self._found = shortest, dict[tuple[int, int], float | None]()
-
-    def error(self, tried: Sequence[Patch]) -> GridError:
-        """Whether a finer grid may open the last of the grids, which is sealed."""
-        resolved = [patch for patch in tried[-2:] if self._resolves(patch)]
-        loads = [load for patch in resolved if (load := self._load(patch)) is not None]
-        if len(loads) < 2:
-            sentence = (
-                "sealed on one grid only: no coarser one has two samples in the shortest wave, and "
-                "a finer one may leak"
-            )
-            return GridError(1.0, None, sentence)
-        change = abs(loads[-1] / loads[-2] - 1) + PRECISION - 1
-        margin = f"twice the {per_cent(change)} by which the grid moves the load that seals"
-        if stays_sealed(tried[-1], 1 - 2 * change, loads[-1]):
-            return GridError(1.0, 1.0, f"it stays sealed under a load that is less by {margin}")
-        sentence = f"a finer grid may leak: this one does under a load that is less by {margin}"
+    widest = shortest / LEAST_IN_SHORTEST * (1 + 1e-9)
+    fine_enough = [
+        patch for patch in tried[-2:] if max(present(patch.surface, "surface").spacing) <= widest
+    ]
+    loads = [load for load in map(load_of, fine_enough) if load is not None]
+    if len(loads) < 2:
+        sentence = (
+            "sealed on one grid only: no coarser one has two samples in the shortest wave, and "
+            "a finer one may leak"
+        )
         return GridError(1.0, None, sentence)
-
-    def _resolves(self, patch: Patch) -> bool:
-        spacing = max(present(patch.surface, "surface").spacing)
-        return self._shortest >= LEAST_IN_SHORTEST * spacing * (1 - 1e-9)
-
-    def _load(self, patch: Patch) -> float | None:
-        shape = present(patch.surface, "surface").shape
-        if shape not in self._found:
-            self._found[shape] = sealing_load(patch)
-        return self._found[shape]
+    change = abs(loads[-1] / loads[-2] - 1) + PRECISION - 1
+    margin = f"twice the {per_cent(change)} by which the grid moves the load that seals"
+    if stays_sealed(tried[-1], 1 - 2 * change, loads[-1]):
+        return GridError(1.0, 1.0, f"it stays sealed under a load that is less by {margin}")
+    sentence = f"a finer grid may leak: this one does under a load that is less by {margin}"
+    return GridError(1.0, None, sentence)
 
 
 def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:

@@ -14,15 +14,7 @@ def bracket_digits(value: float, lower: float, upper: float) -> tuple[str, str, 
 
     The lower bound is rounded down and the upper bound up, so that the rounded bounds still enclose
     the exact value. Rounding moves each by at most a tenth of the half-width. The estimate has one
-    digit less.
-
-    Parameters
-    ----------
-    value, lower, upper : lower <= value <= upper, of either sign
-
-    Returns
-    -------
-    The texts of value, lower and upper.
+    digit less. Numbers of either sign, lower <= value <= upper.
     """
     size, half_width = max(abs(lower), abs(upper)), 0.5 * (upper - lower)
     resolved = 3 + math.floor(math.log10(size / half_width)) if half_width > 0 else _MOST
@@ -85,17 +77,10 @@ def with_error(number: float, error: float) -> str:
 
 
 def readable(largest: float, unit: str) -> tuple[float, str]:
-    """Choose the prefix of a unit so that the largest number is between 1 and 1000.
+    """Choose the prefix of an SI unit so that the largest number is between 1 and 1000.
 
-    Parameters
-    ----------
-    largest : largest magnitude to write, in the SI unit
-    unit : symbol of the SI unit, "m" or "Pa"
-
-    Returns
-    -------
-    scale : factor from the SI unit to the unit with the prefix
-    symbol : symbol with the prefix, from femto to giga; zero and all other numbers get no prefix
+    Returns the factor from the SI unit to that with the prefix, and its symbol, from femto to giga.
+    Zero and all other numbers get no prefix.
     """
     finite = 0 < largest < math.inf
     exponent = 3 * math.floor(math.log10(largest) / 3 + 1e-12) if finite else 0

@@ -47,17 +47,10 @@ LONGEST = 1000  # most characters of a formula, so that it cannot exhaust the pa
 
 
 def evaluate(text: str, points: np.ndarray, middle: float = 0.0) -> np.ndarray:
-    """Values of a formula at points.
+    """Values (n,) of a formula, such as "5e-6 * (1 + 0.2 * cos(3 * theta))", in metres, at points.
 
-    Parameters
-    ----------
-    text : the formula, such as "5e-6 * (1 + 0.2 * cos(3 * theta))", with lengths in metres
-    points : (n, 2), coordinates x, y [m]; r and theta are the polar coordinates
-    middle : theta [rad] lies within π of this angle, in (-π, π] if left out
-
-    Returns
-    -------
-    (n,) float; inf or nan where the formula has no finite value.
+    The points (n, 2) are coordinates x, y [m]; r and theta are the polar ones, and theta [rad] lies
+    within π of `middle`. Inf or nan where the formula has no finite value.
     """
     tree = _parsed(text)
     x, y = points.T

@@ -164,12 +164,8 @@ def _all_on_one_process(
 def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray) -> mesh.Mesh:
     """DOLFINx mesh, distributed over the processes, of triangles that every process has in full.
 
-    It has no ghost cells, because no form of fem_seal integrates over interior facets.
-
-    Parameters
-    ----------
-    points : (V, 2), coordinates [m]
-    cells : (C, 3) int, vertices of each triangle
+    It has no ghost cells, because no form of fem_seal integrates over interior facets. Points are
+    (V, 2) [m], cells (C, 3) int.
     """
     share, own = (np.array_split(rows, comm.size)[comm.rank] for rows in (cells, points))
     connectivity = np.ascontiguousarray(share, dtype=np.int64)

@@ -22,10 +22,6 @@ def load_gap(
     contact_below : samples with ``|gap|`` below this [m] count as contact: some codes write a
         rounding error where there is contact
 
-    Returns
-    -------
-    GridField [m]
-
     Raises
     ------
     InvalidInput

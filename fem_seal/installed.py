@@ -41,10 +41,7 @@ def how_to_add(package: str) -> str:
 def require_fenicsx(what: str, otherwise: str = "") -> None:
     """Raise MissingPackage if FEniCSx is missing, before a computation that needs it at its end.
 
-    Parameters
-    ----------
-    what : the computation that needs it, for the message
-    otherwise : end of the message, about computations that work without it
+    The message names the computation and ends with `otherwise`, on those that work without.
     """
     if not find_spec("dolfinx"):
         raise MissingPackage(f"{what} needs FEniCSx ({how_to_get_fenicsx()}){otherwise}")

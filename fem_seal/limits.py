@@ -25,12 +25,8 @@ class Limits:
     def exceeded(self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0) -> str:
         """Message on the limit that the next level would exceed; empty if there is none.
 
-        Parameters
-        ----------
-        started : perf_counter() at the start
-        growth : expected ratio of the unknowns, and thus of time and memory, to those of the last
-            level
-        last : duration of the last level [s]
+        It was `started` at a perf_counter(), and the last level took some seconds. `growth` is the
+        expected ratio of the unknowns, and thus of time and memory, to those of that level.
         """
         spent = time.perf_counter() - started
         if self.seconds is not None and spent >= self.seconds:

@@ -50,11 +50,8 @@ def available_memory(root: Path = Path("/")) -> int:
 
     It is the smallest of the free memory of the machine and what each memory limit of the
     process's control groups (version 1 and 2) leaves. Containers and batch systems such as Slurm
-    set such limits. Where there is no /proc, as on macOS, it is all memory of the machine.
-
-    Parameters
-    ----------
-    root : folder that holds proc and sys
+    set such limits. Where there is no /proc, as on macOS, it is all memory of the machine. The
+    folder `root` holds proc and sys.
     """
     if not (root / "proc/meminfo").is_file():
         return os.sysconf("SC_PHYS_PAGES") * resource.getpagesize()
@@ -107,13 +104,9 @@ def _file_cache(statistics: Path) -> int:
 
 
 def refuse_too_large(size: float, what: str, available: float | None = None) -> None:
-    """Refuse to read data that do not fit into memory, before the memory is allocated.
+    """Refuse to read data, called `what`, of a size [bytes] above the available memory [bytes].
 
-    Parameters
-    ----------
-    size : memory that reading takes [bytes]
-    what : name of the data, for the message
-    available : memory [bytes]; `available_memory()` if left out
+    That is `available_memory()` if left out.
     """
     available = available_memory() if available is None else available
     if size > available:

@@ -29,16 +29,9 @@ def csv_text(header: Sequence[object], lines: Iterable[Sequence[object]]) -> str
 
 
 def as_csv(rows: "Sequence[DataclassInstance]") -> str:
-    """Write dataclasses of one kind as CSV.
+    """Write dataclasses of one kind, at least one, as `csv_text`; their fields are the columns.
 
-    Parameters
-    ----------
-    rows : the dataclasses, at least one; their fields are the columns, a field that is itself a
-        dataclass by its `str`
-
-    Returns
-    -------
-    Text with a header, otherwise as `csv_text`.
+    A field that is itself a dataclass is written by its `str`.
     """
     names = _header(rows)
     return csv_text(names, ([getattr(row, name) for name in names] for row in rows))

@@ -66,7 +66,8 @@ def _surface(options: argparse.Namespace) -> int:
         from fem_seal.files import write_text
 
         write_text(options.csv, _csv(scene, prepared))
-    lines = [steps_table(prepared)]
+    head = ("step", "samples", "missing", "rms height", "rms slope", "seam", "skewness")
+    lines = [aligned([head, *((step.name, *_cells(step.statistics)) for step in prepared.steps)])]
     if _is_scene(options):
         try:
             prepared.require_cell("as it is")
@@ -166,13 +167,6 @@ def _map_rows(prepared: "PreparedSurface") -> Rows:
     yield "slopes", f"{lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y{without}"
     angle = f"{lay.angle:.0f} degrees from x{'' if lay.ratio > LAY else ', not clear'}"
     yield "lay", f"{angle}: slopes across it are {lay.ratio:.3g} times those along it"
-
-
-def steps_table(prepared: "PreparedSurface") -> str:
-    """One line for each step, with the statistics of the map after it."""
-    head = ("step", "samples", "missing", "rms height", "rms slope", "seam", "skewness")
-    rows = [head, *((step.name, *_cells(step.statistics)) for step in prepared.steps)]
-    return aligned(rows)
 
 
 def _cells(statistics: "MapStatistics") -> tuple[str, ...]:

@@ -53,13 +53,9 @@ def star_mesh(links: np.ndarray, eliminated: int) -> np.ndarray:
 def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int) -> None:
     """Eliminate the nodes `first` to `last` - 1 of a panel: in two halves, or one by one if few.
 
-    Parameters
-    ----------
-    rows : (batch, width, N), links of the nodes of the panel to one another and to all later nodes.
-        Rows from `first` on already include the effect of all nodes before `first`. Rows up to
-        `last` are updated
-    ratios : (batch, width, N), links c_a over the sum of their star at its elimination; rows
-        `first` to `last` - 1 are filled in
+    `rows` (batch, width, N) are the links of its nodes to one another and to all later ones. Those
+    from `first` on include the effect of all nodes before; those up to `last` are updated. `ratios`
+    (batch, width, N) become links c_a over the sum of their star at its elimination.
     """
     if last - first > FEW:
         middle = (first + last) // 2

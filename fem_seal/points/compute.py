@@ -116,9 +116,7 @@ def compute_chain(
 ) -> Failures:
     """Compute the points of a chain that its folder does not hold, `comm` together.
 
-    Returns
-    -------
-    Errors by label, of points that failed and left no file.
+    Returns the errors, by label, of points that failed and left no file.
     """
     handed_on = chain.begin()
     failures: Failures = {}

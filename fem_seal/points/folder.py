@@ -30,15 +30,7 @@ class PointFolder(ABC, Generic[Point]):
 
     @abstractmethod
     def load(self, path: Path) -> Point:
-        """Read a file.
-
-        Raises
-        ------
-        OSError
-            If the file cannot be read.
-        ValueError
-            If it holds no point of this folder.
-        """
+        """Read a file; OSError if it cannot be read, ValueError if it holds no such point."""
 
     @abstractmethod
     def save(self, path: Path, point: Point) -> None:
@@ -66,13 +58,7 @@ class PointFolder(ABC, Generic[Point]):
         return self.path_of(name).exists()
 
     def write(self, name: str, point: Point) -> None:
-        """Keep a point.
-
-        Raises
-        ------
-        InvalidInput
-            If the folder cannot be written.
-        """
+        """Keep a point; InvalidInput if the folder cannot be written."""
         self.save(self.path_of(name), point)
 
     def remove(self, name: str) -> None:

@@ -11,10 +11,7 @@ from fem_seal.errors import InvalidInput
 class Work:
     """How the points of a study are shared among processes.
 
-    Raises
-    ------
-    InvalidInput
-        If a value is out of range, or there are several jobs in each process of an mpirun.
+    InvalidInput if a value is out of range, or if each process of an mpirun would start jobs.
     """
 
     jobs: int = 1  #: number of worker processes on this machine

@@ -48,12 +48,7 @@ LABELS = {"kind": "", "path": "", "mesh": "", "youngs_modulus": "Young's modulus
 
 
 def report(folder: str | Path) -> Path:
-    """Write report.html of a result folder, with its pictures (.png, .svg) inside.
-
-    Returns
-    -------
-    Path of report.html in that folder.
-    """
+    """Write report.html of a result folder, its pictures (.png, .svg) inside; return its path."""
     folder = Path(folder)
     result = Result.from_folder(folder)
     provenance = result.provenance

@@ -45,14 +45,9 @@ class Scale:
 def logarithmic_scale(
     label: str, values: np.ndarray, decades: int, colours: str, per_si: float = 1.0
 ) -> Scale:
-    """Logarithmic scale of positive values whose ends are 1, 2 or 5 times a power of ten.
+    """Logarithmic scale of positive values [SI] whose ends are 1, 2 or 5 times a power of ten.
 
-    Parameters
-    ----------
-    decades
-        Largest length of the bar; it is shorter if no value is that small, but one decade at least.
-    label, values, colours, per_si
-        As of `Scale`; the values in SI units.
+    Its length is at most `decades`, shorter if no value is that small, but one decade at least.
     """
     least, peak = per_si * float(values.min()), per_si * float(values.max())
     high = step_above(peak)

@@ -173,10 +173,7 @@ def _array(
 def read_flow(folder: str | Path) -> FlowField:
     """Flow of a result folder, to the last digit.
 
-    Raises
-    ------
-    InvalidInput
-        If the folder has no flow.vtu, as `output.products` did not name "mesh", or a damaged one.
+    InvalidInput if flow.vtu is damaged or missing, as `output.products` did not name "mesh".
     """
     from fem_seal.mesh.files import check_indices, read_file
 

@@ -109,12 +109,9 @@ class FileSurface(FieldFile):
         return Preparation(**{step.name: getattr(self, step.name) for step in fields(Preparation)})
 
     def window(self, place: tuple[int, int], sides: tuple[float, float]) -> Rectangle:
-        """One of the windows into which `crop` is divided, as a rectangle like that.
+        """One of the windows [m] into which `crop` is divided, as a rectangle like that.
 
-        Parameters
-        ----------
-        place : number of the window along x and along y, from 0
-        sides : of a window [m]
+        Its place is its number along x and along y, from 0.
         """
         corner = [0.0, 0.0] if self.crop is None else [start for start, _ in self.crop]
         x, y = (

@@ -10,7 +10,6 @@ from pydantic import Field, ValidationError, model_validator
 from fem_seal.contact.settings import Load
 from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.fluid import Drive, Slip
-from fem_seal.grid import GridField
 from fem_seal.limits import Limits
 from fem_seal.scene.checks import check
 from fem_seal.scene.files import override, read_toml, replaced
@@ -188,15 +187,6 @@ class Scene(Section):
     def total_error(self) -> float | None:
         """Largest relative error of the leak rate that [accuracy] allows; None if it sets none."""
         return None if self.accuracy is None else self.accuracy.total
-
-    def shortest_wave(self, heights: GridField) -> float:
-        """Shortest wavelength of the surface [m], whose heights are given.
-
-        For measured heights it is the shortest one that their samples can hold.
-        """
-        if isinstance(self.surface, SelfAffine):
-            return self.surface.short_wavelength
-        return 2 * max(heights.spacing)
 
     @property
     def needs_flow(self) -> bool:

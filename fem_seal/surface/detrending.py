@@ -15,10 +15,8 @@ DEGREES = {"mean": 0, "plane": 1, "quadratic": 2}
 def detrended(heights: FieldMap | GridField, trend: str) -> FieldMap:
     """Subtract the polynomial of least squares that fits the known points best.
 
-    Parameters
-    ----------
-    heights : heights [m]; missing points stay missing and do not count
-    trend : "mean", "plane" or "quadratic" (all terms up to x², xy and y²)
+    The trend is "mean", "plane" or "quadratic" (all terms up to x², xy and y²). Missing points stay
+    missing and do not count.
     """
     degree = choose(DEGREES, trend, "detrend")
     if heights.periodic and degree > 0:

@@ -112,12 +112,10 @@ def measured_surface(
 
 
 def prepare(field_map: FieldMap, preparation: Preparation) -> PreparedSurface:
-    """Take the steps that are named.
+    """Take the steps that are named; the heights are NaN where a point is missing.
 
-    Parameters
-    ----------
-    field_map : heights as read, NaN where missing. If neither file nor scene states whether the map
-        repeats, it counts as periodic if its seam is at most `LARGEST_SEAM`
+    If neither file nor scene states whether the map repeats, it counts as periodic if its seam is
+    at most `LARGEST_SEAM`.
     """
     steps = [Step("read", MapStatistics.of(field_map))]
     for name, prepared in _on_maps(field_map, preparation):

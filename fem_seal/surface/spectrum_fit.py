@@ -47,11 +47,8 @@ def fit_spectrum(field: GridField) -> SpectrumFit:
     The power of one wave of a Gaussian surface is exponentially distributed. The logarithm of a
     mean over n independent waves therefore has the bias ψ(n) - ln n and the variance ψ'(n), with
     the digamma function ψ: weights and errors follow from the number of waves. Knee and cut-offs
-    are chosen by the Bayesian information criterion (`segments`).
-
-    Parameters
-    ----------
-    field : heights [m]; multiplied by a Hann window if they are not periodic
+    are chosen by the Bayesian information criterion (`segments`). Heights [m] that are not periodic
+    are multiplied by a Hann window.
     """
     field, dependence = _windowed(field)
     spectrum = _rings(field)
@@ -90,10 +87,7 @@ def fit_spectrum(field: GridField) -> SpectrumFit:
 def map_spectrum(field: GridField) -> RadialSpectrum:
     """C(q) of a map, averaged over rings up to the Nyquist wavenumber.
 
-    Parameters
-    ----------
-    field : heights [m]; multiplied by a Hann window, and scaled back to its power, if they are not
-        periodic
+    Heights [m] that are not periodic are multiplied by a Hann window and scaled back to its power.
     """
     return _rings(_windowed(field)[0])
 

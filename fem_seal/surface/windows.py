@@ -50,11 +50,7 @@ def kept_roughness(heights: GridField, window: tuple[float, float], trend: str) 
     """Rms height of the windows of a map, each levelled, over that of the levelled map.
 
     All windows that the map holds count, so that the ratio does not depend on the choice of some.
-
-    Parameters
-    ----------
-    window : sides of a window [m], at most those of the map
-    trend : "mean", "plane" or "quadratic": trend that is subtracted from map and windows
+    The sides of a window [m] are at most those of the map, the trend is one of `detrended`.
     """
     whole = FieldMap(heights.values, heights.spacing, False)
     nx, ny = (max(round(side / d), 2) for side, d in zip(window, heights.spacing, strict=True))

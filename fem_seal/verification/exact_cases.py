@@ -87,12 +87,9 @@ def _channel(n: int) -> tuple[GridFilm, ...]:
 
 
 def block_film(conductivity: np.ndarray, n: int) -> GridFilm:
-    """Film on the unit square, cut into squares of constant conductivity K = g³; n × n pixels.
+    """Film on the unit square, cut into k × k squares of constant conductivity K = g³.
 
-    Parameters
-    ----------
-    conductivity : (k, k), the first axis along the flow
-    n : pixels along a side, k times a power of two
+    The first axis is along the flow. There are n × n pixels, n being k times a power of two.
     """
     rows, columns = conductivity.shape
     gap = GridField(np.cbrt(conductivity), (1 / rows, 1 / columns))
