@@ -65,6 +65,7 @@ def energy_excess(surface: GridField, state: ContactState, best: ContactState) -
     compliance = 2 / (E_STAR * q)
 
     def energy(pressure: np.ndarray) -> float:
+        """F(p) per area."""
         lifted = np.fft.irfft2(compliance * np.fft.rfft2(pressure), s=surface.shape)
         return float(np.mean(pressure * (lifted / 2 - surface.values)))
 

@@ -147,6 +147,7 @@ def chosen_patch(
     first = Patch(scene, report, trust=trust, flow=settings, comm=comm)
 
     def error_of(tried: Sequence[Patch]) -> GridError:
+        """What a grid finer than the last one would change."""
         if tried[-1].leak_rate.state == "sealed":
             return error_of_sealed(tried, shortest, load_of)
         return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN

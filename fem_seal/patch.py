@@ -364,6 +364,7 @@ class Patch:
         inlet, outlet = self.scene.gauge_pressures
 
         def under(pressure: float) -> LeakRate:
+            """Leak rate of the dry contact under a mean pressure [Pa]."""
             if pressure <= 0:
                 return LeakRate.lifted_off(self.scene.flow.method)
             return self.pressed_by(pressure).leak_rate

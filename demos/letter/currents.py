@@ -125,8 +125,6 @@ class Finer:
     case: RoughCase
     seed: int
     wanted: float  #: A/A0 on the grid of the case
-    rtol: float
-    factor: int  #: refinement of the contact grid
     area: float  #: counted A/A0 on the finer grid
     corrected: float
     value: float  #: [m³/s]
@@ -139,9 +137,8 @@ def finer(case: RoughCase, seed: int, wanted: float, rtol: float, factor: int) -
     nx, ny = surface.shape
     finer_grid = resample(surface, (factor * nx, factor * ny))
     state = press(finer_grid, CONTACT_MODULUS, pressure=pressure, tolerance=CONTACT_TOLERANCE)
-    value = certified(state.gap, rtol).value
-    area, corrected = state.contact_area_fraction, state.contact_area_corrected
-    return Finer(case, seed, wanted, rtol, factor, area, corrected, value)
+    areas = state.contact_area_fraction, state.contact_area_corrected
+    return Finer(case, seed, wanted, *areas, certified(state.gap, rtol).value)
 
 
 def over_first_contact(points: Sequence[Current], finer_ones: Sequence[Finer]) -> list[Current]:

@@ -85,6 +85,7 @@ def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
     seeds = range(1, plan.seeds + 1)
 
     def point(folder: PointFolder, function: Callable, *arguments: object) -> Chain:
+        """A point by a function of arguments that also name its file."""
         texts = ("+".join(a) if isinstance(a, tuple) else str(a) for a in arguments)
         name = "-".join([function.__name__, *texts])
         return Chain(folder, (StudyTask(name, name, function, arguments),))

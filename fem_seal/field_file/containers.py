@@ -144,11 +144,13 @@ def refuse_data_elsewhere(file: "h5py.File", path: Path) -> None:
 
     # A visitor returns its message, which ends the walk: HDF5 does not pass on exceptions.
     def link(name: bytes, info: "h5py.h5l.LinkInfo") -> str | None:
+        """Message on a link to another file."""
         if info.type in inside:
             return None
         return f"{name.decode('utf-8', 'replace')} in {path} is a link to"
 
     def item(name: str, held: "h5py.Dataset | h5py.Group") -> str | None:
+        """Message on an array that is stored in other files."""
         if isinstance(held, h5py.Dataset) and held.is_virtual:
             return f"{name} in {path} is a virtual data set of"
         if isinstance(held, h5py.Dataset) and held.external:

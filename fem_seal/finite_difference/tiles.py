@@ -76,6 +76,7 @@ def _pixel_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]
     corner = {node: k for k, node in enumerate(rim(1, 1))}
 
     def add(pixel: tuple, a: tuple[int, int], b: tuple[int, int], values: np.ndarray) -> None:
+        """Link two corners of some pixels, both ways."""
         links[(corner[a], corner[b], *pixel)] = values
         links[(corner[b], corner[a], *pixel)] = values
 

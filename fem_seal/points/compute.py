@@ -162,6 +162,7 @@ def _by_workers(
     now_and_then = _Throttled(gather)
 
     def poll() -> int:
+        """Gather the table now and then, show the progress, and count the finished points."""
         now_and_then()
         pace.count(sum(folder_of[name].exists(name) for name in missing))
         pace("", "")

@@ -75,6 +75,7 @@ def _mirror(values: np.ndarray) -> np.ndarray:
 
 def _windowed(name: str) -> Callable[[np.ndarray], np.ndarray]:
     def weigh(values: np.ndarray) -> np.ndarray:
+        """Deviation from the mean times the window."""
         mean, (nx, ny) = values.mean(), values.shape
         return mean + (values - mean) * window(name, (nx, ny))
 

@@ -33,9 +33,9 @@ class Row:
     """A leak rate by one method on one grid, compared with the reference."""
 
     method: str  #: name of the method, for linear elements with the bound: "FE upper"
-    squares: int  #: squares of the grid along the flow
+    squares: int = field(metadata={"header": "grid"})  #: squares of the grid along the flow
     unknowns: int  #: unknowns of the solve
-    value: float = field(metadata={"header": "leak rate [m^3/s]"})  #: leak rate [m^3/s]
+    value: float = field(metadata={"header": "Q [m^3/s]"})  #: leak rate [m^3/s]
     error: float = field(metadata={"header": "error/Q"})  #: error relative to the reference
     #: relative error that the method itself claims: half-width of its bracket, or change from the
     #: coarser grid. None on the first grid of a method without bounds
@@ -49,7 +49,7 @@ class Row:
     #: from the reference, in units of the sum of both errors; None for bounds
     distance: float | None
     verdict: str  #: comparison with the reference; see `judge`
-    seconds: float = field(metadata={"header": "CPU time [s]"})  #: CPU time [s]
+    seconds: float  #: CPU time [s]
     gap: str = ""  #: the fields of the scene that tell this gap from others of the study
 
 

@@ -74,7 +74,7 @@ def _quadratic(film: GridFilm, setting: Setting) -> Iterator[Answer]:
 def _finite_differences(
     film: GridFilm, setting: Setting, links: str, cascade: bool = False
 ) -> Iterator[Answer]:
-    name = f"FD {links}{', cascade' if cascade else ''}"
+    name = "FD cascade" if cascade else f"FD {links}"
     samples = film.gap.values.size
     if cascade and samples > CASCADE_UNKNOWNS:
         return

@@ -162,7 +162,9 @@ def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     ]
     out = str(tmp_path / "cross")
     assert cli.main(["study", "cross-validation", str(path), "--grids", "2", "--out", out]) == 0
-    assert "certified: [" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "certified: [" in said
+    assert max(map(len, said.splitlines())) <= 100
     names = {p.name for p in (tmp_path / "cross").iterdir()}
     assert names == {"points", "cross_validation.csv", "cross_validation.png"}
     vary = ["--vary", "contact.area_fraction=0.1,0.3,0.9", "--grids", "1"]
