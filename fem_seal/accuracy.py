@@ -1,12 +1,12 @@
 """Control of the total error: coarse runs choose the contact grid and the flow tolerance.
 
-The error of a leak rate has three parts, all measured as |ln| of a ratio of leak rates, so that
+The error of a leak rate has four parts, all measured as |ln| of a ratio of leak rates, so that
 they add up:
 
-    c + f + l <= ln(1 + total)
+    c + a + f + l <= ln(1 + total)
 
-c: error of the contact grid, f: half-width of the flow's bracket, l: error of the lift, where the
-fluid lifts the solid.
+c: error of the contact grid, a: error of a prescribed contact area, f: half-width of the flow's
+bracket, l: error of the lift, where the fluid lifts the solid.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,11 +15,12 @@ from functools import cache
 from math import expm1, inf, log, log1p, sinh
 
 from fem_seal import parallel
+from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, most_claimed
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.grid_series import OnGrid, grid_error, grids
-from fem_seal.leak_rate import GridError, LeakRate
+from fem_seal.leak_rate import EstimatedError, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene, SelfAffine
@@ -28,7 +29,9 @@ from fem_seal.threshold import PRECISION, sealing_load
 
 # Samples in the shortest wave below which a sealed grid is no evidence.
 LEAST_IN_SHORTEST = 2
-UNKNOWN = GridError(None, None, "no coarser grid of the contact says what a finer one would change")
+UNKNOWN = EstimatedError(
+    None, None, "no coarser grid of the contact says what a finer one would change"
+)
 # Part of the error budget for the contact grid: while a finer grid may follow, and on the finest.
 SHARE, LAST_SHARE = 2 / 3, 0.9
 
@@ -55,6 +58,7 @@ class Choice:
     contact_error: float | None  #: relative, estimated; None where sealed
     flow_error: float  #: relative half-width of the guaranteed bounds
     lift_error: float | None  #: relative, estimated; None where the fluid lifts nothing
+    area_error: float | None  #: relative, estimated; None unless a contact area is prescribed
     trials: tuple[Trial, ...]  #: grids tried, from coarse to fine; the last one was chosen
 
     @property
@@ -71,11 +75,12 @@ class Choice:
 def chosen_grid(
     first: Patch,
     max_refinement: int,
-    error_of: Callable[[Sequence[Patch]], GridError],
+    error_of: Callable[[Sequence[Patch]], EstimatedError],
 ) -> Choice:
     """Refine the contact grid until its error is small; flow and lift get the rest of the budget.
 
     A sealed grid has no error of its leak rate: it is refined until it surely stays sealed.
+    A prescribed area counts samples: its error is that of each grid, like the grid's own.
 
     Parameters
     ----------
@@ -97,13 +102,14 @@ def chosen_grid(
         leak = solved.leak_rate
         if leak.state == "lifted off":
             # The fluid carries the whole load on every grid.
-            grid_error, part = UNKNOWN, inf
+            grid_error, area, part = UNKNOWN, None, inf
             break
         trials.append(Trial(shape, leak.value, *leak.bounds))
         if shape[0] < surface.shape[0]:
             continue
         grid_error = error_of(tried)
-        part = grid_error.part
+        area = area_error(solved)
+        part = grid_error.part + area_part(area)
         share = LAST_SHARE if shape == shapes[-1] else SHARE
         if part <= share * budget:
             break
@@ -116,18 +122,22 @@ def chosen_grid(
         rtol = 2 * left / (1 + 2 * most_claimed(1.0)) if lifts else 2 * sinh(left)
         solved = first.with_(**same_grid, flow=replace(first.flow, rtol=rtol))
         leak = solved.leak_rate
+        area = area_error(solved) if lifts else area
     lift = lift_part(solved.lifted)
-    missed = part + flow_part(leak) + lift > budget
+    missed = grid_error.part + area_part(area) + flow_part(leak) + lift > budget
     if leak.converged and missed and leak.state == "leaking":
-        words = _missed(total, part, shapes[-1]) if left <= least else _missed_by_lift(total, lift)
+        words = _missed_by_lift(total, lift)
+        if left <= least:
+            words = _missed(total, part, shapes[-1], "" if area is None else " and the area's")
         leak = replace(leak, converged=False, reason=words)
     solution = {"leak_rate": leak, "lifted": solved.lifted, "flow": solved.flow}
     return Choice(
         total=total,
         patch=first.with_(**same_grid, **solution, grid_error=grid_error),
-        contact_error=None if leak.state == "sealed" else relative_error(part),
+        contact_error=None if leak.state == "sealed" else relative_error(grid_error.part),
         flow_error=relative_error(flow_part(leak)),
         lift_error=relative_error(lift) if lifts else None,
+        area_error=None if area is None else relative_error(area.part),
         trials=tuple(trials),
     )
 
@@ -146,7 +156,7 @@ def chosen_patch(
     settings = replace(scene.flow_settings, rtol=total)
     first = Patch(scene, report, trust=trust, flow=settings, comm=comm)
 
-    def error_of(tried: Sequence[Patch]) -> GridError:
+    def error_of(tried: Sequence[Patch]) -> EstimatedError:
         """What a grid finer than the last one would change."""
         if tried[-1].leak_rate.state == "sealed":
             return error_of_sealed(tried, shortest, load_of)
@@ -164,7 +174,7 @@ def chosen_patch(
 
 def error_of_sealed(
     tried: Sequence[Patch], shortest: float, load_of: Callable[[Patch], float | None]
-) -> GridError:
+) -> EstimatedError:
     """Whether a finer grid may open the last of the grids, which is sealed.
 
     Where the grid is still too coarse, a finer one may need more load to seal. That a patch is
@@ -183,13 +193,13 @@ def error_of_sealed(
             "sealed on one grid only: no coarser one has two samples in the shortest wave, and "
             "a finer one may leak"
         )
-        return GridError(1.0, None, sentence)
+        return EstimatedError(1.0, None, sentence)
     change = abs(loads[-1] / loads[-2] - 1) + PRECISION - 1
     margin = f"twice the {per_cent(change)} by which the grid moves the load that seals"
     if stays_sealed(tried[-1], 1 - 2 * change, loads[-1]):
-        return GridError(1.0, 1.0, f"it stays sealed under a load that is less by {margin}")
+        return EstimatedError(1.0, 1.0, f"it stays sealed under a load that is less by {margin}")
     sentence = f"a finer grid may leak: this one does under a load that is less by {margin}"
-    return GridError(1.0, None, sentence)
+    return EstimatedError(1.0, None, sentence)
 
 
 def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
@@ -224,6 +234,11 @@ def flow_part(leak: LeakRate) -> float:
     return 0.5 * log(upper / lower) if lower > 0 else inf
 
 
+def area_part(error: EstimatedError | None) -> float:
+    """Largest |ln| of the factors of a prescribed area; 0 without one."""
+    return 0.0 if error is None else error.part
+
+
 def lift_part(lifted: LiftedState | None) -> float:
     """Estimated |ln| of the leak rate over that of the equilibrium; 0 if it has not settled."""
     return lifted.claimed if lifted is not None and lifted.converged else 0.0
@@ -234,11 +249,11 @@ def relative_error(part: float) -> float:
     return expm1(part) if part < 700 else inf
 
 
-def _missed(total: float, part: float, finest: tuple[int, int]) -> str:
+def _missed(total: float, part: float, finest: tuple[int, int], also: str) -> str:
     size = f"about {per_cent(relative_error(part))}" if part < inf else "not known"
     return (
-        f"the contact grid's part of the error is {size} on {finest[0]} x {finest[1]}, the finest "
-        f"that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"
+        f"the contact grid's{also} part of the error is {size} on {finest[0]} x {finest[1]}, "
+        f"the finest that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"
     )
 
 

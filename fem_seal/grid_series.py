@@ -12,7 +12,7 @@ import numpy as np
 from fem_seal.digits import per_cent
 from fem_seal.errors import NotConverged, present
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import GridError
+from fem_seal.leak_rate import EstimatedError
 from fem_seal.patch import Patch
 from fem_seal.scene import FileSurface
 from fem_seal.surface.resampling import resample
@@ -82,7 +82,7 @@ def unresolved(height: GridField) -> float:
     return float(np.sqrt(sum(np.mean(np.square(part)) for part in second)) / 8)
 
 
-def grid_error(coarse: OnGrid, fine: OnGrid) -> GridError:
+def grid_error(coarse: OnGrid, fine: OnGrid) -> EstimatedError:
     """Estimate what a finer grid changes, from a leaking grid and one of half its samples.
 
     Two parts make up ε. What the grid leaves out of the heights, u, shifts the gap of the critical
@@ -108,12 +108,12 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> GridError:
         claimed = first_order * (1 + SECOND_ORDER * first_order)
         if fine.by_area:
             claimed += change
-        return GridError(exp(-claimed), exp(claimed), sentence)
+        return EstimatedError(exp(-claimed), exp(claimed), sentence)
     most = max(MOST * (1 + SECOND_ORDER * MOST), 3 * log1p(part))
-    return GridError(None, exp(min(most, 700)), f"{sentence}; a finer grid may be sealed")
+    return EstimatedError(None, exp(min(most, 700)), f"{sentence}; a finer grid may be sealed")
 
 
-def estimated_error(patch: Patch) -> GridError:
+def estimated_error(patch: Patch) -> EstimatedError:
     """Estimate what a finer grid changes, for which the patch is solved on half of the samples.
 
     For a measured map: what half of the samples change. Its own samples are all that is known.
@@ -122,41 +122,41 @@ def estimated_error(patch: Patch) -> GridError:
     shape = half(surface.shape)
     if shape is None:
         words = "the samples are too few to leave out every second one"
-        return GridError(None, None, words)
+        return EstimatedError(None, None, words)
     if patch.lifted is not None and not patch.lifted.converged:
         words = "contact and flow have not settled on the grid of the scene"
-        return GridError(None, None, words)
+        return EstimatedError(None, None, words)
     try:
         with patch.timed("contact grid"):
             return _from_coarser(patch, patch.thinned(resample(surface, shape)))
     except NotConverged as error:
-        return GridError(None, None, f"on half of the samples: {error}")
+        return EstimatedError(None, None, f"on half of the samples: {error}")
 
 
-def _from_coarser(patch: Patch, coarse: Patch) -> GridError:
+def _from_coarser(patch: Patch, coarse: Patch) -> EstimatedError:
     if patch.state == "sealed":
         return _of_sealed(patch, coarse)
     if coarse.lifted_off:
-        return GridError(None, None, "on half of the samples the fluid lifts the solid off")
+        return EstimatedError(None, None, "on half of the samples the fluid lifts the solid off")
     one, other = OnGrid.of(coarse), OnGrid.of(patch)
     if not isinstance(patch.scene.surface, FileSurface):
         return grid_error(one, other)
     change = change_of(one, other)
     sentence = "what half of the samples of the map change"
     if change == inf:
-        return GridError(None, None, f"{sentence}: they are sealed")
-    return GridError(exp(-change), exp(change), sentence)
+        return EstimatedError(None, None, f"{sentence}: they are sealed")
+    return EstimatedError(exp(-change), exp(change), sentence)
 
 
-def _of_sealed(patch: Patch, coarse: Patch) -> GridError:
+def _of_sealed(patch: Patch, coarse: Patch) -> EstimatedError:
     """Whether a finer grid may open a sealed patch: the coarser one must be sealed with less."""
     less = f"under {per_cent(1 - STILL_SEALED)} less load"
     if coarse.state == "sealed":
         load = STILL_SEALED * present(coarse.mean_pressure, "load")
         lighter = coarse.pressed_by(load, coarse.lift)
         if lighter.state == "sealed" and (lighter.lifted is None or lighter.lifted.converged):
-            return GridError(1.0, 1.0, f"half of the samples are sealed as well, also {less}")
-    return GridError(1.0, None, f"a finer grid may leak: half of the samples leak {less}")
+            return EstimatedError(1.0, 1.0, f"half of the samples are sealed as well, also {less}")
+    return EstimatedError(1.0, None, f"a finer grid may leak: half of the samples leak {less}")
 
 
 def change_of(coarse: OnGrid, fine: OnGrid) -> float:

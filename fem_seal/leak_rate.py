@@ -176,12 +176,13 @@ class LeakRate:
 
 
 @dataclass(frozen=True)
-class GridError:
-    """Estimate of what a finer grid of the contact may change."""
+class EstimatedError:
+    """Estimate of what one source of error, such as the contact's grid, may change."""
 
     lower: float | None  #: least true over computed leak rate; None if it is not known
     upper: float | None  #: largest true over computed leak rate; None if it is not known
     sentence: str  #: where the estimate comes from
+    upper_rate: float | None = None  #: largest true leak rate [m³/s] where a sealed one may leak
 
     @property
     def part(self) -> float:

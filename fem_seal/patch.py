@@ -13,7 +13,7 @@ from fem_seal import parallel
 from fem_seal.errors import InvalidInput, present
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import FlowState, GridError, LeakRate
+from fem_seal.leak_rate import EstimatedError, FlowState, LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.scene import FlowSettings, require_scene
@@ -77,7 +77,7 @@ class Patch:
         contact_start: np.ndarray | None = None,
         leak_rate: LeakRate | None = None,
         lifted: "LiftedState | None" = None,
-        grid_error: GridError | None = None,
+        grid_error: EstimatedError | None = None,
         load: "Load | None" = None,
         lift: str | None = None,
         flow: FlowSettings | None = None,

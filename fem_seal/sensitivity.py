@@ -24,6 +24,7 @@ from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput, NotConverged, present
 from fem_seal.finite_difference.film_pressure import FilmPressure
+from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
 from fem_seal.progress import silent
@@ -31,7 +32,9 @@ from fem_seal.scene import Scene
 
 TOLERANCE, MOST_ITERATIONS = 1e-6, 60  # of the adjoint solves
 HALVED = 0.9  # part of the dissipation on the links that are halved
-EPSILON = 1e-4  # gap that conducts in contact, in rms heights
+# Gap that conducts in contact: part of the rms height, and at most of the critical constriction.
+EPSILON, OF_CRITICAL = 1e-4, 0.1
+ROUGHLY = 1e-2  # tolerance of the linear solves of `by_load`
 STEP = 1e-4  # of the central differences, in ln of an input
 
 
@@ -75,7 +78,8 @@ def sensitivity(
     problem = lifting_problem(scene, load, scene.flow_settings, height, silent)
     if problem.film(contact.gap).sealed:
         raise InvalidInput("the sensitivity is that of a leak rate, and the patch is sealed")
-    gap, epsilon = contact.gap.values, EPSILON * float(height.values.std())
+    constriction = present(problem.film(contact.gap).constriction, "constriction")
+    gap, epsilon = contact.gap.values, _epsilon(problem, constriction.gap)
     tangent = problem.contact_tangent(contact)
     grid = problem.first_grid if lifted is None else present(lifted.network, "network")
     flow = problem.film_pressure(gap, grid, epsilon)
@@ -83,8 +87,7 @@ def sensitivity(
     for _ in range(1 - problem.first_level if lifted is None and problem.refines else 0):
         grid = grid.refined(flow.dissipation, HALVED)
         flow = problem.film_pressure(gap, grid, epsilon)
-    constriction = problem.film(contact.gap).constriction
-    critical = constriction.gap if problem.slips and constriction is not None else 0.0
+    critical = constriction.gap if problem.slips else 0.0
     q = flow.log_rate_by_gap
     adjoint, weight = np.zeros_like(gap), q
     if lifted is not None:
@@ -128,6 +131,66 @@ def sensitivity(
         by_pressure = float(np.vdot(adjoint, above - below))
         by_input[name] = (more - less + by_pressure) / (2 * STEP)
     return Sensitivity(by_input, problem.field(by_height))
+
+
+@dataclass(frozen=True, eq=False)
+class ByLoad:
+    """Derivatives by the load P of a contact, dry or lifted, while no sample closes or opens."""
+
+    gap: np.ndarray  #: ∂g/∂P (nx, ny) [m/Pa]
+    pressure: np.ndarray  #: ∂p_c/∂P (nx, ny) of the contact pressure
+    log_rate: float  #: ∂ ln Q/∂P [1/Pa]
+
+
+def by_load(
+    problem: LiftProblem, contact: ContactState, lifted: LiftedState | None, critical: float
+) -> ByLoad:
+    """Differentiate a contact and its leak rate by the load, roughly.
+
+    With the tangent T of the contact and the response R' of the fluid's pressure p
+
+        ∂g/∂P = T (∂p/∂P - 1),    ∂p/∂P = R' ∂g/∂P,    ∂p_c/∂P = 1 + M ∂g/∂P - ∂p/∂P
+
+    on the network on which the lift was solved, or, dry, on a coarse one.
+
+    Parameters
+    ----------
+    critical
+        Gap of the critical constriction [m]; 0 for the contact alone, with a fluid pressure that
+        stays as it is: `log_rate` is then 0.
+    """
+    tangent = problem.contact_tangent(contact)
+    moved, log_rate = -tangent.change(np.ones(contact.gap.shape), ROUGHLY), 0.0
+    fluid = np.zeros_like(moved)
+    if critical > 0:
+        grid = None if lifted is None else lifted.network
+        if grid is None:
+            film = problem.film(problem.touching_gap)
+            grid = PressureGrid.uniform(film, problem.first_level)
+        flow = problem.film_pressure(contact.gap.values, grid, _epsilon(problem, critical))
+        if lifted is not None:
+            by_u = _derivative_by_u(problem, flow, critical if problem.slips else 0.0)
+            solution = gmres(
+                lambda one: one - by_u * flow.change(tangent.change(one, ROUGHLY), ROUGHLY),
+                by_u * flow.change(moved, ROUGHLY),
+                ROUGHLY,
+                MOST_ITERATIONS,
+            )
+            if not solution.converged:
+                raise NotConverged(
+                    "the derivative of contact and flow by the load is not solved after "
+                    f"{MOST_ITERATIONS} iterations of GMRES"
+                )
+            fluid = solution.x
+            moved = moved + tangent.change(fluid, ROUGHLY)
+        log_rate = float(np.vdot(flow.log_rate_by_gap, moved))
+    pressure = 1 + problem.stiffness * problem.solid.pressure(moved) - fluid
+    return ByLoad(moved, pressure, log_rate)
+
+
+def _epsilon(problem: LiftProblem, critical: float) -> float:
+    """Gap that conducts in contact [m], beside a critical constriction [m]."""
+    return min(EPSILON * float(problem.height.values.std()), OF_CRITICAL * critical)
 
 
 def _of_fluid(scene: Scene) -> Iterator[str]:

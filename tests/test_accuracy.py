@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import asinh, exp, inf, log, log1p
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from fem_seal.grid_series import (
     grids,
     unresolved,
 )
-from fem_seal.leak_rate import GridError, LeakRate
+from fem_seal.leak_rate import EstimatedError, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import combined
 from fem_seal.quantities.uncertainties import error_budget
@@ -71,7 +72,8 @@ class Fake:
     contact: str = ""
     leak_rate: LeakRate | None = None
     lifted: Settled | None = None
-    grid_error: GridError | None = None
+    grid_error: EstimatedError | None = None
+    scene: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(contact=None))
     asked: list = field(default_factory=list)
 
     def __post_init__(self):
@@ -99,7 +101,7 @@ def chosen_grid(total, error, max_refinement=4, claims=0.0):
 
     def error_of(tried):
         one, other = (log(solved.leak_rate.value) for solved in tried[-2:])
-        return GridError(exp(-1.5 * abs(one - other)), exp(1.5 * abs(one - other)), "")
+        return EstimatedError(exp(-1.5 * abs(one - other)), exp(1.5 * abs(one - other)), "")
 
     first = Fake(error, Bracket(total), claims)
     return chosen_grid_of(first, max_refinement, error_of), first.asked

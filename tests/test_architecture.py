@@ -17,8 +17,8 @@ progress units expression rarefied fluid field_file gap_file
 surface contact scene new_scene
 fenicsx mesh film theory finite_difference
 flow coupling
-points steps lifting sensitivity patch threshold grid_series accuracy upscaling prediction
-quantities results
+points steps lifting sensitivity patch threshold grid_series area_error accuracy upscaling
+prediction quantities results
 render solved sweep verification
 drawing exchange doctor cli __main__
 """

@@ -14,6 +14,7 @@ from fem_seal.leak_rate import LeakRate
 
 # Keys of entries that other modules look for.
 FLOW, CONTACT_GRID, SLIP_INTERVAL = "flow", "contact_grid", "slip_interval"
+CONTACT_AREA = "contact_area"
 FLOW_AND_LOADS = "flow_and_load_table"
 ONE_PATCH = "one_patch"
 LIFT, INPUTS = "lift", "inputs"

@@ -5,9 +5,12 @@ To add one, write a function `(Patch) -> Uncertainty | None` and put it into `SO
 
 from collections.abc import Callable
 
+from fem_seal.area_error import area_error
 from fem_seal.grid_series import estimated_error
+from fem_seal.leak_rate import EstimatedError
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
+    CONTACT_AREA,
     CONTACT_GRID,
     ONE_PATCH,
     ErrorBudget,
@@ -43,14 +46,24 @@ def _contact_grid(patch: Patch) -> Uncertainty | None:
     if error is None:
         sentence = "what a finer grid of the contact would change was not computed"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
+    return _estimated(CONTACT_GRID, error)
+
+
+def _contact_area(patch: Patch) -> Uncertainty | None:
+    error = None if patch.scene.seal is not None else area_error(patch)
+    return None if error is None else _estimated(CONTACT_AREA, error)
+
+
+def _estimated(key: str, error: EstimatedError) -> Uncertainty:
     known = error.lower is not None or error.upper is not None
     return Uncertainty(
-        CONTACT_GRID,
+        key,
         "estimated" if known else "not covered",
         error.sentence,
         error.lower,
         error.upper,
         caution=known and error.upper is None,
+        upper_rate=error.upper_rate,
     )
 
 
@@ -106,6 +119,7 @@ SOURCES: tuple[Source, ...] = (
     _flow,
     slip_interval,
     _contact_grid,
+    _contact_area,
     _instrument,
     lift_entry,
     slip,

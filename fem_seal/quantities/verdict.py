@@ -7,6 +7,7 @@ from fem_seal.digits import in_digits, rounded_down, rounded_up
 from fem_seal.errors import present
 from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
+    CONTACT_AREA,
     CONTACT_GRID,
     INPUTS,
     SLIP_INTERVAL,
@@ -181,7 +182,7 @@ def _advice(
             "max_seconds, max_memory)"
         )
     counted = [entry for entry in rest if entry.counted]
-    if [entry.key for entry in counted] == [CONTACT_GRID]:
+    if CONTACT_GRID in {entry.key for entry in counted} <= {CONTACT_GRID, CONTACT_AREA}:
         # A total error chooses flow.rtol itself.
         total = expm1(abs(log(limit / sqrt(low * high))))
         if LEAST_RTOL < total < 1:

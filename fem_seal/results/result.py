@@ -68,6 +68,7 @@ class AccuracyRecord(Record):
     flow_error: Finite
     trials: tuple[Trial, ...]
     lift_error: Finite = None
+    area_error: Finite = None
 
 
 @dataclass(frozen=True)

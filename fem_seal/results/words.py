@@ -159,9 +159,9 @@ def accuracy_words(accuracy: AccuracyRecord, state: FlowState) -> str:
     contact = "unknown" if grid is None else f"about {per_cent(grid)}"
     bound = "unknown" if flow is None else f"at most {per_cent(flow)}"
     text = f"{chosen} (error {contact}), flow.rtol = {accuracy.rtol:.2g} ({bound})"
-    if accuracy.lift_error is None:
-        return text
-    return f"{text}, lift (about {per_cent(accuracy.lift_error)})"
+    for name, error in (("area", accuracy.area_error), ("lift", accuracy.lift_error)):
+        text += "" if error is None else f", {name} (about {per_cent(error)})"
+    return text
 
 
 def lines_of(result: Result) -> list[tuple[str, str]]:

@@ -24,6 +24,8 @@ from time import process_time, time
 import numpy as np
 from lifted_scenes import problem_of
 
+from fem_seal.accuracy import area_part
+from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, lifted
 from fem_seal.coupling.lifted import lifted_from
 from fem_seal.errors import NotConverged
@@ -133,7 +135,7 @@ def outcome(scene: Scene) -> Outcome:
         unfinished = ""
     if state.state != "lifted off":
         flow = 0.0 if scene.flow.method == "finite-difference" else RTOL / 2
-        claimed, outside = state.claimed + flow, _outside(scene, patch, state)
+        claimed, outside = _claimed(patch, state) + flow, _outside(scene, patch, state)
         mapping = scene.to_mapping()
         mapping["flow"]["rtol"] = RTOL / 10
         mapping["flow"].pop("max_unknowns", None)
@@ -145,7 +147,7 @@ def outcome(scene: Scene) -> Outcome:
             high = np.full(problem.height.shape, problem.inlet)
             second = lifted_from(problem, RTOL, high)
             both = state.converged and second.converged
-            second_claim = second.claimed + flow
+            second_claim = _claimed(patch, second) + flow
             other = apart(state.leak_rate.value, second.leak_rate.value)
     return Outcome(
         state=state.state,
@@ -162,6 +164,11 @@ def outcome(scene: Scene) -> Outcome:
         all_seconds=process_time() - start,
         second=second_claim,
     )
+
+
+def _claimed(patch: Patch, state: LiftedState) -> float:
+    """Error of ln Q by the lift, and by the search for a contact area."""
+    return state.claimed + area_part(area_error(patch.with_(lifted=state)))
 
 
 def _outside(scene: Scene, patch: Patch, state: LiftedState) -> float:

@@ -141,8 +141,9 @@ def rough(total=None, limit=None, **flow):
 def test_contact_error_counts_in_the_verdict(tmp_path):
     """A limit just above the bounds of the flow: the contact grid's error leaves it open."""
     free, choice = chosen_patch(rough(total=0.3))
-    leak, error = free.leak_rate, choice.contact_error
-    assert error > 0.001
+    leak, grid_error = free.leak_rate, choice.contact_error
+    assert grid_error > 0.001
+    error = (1 + grid_error) * (1 + choice.area_error) - 1
     near = leak.upper * (1 + 0.5 * error)
     assert solve(rough(0.3, limit=near)).result().verdict.decision == "undecided"
     far = leak.upper * (1 + 1.01 * error)
@@ -152,7 +153,7 @@ def test_contact_error_counts_in_the_verdict(tmp_path):
     # One list wherever the result is shown.
     assert Result.from_folder(folder).error_budget == result.error_budget
     grid = next(entry for entry in result.error_budget if entry.name == "contact grid")
-    assert (grid.kind, grid.upper) == ("estimated", pytest.approx(1 + error))
+    assert (grid.kind, grid.upper) == ("estimated", pytest.approx(1 + grid_error))
     assert "contact grid" in dict(summary_of(result))["errors"]
     page = report(folder).read_text(encoding="utf-8")
     assert grid.sentence in page
@@ -168,7 +169,8 @@ def test_budget_of_a_scene():
     assert names["contact grid"].kind == "estimated"
     assert {"one patch", "model"} <= names.keys()
     by_differences = error_budget(Patch(rough(method="finite-difference")))
-    assert [entry.key for entry in by_differences if entry.counted] == ["contact_grid"]
+    counted = [entry.key for entry in by_differences if entry.counted]
+    assert counted == ["contact_grid", "contact_area"]
     assert "; not covered: flow, fluid pressure, one patch" in budget_words(by_differences)
     contact = rough().output.model_copy(update={"products": ("contact",)})
     assert error_budget(Patch(rough().model_copy(update={"output": contact}))) is None

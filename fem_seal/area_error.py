@@ -1,0 +1,141 @@
+"""What the search for a prescribed contact area leaves open in the leak rate.
+
+The number of samples that touch is a step function of the load: the area is reached to a few of
+them. The asked area lies between the loads at which the number passes it. How far these are is
+known to first order, while no other sample changes: a sample closes when its gap, and opens when
+its pressure has fallen to 0,
+
+    ΔP = g / (-∂g/∂P)  or  p_c / (∂p_c/∂P)
+
+and the load at which the n-th of them does so is the n-th smallest of these. On 64² to 512² samples
+it is right to one sample in 25.
+
+ln Q changes by the larger of ∂ ln Q/∂P ΔP, which a coarse network gives and which may miss a narrow
+place, and of what the critical constriction alone changes, 3 Δg_c/g_c. Next to closing that one
+place governs the flow.
+"""
+
+from dataclasses import dataclass
+from math import ceil, floor, inf
+
+import numpy as np
+
+from fem_seal import parallel
+from fem_seal.contact.state import BearingState, ContactState
+from fem_seal.digits import with_prefix
+from fem_seal.errors import NotConverged, present
+from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import EstimatedError
+from fem_seal.lifting import lifting_problem
+from fem_seal.patch import Patch
+from fem_seal.progress import silent
+from fem_seal.sensitivity import by_load
+
+# Factor on the change of ln Q, for what the network and the first order leave out, and where there
+# is no network: of a shape, or of a bearing contact.
+MARGIN, WITHOUT_NETWORK = 1.25, 2.0
+
+
+def area_error(patch: Patch) -> EstimatedError | None:
+    """Estimate how far the leak rate is from that at the prescribed area; None without one."""
+    if patch.scene.contact is None or patch.load.kind != "area_fraction" or patch.load.value == 0:
+        return None
+    if patch.lifted is not None and not patch.lifted.converged:
+        return EstimatedError(None, None, "contact and flow have not settled")
+    contact = present(patch.film_contact, "contact")
+    touching, samples = int(np.count_nonzero(contact.contact)), contact.contact.size
+    # Six digits take the rounding of a fraction off.
+    asked = round(patch.load.value * samples, 6)
+    closing = floor(asked) - touching + 1 if touching <= asked else 0
+    opening = touching - ceil(asked) + 1 if touching >= asked else 0
+    words = f"{touching} of {samples} samples touch, and {asked:.7g} were asked for"
+    sealed, film = patch.sealed, patch.film
+    critical = 0.0 if sealed else present(film.constriction, "constriction").gap
+    try:
+        with patch.timed("contact area"):
+            reach = parallel.on_root(lambda: _reach(patch, closing, opening, critical), patch.comm)
+    except NotConverged as error:
+        return EstimatedError(None, None, f"{words}; {error}")
+    if sealed:
+        return _of_sealed(patch, present(reach, "reach"), words)
+    less, more = (reach.rate * distance / 3 for distance in (reach.closed, reach.opened))
+    if isinstance(contact, ContactState):
+        load = with_prefix(present(patch.mean_pressure, "load"), "Pa")
+        words += f"; contact.pressure = {load} in place of the area leaves this out"
+    # A constriction that narrows by the part x conducts as (1 - x)³.
+    return EstimatedError((1 - less) ** 3 if less < 1 else None, (1 + more) ** 3, words)
+
+
+@dataclass(frozen=True)
+class _Reach:
+    """How far the loads are at which the number of samples passes the asked one."""
+
+    closed: float  #: ΔP [Pa] to the larger load, or the way of the plane of a bearing contact [m]
+    opened: float  #: to the smaller load
+    rate: float  #: most that ln Q may change by it, per ΔP
+    stays_sealed: bool  #: whether the samples that open leave a sealed film sealed
+
+
+def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
+    """Reach to the load at which so many samples have closed or opened.
+
+    Parameters
+    ----------
+    critical
+        Gap of the critical constriction [m]; 0 if the film is sealed.
+    """
+    contact, height = patch.film_contact, present(patch.surface, "surface")
+    gap, log_rate = present(contact, "contact").gap.values, 0.0
+    has_network = isinstance(patch.film, GridFilm) and isinstance(contact, ContactState)
+    if isinstance(contact, ContactState):
+        problem = lifting_problem(patch.scene, patch.load, patch.flow, height, silent)
+        by = by_load(problem, contact, patch.lifted, critical if has_network else 0.0)
+        narrowing, log_rate = np.maximum(-by.gap, 0.0), by.log_rate
+        kept, easing = contact.pressure.values, by.pressure
+    else:
+        shift = present(contact if isinstance(contact, BearingState) else None, "bearing").shift
+        narrowing = easing = np.ones(gap.shape)
+        kept = height.values - (height.values.max() - shift)
+    closes, opens = (gap > 0) & (narrowing > 0), (gap == 0) & (easing > 0)
+    closed = _smallest(gap[closes] / narrowing[closes], closing)
+    opened = _smallest(kept[opens] / easing[opens], opening)
+
+    def film_of(values: np.ndarray) -> GridFilm | MeshFilm:
+        return patch.film_of(GridField(values, height.spacing, height.periodic))
+
+    if critical == 0:
+        free = (gap > 0) | (opens & (kept <= MARGIN * opened * easing))
+        return _Reach(closed, opened, 0.0, film_of(free.astype(float)).sealed)
+    film, narrows = patch.film, film_of(narrowing)
+    narrowest = _values(narrows)[_values(film) == critical]
+    alone = 3 * float(narrowest.max()) / critical
+    rate = MARGIN * max(alone, abs(log_rate)) if has_network else WITHOUT_NETWORK * alone
+    return _Reach(closed, opened, rate, False)
+
+
+def _values(film: GridFilm | MeshFilm) -> np.ndarray:
+    return film.gap.values if isinstance(film, GridFilm) else film.values
+
+
+def _smallest(values: np.ndarray, number: int) -> float:
+    """The value of that number in rising order; 0 of none, infinite if there are not so many."""
+    if number == 0:
+        return 0.0
+    return float(np.partition(values, number - 1)[number - 1]) if number <= values.size else inf
+
+
+def _of_sealed(patch: Patch, reach: _Reach, words: str) -> EstimatedError:
+    """Whether a film that is sealed as computed leaks under the load of the asked area."""
+    if reach.opened == 0 or reach.stays_sealed:
+        return EstimatedError(1.0, 1.0, f"{words}; with these it is sealed as well")
+    words += "; with fewer a path may open"
+    load = (patch.mean_pressure or 0.0) - MARGIN * reach.opened
+    if not isinstance(patch.film_contact, ContactState) or load <= 0:
+        return EstimatedError(1.0, None, words)
+    lighter = patch.pressed_by(load, patch.lift)
+    leak, lifted = lighter.leak_rate, lighter.lifted
+    most = leak.value if leak.upper is None else leak.upper
+    if lifted is not None:
+        most = max(most, lifted.highest)
+    return EstimatedError(1.0, None, words, most if most < inf else None)

@@ -1,0 +1,155 @@
+"""What the search for a contact area leaves open in the leak rate, against whole solutions.
+
+A contact under a known pressure stands for the end of a search: any area may have been asked for.
+The leak rate at that area is found by bisection on the pressure.
+"""
+
+from math import log
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lift_campaign import RTOL, random_scene
+from lifted_scenes import problem_of
+
+from fem_seal.area_error import area_error
+from fem_seal.contact.settings import Load
+from fem_seal.coupling import lifted
+from fem_seal.coupling.lifted import lifted_from
+from fem_seal.patch import Patch
+from fem_seal.quantities.uncertainties import error_budget
+from fem_seal.scene import Scene
+from fem_seal.solved import solve
+
+FIRST = Path(__file__).parents[1] / "demos" / "scenes" / "first.toml"
+
+
+def scene(*settings: str) -> Scene:
+    """Rough rubber of 48² samples under a pressure, whose flow has no error of its own."""
+    return Scene.from_file(
+        FIRST,
+        [
+            "surface.shape=[48, 48]",
+            "surface.short_wavelength=10 um",
+            "contact.tolerance=1e-10",
+            "flow.method=finite-difference",
+            'output.products=["leak_rate"]',
+            "accuracy.contact_grid=false",
+            *settings,
+        ],
+    )
+
+
+def touching(patch: Patch) -> int:
+    return int(np.count_nonzero(patch.film_contact.contact))
+
+
+def asked_for(patch: Patch, samples: float) -> Patch:
+    """The same contact as the end of a search for an area of so many samples."""
+    area = Load("area_fraction", samples / patch.surface.values.size)
+    return patch.with_(contact=patch.contact, lifted=patch.lifted, load=area)
+
+
+def passed_at(patch: Patch, samples: float, side: int) -> Patch:
+    """The patch at a pressure, to 2 %, beyond which the number passes `samples` on one side."""
+
+    def at(part: float) -> Patch:
+        return patch.pressed_by(patch.mean_pressure * (1 + side * part), patch.lift)
+
+    def is_beyond(one: Patch) -> bool:
+        return touching(one) > samples if side > 0 else touching(one) < samples
+
+    low, high = 0.0, 1e-3
+    while not is_beyond(far := at(high)):
+        low, high = high, 2 * high
+    for _ in range(6):
+        middle = (low + high) / 2
+        if is_beyond(tried := at(middle)):
+            high, far = middle, tried
+        else:
+            low = middle
+    return far
+
+
+@pytest.mark.parametrize(
+    ("pressure", "lift", "more"),
+    [
+        *((pressure, "none", more) for pressure in (0.05, 0.18) for more in (-5.4, -0.4, 0.0, 5.4)),
+        *((0.17, "resolved", more) for more in (-5.4, 5.4)),
+    ],
+)
+def test_the_leak_rate_at_the_asked_area_is_enclosed(pressure, lift, more):
+    """Far from closing and next to it; a whole number of samples holds in a range of loads."""
+    known = Patch(scene(f"contact.pressure={pressure} MPa", f"flow.lift={lift}", "flow.rtol=1e-3"))
+    asked = touching(known) + more
+    error = area_error(asked_for(known, asked))
+    for side, factor in ((1, error.lower), (-1, error.upper)):
+        if side * more < 0:
+            assert factor == 1
+            continue
+        true = passed_at(known, asked, side).leak_rate.value / known.leak_rate.value
+        assert 1 <= log(factor) / log(true) <= 2.5
+
+
+def test_a_sealed_film_that_opens():
+    """Just sealed, a few samples less open a path; more, or far from opening, none does."""
+    sealed = Patch(scene("contact.pressure=0.195 MPa", "flow.lift=none"))
+    assert sealed.sealed
+    for more in (5.4, 0.4, -0.4):
+        error = area_error(asked_for(sealed, touching(sealed) + more))
+        assert (error.lower, error.upper, error.upper_rate) == (1, 1, None)
+    leaking = sealed
+    while leaking.sealed:
+        leaking = sealed.pressed_by(0.995 * leaking.mean_pressure)
+    just = sealed.pressed_by(leaking.mean_pressure / 0.995)
+    for samples in (touching(just) - 0.5, touching(leaking)):
+        error = area_error(asked_for(just, samples))
+        true = passed_at(just, samples, -1).leak_rate.value
+        assert error.lower == 1
+        if true > 0:
+            assert error.upper is None
+            assert true <= error.upper_rate
+    assert true > 0
+
+
+@pytest.mark.parametrize("samples", [300, 600])
+def test_a_cut_surface(samples):
+    """The plane of the bearing model lies at a sample: the number passes there, or at the next."""
+
+    def cut(samples: float) -> Patch:
+        area = f"contact.area_fraction={samples / 48**2}"
+        return Patch(scene("contact.model=bearing", "contact.pressure=", area, "flow.lift=none"))
+
+    assert area_error(cut(samples - 0.4)).part == 0
+    error = area_error(cut(samples + 0.4))
+    true = cut(samples + 1).leak_rate.value / cut(samples).leak_rate.value
+    assert error.upper == 1
+    assert 1 <= log(error.lower) / log(true) <= 2.5
+
+
+def test_two_ends_of_one_search():
+    """A lifted scene next to closing whose two starts end 2 of 4096 samples apart."""
+    patch = Patch(random_scene(122))
+    problem = problem_of(patch.scene, patch.surface)
+    states = (
+        lifted(problem, RTOL, dry=patch.contact),
+        lifted_from(problem, RTOL, np.full(problem.height.shape, problem.inlet)),
+    )
+    assert all(state.converged for state in states)
+    apart = abs(log(states[0].leak_rate.value / states[1].leak_rate.value))
+    claims = sum(state.claimed + RTOL / 2 for state in states)
+    errors = [area_error(patch.with_(lifted=state)) for state in states]
+    assert claims < apart < claims + sum(error.part for error in errors)
+
+
+def test_it_counts_together_with_all_others():
+    """The headline of a scene by its area has the entry, one under a pressure has none."""
+    by_area = ["contact.pressure=", "contact.area_fraction=0.3", "flow.method=adaptive"]
+    solved = solve(scene(*by_area, "flow.lift=none"))
+    entry = next(entry for entry in solved.budget if entry.key == "contact_area")
+    assert entry.kind == "estimated"
+    assert (entry.lower, entry.upper) != (1, 1)
+    lower, upper = solved.leak_rate.bounds
+    head = solved.headline
+    assert (head.lower, head.upper) == pytest.approx((lower * entry.lower, upper * entry.upper))
+    assert "contact_area" not in {entry.key for entry in error_budget(Patch(scene()))}
