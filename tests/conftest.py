@@ -5,6 +5,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -61,6 +62,22 @@ def refused(tmp_path, capsys):
         return error
 
     return refused
+
+
+@pytest.fixture
+def scene_of_gap(tmp_path):
+    """Function that makes the scene of a gap from an array, with other sections beside it."""
+
+    def scene(gap: object, spacing: tuple[float, float] = (1e-6, 1e-6), **sections: dict) -> dict:
+        np.savez(tmp_path / "gap.npz", gap=gap, spacing=spacing)
+        return {
+            "gap": {"path": str(tmp_path / "gap.npz")},
+            "fluid": {"viscosity": 1e-3},
+            "flow": {"pressure_drop": 1e5},
+            "output": {"products": ["leak_rate"]},
+        } | sections
+
+    return scene
 
 
 @pytest.fixture

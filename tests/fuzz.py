@@ -342,12 +342,7 @@ def outside(folder):
 
 
 def check(kind, draw):
-    """Break one case, run its command and judge the outcome.
-
-    Returns
-    -------
-    The exit status.
-    """
+    """Break one case, run its command and judge the outcome; returns the exit status."""
     here = Path.cwd()
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         folder = Path(name) / "inner"

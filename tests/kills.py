@@ -25,22 +25,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from project import MPI_ENVIRONMENT, alone, scene_of_samples, write_toml
+from project import MPI_ENVIRONMENT, RING, alone, scene_of_samples, write_toml
 
 SCENE = scene_of_samples(32)
 SCENE["flow"] = {"pressure_drop": "1 bar", "sides": "periodic", "rtol": 0.3}
 del SCENE["output"]
-RING = {
-    "shape": {
-        "kind": "face-seal",
-        "inner_radius": "20 mm",
-        "outer_radius": "25 mm",
-        "mesh_size": "2 mm",
-        "gap": "3 um",
-    },
-    "fluid": {"viscosity": "1 mPa s"},
-    "flow": {"pressure_drop": "1 bar", "rtol": 0.3},
-}
 FEM_SEAL = (sys.executable, "-c", "import sys; from fem_seal.cli import main; sys.exit(main())")
 FD = ("--set", "flow.method=finite-difference")
 AREAS = ("0.02", "0.05", "0.08", "0.1", "0.12", "0.15", "0.2", "0.25", "0.3", "0.35")
@@ -54,17 +43,13 @@ VARYING = ("seconds", "peak_memory_bytes", "finished", "date")
 
 @dataclass
 class Job:
-    """Commands that are started together, and how an undisturbed run of them ends.
-
-    share : of the rounds
-    duration : of an undisturbed run [s]; files : by name, what it leaves
-    """
+    """Commands that are started together, and how an undisturbed run of them ends."""
 
     name: str
     commands: tuple[tuple[str, ...], ...]
-    share: int
-    duration: float = 0.0
-    files: dict[str, object] = field(default_factory=dict)
+    share: int  #: of the rounds
+    duration: float = 0.0  #: of an undisturbed run [s]
+    files: dict[str, object] = field(default_factory=dict)  #: by name, what it leaves
 
 
 JOBS = (
@@ -131,13 +116,7 @@ def _environments() -> Iterator[bytes]:
 
 
 def content(folder: Path) -> dict[str, object]:
-    """Files below a folder by name, read as far as they are to be the same every time.
-
-    Raises
-    ------
-    ValueError
-        If a file is not whole.
-    """
+    """Files below a folder, read as far as they are always the same; ValueError if one is cut."""
     return {
         str(path.relative_to(folder)): _read(path)
         for path in sorted(folder.rglob("*"))
@@ -174,14 +153,7 @@ def _steady(part: object) -> object:
 
 
 def faults(job: Job, folder: Path, ended: bool) -> Iterator[str]:
-    """What is wrong with a folder.
-
-    Parameters
-    ----------
-    job : with the files of an undisturbed run
-    folder : to look at
-    ended : whether the last command has ended by itself
-    """
+    """What is wrong with a folder, from which a command has `ended` by itself or was killed."""
     try:
         there = content(folder)
     except (ValueError, OSError, EOFError) as error:
@@ -220,18 +192,9 @@ def spoken(status: int, error: str) -> str:
 def campaign(
     count: int, seed: int, jobs: tuple[Job, ...], every: int = 4
 ) -> tuple[Counter, list[str]]:
-    """End commands at random moments.
+    """End commands at random moments, `count` times; after `every` rounds a job is left to end.
 
-    Parameters
-    ----------
-    count : how often
-    seed : of the moments
-    jobs : chosen in turn by their shares
-    every : after so many rounds of a job it is left to end
-
-    Returns
-    -------
-    Counts of (job, signal, how it ended), and the faults.
+    Returns counts of (job, signal, how it ended), and the faults.
     """
     random_numbers = random.Random(seed)
     counts: Counter = Counter()

@@ -71,6 +71,17 @@ def toml(scene: dict) -> str:
     return "\n".join(lines) + "\n"
 
 
+# A face seal that is meshed and solved in a second.
+RING = {
+    "shape": {
+        **{"kind": "face-seal", "inner_radius": "20 mm", "outer_radius": "25 mm"},
+        **{"mesh_size": "2 mm", "gap": "3 um"},
+    },
+    "fluid": {"viscosity": "1 mPa s"},
+    "flow": {"pressure_drop": "1 bar", "rtol": 0.3},
+}
+
+
 def write_toml(path: Path, scene: dict) -> Path:
     """Write a scene file."""
     path.write_text(toml(scene))
@@ -88,6 +99,19 @@ def _toml(value: object) -> str:
         case str() | Path():
             return json.dumps(str(value))
     return repr(value)
+
+
+def marks(part: str) -> tuple[str, str]:
+    """Comments of a page between which `make` writes a part."""
+    return f"<!-- {part}: written by make -->", f"<!-- end of {part} -->"
+
+
+def with_part(page: str, part: str, text: str) -> str:
+    """The page with `text` between the marks of a part; ValueError if it lacks one."""
+    begin, end = marks(part)
+    before, rest = page.split(begin)
+    _, after = rest.split(end)
+    return f"{before}{begin}\n\n{text}\n\n{end}{after}"
 
 
 def unwrapped(text: str) -> str:

@@ -72,21 +72,6 @@ def test_imports_point_backwards():
     assert not wrong
 
 
-@pytest.mark.parametrize(
-    ("source", "line"),
-    [
-        ("surface", "from fem_seal.flow import leak_rate"),
-        ("contact", "import fem_seal.flow.leak"),
-        ("patch", "from fem_seal import results"),
-        ("contact", "import dolfinx.fem"),
-        ("cli", "from petsc4py import PETSc"),
-        ("results", "import pyvista"),
-    ],
-)
-def test_the_rule_catches(source, line):
-    assert any(downstream(source, name) for name in imported(ast.parse(line)))
-
-
 def test_a_public_name_is_that_of_one_function_or_class():
     """But `add` of each command."""
     homes = {}

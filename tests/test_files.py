@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import alone, write_toml
+from project import RING, alone, write_toml
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import (
@@ -267,12 +267,7 @@ def test_a_full_disk_is_one_line_that_names_the_folder(small_scene, tmp_path, si
 @pytest.mark.skipif(not find_spec("gmsh"), reason="needs gmsh")
 def test_a_mesh_that_the_disk_cuts_off_is_not_the_geometry_s_fault(tmp_path):
     (tmp_path / "tmp").mkdir()
-    shape = {"kind": "face-seal", "inner_radius": "20 mm", "outer_radius": "25 mm"}
-    shape |= {"mesh_size": "2 mm", "gap": "3 um"}
-    flow = {"pressure_drop": "1 bar", "rtol": 0.3}
-    write_toml(
-        tmp_path / "scene.toml", {"shape": shape, "fluid": {"viscosity": "1 mPa s"}, "flow": flow}
-    )
+    write_toml(tmp_path / "scene.toml", RING)
     # Less than the mesh takes, more than the job that is handed to gmsh.
     environment = alone() | {"TMPDIR": str(tmp_path / "tmp")}
     process = child(COMMAND, "mesh", "scene.toml", cwd=tmp_path, env=environment, **full(20_000))

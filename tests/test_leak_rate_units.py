@@ -62,18 +62,13 @@ def test_text_of_a_leak_rate_is_that_it_was_read_from():
 
 
 @pytest.fixture
-def scene(tmp_path):
+def scene(scene_of_gap):
     """Function that makes the scene of an open gap with a fluid and flow settings."""
     values = 1e-6 * (1 + np.random.default_rng(4).random((9, 9)))
-    np.savez(tmp_path / "gap.npz", gap=values, spacing=(1e-6, 1e-6))
 
     def make(fluid=GAS, **flow):
-        return {
-            "gap": {"path": str(tmp_path / "gap.npz")},
-            "fluid": dict(fluid),
-            "flow": flow or {"inlet_pressure": 2e5, "outlet_pressure": 1e5},
-            "output": {"products": ["leak_rate"]},
-        }
+        flow = flow or {"inlet_pressure": 2e5, "outlet_pressure": 1e5}
+        return scene_of_gap(values, fluid=dict(fluid), flow=flow)
 
     return make
 

@@ -51,20 +51,15 @@ def run(*scenes):
 
 
 @pytest.fixture
-def gap_scene(tmp_path):
+def gap_scene(scene_of_gap, tmp_path):
     """A gap from a file with an open channel, or shut by a row of contact."""
 
     def scene(method, shut=False):
         gap = np.ones((9, 9)) * 1e-6
         gap[4] *= not shut
-        path = tmp_path / f"{shut}.npz"
-        np.savez(path, gap=gap, spacing=(1e-6, 1e-6))
-        return {
-            "gap": {"path": str(path)},
-            "fluid": {"viscosity": 1e-3},
-            "flow": {"pressure_drop": 1e5, "method": method},
-            "output": {"products": ["leak_rate"]},
-        }
+        sections = scene_of_gap(gap, flow={"pressure_drop": 1e5, "method": method})
+        path = (tmp_path / "gap.npz").rename(tmp_path / f"{shut}.npz")
+        return sections | {"gap": {"path": str(path)}}
 
     return scene
 

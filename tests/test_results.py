@@ -156,13 +156,8 @@ def test_each_step_is_computed_once(scene, spy):
     assert spy.solves == 2  # on the grid of the scene, and on half of its samples
 
 
-def test_sealed_gap_is_not_solved(small_scene, spy, tmp_path):
-    np.savez(tmp_path / "gap.npz", gap=np.zeros((4, 4)), spacing=[1, 1])
-    scene = {key: small_scene[key] for key in ("fluid", "flow")}
-    scene["gap"] = {"path": str(tmp_path / "gap.npz")}
-    scene["output"] = {"products": ["leak_rate"]}
-    scene["flow"]["sides"] = "wall"
-    result = run(Scene.from_mapping(scene), tmp_path / "out")
+def test_sealed_gap_is_not_solved(scene_of_gap, spy, tmp_path):
+    result = run(Scene.from_mapping(scene_of_gap(np.zeros((4, 4)))), tmp_path / "out")
     assert (result.state, result.percolates, spy.solves) == ("sealed", False, 0)
     assert (result.leak_rate.value, result.leak_rate.lower, result.leak_rate.upper) == (0, 0, 0)
 
@@ -184,16 +179,12 @@ def test_same_scene_may_be_run_again_and_other_files_stay(scene, small_scene, sp
     assert set(content(tmp_path)) == {"notes.txt", "result.json", "contact.npz"}
 
 
-def test_changed_input_file_is_another_scene(small_scene, spy, tmp_path):
-    scene = {key: small_scene[key] for key in ("fluid", "flow")}
-    scene["gap"] = {"path": str(tmp_path / "gap.npz")}
-    scene["output"] = {"products": ["leak_rate"]}
-    for gap in (np.ones((3, 3)), np.full((3, 3), 2.0)):
-        np.savez(tmp_path / "gap.npz", gap=gap, spacing=[1, 1])
-        if gap[0, 0] == 1:
-            run(Scene.from_mapping(scene), tmp_path / "out")
+def test_changed_input_file_is_another_scene(scene_of_gap, tmp_path):
+    flow = {"pressure_drop": 1.0, "method": "finite-difference"}
+    run(Scene.from_mapping(scene_of_gap(np.ones((3, 3)), flow=flow)), tmp_path / "out")
+    changed = Scene.from_mapping(scene_of_gap(np.full((3, 3), 2.0), flow=flow))
     with pytest.raises(InvalidInput, match="another scene"):
-        run(Scene.from_mapping(scene), tmp_path / "out")
+        run(changed, tmp_path / "out")
 
 
 @pytest.mark.parametrize("failure", [KeyboardInterrupt, NotConverged("no"), InvalidInput("no")])

@@ -58,18 +58,6 @@ def test_thick_layer_is_a_half_space(base):
     assert factor == pytest.approx(1, abs=1e3 * np.exp(-40))
 
 
-def test_thin_layers_are_springs():
-    """Bonded: oedometric modulus over thickness; sliding: plane-strain modulus (E = 1)."""
-    thickness, nu, q = 1e-4, 0.3, 1.0
-    spring = {
-        "fixed": thickness * (1 + nu) * (1 - 2 * nu) / (1 - nu),
-        "sliding": thickness * (1 - nu**2),
-    }
-    for base, compliance in spring.items():
-        factor = Layer(thickness, base, nu).compliance_factor(q)
-        assert 2 * (1 - nu**2) / q * factor == pytest.approx(compliance, rel=1e-6)
-
-
 def test_contact_through_the_thickness():
     """A rigid base stiffens: less area at one pressure; a thick layer gives the half-space's."""
     height = rough_surface(short=3)

@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 import pytest
 
-from fem_seal.tables import markdown
+sys.path.append(str(Path(__file__).parents[1]))
 
-BEGIN, END = "<!-- written by make limits -->", "<!-- end of what make limits writes -->"
+from project import with_part
+
+from fem_seal.tables import markdown
 
 
 class Row(NamedTuple):
@@ -44,12 +46,7 @@ class Recorder:
 
 
 def tables(rows: list[Row]) -> str:
-    """Tables of the page, one for each part.
-
-    Parameters
-    ----------
-    rows : in the order of the cases
-    """
+    """Tables of the page, one for each part, of rows in the order of the cases."""
     sections = []
     for part, of_part in groupby(rows, lambda row: row.part):
         lines = []
@@ -63,19 +60,6 @@ def tables(rows: list[Row]) -> str:
     return "\n\n".join(sections)
 
 
-def with_tables(page: str, text: str) -> str:
-    """The page with `text` between its marks.
-
-    Raises
-    ------
-    ValueError
-        If the page lacks a mark.
-    """
-    before, rest = page.split(BEGIN)
-    _, after = rest.split(END)
-    return f"{before}{BEGIN}\n\n{text}\n\n{END}{after}"
-
-
 def main(page: Path) -> int:
     """Run all cases and write the page; the exit status is that of pytest."""
     recorder = Recorder()
@@ -84,7 +68,7 @@ def main(page: Path) -> int:
     cases = [str(here), f"--ignore={here / 'test_limits_page.py'}", "-q"]
     status = pytest.main(cases, plugins=[recorder])
     if status == 0:
-        text = with_tables(page.read_text(encoding="utf-8"), tables(recorder.rows))
+        text = with_part(page.read_text(encoding="utf-8"), "limits", tables(recorder.rows))
         page.write_text(text, encoding="utf-8")
         print(f"{len(recorder.rows)} cases in {page}")
     return int(status)

@@ -102,18 +102,6 @@ def test_hurst_exponents(hurst, show):
     show("right", "spectrum falls as asked, contact certified")
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [({"hurst": 1.2}, "hurst"), ({"short": 0.5}, "short_wavelength")],
-    ids=["hurst 1.2", "shortest wave half a sample"],
-)
-def test_spectra_out_of_range(change, message, show):
-    """Spectra that no surface, or not this grid, can have."""
-    with pytest.raises(InvalidInput, match=message) as error:
-        rough_surface(**change)
-    show("refused", str(error.value))
-
-
 def test_shortest_waves(show):
     """Shortest wavelength one sample."""
     assert_certified(press(rough_surface(short=1.0), E_STAR, pressure=5e4), 5e4)

@@ -9,7 +9,6 @@ from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
@@ -72,29 +71,6 @@ def test_not_finite(bad, show):
     show("refused", str(error.value))
 
 
-def negative_gap():
-    gap = np.ones((4, 4))
-    gap[1, 2] = -1e-9
-    return gap
-
-
-def test_negative_gap(show):
-    """A negative gap in an array."""
-    gap = GridField(negative_gap(), (1.0, 1.0))
-    with pytest.raises(InvalidInput, match="gap is negative") as error:
-        adaptive(GridFilm(gap))
-    show("refused", str(error.value))
-
-
-def test_negative_gap_in_a_file(tmp_path, monkeypatch, show):
-    """A negative gap in a file."""
-    monkeypatch.chdir(tmp_path)
-    np.savez("gap.npz", gap=negative_gap(), spacing=(1.0, 1.0))
-    with pytest.raises(InvalidInput, match=r"gap\.npz is negative at 1 of 16 samples") as error:
-        load_gap(Path("gap.npz"))
-    show("refused", str(error.value))
-
-
 @pytest.mark.parametrize("shape", [(0, 4), (4,), (2, 2, 2)], ids=["empty", "line", "volume"])
 def test_shapes(shape, show):
     """Arrays that are empty, or not two-dimensional."""
@@ -126,43 +102,6 @@ def test_flow_numbers(name, bad, show):
     """Viscosity, pressure drop and tolerance that are not positive numbers."""
     with pytest.raises(InvalidInput, match=f"{name} = {bad} must be a positive number") as error:
         adaptive(GridFilm(GridField(np.ones((4, 4)), (1.0, 1.0))), **{name: bad})
-    show("refused", str(error.value))
-
-
-def test_sides_that_do_not_repeat(show):
-    """Periodic sides of a gap that does not repeat."""
-    gap = GridField(1 + np.random.default_rng(0).random((4, 4)), (1.0, 1.0))
-    with pytest.raises(InvalidInput, match="needs a periodic gap") as error:
-        adaptive(GridFilm(gap, sides="periodic"))
-    show("refused", str(error.value))
-
-
-SPECTRA = {
-    "hurst 0": ({"hurst": 0}, "surface.hurst"),
-    "hurst 1.5": ({"hurst": 1.5}, "surface.hurst"),
-    "cut-offs out of order": ({"short_wavelength": "20 um"}, "wavelength"),
-    "waves below the grid": ({"short_wavelength": "0.5 um"}, "short_wavelength"),
-    "waves beyond the cell": ({"long_wavelength": "100 um"}, "long_wavelength"),
-    "slope infinite": ({"rms_slope": float("inf")}, "rms_slope"),
-}
-
-
-@pytest.mark.parametrize("case", SPECTRA)
-def test_scene_spectra(case, small_scene, show):
-    """Scenes whose surface cannot be."""
-    change, message = SPECTRA[case]
-    small_scene["surface"] |= change
-    with pytest.raises(InvalidInput, match=message) as error:
-        Scene.from_mapping(small_scene)
-    show("refused", str(error.value))
-
-
-@pytest.mark.parametrize("area", [-0.1, 1.0, float("nan")], ids=str)
-def test_scene_areas(area, small_scene, show):
-    """Scenes of contact areas outside [0, 1)."""
-    small_scene["contact"]["area_fraction"] = area
-    with pytest.raises(InvalidInput, match=r"contact\.area_fraction") as error:
-        Scene.from_mapping(small_scene)
     show("refused", str(error.value))
 
 

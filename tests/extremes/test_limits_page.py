@@ -4,7 +4,7 @@ import ast
 from pathlib import Path
 
 import pytest
-from limits_page import BEGIN, END, Row, tables, with_tables
+from limits_page import Row, tables
 from project import ROOT
 
 PAGE = ROOT / "docs/measurements/limits.md"
@@ -41,10 +41,3 @@ def test_cases_that_end_alike_share_a_row():
     assert "| Gaps | 1, 2 | right | a law |\n| Gaps | 3 | right | another law |\n" in text
     assert "| Gaps | 4, 5 | refused | 4 is / too much |\n" in text
     assert text.count("| extreme | cases | outcome | evidence |") == 2
-
-
-def test_the_rest_of_the_page_stays():
-    page = f"by hand\n{BEGIN}\n\nold\n\n{END}\nalso by hand\n"
-    assert with_tables(page, "new") == f"by hand\n{BEGIN}\n\nnew\n\n{END}\nalso by hand\n"
-    with pytest.raises(ValueError, match="unpack"):
-        with_tables("no marks", "new")

@@ -20,13 +20,9 @@ def bounds_by_brute_force(
     sides: str,
     parts: int,
 ) -> tuple[float, float]:
-    """Lower and upper bound for K = g³ and unit pressure drop.
+    """Lower and upper bound for K = g³ and unit pressure drop; `parts` of a pixel along each axis.
 
-    Parameters
-    ----------
-    samples : gap at the vertices ("linear") or on the pixels ("constant")
-    spacing, representation, sides : as in `leak_rate`
-    parts : of a pixel along each axis
+    `samples` are the gap at the vertices ("linear") or on the pixels ("constant").
     """
     pixels = np.array(samples.shape) - (representation == "linear")
     nx, ny = pixels * parts

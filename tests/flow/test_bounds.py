@@ -101,17 +101,6 @@ def test_the_last_solution_is_certified():
         assert bool(course.reason) != reached
 
 
-def test_a_refinement_goes_on_until_the_tolerance_is_met():
-    course = stopping(Tolerance(0.05))
-    first, _ = judged(course, solution(0.0, 1.0), solution(0.9, 1.0, stream=object()))
-    assert first.stream is None
-    assert not course.ended
-    judged(course, solution(0.96, 1.0, stream=object()))
-    assert course.reached
-    assert not course.reason
-    assert len(course.levels) == 3
-
-
 def test_a_stalled_solver_ends_it_where_the_bounds_stay():
     """Not at once: only if two more meshes have hardly improved them."""
     course = stopping(Tolerance(0.01))

@@ -394,12 +394,6 @@ def test_bad_input(gap, options, message):
         conductivity_tensor(gap, **{"viscosity": 1 / 12} | options)
 
 
-def test_repeated_row_and_column_are_periodic():
-    gap = rough(9)
-    repeated = GridField(gap.vertices(), gap.spacing)
-    np.testing.assert_array_equal(on_first_mesh(repeated).upper, on_first_mesh(gap).upper)
-
-
 # --- small mathematics ---------------------------------------------------------------------------
 
 

@@ -64,21 +64,6 @@ def test_contact_at_the_corners_of_squares_of_several_pixels(sides, every):
     assert_enclosed(coarse, fine.lower, fine.upper)
 
 
-@BOTH
-@pytest.mark.parametrize("contact", [0.0, 0.03, 0.3])
-def test_every_first_mesh_leads_to_the_same_leak_rate(representation, sides, contact):
-    """From squares of eight, four and two pixels and from the pixels themselves: each level of each
-    bracket meets all the others."""
-    film = GridFilm(rough_gap((16, 16), contact, 21), sides, representation)
-    flows = [bounds(film, Tuning(coarsest=c)) for c in (2, 4, 8, 16)]
-    first = [flow.levels[0].unknowns for flow in flows]
-    assert first == sorted(set(first))
-    low, high = max(flow.lower for flow in flows), min(flow.upper for flow in flows)
-    assert low <= high
-    for flow in flows:
-        assert_enclosed(flow, low, high)
-
-
 # --- cut, floor, ceiling -------------------------------------------------------------------------
 
 

@@ -179,15 +179,6 @@ def test_nothing_marked(periodic):
     assert np.array_equal(step.at_vertices(mesh.xy), mesh.xy)
 
 
-def test_marking_next_to_one_side_refines_the_other():
-    mesh = uniform_mesh((4, 4), 1, periodic_sides=True)
-    for _ in range(4):
-        centre = mesh.xy[mesh.cells].mean(axis=1) / PIXEL
-        mesh = bisect(mesh, (centre[:, 1] < 0.4) & (abs(centre[:, 0] - 2) < 1)).mesh
-    assert np.count_nonzero(mesh.top) > 5
-    assert np.array_equal(np.sort(mesh.xy[mesh.top, 0]), np.sort(mesh.xy[mesh.bottom, 0]))
-
-
 def test_bisection_below_the_resolution_of_coordinates_raises():
     """Coordinates are multiples of 2^-DEPTH pixels, which allows 2 DEPTH halvings of the area."""
     mesh = uniform_mesh((1, 1), 1, periodic_sides=False)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_seal.errors import InvalidInput
-from fem_seal.expression import FUNCTIONS, evaluate
+from fem_seal.expression import evaluate
 from fem_seal.grid import GridField
 from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, UniformGap, channel_sizes
 from fem_seal.mesh.gmsh_process import Box, SizeField
@@ -66,13 +66,6 @@ def test_large_powers_overflow_to_infinity():
 def test_constant_formulas_without_a_value_raise_no_error(text, expected):
     """Division by zero gives inf or nan, with or without variables in the formula."""
     np.testing.assert_array_equal(evaluate(text, POINTS), expected)
-
-
-def test_functions_equal_those_of_numpy_with_their_name():
-    for name, (function, count) in FUNCTIONS.items():
-        arguments = [np.array([0.3]), np.array([0.2])][:count]
-        numpy_name = {"max": "maximum", "min": "minimum"}.get(name, name)
-        assert function(*arguments) == getattr(np, numpy_name)(*arguments)
 
 
 def test_a_cartesian_grid_is_linear_on_its_pixel_triangles():

@@ -50,19 +50,12 @@ def test_a_peak_pressure_that_no_metal_bears(modulus, unbearable):
 
 
 @pytest.fixture
-def given(tmp_path):
-    """Scene of a gap from an array."""
+def given(scene_of_gap):
+    """Scene of a gap from an array, with more fields of its section."""
 
     def scene(gap, **fields):
-        np.savez(tmp_path / "gap.npz", gap=gap, spacing=[1e-6, 1e-6])
-        return Scene.from_mapping(
-            {
-                "gap": {"path": str(tmp_path / "gap.npz"), **fields},
-                "fluid": {"viscosity": 1e-3},
-                "flow": {"pressure_drop": 1e5},
-                "output": {"products": ["leak_rate"]},
-            }
-        )
+        sections = scene_of_gap(gap)
+        return Scene.from_mapping(sections | {"gap": sections["gap"] | fields})
 
     return scene
 

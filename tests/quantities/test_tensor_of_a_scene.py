@@ -68,11 +68,9 @@ def test_viscosity_is_needed(scene):
         Scene.from_mapping(scene)
 
 
-def test_gap_that_is_not_periodic(scene, tmp_path):
-    np.savez(tmp_path / "gap.npz", gap=np.random.default_rng(0).random((8, 8)), spacing=[1, 1])
-    for section in ("surface", "solid", "contact"):
-        del scene[section]
-    scene["gap"] = {"path": str(tmp_path / "gap.npz")}
+def test_gap_that_is_not_periodic(scene_of_gap, tmp_path):
+    products = {"products": ["conductivity_tensor"]}
+    scene = scene_of_gap(np.random.default_rng(0).random((8, 8)), output=products)
     with pytest.raises(InvalidInput, match="periodic in both directions"):
         run(Scene.from_mapping(scene), tmp_path / "out")
     assert not (tmp_path / "out").exists()

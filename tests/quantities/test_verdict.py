@@ -86,21 +86,14 @@ def with_unit(rate):
 
 
 @pytest.fixture
-def rough(tmp_path):
+def rough(scene_of_gap):
     """A scene of a rough gap with a limit."""
-    values = np.random.default_rng(2).random((17, 17)) - 0.1
-    np.savez(tmp_path / "gap.npz", gap=np.maximum(values, 0) * 1e-6, spacing=(1e-6, 1e-6))
+    values = 1e-6 * np.maximum(np.random.default_rng(2).random((17, 17)) - 0.1, 0)
 
     def scene(leak_rate, decide=False, **flow):
-        return Scene.from_mapping(
-            {
-                "gap": {"path": str(tmp_path / "gap.npz")},
-                "fluid": {"viscosity": 1e-3},
-                "flow": {"pressure_drop": 1e5, **flow},
-                "limit": {"leak_rate": with_unit(leak_rate), "decide": decide},
-                "output": {"products": ["leak_rate"]},
-            }
-        )
+        limit = {"leak_rate": with_unit(leak_rate), "decide": decide}
+        flow = {"pressure_drop": 1e5, **flow}
+        return Scene.from_mapping(scene_of_gap(values, flow=flow, limit=limit))
 
     return scene
 

@@ -46,14 +46,6 @@ def test_readable_units(metres, number, unit):
     assert metres * factor == pytest.approx(number)
 
 
-def test_unit_of_the_bar_follows_the_data():
-    gap = smooth_gap((30, 20), 0.3)
-    gap = 0.9 * gap.values
-    assert gap_scale(gap).label == "gap [nm]"
-    assert gap_scale(gap * 10).label == "gap [µm]"
-    assert gap_scale(gap * 1e-2).high == pytest.approx(gap_scale(gap).high / 100)
-
-
 @pytest.mark.parametrize(
     ("least", "largest", "low", "high", "beyond"),
     [

@@ -119,11 +119,6 @@ def test_pictures_of_a_contact_that_is_lifted_off_are_left_out(folder):
     assert captions(read(report(folder))) == ["Where it leaks", "zebra"]
 
 
-def test_flat_leaves_out_arrays_and_what_is_not_there():
-    nested = {"a": {"b": 1.0 / 3.0, "c": None, "d": ""}, "e": [{"f": True}], "g": [1, 2]}
-    assert dict(flat(nested)) == {"a.b": "0.33333333"}
-
-
 def test_nothing_outside_is_referred_to(folder):
     text = report(folder).read_text(encoding="utf-8")
     assert all(reference.startswith("data:") for reference in Page(text).references)
@@ -164,14 +159,10 @@ def test_no_text_of_a_result_becomes_markup(folder):
     assert tried > 30
 
 
-def test_folders_of_the_sender_are_not_told(small_scene, tmp_path):
-    np.savez(tmp_path / "mine.npz", gap=np.full((5, 5), 1e-6), spacing=(1e-6, 1e-6))
-    scene = {key: small_scene[key] for key in ("fluid", "flow", "output")}
-    scene["gap"] = {"path": str(tmp_path / "mine.npz")}
-    scene["output"] = {"products": ["leak_rate"]}
-    run(Scene.from_mapping(scene), tmp_path / "out")
+def test_folders_of_the_sender_are_not_told(scene_of_gap, tmp_path):
+    run(Scene.from_mapping(scene_of_gap(np.full((5, 5), 1e-6))), tmp_path / "out")
     text = report(tmp_path / "out").read_text(encoding="utf-8")
-    assert "mine.npz" in text
+    assert "gap.npz" in text
     assert str(tmp_path) not in text
 
 

@@ -349,10 +349,8 @@ def test_bearing_needs_no_solid_and_contact_no_fluid(small_scene):
 
 
 @pytest.mark.parametrize("section", ["surface", "solid", "contact"])
-def test_gap_stands_in_place_of_the_contact(small_scene, section, tmp_path):
-    np.savez(tmp_path / "gap.npz", gap=np.ones((3, 3)), spacing=[1, 1])
-    scene = {key: small_scene[key] for key in (section, "fluid", "flow")}
-    scene["gap"] = {"path": str(tmp_path / "gap.npz")}
+def test_gap_stands_in_place_of_the_contact(small_scene, section, scene_of_gap):
+    scene = scene_of_gap(np.ones((3, 3)), **{section: small_scene[section]})
     with pytest.raises(InvalidInput, match=rf"stands in place of \[{section}\]"):
         Scene.from_mapping(scene)
 

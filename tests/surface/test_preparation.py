@@ -125,13 +125,6 @@ def test_a_map_that_does_not_repeat_is_not_pressed(tmp_path):
     assert not Patch(pressed(tmp_path, model="bearing")).contact.gap.periodic
 
 
-@pytest.mark.parametrize("said", [True, None])
-def test_repeats_unless_somebody_denies_it(said):
-    found = FieldMap(CELL.values, CELL.spacing, said)
-    assert prepare(found, Preparation()).field.periodic
-    assert not prepare(FieldMap(CELL.values, CELL.spacing, False), Preparation()).field.periodic
-
-
 def test_unsaid_map_may_be_made_periodic():
     """And its spectrum is then taken as that of a piece, through a window."""
     prepared = prepare(FieldMap(CELL.values, CELL.spacing, None), Preparation(make_periodic="hann"))

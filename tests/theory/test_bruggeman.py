@@ -39,24 +39,10 @@ def test_two_phases_of_contact_and_one_gap(contact, n):
     assert approx(2 * max(0.0, 1 - contact * n / (n - 1)), rel=1e-12, abs=1e-14) == K
 
 
-@pytest.mark.parametrize("n", [1.5, 1.72, 2.0, 3.0])
-def test_percolation_at_n_minus_one_over_n(n):
-    k = np.random.default_rng(0).lognormal(sigma=3, size=200)
-    threshold = (n - 1) / n
-    assert effective_conductivity(k, dimension=n, contact=threshold + 1e-9) == 0
-    assert effective_conductivity(k, dimension=n, contact=threshold - 1e-3) > 0
-
-
 def test_samples_in_contact_equal_a_contact_weight():
     k = np.random.default_rng(1).lognormal(size=60)
     with_zeros = effective_conductivity(np.concatenate([k, np.zeros(40)]))
     assert with_zeros == approx(effective_conductivity(k, contact=0.4), rel=1e-12)
-
-
-def test_histogram_equals_its_samples():
-    values, counts = np.array([0.1, 1.0, 5.0]), np.array([3, 5, 2])
-    histogram = effective_conductivity(values, weights=counts)
-    assert histogram == approx(effective_conductivity(np.repeat(values, counts)), rel=1e-12)
 
 
 def test_dimensions_one_and_infinity_are_series_and_parallel():

@@ -6,8 +6,8 @@ from math import inf
 
 import pytest
 from bounds_study import brackets
-from project import ROOT
-from validation_page import marks, tables, with_part
+from project import ROOT, marks, with_part
+from validation_page import tables
 from validation_rows import PEER_ROWS, ROWS, Number, Row
 
 from fem_seal.verification.exact_cases import CASES
@@ -70,7 +70,7 @@ def test_digits_follow_the_error():
     assert str(Number(inf, 1.0, inf)) == "above 1"
 
 
-def test_the_rest_of_the_page_stays():
+def test_tables_and_the_rest_of_the_page():
     row = Row("part", "a claim", Number.exact(1.0), Number.exact(1.0), "a source", "none", "tests")
     text = tables({"name": row})
     assert "## Part\n" in text
@@ -78,6 +78,8 @@ def test_the_rest_of_the_page_stays():
     begin, end = marks("rows")
     page = f"by hand\n{begin}\nold\n{end}\nalso by hand\n"
     assert with_part(page, "rows", "new") == f"by hand\n{begin}\n\nnew\n\n{end}\nalso by hand\n"
+    with pytest.raises(ValueError, match="unpack"):
+        with_part("no marks", "rows", "new")
 
 
 @pytest.mark.parametrize("name", ["series-channel", "four-phases"])

@@ -10,6 +10,7 @@ from itertools import groupby
 from pathlib import Path
 
 from bounds_study import study
+from project import with_part
 from validation_rows import ROWS, Row, lifted_rate
 
 from fem_seal.render.plot import new_figure
@@ -59,19 +60,6 @@ def lifted_grids() -> str:
     ]
     header = "contact grid", "leak rate with all counted errors [10⁻¹⁵ m³/s]", "from 256²"
     return markdown(header, lines)
-
-
-def marks(part: str) -> tuple[str, str]:
-    """Comments of the page between which a part is written."""
-    return f"<!-- {part}: written by make validation -->", f"<!-- end of {part} -->"
-
-
-def with_part(page: str, part: str, text: str) -> str:
-    """The page with `text` between the marks of a part."""
-    begin, end = marks(part)
-    before, rest = page.split(begin)
-    _, after = rest.split(end)
-    return f"{before}{begin}\n\n{text}\n\n{end}{after}"
 
 
 def figure(rows: dict[str, Row], path: Path) -> None:

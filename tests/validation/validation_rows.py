@@ -32,7 +32,7 @@ from fem_seal.verification.cross_validation import StudiedGap, compare
 from fem_seal.verification.exact_cases import CASES
 from fem_seal.verification.methods import Setting
 
-sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.extend(str(Path(__file__).parents[1] / name) for name in ("", "benchmarks"))
 
 from peer_codes import (
     CONTACT_PYTHON,
@@ -88,25 +88,15 @@ class Number:
 
 @dataclass(frozen=True)
 class Row:
-    """A claim and its two numbers.
+    """A claim and its two numbers."""
 
-    Parameters
-    ----------
-    part : heading under which the row stands
-    claim : what is predicted
-    ours, reference : the two numbers
-    source : whose the reference is
-    errors : what the two errors are
-    tests : where the claim is tested more widely
-    """
-
-    part: str
-    claim: str
+    part: str  #: heading under which the row stands
+    claim: str  #: what is predicted
     ours: Number
     reference: Number
-    source: str
-    errors: str
-    tests: str
+    source: str  #: whose the reference is
+    errors: str  #: what the two errors are
+    tests: str  #: where the claim is tested more widely
 
     @property
     def least_shown(self) -> str:

@@ -15,7 +15,7 @@ from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification import methods
 from fem_seal.verification.cross_validation import Reference, StudiedGap, compare, judge
-from fem_seal.verification.exact_cases import CASES, corner_order, finer_film
+from fem_seal.verification.exact_cases import CASES, finer_film
 from fem_seal.verification.methods import METHODS, Answer, Setting
 
 SETTING = Setting(1 / 12, 1.0, 0.05)
@@ -64,13 +64,6 @@ def test_refining_the_samples_changes_nothing(representation, shape, periodic):
     tolerance = 0.3 * np.sqrt(2e-8)
     assert first.upper == pytest.approx(second.upper, rel=tolerance)
     assert first.lower == pytest.approx(second.lower, rel=tolerance)
-
-
-def test_refining_keeps_samples_size_and_contact():
-    fine = finer_film(FILM, 2).gap
-    assert fine.shape == (64, 64)
-    assert fine.size == GAP.size
-    assert np.array_equal(fine.values[::4, ::4], GAP.values)
 
 
 def series(rows, method):
@@ -129,12 +122,6 @@ def test_effectivity_is_that_of_the_claim():
     assert last.effectivity == pytest.approx(1 / last.distance)
     assert last.effectivity < 1
     assert {row.effectivity for row in series(rows, "FE upper")} == {None}
-
-
-def test_corner_order_in_its_limits():
-    assert corner_order(1.0) == pytest.approx(2.0)  # no corner, second order
-    assert corner_order(1e12) < 1e-5
-    assert corner_order(10.0) == corner_order(0.1)
 
 
 def test_links_that_are_exact_in_series():
