@@ -1,5 +1,7 @@
 """The coupled problem of contact and flow in a scene whose fluid lifts the solid."""
 
+from functools import partial
+
 import numpy as np
 
 from fem_seal import parallel
@@ -40,7 +42,9 @@ def lifting_problem(
     by_differences, solver = settings.method == "finite-difference", eliminated
     if not by_differences:
         # Finite differences do without FEniCSx.
-        from fem_seal.flow.linear import by_multigrid as solver
+        from fem_seal.flow.linear import by_multigrid
+
+        solver = partial(by_multigrid, report=report)
     half_space = HalfSpace(
         surface.shape, surface.spacing, solid.layer, arithmetic.threads, arithmetic.precision
     )

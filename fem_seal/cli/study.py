@@ -180,12 +180,13 @@ def _cross_validation(options: argparse.Namespace) -> int:
     }
     rows = [row for of_gap, _ in compared.values() for row in of_gap]
     write_text(options.out / "cross_validation.csv", as_csv(rows))
-    title = f"{options.scene.stem}, {'given gap' if scene.contact is None else 'dry contact'}"
+    given = all(patch.scene.contact is None for patch in patches.values())
+    title = f"{options.scene.stem}, {'given gap' if given else 'dry contact'}"
     if options.vary:
         claims_figure(rows, options.out / "cross_validation.png", title)
     else:
         cross_validation_figure(rows, options.out / "cross_validation.png", title, compared[""][1])
-    if scene.slip is not None:
+    if any(patch.scene.slip is not None for patch in patches.values()):
         say(
             "no slip    the methods are compared without the slip of the gas: the leak rates are "
             "those of fluid.slip = false"

@@ -124,6 +124,12 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
         stalled = len(residuals) - best_at > PATIENCE
         if iterate.iteration >= limit or stalled or np.isnan(iterate.error):
             break
+    if np.isnan(iterate.error):
+        raise NotConverged(
+            f"contact by {stopping.solver}: the certificate is not a number after "
+            f"{iterate.iteration} iterations, since numbers overflowed; check the units of load, "
+            "modulus and heights, or take another solver"
+        )
     why = "its error no longer falls" if stalled else "that is the limit"
     measured = ", ".join(
         f"{name} {value:.1e} (wanted {allowed:.1e})" for name, (value, allowed) in missed.items()

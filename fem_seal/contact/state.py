@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from fem_seal.digits import with_prefix
+from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
 from fem_seal.tables import html_table
 
@@ -18,6 +19,10 @@ class GapState:
     """A gap and the contact in it."""
 
     gap: GridField  #: [m] >= 0 and periodic; **contact is where it is exactly 0**
+
+    def __post_init__(self) -> None:
+        if self.gap.values.min() < 0:
+            raise Inconsistent(f"the gap of a contact is negative: {self.gap.values.min():g} m")
 
     @cached_property
     def contact(self) -> np.ndarray:
@@ -89,6 +94,15 @@ class ContactState(GapState):
     fft_pairs: float = 0.0  #: forward and backward transforms spent, start and certificate included
     #: certificate at each iteration for which it was computed (damped and fista: every 20)
     residuals: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        pressure = self.pressure.values
+        if pressure.min() < 0:
+            raise Inconsistent(f"the pressure of a contact is negative: {pressure.min():g} Pa")
+        # Of values that are not negative, the sum of products is 0 only if each product is.
+        if np.vdot(pressure, self.gap.values) != 0:
+            raise Inconsistent("a contact has pressure where its gap is open")
 
     @cached_property
     def mean_pressure(self) -> float:

@@ -44,7 +44,8 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
             dx, dy = topography.pixel_size
             spacing = float(dx), float(dy)
         unit = topography.unit
-        return Recorded(values, unit, spacing, unit, bool(topography.is_periodic) or None)
+        periodic = bool(topography.is_periodic) or None
+        return Recorded(values, unit, spacing, unit, periodic, measured=True)
 
 
 def _refuse_bombs(path: Path) -> None:

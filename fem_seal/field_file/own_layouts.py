@@ -67,7 +67,8 @@ def _sdf(path: Path) -> Recorded:
         raise InvalidInput(
             f"{path} begins as a surface data file (SDF), but is no whole one: {error}"
         ) from None
-    return Recorded(heights, "m", (dx, dy), "m", header=tuple(head.splitlines()))
+    header = tuple(head.splitlines())
+    return Recorded(heights, "m", (dx, dy), "m", measured=True, header=header)
 
 
 def read_gsf(path: Path) -> Recorded:
@@ -89,7 +90,7 @@ def read_gsf(path: Path) -> Recorded:
         if {"XReal", "YReal"} <= said.keys():
             spacing = float(said["XReal"]) / nx, float(said["YReal"]) / ny
     units = said.get("ZUnits") or None, said.get("XYUnits") or None
-    return Recorded(values.astype(float), units[0], spacing, units[1])
+    return Recorded(values.astype(float), units[0], spacing, units[1], measured=True)
 
 
 def zygo_resolution(header: tuple[str, ...], path: Path) -> float | None:

@@ -58,11 +58,7 @@ def read_map(
     if heights and stated.missing != "none":
         refuse_markers(recorded.values, str(path))
     field = in_metres(recorded, stated, path).oriented(stated.turn, stated.transpose)
-    field = replace(field, values=stated.height_factor * field.values)
-    if field.periodic is None and path.suffix.lower() not in READERS:
-        # An instrument's map is not periodic unless its file or the scene says so.
-        return replace(field, periodic=False)
-    return field
+    return replace(field, values=stated.height_factor * field.values)
 
 
 def read_recorded(path: Path, names: Names) -> Recorded:
@@ -90,7 +86,7 @@ def _text(path: Path, names: Names) -> Recorded:
 
 def _instrument(path: Path, names: Names) -> Recorded:
     if path.suffix.lower() in TEXT_ENDINGS and is_text(path):
-        return read_text(path)
+        return replace(read_text(path), measured=True)
     # Instruments name their channels; without a name in the scene the default channel is read.
     channel = names[0] if names not in (GAP_NAMES, HEIGHT_NAMES) else None
     return read_instrument(path, channel)

@@ -82,6 +82,8 @@ class Recorded:
     header: tuple[str, ...] = ()  #: lines before the numbers of a text file
     #: addition to the message that asks for the lengths: the statements of the file about them
     length_hint: str = ""
+    #: by an instrument: a map that does not repeat unless its file or the scene says so
+    measured: bool = False
 
 
 @dataclass(frozen=True)
@@ -170,8 +172,10 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
 
 
 def _periodic(recorded: Recorded, stated: Stated, path: Path) -> bool | None:
-    if recorded.periodic is None or stated.periodic in (None, recorded.periodic):
-        return stated.periodic if recorded.periodic is None else recorded.periodic
+    if recorded.periodic is None:
+        return False if recorded.measured and stated.periodic is None else stated.periodic
+    if stated.periodic in (None, recorded.periodic):
+        return recorded.periodic
     raise InvalidInput(
         f"{path} says periodic = {recorded.periodic}, but {stated.periodic} was given; to press a "
         "map that does not repeat, make it periodic (make_periodic)"

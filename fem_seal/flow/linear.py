@@ -27,6 +27,7 @@ from fem_seal.flow.energy import Energy
 from fem_seal.flow.integrals import AT_ONCE, batch
 from fem_seal.flow.numbering import Numbering
 from fem_seal.mesh.grouping import parts
+from fem_seal.progress import NOTE, Report, silent
 
 MAX_ITERATIONS = 100
 # CG computes its energy as that of its start minus a decrease. Where less than this part of the
@@ -338,11 +339,14 @@ def minimise_by_cg(
     return history, f"CG stopped after {len(history)} iterations {state}"
 
 
-def by_multigrid(matrix: sparse.csr_array) -> Callable[[np.ndarray, float], np.ndarray]:
+def by_multigrid(
+    matrix: sparse.csr_array, report: Report = silent
+) -> Callable[[np.ndarray, float], np.ndarray]:
     """Solver (right side, relative tolerance) -> solution of a symmetric positive matrix.
 
     CG stops by the norm of the preconditioned residual, which is about that of the error: pockets
-    that hardly conduct count as much as the channels.
+    that hardly conduct count as much as the channels. CG breaks down at conductances over more
+    decades than double precision has digits; elimination takes its place then, and says so.
     """
     index = PETSc.IntType
     rows = matrix.indptr.astype(index), matrix.indices.astype(index), matrix.data
@@ -357,7 +361,11 @@ def by_multigrid(matrix: sparse.csr_array) -> Callable[[np.ndarray, float], np.n
         solver.solve(b, x)
         if solver.getConvergedReason() > 0:
             return x.array_r.copy()
-        # CG breaks down at conductances over more decades than double precision has digits.
+        report(
+            NOTE,
+            f"the multigrid solver broke down on {len(right_side)} unknowns of the film's "
+            "pressure; elimination, as exact but slower, takes its place",
+        )
         return eliminated(matrix)(right_side, tolerance)
 
     # Free the memory with the function: petsc4py would defer it.

@@ -10,6 +10,7 @@ from math import prod, sqrt
 from typing import Literal
 
 from fem_seal.digits import rounded_down, rounded_up
+from fem_seal.errors import Inconsistent
 from fem_seal.leak_rate import LeakRate
 
 # Keys of entries that other modules look for.
@@ -58,6 +59,9 @@ class Uncertainty:
     name: str = ""  #: the key in words
 
     def __post_init__(self) -> None:
+        low = 0.0 if self.lower is None else self.lower
+        if not 0 <= low <= (low if self.upper is None else self.upper):
+            raise Inconsistent(f"factors of {self.key}: {self.lower} and {self.upper}")
         if not self.name:
             object.__setattr__(self, "name", self.key.replace("_", " "))
 

@@ -6,8 +6,10 @@ from contact_cases import E_STAR, SLOPE, check_equilibrium
 
 from fem_seal.contact import METHODS, press
 from fem_seal.contact.halfspace import HalfSpace
+from fem_seal.contact.methods import ContactStopping, converge
 from fem_seal.contact.problem import Problem
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.contact.state import ContactState
+from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
 
 
@@ -84,6 +86,26 @@ def test_stagnation_raises(rough, solver):
     """A huge load drowns the roughness in rounding: the method says so instead of running on."""
     with pytest.raises(NotConverged, match="no longer falls"):
         press(rough, E_STAR, pressure=1e9 * E_STAR, tolerance=1e-10, solver=solver)
+
+
+def test_numbers_that_overflow_are_named():
+    problem = Problem(np.array([[1.0, -1.0], [-1.0, 1.0]]), HalfSpace((2, 2), (1.0, 1.0)), 0.5)
+    with pytest.raises(NotConverged, match=r"not a number after 0 iterations, since .*overflowed"):
+        converge(problem, np.full((2, 2), np.nan), ContactStopping())
+
+
+@pytest.mark.parametrize(
+    ("gap", "pressure", "message"),
+    [
+        ([[1e-6, -1e-9]], [[0.0, 0.0]], "gap of a contact is negative: -1e-09 m"),
+        ([[1e-6, 0.0]], [[0.0, -1.0]], "pressure of a contact is negative: -1 Pa"),
+        ([[1e-6, 0.0]], [[1.0, 0.0]], "pressure where its gap is open"),
+    ],
+)
+def test_a_state_that_is_no_contact_is_refused(gap, pressure, message):
+    fields = (GridField(np.array(values), (1.0, 1.0), True) for values in (gap, pressure))
+    with pytest.raises(Inconsistent, match=message):
+        ContactState(*fields, E_STAR)
 
 
 def test_progress_hears_every_iteration(rough):

@@ -133,6 +133,16 @@ def test_multigrid_solves_what_elimination_does():
     assert np.sqrt(np.mean((u.on_samples - exact.on_samples) ** 2)) < 1e-5
 
 
+def test_a_breakdown_of_multigrid_is_told():
+    """Conductances over 24 decades; elimination then gives the digits of elimination."""
+    values, told = np.maximum(np.random.default_rng(2).random(SHAPE) - 0.5, 1e-8), []
+    film = film_of(values, "periodic", "linear")
+    telling = partial(by_multigrid, report=lambda stage, detail: told.append(detail))
+    exact, u = (pressure_in(film, 1, values, one) for one in (eliminated, telling))
+    assert np.array_equal(u.on_samples, exact.on_samples)
+    assert "elimination" in told[0]
+
+
 @pytest.mark.parametrize("mean_gap", [None, 2.5e-7])
 def test_tangent_of_the_contact(mean_gap):
     """Central differences of contacts whose samples stay as they are, and symmetry.

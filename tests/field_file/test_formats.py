@@ -146,7 +146,7 @@ def test_simple_field_of_gwyddion(tmp_path, padding):
     np.testing.assert_allclose(found.values, missing, rtol=2**-24)
     np.testing.assert_allclose(found.spacing, SPACING, rtol=1e-15)
     # What an instrument has measured does not repeat, unless the scene knows better.
-    assert not found.periodic
+    assert found.periodic is False
     assert read_map(path, HEIGHT_NAMES, Stated(periodic=True)).periodic
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(InvalidInput, match="not a whole GSF file"):

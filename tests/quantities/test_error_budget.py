@@ -9,6 +9,7 @@ from project import scene_of_samples
 
 from fem_seal import run
 from fem_seal.accuracy import chosen_patch
+from fem_seal.errors import Inconsistent
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
@@ -53,6 +54,12 @@ def test_products_enclose_errors_of_any_dependence():
     assert products.max() <= high
     # And no narrower factors would do: all errors may be at their ends together.
     assert combined(entries) == pytest.approx((lowers.prod(), uppers.prod()), rel=1e-14)
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(-0.1, 1.0), (2.0, 1.0), (0.5, -1.0), (np.nan, 1.0)])
+def test_factors_out_of_order_are_refused(lower, upper):
+    with pytest.raises(Inconsistent, match="factors of grid"):
+        Uncertainty("grid", "estimated", "", lower, upper)
 
 
 def test_an_open_side_stays_open():

@@ -215,6 +215,9 @@ def test_studies_say_what_they_leave_out(small_scene, tmp_path, capsys):
     without = {**scene, "fluid": gas | {"slip": False}, "flow": flow | {"lift": "none"}}
     plain = Patch(Scene.from_mapping(without)).leak_rate
     assert max(low, plain.lower) <= min(high, plain.upper) * (1 + 1e-4)  # printed to 5 digits
+    vary = ["--vary", "fluid.slip=first-order,false"]
+    assert cli.main([*study, *vary, "--out", str(tmp_path / "varied")]) == 0
+    assert "fluid.slip = false" in capsys.readouterr().out  # also where the last gap has none
     study = ["study", "trade", str(path), "--set", "fluid.slip=false"]
     assert cli.main([*study, "--out", str(tmp_path / "trade")]) == 0
     text = capsys.readouterr().out
