@@ -75,40 +75,24 @@ def lifted(
         return _lifted_off(problem, uniform)
     if dry is None:
         dry = parallel.on_root(lambda: problem.contact_under(low), problem.comm)
-    sealed = problem.film(dry.gap).sealed
-    first = present(
-        parallel.on_root(lambda: _found(problem, rtol, low, dry, report), problem.comm), "state"
-    )
-    state = _state_of(problem, rtol, first)
-    log = first.log
-    doubtful = sealed or log.shortened or log.iterations > MOST_STEPS / 2
-    if first.certain or not doubtful:
-        return state
-    if problem.may_float:
-        return state
-    high = np.full_like(low, problem.inlet)
-    # A film that leaks when dry has no gate that only the inlet's pressure opens: both starts are
-    # then told apart at the first stage.
-    known = None if sealed else first
-    second = parallel.on_root(
-        lambda: _found(problem, rtol, high, None, report, known), problem.comm
-    )
-    if second is None:
-        return state
-    return _both(state, _state_of(problem, rtol, second))
+    found = parallel.on_root(lambda: _from_both_ends(problem, rtol, low, dry, report), problem.comm)
+    states = [_state_of(problem, rtol, one) for one in found]
+    return states[0] if len(states) == 1 else _both(*states)
 
 
 def lifted_from(
     problem: LiftProblem, rtol: float, pressure: np.ndarray, report: Report = silent
 ) -> LiftedState:
     """The state to which Newton's method leads from a fluid pressure (nx, ny) [Pa]."""
-    found = parallel.on_root(lambda: _found(problem, rtol, pressure, None, report), problem.comm)
-    return _state_of(problem, rtol, present(found, "state"))
+    found = parallel.on_root(
+        lambda: _Stages(problem, rtol, pressure, None, report).end(), problem.comm
+    )
+    return _state_of(problem, rtol, found)
 
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Where the steps from one start have ended."""
+    """Where the stages from one start have ended."""
 
     pressure: np.ndarray  #: p_f (nx, ny) [Pa]
     contact: ContactState  #: under it
@@ -117,74 +101,111 @@ class _Found:
     error: float  #: of ln Q
     log: Log
     network: PressureGrid  #: of the last stage
-    coarse: np.ndarray  #: p_f (nx, ny) [Pa] of the first stage
-    coarse_conductance: float  #: of the film then, see `FilmPressure.conductance`
 
 
-def _found(
-    problem: LiftProblem,
-    rtol: float,
-    pressure: np.ndarray,
-    contact: ContactState | None,
-    report: Report,
-    known: _Found | None = None,
-) -> _Found | None:
-    """Newton's method in stages, from a fluid pressure; None if the first one ends as in `known`.
+def _from_both_ends(
+    problem: LiftProblem, rtol: float, low: np.ndarray, dry: ContactState, report: Report
+) -> list[_Found]:
+    """Where the stages end that start from the outlet's pressure, and from the inlet's if needed.
 
-    At the first point of a stage ln Q is as wrong as the fluid's pressure of the stage before was.
-    The triangles of a stage are smaller where that matters most. The stages end where what they
-    change falls so that the rest of it is little, or where no fluid pressure opens the film.
+    A film that leaks when dry has no gate that only the inlet's pressure opens: both starts are
+    then told apart at the first stage, and the second one ends where it comes to the same state.
     """
-    if contact is None:
-        contact = problem.contact_under(pressure, None, ROUGH)
-    stage = Stage(problem.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
-    point = LiftPoint(problem, stage, pressure, contact)
-    allowed, log, left = SETTLED * rtol, Log(), False
-    change = error = last = conductance = inf
-    adjoint = coarse = pressure
-    certain, sealed = False, 0
-    for number in range(MOST_STAGES):
-        log.residuals.append(point.size)
-        report("lift", f"step {len(log.residuals)}, residual {point.size:.1e}")
-        if number > 0:
-            differs = point.error(adjoint)
-            error, last = differs * _all_to_come(differs, last) + point.by_epsilon, differs
-            if error <= allowed and not sealed and not log.failure and point.keeps_load(allowed):
-                change = differs
+    stages = _Stages(problem, rtol, low, dry, report)
+    first, found = stages.first, [stages.end()]
+    sealed, log = problem.film(dry.gap).sealed, found[0].log
+    doubtful = sealed or log.shortened or log.iterations > MOST_STEPS / 2
+    if found[0].certain or problem.may_float or not doubtful:
+        return found
+    stages = _Stages(problem, rtol, np.full_like(low, problem.inlet), None, report)
+    same = not stages.failed and stages.first.is_that_of(first, SETTLED * rtol)
+    return found if same and not sealed else [*found, stages.end()]
+
+
+class _Stages:
+    """Newton's method in stages, from one fluid pressure.
+
+    On large grids the first stage takes every second or fourth sample of the contact. At the first
+    point of a later one ln Q is as wrong as the fluid's pressure of the stage before was. The
+    triangles of a stage are smaller where that matters most. The stages end where what they change
+    falls so that the rest of it is little, or where no fluid pressure opens the film.
+
+    Parameters
+    ----------
+    pressure
+        Fluid pressure (nx, ny) [Pa] at the start.
+    contact
+        Contact under it, if it is known.
+    """
+
+    def __init__(
+        self,
+        problem: LiftProblem,
+        rtol: float,
+        pressure: np.ndarray,
+        contact: ContactState | None,
+        report: Report,
+    ):
+        self._problem, self._allowed, self._log = problem, SETTLED * rtol, Log(report)
+        self._left, self._sealed, self._differs = False, 0, inf
+        thinned = problem.thinned
+        stage = Stage(thinned.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
+        every = problem.height.shape[0] // thinned.height.shape[0]
+        start = None if contact is None else contact.pressure.values[::every, ::every]
+        self._solve(LiftPoint.under(thinned, stage, pressure[::every, ::every], start))
+        self.first, self.failed = self._point, bool(self._log.failure)
+
+    def end(self) -> _Found:
+        """Go on to the last stage."""
+        problem, certain = self._problem, False
+        if self._point.problem is not problem:
+            self._solve(self._point.on(problem))
+        for _ in range(MOST_STAGES):
+            contact = self._point.contact
+            self._sealed = self._sealed + 1 if problem.film(contact.gap).sealed else 0
+            certain = bool(self._sealed) and not _opened(problem, contact, _most(problem, contact))
+            if certain or self._sealed == MOST_SEALED or not self._refine() or self._settled:
                 break
+            self._solve(self._point)
+        point, contact = self._point, self._point.contact
+        if contact.contact.any():
+            contact = problem.contact_under(point.pressure, contact)
+        error = max(self._error, PART * self._allowed)
+        grid = point.stage.grid
+        return _Found(point.pressure, contact, certain, self._change, error, self._log, grid)
+
+    def _solve(self, point: LiftPoint) -> None:
+        """The equilibrium of a stage, in contact or floating, and one that lasts."""
+        log, allowed = self._log, self._allowed
+        log.add(point)
         point = newton(point, allowed, log)
-        if log.failure and problem.may_float and point.contact.contact.any():
+        if log.failure and point.problem.may_float and point.contact.contact.any():
             point = newton(_floating(point), allowed, log)
-        if point.step.negative is not None and not left:
-            left = True
+        if point.step.negative is not None and not self._left:
+            self._left = True
             point = newton(_leaving(point), allowed, log)
-        if number == 0:
-            coarse, conductance = point.pressure, point.flow.conductance
-            if (
-                known is not None
-                and not log.failure
-                and point.is_that_of(known.coarse, known.coarse_conductance, allowed)
-            ):
-                return None
-        change, adjoint, finer = point.step.log_rate, point.adjoint, point.finer(allowed)
+        self._point, self._change = point, point.step.log_rate
+        self._error = self._change + point.by_epsilon + self._differs
+
+    def _refine(self) -> bool:
+        """Go to the first point of the next stage, if there is one; estimate its error."""
+        point, log, before = self._point, self._log, self._differs
+        adjoint, finer = point.adjoint, point.finer(self._allowed)
         if not point.linear_systems_solved:
             log.failure = log.failure or "GMRES has not solved Newton's linear systems"
-        sealed = sealed + 1 if problem.film(point.contact.gap).sealed else 0
-        if sealed and _opened(problem, point.contact, _most(problem, point.contact)) is None:
-            certain = True
-            break
-        if finer is None or number + 1 == MOST_STAGES or sealed == MOST_SEALED:
-            error = change + point.by_epsilon + last
-            break
+        if finer is None:
+            return False
         if not log.failure:
             point = point.after(point.step) or point
-        point = replace(point, stage=finer)
-    contact = point.contact
-    if contact.contact.any():
-        contact = problem.contact_under(point.pressure, contact)
-    error = max(error, PART * allowed)
-    grid = point.stage.grid
-    return _Found(point.pressure, contact, certain, change, error, log, grid, coarse, conductance)
+        self._point = point = replace(point, stage=finer)
+        self._change = self._differs = point.error(adjoint)
+        self._error = self._differs * _all_to_come(self._differs, before) + point.by_epsilon
+        return True
+
+    @property
+    def _settled(self) -> bool:
+        little = self._error <= self._allowed and self._point.keeps_load(self._allowed)
+        return little and not self._sealed and not self._log.failure
 
 
 def _all_to_come(change: float, before: float) -> float:

@@ -26,6 +26,7 @@ from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.finite_difference.pressure_grid import PressureGrid
+from fem_seal.progress import Report
 
 
 def not_by_chance(changes: np.ndarray) -> float:
@@ -68,6 +69,26 @@ class LiftPoint:
     stage: Stage
     pressure: np.ndarray  #: p (nx, ny) above ambient [Pa]
     contact: ContactState  #: under that pressure
+
+    @staticmethod
+    def under(
+        problem: LiftProblem,
+        stage: Stage,
+        pressure: np.ndarray,
+        start: ContactState | np.ndarray | None,
+    ) -> "LiftPoint":
+        """The point with the contact under a pressure (nx, ny) [Pa]."""
+        return LiftPoint(problem, stage, pressure, problem.contact_under(pressure, start, ROUGH))
+
+    def on(self, problem: LiftProblem) -> "LiftPoint":
+        """The point on a grid of more samples; each begins with the pressures of the next one."""
+        stage = Stage(problem.first_grid, self.stage.epsilon)
+        every = problem.height.shape[0] // self.pressure.shape[0]
+        pressure, start = (
+            values.repeat(every, axis=0).repeat(every, axis=1)
+            for values in (self.pressure, self.contact.pressure.values)
+        )
+        return LiftPoint.under(problem, stage, pressure, start)
 
     @cached_property
     def flow(self) -> FilmPressure:
@@ -162,18 +183,18 @@ class LiftPoint:
             return change - self._response(moved[-1])
 
         solved = gmres(applied, self.residual, PART, MOST_STEPS)
-        change = not_by_chance(self._log_rate_by_pressure * solved.x)
-        gap = weighted_sum(solved.parts, moved) if moved else None
+        gap = weighted_sum(solved.parts, moved) if moved else np.zeros_like(solved.x)
+        change = not_by_chance(self.flow.log_rate_by_gap * gap)
         return NewtonStep(
             solved.x, change, solved.iterations, solved.converged, solved.negative, gap=gap
         )
 
     def keeps_load(self, tolerance: float) -> bool:
-        """Whether a whole step hardly changes the fluid's load, and leaves a part to the solid.
+        """Whether F hardly changes the fluid's load, and leaves a part to the solid.
 
         The gap of a stiff solid, and so ln Q, hardly changes with the fluid's pressure.
         """
-        gained = float(self.step.pressure.mean())
+        gained = float(self.residual.mean())
         little = abs(gained) <= PART * tolerance * self.problem.drop
         return little and gained < self.problem.left_of(self.pressure)
 
@@ -196,16 +217,17 @@ class LiftPoint:
         most = min(MOST_NODES, MOST_PER_SAMPLE * self.pressure.size)
         return Stage(grid, epsilon) if len(grid.free) <= most else None
 
-    def is_that_of(self, pressure: np.ndarray, conductance: float, allowed: float) -> bool:
-        """Whether this equilibrium is another one of the same stage, to a change of ln Q."""
-        apart = not_by_chance(self._log_rate_by_pressure * (self.pressure - pressure))
-        return apart + abs(log(self.flow.conductance / conductance)) <= allowed
+    def is_that_of(self, other: "LiftPoint", allowed: float) -> bool:
+        """Whether this is another point's equilibrium: ln Q differs by little but their steps."""
+        apart = not_by_chance(self._log_rate_by_pressure * (self.pressure - other.pressure))
+        apart += abs(log(self.flow.conductance / other.flow.conductance))
+        return apart <= allowed + self.step.log_rate + other.step.log_rate
 
     def error(self, adjoint: np.ndarray) -> float:
         """Estimated error of ln Q at this point: λ·F, with the λ of the stage before."""
         return not_by_chance(adjoint * self.residual)
 
-    def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
+    def after(self, step: NewtonStep, part: float = 1.0) -> "LiftPoint | None":
         """The point a part of a step further on, or less far if that leaves nothing to the solid.
 
         None if there is no such point.
@@ -217,8 +239,7 @@ class LiftPoint:
         pressure = problem.between_ends(self.pressure + part * step.pressure)
         if problem.left_of(pressure) <= 0:
             return None
-        contact = problem.contact_under(pressure, self._start(step, part), ROUGH)
-        return type(self)(problem, self.stage, pressure, contact)
+        return LiftPoint.under(problem, self.stage, pressure, self._start(step, part))
 
     def _start(self, step: NewtonStep, part: float) -> ContactState | np.ndarray:
         """Contact pressure [Pa] after a part of a step, to first order; or the contact before it.
@@ -291,11 +312,17 @@ class FloatingPoint(LiftPoint):
 class Log:
     """What the steps from one start have met."""
 
+    report: Report
     #: `LiftPoint.size` at the start of each step
     residuals: list[float] = field(default_factory=list)
     shortened: bool = False  #: whether a step was halved
     iterations: int = 0  #: most iterations of GMRES in a step
     failure: str = ""  #: why the last search ended away from an equilibrium, else ""
+
+    def add(self, point: LiftPoint) -> None:
+        """Keep and report the residual of a point."""
+        self.residuals.append(point.size)
+        self.report("lift", f"step {len(self.residuals)}, residual {point.size:.1e}")
 
 
 def newton(point: LiftPoint, tolerance: float, log: Log) -> LiftPoint:
@@ -311,7 +338,7 @@ def newton(point: LiftPoint, tolerance: float, log: Log) -> LiftPoint:
     tolerance
         Change of ln Q, to first order, at which the steps end.
     log
-        Receives the residuals.
+        Receives the residuals; that of the first point is in it.
 
     Returns
     -------
@@ -336,6 +363,6 @@ def newton(point: LiftPoint, tolerance: float, log: Log) -> LiftPoint:
         if not tried:
             break
         point = min(tried, key=lambda other: other.size)
-        log.residuals.append(point.size)
+        log.add(point)
     log.failure = "Newton's steps have not reached an equilibrium"
     return point

@@ -1,7 +1,7 @@
 """The coupled problem of contact and flow: its two halves, each as a function."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -115,10 +115,27 @@ class LiftProblem:
             level -= 1
         return level
 
-    @cached_property
+    @property
     def first_grid(self) -> PressureGrid:
         """The network of that level."""
         return self.grid(self.first_level)
+
+    @cached_property
+    def thinned(self) -> "LiftProblem":
+        """The same problem with the contact's samples at the nodes of the first network only.
+
+        Itself where these are all, or where the solid may float, whose level takes all samples.
+        """
+        every, solid = 2**-self.first_level, self.solid
+        if every == 1 or self.may_float:
+            return self
+        dx, dy = self.height.spacing
+        samples = self.height.values[::every, ::every]
+        height = GridField(samples, (every * dx, every * dy), self.height.periodic)
+        coarse = HalfSpace(
+            height.shape, height.spacing, solid.layer, solid.threads, solid.precision
+        )
+        return replace(self, height=height, solid=coarse)
 
     @property
     def touching_gap(self) -> GridField:
