@@ -99,7 +99,8 @@ class _Found:
     certain: bool  #: whether the film is sealed under the inlet's pressure as well
     change: float  #: of ln Q in the last step
     error: float  #: of ln Q
-    log: Log
+    failure: str  #: why the last stage has not come to an equilibrium, else ""
+    residuals: tuple[float, ...]  #: rms of F over the pressure drop, at each step's start
     network: PressureGrid  #: of the last stage
 
 
@@ -108,18 +109,17 @@ def _from_both_ends(
 ) -> list[_Found]:
     """Where the stages end that start from the outlet's pressure, and from the inlet's if needed.
 
-    A film that leaks when dry has no gate that only the inlet's pressure opens: both starts are
-    then told apart at the first stage, and the second one ends where it comes to the same state.
+    If both have the same equilibrium in the first stage, the next stages are the same as well.
     """
     stages = _Stages(problem, rtol, low, dry, report)
     first, found = stages.first, [stages.end()]
-    sealed, log = problem.film(dry.gap).sealed, found[0].log
-    doubtful = sealed or log.shortened or log.iterations > MOST_STEPS / 2
+    doubtful = problem.film(dry.gap).sealed or stages.difficult
     if found[0].certain or problem.may_float or not doubtful:
         return found
     stages = _Stages(problem, rtol, np.full_like(low, problem.inlet), None, report)
-    same = not stages.failed and stages.first.is_that_of(first, SETTLED * rtol)
-    return found if same and not sealed else [*found, stages.end()]
+    if first and stages.first and stages.first.is_that_of(first, SETTLED * rtol):
+        return found
+    return [*found, stages.end()]
 
 
 class _Stages:
@@ -152,15 +152,20 @@ class _Stages:
         stage = Stage(thinned.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
         every = problem.height.shape[0] // thinned.height.shape[0]
         start = None if contact is None else contact.pressure.values[::every, ::every]
-        self._solve(LiftPoint.under(thinned, stage, pressure[::every, ::every], start))
-        self.first, self.failed = self._point, bool(self._log.failure)
+        point = LiftPoint.under(thinned, stage, pressure[::every, ::every], start)
+        self._log.add(point)
+        self._solve(point)
+        #: equilibrium of the first stage, if it was found
+        self.first = None if self._log.failure else self._point
 
     def end(self) -> _Found:
         """Go on to the last stage."""
         problem, certain = self._problem, False
         if self._point.problem is not problem:
-            self._solve(self._point.on(problem))
-        for _ in range(MOST_STAGES):
+            point = self._point.on(problem)
+            self._log.add(point)
+            self._solve(point)
+        for _ in range(1, MOST_STAGES):
             contact = self._point.contact
             self._sealed = self._sealed + 1 if problem.film(contact.gap).sealed else 0
             certain = bool(self._sealed) and not _opened(problem, contact, _most(problem, contact))
@@ -170,14 +175,25 @@ class _Stages:
         point, contact = self._point, self._point.contact
         if contact.contact.any():
             contact = problem.contact_under(point.pressure, contact)
-        error = max(self._error, PART * self._allowed)
-        grid = point.stage.grid
-        return _Found(point.pressure, contact, certain, self._change, error, self._log, grid)
+        return _Found(
+            pressure=point.pressure,
+            contact=contact,
+            certain=certain,
+            change=self._change,
+            error=max(self._error, PART * self._allowed),
+            failure=self._log.failure,
+            residuals=tuple(self._log.residuals),
+            network=point.stage.grid,
+        )
+
+    @property
+    def difficult(self) -> bool:
+        """Whether steps were halved, or GMRES took many iterations."""
+        return self._log.shortened or self._log.iterations > MOST_STEPS / 2
 
     def _solve(self, point: LiftPoint) -> None:
         """The equilibrium of a stage, in contact or floating, and one that lasts."""
         log, allowed = self._log, self._allowed
-        log.add(point)
         point = newton(point, allowed, log)
         if log.failure and point.problem.may_float and point.contact.contact.any():
             point = newton(_floating(point), allowed, log)
@@ -198,6 +214,7 @@ class _Stages:
         if not log.failure:
             point = point.after(point.step) or point
         self._point = point = replace(point, stage=finer)
+        log.add(point)
         self._change = self._differs = point.error(adjoint)
         self._error = self._differs * _all_to_come(self._differs, before) + point.by_epsilon
         return True
@@ -260,8 +277,7 @@ def _most(problem: LiftProblem, contact: ContactState) -> np.ndarray:
 def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     """The state at the end of the steps, with its leak rate to the tolerance of the result."""
     leak = problem.flow(problem.film(found.contact.gap))
-    log, error, reason = found.log, found.error, ""
-    steps = len(log.residuals) - 1
+    error, reason, steps = found.error, "", len(found.residuals) - 1
     lowest, highest = leak.value * exp(-error), leak.value * exp(min(error, MOST_ERROR))
     if leak.state == "sealed":
         error = 0.0
@@ -280,8 +296,8 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
                 f"the film is sealed after {steps} of Newton's steps, but more fluid pressure "
                 "under the contact would open it"
             )
-    elif log.failure:
-        reason = f"contact and flow have not settled: {log.failure}"
+    elif found.failure:
+        reason = f"contact and flow have not settled: {found.failure}"
     elif error > SETTLED * rtol:
         reason = (
             f"the fluid's pressure leaves an error of {error:.2g} in the logarithm of the leak "
@@ -302,7 +318,7 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
         converged=not reason,
         lowest=lowest,
         highest=highest,
-        residuals=tuple(log.residuals),
+        residuals=found.residuals,
         network=found.network,
         reason=reason,
     )
