@@ -1,11 +1,12 @@
 """Passes over large arrays in blocks of rows that fit into the processor's cache."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import chain
 from typing import TypeVar
 
 Answer = TypeVar("Answer")
+Item = TypeVar("Item")
 
 # 256 kB of float64: numpy's temporaries then never reach the main memory.
 SAMPLES = 2**15
@@ -32,10 +33,14 @@ class RowPasses:
 
     def over(self, shape: tuple[int, ...], work: Callable[[slice], Answer]) -> list[Answer]:
         """Call `work` for every block of rows of a shape; return its answers in order."""
-        blocks = row_blocks(shape)
-        if self._pool is None or len(blocks) <= self.strip:
-            return [work(rows) for rows in blocks]
-        firsts = range(0, len(blocks), self.strip)
-        strips = [blocks[first : first + self.strip] for first in firsts]
-        answers = self._pool.map(lambda strip: [work(rows) for rows in strip], strips)
+        return self.each(row_blocks(shape), work, self.strip)
+
+    def each(
+        self, items: Sequence[Item], work: Callable[[Item], Answer], strip: int = 1
+    ) -> list[Answer]:
+        """Call `work` for every item, `strip` of them in one task of a thread."""
+        if self._pool is None or len(items) <= strip:
+            return [work(item) for item in items]
+        strips = [items[first : first + strip] for first in range(0, len(items), strip)]
+        answers = self._pool.map(lambda strip: [work(item) for item in strip], strips)
         return list(chain.from_iterable(answers))

@@ -98,7 +98,7 @@ def free_set_cg(
             extension.update()
             extension.extend(r, z)
         else:
-            z[...] = r
+            _copy(passes, r, out=z)
         half_space.precondition()
         if extended:
             extension.gather(z)
@@ -114,7 +114,7 @@ def free_set_cg(
         if slope <= 0:
             slope = mean.subtract_mean(t, _turn(passes, t, 0.0, free, z), r)
         # 7
-        z[...] = t
+        _copy(passes, t, out=z)
         curvature = half_space.curvature()
         alpha = slope / curvature if curvature > 0 else 0.0
         # 8
@@ -186,6 +186,10 @@ class _Mean:
             return _product(other[rows], block) if other is not None else 0.0
 
         return sum(self.passes.over(values.shape, subtract))
+
+
+def _copy(passes: RowPasses, values: np.ndarray, out: np.ndarray) -> None:
+    passes.over(values.shape, lambda rows: np.copyto(out[rows], values[rows]))
 
 
 def _scale(passes: RowPasses, p: np.ndarray, scale: float, out: np.ndarray) -> None:

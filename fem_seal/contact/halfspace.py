@@ -101,8 +101,8 @@ class HalfSpace:
         self.layer, self.threads, self.precision = layer, threads, precision
         self.passes = RowPasses(threads)
         self.steering = np.dtype(choose(PRECISIONS, precision, "precision"))
-        self.exact = RealTransform(shape, "float64", threads)
-        self.steer = RealTransform(shape, self.steering.name, threads)
+        self.exact = RealTransform(shape, "float64", self.passes)
+        self.steer = RealTransform(shape, self.steering.name, self.passes)
         stiffness = _stiffness(shape, spacing, layer)
         self.softest = float(np.min(stiffness, initial=np.inf, where=stiffness > 0))
         self.stiffest = float(stiffness.max())
@@ -169,25 +169,19 @@ class HalfSpace:
 
         Half an FFT pair; the work array is destroyed.
         """
-        self.steer.forward()
         self.pairs += 0.5
         modes = self.steer.modes
 
-        def energy(rows: slice) -> float:
-            power = modes[rows].real ** 2 + modes[rows].imag ** 2
-            power *= self._energy_weights[rows]
+        def energy(columns: slice) -> float:
+            block = modes[:, columns]
+            power = block.real**2 + block.imag**2
+            power *= self._energy_weights[:, columns]
             return float(power.sum())
 
-        return sum(self.passes.over(modes.shape, energy))
+        return sum(self.steer.forward(energy))
 
     def _apply(self, work: RealTransform, multiplier: np.ndarray) -> np.ndarray:
-        work.forward()
-
-        def multiply(rows: slice) -> None:
-            work.modes[rows] *= multiplier[rows]
-
-        self.passes.over(work.modes.shape, multiply)
-        work.backward()
+        work.multiply(multiplier)
         self.pairs += 1
         return work.values
 
