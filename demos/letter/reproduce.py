@@ -9,7 +9,6 @@ on after a run was killed, and a run with more parts or seeds adds the points th
 import argparse
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
 from itertools import product
 from pathlib import Path
 
@@ -24,10 +23,11 @@ from demos.letter.persson import SampledSpectrum, comparisons, predictions
 from demos.letter.thresholds import Thresholds, threshold_rows, thresholds
 from fem_seal import parallel
 from fem_seal.cli.common import add_work, work_of
+from fem_seal.digits import number_of
 from fem_seal.errors import FemSealError, InvalidInput
 from fem_seal.files import locked_folder, write_text
 from fem_seal.points import Chain, PointFolder, RecordFolder, StudyTask, Work, compute_study
-from fem_seal.progress import Display, Report, silent
+from fem_seal.progress import Display, Report
 from fem_seal.tables import as_csv
 from fem_seal.theory.persson import AREA_LAWS
 
@@ -50,39 +50,13 @@ STARTS = (("elastic", 0.0), ("bearing", FLOW_AREA), ("elastic", FLOW_AREA))  # o
 SADDLES = (64, 128, 256)  # samples of the saddle's period
 
 
-@dataclass(frozen=True)
-class Plan:
-    """What a run computes; thresholds for all cases, the rest for the first one."""
+def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str, list[Chain]]:
+    """Points of a run by part; the name of each holds all that it depends on.
 
-    cases: Sequence[RoughCase]
-    seeds: int  #: surfaces 1 to this
-    only: Sequence[str]  #: parts
-    rtol: float  #: (upper - lower) / √(lower upper) of certified leak rates, at most
-    areas: Sequence[float] | None  #: of Fig. 3; those of AREAS if left out
-    refine: int  #: finer contact grid, over the samples of the case
-    resolution: float  #: of the thresholds in A/A0
-
-    def __post_init__(self) -> None:
-        if self.seeds < 1:
-            raise InvalidInput(f"the number of seeds must be at least 1, got {self.seeds}")
-        if not 0 < self.rtol < 2:
-            raise InvalidInput(f"rtol must lie in (0, 2), got {self.rtol}")
-        if not 0 < self.resolution < 1:
-            raise InvalidInput(f"resolution must lie in (0, 1), got {self.resolution}")
-        if self.refine < 2:
-            raise InvalidInput(f"the contact grid is refined 2 times or more, got {self.refine}")
-        if self.areas is not None and not all(0 < area < 1 for area in self.areas):
-            raise InvalidInput(f"contact areas must lie in (0, 1), got {list(self.areas)}")
-
-    def areas_of(self, model: str) -> Sequence[float]:
-        """Areas of Fig. 3."""
-        return AREAS[model] if self.areas is None else self.areas
-
-
-def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
-    """Points of a plan by part; the name of each holds all that it depends on."""
-    points, case = out / "points", plan.cases[0]
-    seeds = range(1, plan.seeds + 1)
+    Thresholds are computed for all cases, the rest for the first one.
+    """
+    points, case, seeds = asked.out / "points", cases[0], range(1, asked.seeds + 1)
+    areas_of = AREAS if asked.areas is None else dict.fromkeys(MODELS, asked.areas)
 
     def point(folder: PointFolder, function: Callable, *arguments: object) -> Chain:
         """A point by a function of arguments that also name its file."""
@@ -91,14 +65,13 @@ def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
         return Chain(folder, (StudyTask(name, name, function, arguments),))
 
     shown, records = PictureFolder(points), RecordFolder(points, Current)
-    with_differences = "differences" in plan.only
-    elastic = plan.areas_of("elastic")
+    with_differences = "differences" in asked.only
     of_part = {
         "currents": [
-            point(records, current, case, model, seed, area, plan.rtol, with_differences)
+            point(records, current, case, model, seed, area, asked.rtol, with_differences)
             for model, areas in (
-                ("elastic", (0.0, *elastic)),
-                ("bearing", plan.areas_of("bearing")),
+                ("elastic", (0.0, *areas_of["elastic"])),
+                ("bearing", areas_of["bearing"]),
             )
             for seed in seeds
             for area in areas
@@ -106,18 +79,18 @@ def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
         "thresholds": [
             point(
                 RecordFolder(points, Thresholds),
-                *(thresholds, one, model, seed, plan.resolution),
+                *(thresholds, one, model, seed, asked.resolution),
             )
-            for one in plan.cases
+            for one in cases
             for model in reversed(MODELS)
             for seed in seeds
         ],
         "grids": [
-            point(RecordFolder(points, Finer), finer, case, 1, area, plan.rtol, plan.refine)
-            for area in elastic
+            point(RecordFolder(points, Finer), finer, case, 1, area, asked.rtol, asked.refine)
+            for area in areas_of["elastic"]
         ],
         "contacts": [point(shown, picture, case, model, CONTACT_AREA, None) for model in MODELS],
-        "flows": [point(shown, picture, case, model, FLOW_AREA, plan.rtol) for model in MODELS],
+        "flows": [point(shown, picture, case, model, FLOW_AREA, asked.rtol) for model in MODELS],
         "cascade": [
             point(RecordFolder(points, CascadeStart), cascade_start, case, *start)
             for start in STARTS
@@ -127,7 +100,7 @@ def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
             for samples in reversed(SADDLES)
         ],
     }
-    parts = {*plan.only}
+    parts = {*asked.only}
     parts |= {"contacts", "flows"} if "pictures" in parts else set()
     # Errors of the grid and finite differences belong to the points of Fig. 3.
     parts |= {"currents"} if parts & {"grids", "differences"} else set()
@@ -135,14 +108,14 @@ def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
 
 
 def reproduce(
-    plan: Plan, out: Path, report: Report = silent, work: Work | None = None
+    asked: argparse.Namespace, cases: Sequence[RoughCase], report: Report, work: Work
 ) -> Found | None:
     """Compute the points that the folder lacks; draw and write all, unless some are left to others.
 
     Raises InvalidInput if the folder cannot be written, and NotConverged if a contact or a flow
     does not converge; the other points are computed all the same.
     """
-    chains = chains_of(plan, out)
+    out, chains = asked.out, chains_of(asked, cases)
     if compute_study([chain for part in chains.values() for chain in part], work, report).missing:
         return None
     report("figures and tables", "")
@@ -151,13 +124,13 @@ def reproduce(
         for part, of_part in chains.items()
     }
     rows = threshold_rows(done.get("thresholds", []))
-    case = plan.cases[0]
+    case = cases[0]
     if rows:
         write_text(out / "thresholds.csv", as_csv(rows))
         figures.threshold_figure(rows, out)
     currents, flows = [], None
     if "currents" in done:
-        currents = _currents(plan, done["currents"], done.get("grids", []), out)
+        currents = _currents(case, done["currents"], done.get("grids", []), out)
     if "flows" in done:
         contacts, shown = (
             dict(zip(MODELS, done[part], strict=True)) for part in ("contacts", "flows")
@@ -169,14 +142,13 @@ def reproduce(
         closing_saddle.show(done["saddle"][::-1], out / "saddle.png")
     of_case = [row for row in rows if row.case == case]
     found = Found(of_case, currents, flows, done.get("cascade", []))
-    title = f"{case}, {plan.seeds} {'seed' if plan.seeds == 1 else 'seeds'}, rtol {plan.rtol:g}"
+    title = f"{case}, {number_of(asked.seeds, 'seed')}, rtol {asked.rtol:g}"
     write_text(out / "letter.md", page(title, found))
     return found
 
 
-def _currents(plan: Plan, points: list[Current], grids: list[Finer], out: Path):
+def _currents(case: RoughCase, points: list[Current], grids: list[Finer], out: Path):
     """Write and draw Fig. 3 and the comparison with theory; the points over first contact."""
-    case = plan.cases[0]
     currents = over_first_contact(points, grids)
     first = {point.seed: point.value for point in points if point.wanted == 0}
     spectra = {seed: SampledSpectrum.of(case, case.surface(seed)) for seed in first}
@@ -240,12 +212,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if parallel.processes() > 1:
             raise InvalidInput("each point is solved by one process; start it without mpirun")
+        for right, sentence in (
+            (options.seeds >= 1, "--seeds must be at least 1"),
+            (0 < options.rtol < 2, "--rtol must lie in (0, 2)"),
+            (0 < options.resolution < 1, "--resolution must lie in (0, 1)"),
+            (options.refine >= 2, "--refine must be at least 2"),
+            (all(0 < area < 1 for area in options.areas or ()), "--areas must lie in (0, 1)"),
+        ):
+            if not right:
+                raise InvalidInput(sentence)
         lists = options.size, options.hurst, options.short, options.long
         cases = [RoughCase(*values) for values in product(*lists)]
-        asked = {field.name: vars(options)[field.name] for field in fields(Plan)[1:]}
-        plan = Plan(cases, **asked)
         with locked_folder(options.out, shared=True), Display() as report:
-            found = reproduce(plan, options.out, report, work_of(options))
+            found = reproduce(options, cases, report, work_of(options))
         if found is None:
             print("some points are not computed yet; without --part they are, with the figures")
             return 0

@@ -279,9 +279,9 @@ def test_a_run_draws_all_and_goes_on(tmp_path, capsys):
         ("--size 4", "at least 8"),
         ("--short 300", "cut-offs"),
         ("--rtol -1", "rtol"),
-        ("--areas 0.2,1.5", "contact areas must lie in (0, 1)"),
+        ("--areas 0.2,1.5", "areas must lie in (0, 1)"),
         ("--resolution 0", "resolution"),
-        ("--refine 1", "refined"),
+        ("--refine 1", "refine"),
     ],
 )
 def test_bad_input_is_one_line(options, message, tmp_path, capsys):
