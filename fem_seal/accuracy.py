@@ -21,7 +21,7 @@ from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.grid_series import OnGrid, grid_error, grids
 from fem_seal.leak_rate import EstimatedError, LeakRate
-from fem_seal.patch import Patch
+from fem_seal.patch import Known, Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene, SelfAffine
 from fem_seal.surface.resampling import resample
@@ -116,11 +116,12 @@ def chosen_grid(
     lifts, left = solved.lifted is not None, budget - part
     # Passes through contact and flow do not settle to any tolerance: samples open and close.
     least = (1 - LAST_SHARE) * budget if lifts else 0.0
-    same_grid = {"surface": solved.surface, "contact": solved.contact}
     if leak.converged and left > least and flow_part(leak) + lift_part(solved.lifted) > left:
         # The lift claims a multiple of rtol, which is up to twice the flow's part.
         rtol = 2 * left / (1 + 2 * most_claimed(1.0)) if lifts else 2 * sinh(left)
-        solved = first.with_(**same_grid, flow=replace(first.flow, rtol=rtol))
+        known = Known(solved.contact)
+        settings = replace(first.flow, rtol=rtol)
+        solved = first.with_(surface=solved.surface, known=known, flow=settings)
         leak = solved.leak_rate
         area = area_error(solved) if lifts else area
     lift = lift_part(solved.lifted)
@@ -130,10 +131,10 @@ def chosen_grid(
         if left <= least:
             words = _missed(total, part, shapes[-1], "" if area is None else " and the area's")
         leak = replace(leak, converged=False, reason=words)
-    solution = {"leak_rate": leak, "lifted": solved.lifted, "flow": solved.flow}
+    known = Known(solved.contact, solved.lifted, leak, grid_error)
     return Choice(
         total=total,
-        patch=first.with_(**same_grid, **solution, grid_error=grid_error),
+        patch=first.with_(surface=solved.surface, known=known, flow=solved.flow),
         contact_error=None if leak.state == "sealed" else relative_error(grid_error.part),
         flow_error=relative_error(flow_part(leak)),
         lift_error=relative_error(lift) if lifts else None,

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -32,6 +32,16 @@ if TYPE_CHECKING:
 LOOSER, LOOSEST = 6.0, 0.3
 
 
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What is known of a patch already, so that it is not computed again."""
+
+    contact: "GapState | None" = None  #: dry contact of the patch's surface
+    lifted: "LiftedState | None" = None  #: equilibrium of contact and fluid
+    leak_rate: LeakRate | None = None
+    grid_error: EstimatedError | None = None  #: what a finer contact grid may change
+
+
 class Patch:
     """The steps of a scene: surface, contact, film, sealed, leak_rate.
 
@@ -51,10 +61,8 @@ class Patch:
     report : called with stage and detail
     trust : whether gmsh may run a .geo file that is not the package's own, with your rights
     surface : heights [m] in place of the scene's surface, such as the same surface on another grid
-    contact, leak_rate, lifted : contact of that surface, its leak rate and its equilibrium with the
-        fluid, where they are known already
+    known : steps that are known already
     contact_start : first guess of the contact pressure [Pa], (nx, ny); a good one saves iterations
-    grid_error : what a finer contact grid may change, if it was estimated
     load, lift, flow : in place of the load of the contact, of `flow.lift` and of the settings of
         the flow that the scene gives
     comm : the processes that read the steps together; all of this run if left out. With
@@ -73,11 +81,8 @@ class Patch:
         *,
         trust: bool = False,
         surface: GridField | None = None,
-        contact: "GapState | None" = None,
+        known: Known | None = None,
         contact_start: np.ndarray | None = None,
-        leak_rate: LeakRate | None = None,
-        lifted: "LiftedState | None" = None,
-        grid_error: EstimatedError | None = None,
         load: "Load | None" = None,
         lift: str | None = None,
         flow: FlowSettings | None = None,
@@ -92,10 +97,10 @@ class Patch:
         require_trusted(scene, trust)
         parallel.start_petsc(comm)
         self.scene, self.report, self.trust, self.comm = scene, report, trust, comm
-        self.grid_error, self.lift = grid_error, scene.lift if lift is None else lift
+        self._known, self.lift = known or Known(), scene.lift if lift is None else lift
+        self.grid_error = self._known.grid_error
         self.seconds: dict[str, float] = {}
-        self._surface, self._contact, self._contact_start = surface, contact, contact_start
-        self._leak_rate, self._lifted = leak_rate, lifted
+        self._surface, self._contact_start = surface, contact_start
         self._load, self._flow = load, flow
 
     def __repr__(self) -> str:
@@ -196,8 +201,8 @@ class Patch:
     @cached_property
     def contact(self) -> "GapState | None":
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
-        if self._contact is not None:
-            return self._contact
+        if self._known.contact is not None:
+            return self._known.contact
         surface = self.surface
         if surface is None:
             return None
@@ -219,8 +224,8 @@ class Patch:
     @cached_property
     def lifted(self) -> "LiftedState | None":
         """Contact and flow in one equilibrium; None unless the scene resolves the lift."""
-        if self._lifted is not None:
-            return self._lifted
+        if self._known.lifted is not None:
+            return self._known.lifted
         if self.lift != "resolved":
             return None
         from fem_seal.coupling import lifted
@@ -332,8 +337,8 @@ class Patch:
 
         The volume of a gas is stated at the reference conditions of the fluid.
         """
-        if self._leak_rate is not None:
-            return self._leak_rate
+        if self._known.leak_rate is not None:
+            return self._known.leak_rate
         method = self.flow.method
         if self.lifted_off:
             return LeakRate.lifted_off(method)

@@ -24,7 +24,7 @@ from fem_seal.grid_series import (
     unresolved,
 )
 from fem_seal.leak_rate import EstimatedError, LeakRate
-from fem_seal.patch import Patch
+from fem_seal.patch import Known, Patch
 from fem_seal.quantities.error_budget import combined
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
@@ -89,11 +89,14 @@ class Fake:
     def report(self, stage, detail):
         pass
 
-    def with_(self, **changes):
-        if "leak_rate" not in changes:
-            flow = changes.get("flow", self.flow)
-            self.asked.append((changes["surface"].shape, flow.rtol, changes.get("contact")))
-        return replace(self, **({"leak_rate": None} | changes))
+    def with_(self, *, surface, flow=None, known=None):
+        known = known or Known()
+        flow = flow or self.flow
+        if known.leak_rate is None:
+            self.asked.append((surface.shape, flow.rtol, known.contact))
+        solved = known.leak_rate, known.lifted, known.grid_error
+        names = ("leak_rate", "lifted", "grid_error")
+        return replace(self, surface=surface, flow=flow, **dict(zip(names, solved, strict=True)))
 
 
 def chosen_grid(total, error, max_refinement=4, claims=0.0):

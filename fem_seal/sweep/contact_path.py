@@ -4,7 +4,7 @@ from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
 from fem_seal.parallel import Comm
-from fem_seal.patch import Patch
+from fem_seal.patch import Known, Patch
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
 
@@ -35,13 +35,13 @@ class ContactPath:
         comm: Comm,
     ) -> Patch:
         """Patch of the next point, with surface and contact of the last one if they fit."""
-        surface, contact, start = None, None, None
+        surface, known, start = None, None, None
         if self._last is not None and scene.surface != self._last[0].surface:
             self._last = None
         if self._last is not None:
             last, surface, pressed = self._last
             if (scene.solid, scene.contact) == (last.solid, last.contact):
-                contact = pressed
+                known = Known(pressed)
             elif _path(scene) is not None and _path(scene) == _path(last):
                 start = self._predictor.start(scene.load)
         return Patch(
@@ -49,7 +49,7 @@ class ContactPath:
             report,
             trust=trust,
             surface=surface,
-            contact=contact,
+            known=known,
             contact_start=start,
             comm=comm,
         )

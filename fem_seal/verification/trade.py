@@ -27,7 +27,7 @@ from fem_seal.grid_series import LEAST_SAMPLES, OnGrid, grid_error
 from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
-from fem_seal.patch import Patch
+from fem_seal.patch import Known, Patch
 from fem_seal.points import Chain, RecordFolder, Task, Work, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
@@ -114,13 +114,13 @@ class GridTask(Task[tuple[Run, ...]]):
         surface = resample(surface_of(self.scene, comm), self.samples)
         pressed = Patch(self.scene, report, surface=surface, comm=comm)
         start = process_time()
-        contact = {"surface": surface, "contact": pressed.contact, "lift": "none"}
+        contact = Known(pressed.contact)
         of_contact = process_time() - start
         flow, runs = self.scene.flow_settings, []
         for own in self.flows:
             limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
             settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
-            patch = pressed.with_(**contact, flow=settings)
+            patch = pressed.with_(surface=surface, known=contact, lift="none", flow=settings)
             # Reset the kernel's largest resident memory of this process (proc(5)).
             Path("/proc/self/clear_refs").write_text("5")
             start = process_time()
