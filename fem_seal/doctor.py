@@ -150,13 +150,10 @@ def _mpi() -> Finding:
     if not works:
         works, with_options = _try([*MPIRUN, *probe])
         found = f"{with_options} by {' '.join(MPIRUN)} ({found})" if works else with_options
-    return Finding("mpirun", "several processes", works, found, _mpi_remedy(), required=False)
-
-
-def _mpi_remedy() -> str:
+    remedy = "ip link set lo up; in a container without a network: export OMPI_MCA_btl=^tcp"
     if which("mpirun") is None:
-        return "apt-get install openmpi-bin"
-    return "ip link set lo up; in a container that has no other network: export OMPI_MCA_btl=^tcp"
+        remedy = "apt-get install openmpi-bin"
+    return Finding("mpirun", "several processes", works, found, remedy, required=False)
 
 
 def _cache() -> Finding:

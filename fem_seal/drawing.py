@@ -115,12 +115,7 @@ def _write_mesh(film: MeshFilm, out: Path) -> tuple[str, ...]:
 
 def _drawable(result: Result, folder: Path) -> LeakRate:
     """Leak rate of a result, with the field from its folder."""
-    leak = present(result.leak_rate, "leak rate")
+    leak, method = present(result.leak_rate, "leak rate"), present(result.method, "flow method")
     return LeakRate(
-        state=result.state,
-        method=present(result.method, "flow method"),
-        value=leak.value,
-        lower=leak.lower,
-        upper=leak.upper,
-        field=read_flow(folder),
+        result.state, method, leak.value, leak.lower, leak.upper, field=read_flow(folder)
     )

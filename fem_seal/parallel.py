@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from importlib.util import find_spec
 from types import TracebackType
-from typing import TYPE_CHECKING, NoReturn, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 from fem_seal.errors import FemSealError, printable
 
@@ -152,10 +152,6 @@ def fail(message: str, status: int, more: Sequence[str] = ()) -> int:
     if world is None:
         print(message, file=sys.stderr)  # noqa: T201 (the error message of a command)
         return status
-    _fail_together(world, message, status)
-
-
-def _fail_together(world: "MPI.Comm", message: str, status: int) -> NoReturn:
     if world.rank:
         # Most errors occur on all processes: wait until the first has printed it and ended them.
         time.sleep(2)

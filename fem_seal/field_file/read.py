@@ -80,10 +80,6 @@ def _npy(path: Path, names: Names) -> Recorded:
     return Recorded(values.astype(float))
 
 
-def _text(path: Path, names: Names) -> Recorded:
-    return read_text(path)
-
-
 def _instrument(path: Path, names: Names) -> Recorded:
     if path.suffix.lower() in TEXT_ENDINGS and is_text(path):
         return replace(read_text(path), measured=True)
@@ -98,7 +94,7 @@ READERS: dict[str, Callable[[Path, Names], Recorded]] = {
     ".nc": partial(_named, read_netcdf),
     ".h5": partial(_named, read_hdf5),
     ".hdf5": partial(_named, read_hdf5),
-    ".txt": _text,
-    ".csv": _text,
+    ".txt": lambda path, names: read_text(path),
+    ".csv": lambda path, names: read_text(path),
     ".gsf": lambda path, names: read_gsf(path),
 }

@@ -82,11 +82,9 @@ class GasRecord(Record):
     @classmethod
     def of(cls, patch: Patch, leak: LeakRate | None) -> "GasRecord | None":
         """Rates of a patch or its seal; None for a liquid, without a flow, or if lifted off."""
-        if leak is None or leak.state == "lifted off":
+        gas = None if leak is None or leak.state == "lifted off" else patch.scene.drive
+        if leak is None or not isinstance(gas, GasDrive):
             return None
-        if not isinstance(patch.scene.drive, GasDrive):
-            return None
-        gas = patch.scene.drive
         fluid = present(patch.scene.fluid, "[fluid]")
         rates = {
             kind: Rate.in_unit(leak, Shown(RATES[kind], size)) for kind, size in gas.rates.items()

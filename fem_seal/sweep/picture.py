@@ -263,7 +263,7 @@ def _name_places(axes: "Axes", places: dict[str, float], unit: str | None) -> No
     if unit is None:
         # The end of a path distinguishes files.
         cut = 1 - LONGEST_NAME
-        names = [name if len(name) < LONGEST_NAME else f"…{name[cut:]}" for name in places]
+        names = [name if len(name) <= LONGEST_NAME else f"…{name[cut:]}" for name in places]
         axes.set_xticks(at, names)
         if len(at) * max(map(len, places)) > 5 * MOST_NAMES:
             axes.tick_params(axis="x", rotation=30)

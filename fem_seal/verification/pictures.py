@@ -129,6 +129,8 @@ def _plain(title: str) -> str:
 
 def trade_figure(result: Trade, path: Path) -> Path:
     """Draw total error against CPU time and against memory, with the Pareto front."""
+    from matplotlib import colormaps
+
     with new_figure((8.5, 4.8), path) as figure:
         time, memory = figure.subplots(1, 2, sharey=True)
         for certified, dash in ((True, "-"), (False, "--")):
@@ -136,7 +138,9 @@ def trade_figure(result: Trade, path: Path) -> Path:
             seconds, errors = [p.seconds for p in front], [p.total_error for p in front]
             time.plot(seconds, errors, dash, color="0.75", lw=4)
         grids = list(dict.fromkeys(point.samples for point in result.points))
-        shades = dict(zip(grids, _shades(len(grids)), strict=True))
+        # From light (coarse) to dark (fine): the order survives printing in grey.
+        parts = np.linspace(0.85, 0.85 * (len(grids) == 1), len(grids))
+        shades = dict(zip(grids, colormaps["plasma"](parts), strict=True))
         for point in result.points:
             colour = shades[point.samples]
             style = {"marker": MARKERS[point.flow.method], "color": colour, "ls": "", "ms": 6}
@@ -156,16 +160,9 @@ def trade_figure(result: Trade, path: Path) -> Path:
     return path
 
 
-def _shades(number: int) -> list[str]:
-    """Colours from light (coarse) to dark (fine), whose order survives printing in grey."""
-    from matplotlib import colormaps
-    from matplotlib.colors import to_hex
-
-    plasma = colormaps["plasma"]
-    return [to_hex(plasma(0.85 * (1 - k / max(number - 1, 1)))) for k in range(number)]
-
-
-def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[TradePoint]) -> None:
+def _keys(
+    axes: "Axes", shades: dict[tuple[int, int], np.ndarray], points: Sequence[TradePoint]
+) -> None:
     """Explain contact grids, flow methods, Pareto fronts and the contact grid's part below."""
     from matplotlib.lines import Line2D
 
