@@ -130,6 +130,7 @@ def _plain(title: str) -> str:
 def trade_figure(result: Trade, path: Path) -> Path:
     """Draw total error against CPU time and against memory, with the Pareto front."""
     from matplotlib import colormaps
+    from matplotlib.colors import to_hex
 
     with new_figure((8.5, 4.8), path) as figure:
         time, memory = figure.subplots(1, 2, sharey=True)
@@ -140,7 +141,7 @@ def trade_figure(result: Trade, path: Path) -> Path:
         grids = list(dict.fromkeys(point.samples for point in result.points))
         # From light (coarse) to dark (fine): the order survives printing in grey.
         parts = np.linspace(0.85, 0.85 * (len(grids) == 1), len(grids))
-        shades = dict(zip(grids, colormaps["plasma"](parts), strict=True))
+        shades = dict(zip(grids, map(to_hex, colormaps["plasma"](parts)), strict=True))
         for point in result.points:
             colour = shades[point.samples]
             style = {"marker": MARKERS[point.flow.method], "color": colour, "ls": "", "ms": 6}
@@ -160,9 +161,7 @@ def trade_figure(result: Trade, path: Path) -> Path:
     return path
 
 
-def _keys(
-    axes: "Axes", shades: dict[tuple[int, int], np.ndarray], points: Sequence[TradePoint]
-) -> None:
+def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[TradePoint]) -> None:
     """Explain contact grids, flow methods, Pareto fronts and the contact grid's part below."""
     from matplotlib.lines import Line2D
 
