@@ -29,7 +29,7 @@ from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, lifted
 from fem_seal.coupling.lifted import lifted_from
 from fem_seal.errors import NotConverged
-from fem_seal.patch import Patch
+from fem_seal.patch import Known, Patch
 from fem_seal.scene import Scene
 
 SEED, RTOL = 20120612, 0.05
@@ -168,7 +168,7 @@ def outcome(scene: Scene) -> Outcome:
 
 def _claimed(patch: Patch, state: LiftedState) -> float:
     """Error of ln Q by the lift, and by the search for a contact area."""
-    return state.claimed + area_part(area_error(patch.with_(lifted=state)))
+    return state.claimed + area_part(area_error(patch.with_(known=Known(lifted=state))))
 
 
 def _outside(scene: Scene, patch: Patch, state: LiftedState) -> float:
