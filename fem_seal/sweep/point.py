@@ -41,8 +41,7 @@ _FILES = ("mesh", "pictures")
 class Point:
     """A finished point."""
 
-    # Pydantic would write an infinite number as null.
-    __pydantic_config__ = {"extra": "forbid", "ser_json_inf_nan": "constants"}  # noqa: RUF012
+    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 (pydantic reads it)
 
     values: tuple[str, ...]  #: values of the axes, as text
     numbers: dict[str, Number]  #: by column; those of COLUMNS first

@@ -1,5 +1,6 @@
 """The folder of a sweep: a file for each finished point, and the table of these points."""
 
+import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -66,6 +67,10 @@ class SweepFolder(RecordFolder[Point]):
         if len(point.values) != len(self.keys) or not set(COLUMNS) <= set(point.numbers):
             raise ValueError("a point of another sweep")
         return point
+
+    def save(self, path: Path, point: Point) -> None:
+        """Write the file of a point, with infinite numbers, which pydantic writes as null."""
+        write_text(path, json.dumps(vars(point), indent=1) + "\n")
 
     def point(self, name: str) -> Point | None:
         """Read a point, also one that failed; None if there is none, or it is damaged."""
