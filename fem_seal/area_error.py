@@ -30,11 +30,12 @@ from fem_seal.leak_rate import EstimatedError
 from fem_seal.lifting import lifting_problem
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
-from fem_seal.sensitivity import by_load
+from fem_seal.sensitivity import ByLoad
 
-# Factor on the change of ln Q, for what the network and the first order leave out, and where there
-# is no network: of a shape, or of a bearing contact.
-MARGIN, WITHOUT_NETWORK = 1.25, 2.0
+# Factor on the larger of both changes of ln Q, for what the network and the first order leave out;
+# and on that by the critical constriction alone, where there is no network (of a shape, or a
+# bearing contact) or where a dry contact would need it for this little.
+MARGIN, WITHOUT_NETWORK, LITTLE = 1.25, 2.0, 0.01
 
 
 def area_error(patch: Patch) -> EstimatedError | None:
@@ -86,13 +87,11 @@ def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
         Gap of the critical constriction [m]; 0 if the film is sealed.
     """
     contact, height = patch.film_contact, present(patch.surface, "surface")
-    gap, log_rate = present(contact, "contact").gap.values, 0.0
-    has_network = isinstance(patch.film, GridFilm) and isinstance(contact, ContactState)
+    gap, by = present(contact, "contact").gap.values, None
     if isinstance(contact, ContactState):
         problem = lifting_problem(patch.scene, patch.load, patch.flow, height, silent)
-        by = by_load(problem, contact, patch.lifted, critical if has_network else 0.0)
-        narrowing, log_rate = np.maximum(-by.gap, 0.0), by.log_rate
-        kept, easing = contact.pressure.values, by.pressure
+        by = ByLoad(problem, contact, patch.lifted, critical)
+        narrowing, kept, easing = np.maximum(-by.gap, 0.0), contact.pressure.values, by.pressure
     else:
         shift = present(contact if isinstance(contact, BearingState) else None, "bearing").shift
         narrowing = easing = np.ones(gap.shape)
@@ -110,7 +109,10 @@ def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
     film, narrows = patch.film, film_of(narrowing)
     narrowest = _values(narrows)[_values(film) == critical]
     alone = 3 * float(narrowest.max()) / critical
-    rate = MARGIN * max(alone, abs(log_rate)) if has_network else WITHOUT_NETWORK * alone
+    rate = WITHOUT_NETWORK * alone
+    much = patch.lifted is not None or rate * max(closed, opened) > LITTLE
+    if much and by is not None and isinstance(film, GridFilm):
+        rate = MARGIN * max(alone, abs(by.log_rate))
     return _Reach(closed, opened, rate, False)
 
 

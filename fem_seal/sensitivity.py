@@ -13,12 +13,14 @@ by central differences.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from math import log
 
 import numpy as np
 
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
+from fem_seal.contact.tangent import ContactTangent
 from fem_seal.coupling.krylov import gmres
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import LiftedState
@@ -34,7 +36,7 @@ TOLERANCE, MOST_ITERATIONS = 1e-6, 60  # of the adjoint solves
 HALVED = 0.9  # part of the dissipation on the links that are halved
 # Gap that conducts in contact: part of the rms height, and at most of the critical constriction.
 EPSILON, OF_CRITICAL = 1e-4, 0.1
-ROUGHLY = 1e-2  # tolerance of the linear solves of `by_load`
+ROUGHLY = 0.03  # tolerance of the linear solves of `ByLoad`
 STEP = 1e-4  # of the central differences, in ln of an input
 
 
@@ -135,57 +137,79 @@ def sensitivity(
 
 @dataclass(frozen=True, eq=False)
 class ByLoad:
-    """Derivatives by the load P of a contact, dry or lifted, while no sample closes or opens."""
+    """Derivatives by the load P of a contact, dry or lifted, while no sample closes or opens.
 
-    gap: np.ndarray  #: ∂g/∂P (nx, ny) [m/Pa]
-    pressure: np.ndarray  #: ∂p_c/∂P (nx, ny) of the contact pressure
-    log_rate: float  #: ∂ ln Q/∂P [1/Pa]
-
-
-def by_load(
-    problem: LiftProblem, contact: ContactState, lifted: LiftedState | None, critical: float
-) -> ByLoad:
-    """Differentiate a contact and its leak rate by the load, roughly.
-
-    With the tangent T of the contact and the response R' of the fluid's pressure p
+    They are rough. With the tangent T of the contact and the response R' of the fluid's pressure p,
+    on the network on which the lift was solved,
 
         ∂g/∂P = T (∂p/∂P - 1),    ∂p/∂P = R' ∂g/∂P,    ∂p_c/∂P = 1 + M ∂g/∂P - ∂p/∂P
-
-    on the network on which the lift was solved, or, dry, on a coarse one.
-
-    Parameters
-    ----------
-    critical
-        Gap of the critical constriction [m]; 0 for the contact alone, with a fluid pressure that
-        stays as it is: `log_rate` is then 0.
     """
-    tangent = problem.contact_tangent(contact)
-    moved, log_rate = -tangent.change(np.ones(contact.gap.shape), ROUGHLY), 0.0
-    fluid = np.zeros_like(moved)
-    if critical > 0:
-        grid = None if lifted is None else lifted.network
-        if grid is None:
-            film = problem.film(problem.touching_gap)
-            grid = PressureGrid.uniform(film, problem.first_level)
-        flow = problem.film_pressure(contact.gap.values, grid, _epsilon(problem, critical))
-        if lifted is not None:
-            by_u = _derivative_by_u(problem, flow, critical if problem.slips else 0.0)
-            solution = gmres(
-                lambda one: one - by_u * flow.change(tangent.change(one, ROUGHLY), ROUGHLY),
-                by_u * flow.change(moved, ROUGHLY),
-                ROUGHLY,
-                MOST_ITERATIONS,
+
+    problem: LiftProblem
+    contact: ContactState
+    lifted: LiftedState | None  #: None for a dry contact
+    critical: float  #: gap of the critical constriction [m]; 0 if sealed: p then stays as it is
+
+    @cached_property
+    def gap(self) -> np.ndarray:
+        """∂g/∂P (nx, ny) [m/Pa]."""
+        fluid = self._fluid
+        return self._tangent.change(np.full(fluid.shape, -1.0) + fluid, ROUGHLY)
+
+    @cached_property
+    def pressure(self) -> np.ndarray:
+        """∂p_c/∂P (nx, ny) of the contact pressure."""
+        problem = self.problem
+        return 1 + problem.stiffness * problem.solid.pressure(self.gap) - self._fluid
+
+    @cached_property
+    def log_rate(self) -> float:
+        """∂ ln Q/∂P [1/Pa] on the network; of a dry contact on a coarse one."""
+        return float(np.vdot(self._flow.log_rate_by_gap, self.gap[:: self._step, :: self._step]))
+
+    @cached_property
+    def _tangent(self) -> ContactTangent:
+        return self.problem.contact_tangent(self.contact)
+
+    @property
+    def _step(self) -> int:
+        """Samples from one node of the network to the next, where it is coarser than they are."""
+        return 2**-self.problem.first_level if self.lifted is None else 1
+
+    @cached_property
+    def _flow(self) -> FilmPressure:
+        problem, gap, step = self.problem, self.contact.gap, self._step
+        epsilon = _epsilon(problem, self.critical)
+        if self.lifted is not None:
+            grid = present(self.lifted.network, "network")
+            return problem.film_pressure(gap.values, grid, epsilon)
+        dx, dy = gap.spacing
+        coarse = GridField(gap.values[::step, ::step], (step * dx, step * dy), gap.periodic)
+        grid = PressureGrid.uniform(problem.film(coarse), 0)
+        return problem.film_pressure(coarse.values, grid, epsilon)
+
+    @cached_property
+    def _fluid(self) -> np.ndarray:
+        """∂p/∂P (nx, ny)."""
+        none = np.zeros(self.contact.gap.shape)
+        if self.lifted is None or self.critical == 0:
+            return none
+        problem, flow, tangent = self.problem, self._flow, self._tangent
+        by_u = _derivative_by_u(problem, flow, self.critical if problem.slips else 0.0)
+
+        def response(pressure: np.ndarray) -> np.ndarray:
+            """R' T of a change of the fluid's pressure."""
+            return by_u * flow.change(tangent.change(pressure, ROUGHLY), ROUGHLY)
+
+        solution = gmres(
+            lambda one: one - response(one), response(none - 1), ROUGHLY, MOST_ITERATIONS
+        )
+        if not solution.converged:
+            raise NotConverged(
+                "the derivative of contact and flow by the load is not solved after "
+                f"{MOST_ITERATIONS} iterations of GMRES"
             )
-            if not solution.converged:
-                raise NotConverged(
-                    "the derivative of contact and flow by the load is not solved after "
-                    f"{MOST_ITERATIONS} iterations of GMRES"
-                )
-            fluid = solution.x
-            moved = moved + tangent.change(fluid, ROUGHLY)
-        log_rate = float(np.vdot(flow.log_rate_by_gap, moved))
-    pressure = 1 + problem.stiffness * problem.solid.pressure(moved) - fluid
-    return ByLoad(moved, pressure, log_rate)
+        return solution.x
 
 
 def _epsilon(problem: LiftProblem, critical: float) -> float:
