@@ -50,7 +50,7 @@ def _contact_grid(patch: Patch) -> Uncertainty | None:
 
 
 def _contact_area(patch: Patch) -> Uncertainty | None:
-    error = None if patch.scene.seal is not None else area_error(patch)
+    error = area_error(patch)
     return None if error is None else _estimated(CONTACT_AREA, error)
 
 
