@@ -11,7 +11,13 @@ Names are loaded when they are first used, so that `import fem_seal` costs nothi
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, NotConverged
+from fem_seal.errors import (
+    FemSealError,
+    Inconsistent,
+    InvalidInput,
+    MissingPackage,
+    NotConverged,
+)
 
 if TYPE_CHECKING:
     from fem_seal.exchange import pictures, to_pyvista, to_xarray
@@ -35,6 +41,7 @@ if TYPE_CHECKING:
         Seal,
         SelfAffine,
         Solid,
+        Tolerances,
     )
     from fem_seal.scene.shape import FaceSeal, MeshFile, PlateWithHoles, Rectangle, Sector, Strip
     from fem_seal.solved import Solved, run, solve
@@ -45,7 +52,7 @@ __version__ = "0.2.0"
 _NAMES = {
     "fem_seal.scene": (
         *("Scene", "SelfAffine", "Heights", "FileSurface", "ProfileSurface", "Solid", "Contact"),
-        *("Gap", "Fluid", "Flow", "Seal", "Accuracy", "Limit", "Output"),
+        *("Gap", "Fluid", "Flow", "Seal", "Accuracy", "Limit", "Output", "Tolerances"),
     ),
     "fem_seal.scene.shape": (
         *("FaceSeal", "MeshFile", "PlateWithHoles", "Rectangle", "Sector", "Strip"),
@@ -76,6 +83,7 @@ __all__ = [
     "Gap",
     "GridField",
     "Heights",
+    "Inconsistent",
     "InvalidInput",
     "LeakRate",
     "Limit",
@@ -95,6 +103,7 @@ __all__ = [
     "Solid",
     "Solved",
     "Strip",
+    "Tolerances",
     "load_gap",
     "pictures",
     "run",

@@ -15,6 +15,28 @@ from fem_seal.installed import how_to_add, how_to_get_fenicsx
 OFF_SCREEN = "vtkEGLRenderWindow"
 PATIENCE = 120  # seconds that one probe may take: the first use of DOLFINx compiles
 
+# Parts that are only looked for, and what needs them; pip installs the first two with fem_seal.
+PARTS = {
+    "meshio": "the mesh product (flow.vtu)",
+    "matplotlib": "plots",
+    "h5py": "surfaces and gaps in HDF5 and NetCDF 4",
+    "SurfaceTopography": "measured surfaces",
+    "gmsh": "seals that are not rectangles",
+}
+REQUIRED = ("meshio", "matplotlib")
+# Phrases in the output of Open MPI and VTK, and their causes. If one failure leads to another, it
+# comes first.
+CAUSES = {
+    "attempt to run as root": "mpirun refuses to run as root",
+    "not enough slots": "mpirun starts no more processes than there are cores",
+    "unable to find network interfaces": "no network interface is up, not even the loopback (lo)",
+    "listener thread failed": "no network interface is up, not even the loopback (lo)",
+    "bad X server connection": "VTK_DEFAULT_OPENGL_WINDOW asks for an X server; there is none",
+    "libOSMesa not found": "VTK finds no way to draw without a screen",
+}
+# Open MPI needs these options to run as root, and to start more processes than there are cores.
+MPIRUN = ("mpirun", "--oversubscribe", "--allow-run-as-root")
+
 _DOLFINX = """
 import fem_seal.fenicsx
 import dolfinx
@@ -76,20 +98,11 @@ def examine() -> Iterator[Finding]:
     yield _probe("form compiler", "leak rates with bounds", _FORM, _compiler_remedy())
     yield _probe("pictures", "contact.png and others", _PICTURE, _picture_remedy())
     yield _probe("FFTW threads", "elastic contact", _FFTW, "pip install pyfftw")
-    for name, use in OPTIONAL.items():
+    for name, use in PARTS.items():
         works = find_spec(name) is not None
         found = "installed" if works else "not installed"
         remedy = "apt-get install python3-gmsh" if name == "gmsh" else how_to_add(name)
-        yield Finding(name, use, works, found, remedy, required=False)
-
-
-OPTIONAL = {
-    "meshio": "the mesh product (flow.vtu)",
-    "matplotlib": "plots",
-    "h5py": "surfaces and gaps in HDF5 and NetCDF 4",
-    "SurfaceTopography": "measured surfaces",
-    "gmsh": "seals that are not rectangles",
-}
+        yield Finding(name, use, works, found, remedy, required=name in REQUIRED)
 
 
 def table(findings: list[Finding]) -> str:
@@ -128,20 +141,6 @@ def _try(command: list[str], patience: float = PATIENCE) -> tuple[bool, str]:
     if causes or not lines:
         return False, causes[0] if causes else f"ended with status {done.returncode}"
     return False, lines[-1].strip()[:100]
-
-
-# Phrases in the output of Open MPI and VTK, and their causes. If one failure leads to another, it
-# comes first.
-CAUSES = {
-    "attempt to run as root": "mpirun refuses to run as root",
-    "not enough slots": "mpirun starts no more processes than there are cores",
-    "unable to find network interfaces": "no network interface is up, not even the loopback (lo)",
-    "listener thread failed": "no network interface is up, not even the loopback (lo)",
-    "bad X server connection": "VTK_DEFAULT_OPENGL_WINDOW asks for an X server; there is none",
-    "libOSMesa not found": "VTK finds no way to draw without a screen",
-}
-# Open MPI needs these options to run as root, and to start more processes than there are cores.
-MPIRUN = ("mpirun", "--oversubscribe", "--allow-run-as-root")
 
 
 def _mpi() -> Finding:

@@ -138,10 +138,10 @@ def _from_coarser(patch: Patch, coarse: Patch) -> EstimatedError:
         return _of_sealed(patch, coarse)
     if coarse.lifted_off:
         return EstimatedError(None, None, "on half of the samples the fluid lifts the solid off")
-    one, other = OnGrid.of(coarse), OnGrid.of(patch)
+    on_coarse, on_fine = OnGrid.of(coarse), OnGrid.of(patch)
     if not isinstance(patch.scene.surface, FileSurface):
-        return grid_error(one, other)
-    change = change_of(one, other)
+        return grid_error(on_coarse, on_fine)
+    change = change_of(on_coarse, on_fine)
     sentence = "what half of the samples of the map change"
     if change == inf:
         return EstimatedError(None, None, f"{sentence}: they are sealed")

@@ -17,7 +17,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
 from fem_seal.grid_series import half
 from fem_seal.memory import available_memory
-from fem_seal.patch import Patch
+from fem_seal.patch import LOOSER, LOOSEST, Patch
 from fem_seal.progress import duration
 from fem_seal.scene import Scene, SelfAffine
 from fem_seal.upscaling.patch_conductivity import KEPT
@@ -27,16 +27,24 @@ from fem_seal.upscaling.scene_profile import profile_of
 # CPU time of an FFT of 512² samples on the machine of the laws [s]: others are as much faster.
 REFERENCE = 0.91e-3
 TRIED = 0.05  # CPU seconds for which that transform is repeated
-# Libraries [s, bytes]: of the contact, of the flow, of pictures.
-CONTACT, FLOW, PICTURES = (1.1, 0.95e8), (0.75, 0.8e8), (5.5, 8.8e8)
-# CPU time a sample [s] of flows that follow the grid, and of the networks of a flow that lifts.
-OF_SAMPLE, LIFT_OF_SAMPLE = {"finite-difference": 3e-6, "uniform": 9e-6}, 6e-6
-BYTES_OF_SAMPLE, BYTES_OF_LIFT, BYTES_OF_UNKNOWN = 85, 600, 1200
-# Of each flow that a patch of a seal keeps: bytes an unknown and a sample.
-KEPT_OF_UNKNOWN, KEPT_OF_SAMPLE = 500, 370
+# CPU time and memory [s, bytes] of importing what a stage needs.
+CONTACT = 1.1, 0.95e8
+FLOW = 0.75, 0.8e8
+PICTURES = 5.5, 8.8e8
+# CPU time of a flow that follows the grid [s/sample].
+OF_SAMPLE = {"finite-difference": 3e-6, "uniform": 9e-6}
+LIFT_OF_SAMPLE = 6e-6  # CPU time of the networks of a flow that lifts [s/sample]
+BYTES_OF_SAMPLE = 85  # memory of heights and contact [bytes/sample]
+BYTES_OF_LIFT = 600  # memory of the networks of a flow that lifts [bytes/sample]
+BYTES_OF_UNKNOWN = 1200  # memory of a flow [bytes/unknown]
+# Memory of each flow that a patch of a seal keeps.
+KEPT_OF_UNKNOWN = 500  # [bytes/unknown]
+KEPT_OF_SAMPLE = 370  # [bytes/sample]
 USUAL = 8.0  # longest waves along a side of a map, where nobody says how many
 FALL = 8.0  # d ln K/d ln P: more loads are needed where K falls steeply along the path
-LONG, MANY = 600.0, 0.8  # seconds, and the part of the available memory, from which there is advice
+# There is advice from this time [s], or from this part of the available memory, on.
+LONG = 600.0
+MANY = 0.8
 
 
 @dataclass(frozen=True)
@@ -120,7 +128,7 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
         if scene.lift == "range":
             parts["range"] = contact(samples) + flow(samples, rtol)
         if coarse is not None:
-            loose = min(6 * rtol, 0.3)
+            loose = min(LOOSER * rtol, LOOSEST)
             parts["contact grid"] = contact(prod(coarse)) + flow(prod(coarse), loose)
     if "conductivity_tensor" in scene.output.products:
         parts["tensor"] = 2 * flow(samples, rtol)

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 # Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
 # measured at 1024 x 1024 samples: 60, and 106 to 138 with the solver and its arithmetic.
 SURFACE_BYTES, CONTACT_BYTES = 60, 106
+# Of a contact on the way to another: limit of |gap| on pressed samples over the tolerance of the
+# certificate. Where that is met, the gap is at most 5 times it, so that the certificate decides.
+GAP_PER_CERTIFICATE = 10.0
 
 
 def made_surface(surface: SelfAffine | ProfileSurface) -> GridField:
@@ -104,7 +107,9 @@ def elastic_contact(
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     stopping = contact.stopping(progress)
     if tolerance > stopping.tolerance:
-        stopping = replace(stopping, tolerance=tolerance, gap_tolerance=10 * tolerance)
+        stopping = replace(
+            stopping, tolerance=tolerance, gap_tolerance=GAP_PER_CERTIFICATE * tolerance
+        )
     return contact_under(surface, solid, load, stopping, contact.arithmetic, start)
 
 

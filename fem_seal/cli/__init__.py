@@ -6,6 +6,7 @@ or undecided, 130 interrupted.
 
 from fem_seal.interrupts import ended_silently, interruptible
 
+# Ctrl-C during the imports, which take half a second, ends the command without a traceback.
 with ended_silently():
     import argparse
     import os
@@ -31,7 +32,6 @@ with ended_silently():
     from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, printable
     from fem_seal.files import use_writable_cache
     from fem_seal.installed import why_not_imported
-    from fem_seal.interrupts import interruptible
 
 COMMANDS = (new, run, leak, sweep, render, surface, mesh, study, doctor)
 INTERRUPTED = 130

@@ -27,7 +27,7 @@ class ContactPair:
     #: the surface is flat
     unit_height: float
     unit_pressure: float  #: [Pa], unit of pressure of the normalised problem
-    heights: np.ndarray  #: (nx, ny), heights in `unit_height`, zero mean, unit rms
+    scaled_heights: np.ndarray  #: (nx, ny), heights in `unit_height`, zero mean, unit rms
 
     @classmethod
     def prepared(
@@ -82,7 +82,7 @@ class ContactPair:
         if not start.any():
             return start
         pressure = start / self.unit_pressure
-        gap = self.half_space.displacement(pressure) - self.heights
+        gap = self.half_space.displacement(pressure) - self.scaled_heights
         gap -= np.vdot(pressure, gap) / pressure.sum()
         return np.where(pressure > self.half_space.point_stiffness * gap, start, 0.0)
 
@@ -103,18 +103,18 @@ class ContactPair:
         load = mean_pressure / self.unit_pressure
         pressure = np.ones(self.height.shape) if start is None or not start.any() else start.copy()
         pressure *= load / pressure.mean()
-        return Problem(self.heights, self.half_space, mean_pressure=load), pressure
+        return Problem(self.scaled_heights, self.half_space, mean_pressure=load), pressure
 
     def at_mean_gap(
         self, mean_gap: float, stopping: ContactStopping, start: np.ndarray | None = None
     ) -> ContactState:
         """Contact at a mean gap [m] > 0, from no pressure or another pressure [Pa]."""
         level = mean_gap / self.unit_height
-        if level >= self.heights.max():
-            gap = np.maximum(level - self.heights, 0)
+        if level >= self.scaled_heights.max():
+            gap = np.maximum(level - self.scaled_heights, 0)
             return self._open(gap * self.unit_height)
         pressure = np.zeros(self.height.shape) if start is None else start / self.unit_pressure
-        problem = Problem(self.heights, self.half_space, mean_gap=level)
+        problem = Problem(self.scaled_heights, self.half_space, mean_gap=level)
         return self._converged(problem, pressure, stopping)
 
     def touching(self) -> ContactState:

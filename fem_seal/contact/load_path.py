@@ -7,7 +7,7 @@ import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import USUAL_STOPPING, ContactStopping
-from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid, Load
+from fem_seal.contact.settings import ElasticSolid, Load
 from fem_seal.contact.solve import Start, load_to, start_pressure
 from fem_seal.contact.state import ContactState
 from fem_seal.grid import GridField
@@ -25,7 +25,6 @@ def load_path(
     solid: ElasticSolid,
     loads: Iterable[Load],
     stopping: ContactStopping = USUAL_STOPPING,
-    arithmetic: Arithmetic = USUAL_ARITHMETIC,
     start: Start | None = None,
 ) -> Iterator[ContactState]:
     """Yield the contact under one load after the other, all of one kind, near to their neighbours.
@@ -41,7 +40,7 @@ def load_path(
     InvalidInput, NotConverged
         As `press`.
     """
-    pair, predictor = ContactPair.prepared(height, solid, arithmetic), Predictor()
+    pair, predictor = ContactPair.prepared(height, solid), Predictor()
     first = start_pressure(start, height.shape)
     for load in loads:
         spent = pair.half_space.pairs

@@ -77,6 +77,7 @@ class Problem:
             reached = float(gap.sum(where=(pressure == 0) & (gap > 0))) / gap.size
             mean_gap_error = abs(reached / self.mean_gap - 1)
         return Measures(
+            # Not `error_from`: how far a prescribed mean gap is missed is a measure of its own.
             certificate=max(0.0, sum(works) / total - min(lows)),
             pressed_gap=max(pressed),
             penetration=max(0.0, offset - min(lows)),

@@ -56,9 +56,9 @@ def _sdf(path: Path) -> Recorded:
         refuse_too_large(BYTES * path.stat().st_size, str(path))
         text = decoded(path.read_bytes(), path)
     head, *parts = re.split(r"^\s*\*\s*$", text, flags=re.MULTILINE)
-    said = dict(re.findall(r"^\s*(\w+)\s*=[ \t]*(\S*)", head.lower(), re.MULTILINE))
+    keys = dict(re.findall(r"^\s*(\w+)\s*=[ \t]*(\S*)", head.lower(), re.MULTILINE))
     try:
-        points, profiles, dx, dy, dz = (float(said.get(key, key)) for key in SDF_KEYS)
+        points, profiles, dx, dy, dz = (float(keys.get(key, key)) for key in SDF_KEYS)
         values = np.array("".join(parts[:1]).upper().replace("BAD", "NAN").split(), dtype=float)
         if values.size != points * profiles or not values.size:
             raise ValueError(f"{values.size} heights for {points:g} x {profiles:g} points")
@@ -81,15 +81,15 @@ def read_gsf(path: Path) -> Recorded:
         data = path.read_bytes()
         head = data.partition(b"\0")[0]
         pairs = re.findall(r"^(\w+)[ \t]*=[ \t]*(.*?)\s*$", decoded(head, path), re.MULTILINE)
-        said, start = dict(pairs), len(head) + 4 - len(head) % 4
-        nx, ny = int(said["XRes"]), int(said["YRes"])
+        keys, start = dict(pairs), len(head) + 4 - len(head) % 4
+        nx, ny = int(keys["XRes"]), int(keys["YRes"])
         values = np.frombuffer(data, "<f4", nx * ny, start).reshape(ny, nx).T
         if not (data.startswith(GSF) and values.size):
             raise ValueError(path)
         spacing = None
-        if {"XReal", "YReal"} <= said.keys():
-            spacing = float(said["XReal"]) / nx, float(said["YReal"]) / ny
-    units = said.get("ZUnits") or None, said.get("XYUnits") or None
+        if {"XReal", "YReal"} <= keys.keys():
+            spacing = float(keys["XReal"]) / nx, float(keys["YReal"]) / ny
+    units = keys.get("ZUnits") or None, keys.get("XYUnits") or None
     return Recorded(values.astype(float), units[0], spacing, units[1], measured=True)
 
 

@@ -29,7 +29,7 @@ def by_differences(
     pressure_drop: float,
     slip: Slip | None = None,
     links: str = "linear-gap",
-    tol: float = 1e-8,
+    rtol: float = 1e-8,
     cascade: bool = False,
 ) -> LeakRate:
     """Leak rate of a film by central differences on its samples.
@@ -38,12 +38,12 @@ def by_differences(
     ----------
     film : film; nodes are the vertices of a linear gap or the pixels' centres of a constant one
     viscosity : η [Pa s], > 0
-    pressure_drop : δp = p_in - p_out [Pa], > 0; for a gas that of the liquid that leaks as much
+    pressure_drop : Δp = p_in - p_out [Pa], > 0; for a gas that of the liquid that leaks as much
         without slip
     slip : slip of a gas at the walls; None if there is none
     links : mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear
         gap that varies along the flow only, "harmonic" for a stepwise one
-    tol : relative tolerance of the leak rate; used with the cascade only
+    rtol : relative tolerance of the leak rate; used with the cascade only
     cascade : false: eliminate the nodes, which is exact to rounding at any contrast. True: relax on
         the letter's cascade of grids, on each from the pressure of the coarser one
 
@@ -57,13 +57,13 @@ def by_differences(
     InvalidInput
         For values out of range, unknown links, or an argument that is no film on a grid.
     NotConverged
-        If the relaxation does not reach `tol`, or the iteration for slip does not settle.
+        If the relaxation does not reach `rtol`, or the iteration for slip does not settle.
 
     References
     ----------
     W. B. Dapp, A. Lücke, B. N. J. Persson, M. H. Müser, Phys. Rev. Lett. 108, 244301 (2012).
     """
-    require_positive(viscosity=viscosity, pressure_drop=pressure_drop, tol=tol)
+    require_positive(viscosity=viscosity, pressure_drop=pressure_drop, rtol=rtol)
     require_film(film, (GridFilm,))
     if film.sealed:
         return LeakRate.sealed(METHOD)
@@ -82,7 +82,7 @@ def by_differences(
         )
     if cascade:
         # The dissipation: its error is the square of that of the pressure.
-        relaxed = relax(grid.network, grid.carrying, first_guess(grid), tol)
+        relaxed = relax(grid.network, grid.carrying, first_guess(grid), rtol)
         rates = relaxed.energy, relaxed.inflow, relaxed.outflow
     else:
         # One link joins the two ends, so that inflow and outflow are equal.

@@ -56,17 +56,17 @@ class CellData(CellContact):
         means : pair of (n,), means of the conductivity and of its inverse
         ceiling : gap with the largest conductivity in the dual
         """
-        (raised, lowered), (cube, inverse_cube) = np.moveaxis(gaps, -1, 0), means
+        (raised, lowered), (mean_K, mean_inverse_K) = np.moveaxis(gaps, -1, 0), means
         zero, contact = (raised == 0) & linear, (lowered == 0) & linear
         zero_gap = zero[[1, 2, 0]] & zero[[2, 0, 1]]
-        blocked = contact.all(axis=0) | (np.isinf(inverse_cube) & ~linear)
+        blocked = contact.all(axis=0) | (np.isinf(mean_inverse_K) & ~linear)
         most = law.above.of_gap(ceiling)
-        limited = np.maximum(inverse_cube, 1 / most)
+        limited = np.maximum(mean_inverse_K, 1 / most)
         tensor = traces.resistivity(xy, aspect, lowered, contact, limited, law.below)
         # Elsewhere the resistivity R has become max(R, 1/most). Cells at contact vertices have a
         # tensor, that of the power traces: add 1/most, since max(R, 1/most) <= R + 1/most.
         tensor[contact.any(axis=0) & ~blocked] += ISOTROPIC / most
-        return cls(zero_gap.T, blocked, contact.T, most < cube, cube, tensor)
+        return cls(zero_gap.T, blocked, contact.T, most < mean_K, mean_K, tensor)
 
     @classmethod
     def joined(

@@ -176,11 +176,11 @@ class LinearGap(GapOnMesh):
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
         linear = averages.extent(xy)[0] <= PIXEL
-        cube, inverse_cube = _linear_means(gaps, self.law)
+        mean_K, mean_inverse_K = _linear_means(gaps, self.law)
         coarse = np.flatnonzero(~linear)
         place = averages.Place.of(xy.take(coarse, axis=1))
-        cube[coarse], inverse_cube[coarse] = self._above_pixel.lookup(place)
-        means = cube, inverse_cube
+        mean_K[coarse], mean_inverse_K[coarse] = self._above_pixel.lookup(place)
+        means = mean_K, mean_inverse_K
         return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling, self.law)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
@@ -191,7 +191,7 @@ class LinearGap(GapOnMesh):
         x, y = with_middles(xy.take(two, axis=1))[:, 3:].astype(np.int64).reshape(2, -1)
         linear = six[:, 3:].take(two, axis=2).reshape(2, -1).T
         six[:, 3:, two] = self._sampled(x, y, linear).T.reshape(2, 3, -1)
-        cube, inverse_cube = _quarter_means(six, self.law)
+        mean_K, mean_inverse_K = _quarter_means(six, self.law)
         if not self.law.below.is_cube:
             # The mean of such a cell is the mean over pixel triangles: its quarters if the cell is
             # diagonal, its halves if it is axial. Bound the law on the same triangles.
@@ -200,11 +200,11 @@ class LinearGap(GapOnMesh):
                 (two[~is_diagonal[two]], _span_of_halves),
             ):
                 part = six.take(cells, axis=2)
-                inverse_cube[:, cells] = _quarter_means(part, self.law, span)[1]
+                mean_inverse_K[:, cells] = _quarter_means(part, self.law, span)[1]
         coarse = np.flatnonzero(width > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
-        cube[:, coarse], inverse_cube[:, coarse] = self._above_pixel.lookup(place)
-        return QuarterData.of(cube, inverse_cube)
+        mean_K[:, coarse], mean_inverse_K[:, coarse] = self._above_pixel.lookup(place)
+        return QuarterData.of(mean_K, mean_inverse_K)
 
 
 class VertexGap(GapOnMesh):
@@ -289,11 +289,11 @@ def _quarter_means(
     largest gaps.
     """
     raised, lowered = (on_quarters(gaps) for gaps in six)
-    cube, inverse_cube = (
+    mean_K, mean_inverse_K = (
         averages.conductivity_of_corners(law.above, *raised),
         averages.resistivity_of_corners(law.below, *lowered, span(six[1])),
     )
-    return cube.reshape(4, -1), inverse_cube.reshape(4, -1)
+    return mean_K.reshape(4, -1), mean_inverse_K.reshape(4, -1)
 
 
 class ConstantGap(GapOnMesh):
@@ -347,23 +347,23 @@ class ConstantGap(GapOnMesh):
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         # Contact consists of whole pixels: there are no zero-gap sides.
         i, j = np.moveaxis(xy.sum(axis=0), -1, 0) // (3 * PIXEL)
-        cube, inverse_cube = self._means[:, i, j]
+        mean_K, mean_inverse_K = self._means[:, i, j]
         coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)
         place = averages.Place.of(xy.take(coarse, axis=1))
-        cube[coarse], inverse_cube[coarse] = self._above_pixel.lookup(place)
-        blocked, most = np.isinf(inverse_cube), self.ceiling**3
-        isotropic = np.where(blocked, 0.0, np.maximum(inverse_cube, 1 / most))
-        none = np.zeros((len(cube), 3), dtype=bool)
-        return CellData(none, blocked, none, most < cube, cube, isotropic[:, None] * ISOTROPIC)
+        mean_K[coarse], mean_inverse_K[coarse] = self._above_pixel.lookup(place)
+        blocked, most = np.isinf(mean_inverse_K), self.ceiling**3
+        isotropic = np.where(blocked, 0.0, np.maximum(mean_inverse_K, 1 / most))
+        none = np.zeros((len(mean_K), 3), dtype=bool)
+        return CellData(none, blocked, none, most < mean_K, mean_K, isotropic[:, None] * ISOTROPIC)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of cells; see `GapOnMesh.quarter_data`; gaps are (3, n, 0)."""
         i, j = thrice_centroids(np.moveaxis(xy, -1, 0)) // (3 * PIXEL)
-        cube, inverse_cube = self._means[:, i, j]
+        mean_K, mean_inverse_K = self._means[:, i, j]
         coarse = np.flatnonzero(averages.extent(xy)[0] > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
-        cube[:, coarse], inverse_cube[:, coarse] = self._above_pixel.lookup(place)
-        return QuarterData.of(cube, inverse_cube)
+        mean_K[:, coarse], mean_inverse_K[:, coarse] = self._above_pixel.lookup(place)
+        return QuarterData.of(mean_K, mean_inverse_K)
 
 
 REPRESENTATIONS: dict[str, type[LinearGap] | type[ConstantGap]] = {

@@ -20,6 +20,8 @@ from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
 # vertices or wrongly joined cells falsifies them.
 LEAST_STEP = 0.3
 MOST_HALVINGS = 4  # of a cell before the next solve
+LEAK_HALVINGS = 2  # of a cell from which the linear pressure leaks: half its size in x and y
+JOINT_HALVINGS = 4  # of a wrongly joined cell: a quarter of its size
 
 
 @dataclass(frozen=True)
@@ -127,12 +129,14 @@ def mark(
     if step < 1:
         large = doerfler(indicators, step * part * tuning.theta)
     leaks = completed(large | through, residuals, required)
-    large = halvings(indicators, large)
+    halved = halvings(indicators, large)
     times = np.zeros(len(problem.kept), dtype=np.int8)
-    times[problem.kept] = np.max([large, through, 2 * leaks, 4 * joints], axis=0)
+    times[problem.kept] = np.max(
+        [halved, through, LEAK_HALVINGS * leaks, JOINT_HALVINGS * joints], axis=0
+    )
     # A step smaller than a full one (part < 1) is the last and has the size that is needed: do not
     # look ahead by indicators.
-    least_indicator = indicators[large > 0].min(initial=np.inf) if part == 1 else np.inf
+    least_indicator = indicators[halved > 0].min(initial=np.inf) if part == 1 else np.inf
     return Marks(times, float(least_indicator), float(blocked_flux[through].min(initial=np.inf)))
 
 

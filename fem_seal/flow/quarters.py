@@ -54,10 +54,10 @@ class QuarterData:
     resistivity: np.ndarray
 
     @classmethod
-    def of(cls, cube: np.ndarray, inverse_cube: np.ndarray) -> "QuarterData":
+    def of(cls, mean_K: np.ndarray, mean_inverse_K: np.ndarray) -> "QuarterData":
         """From the two means (4, n)."""
-        finite = np.where(np.isfinite(inverse_cube), inverse_cube, 0.0)
-        return cls(cube.ravel(), finite.reshape(-1, 1))
+        finite = np.where(np.isfinite(mean_inverse_K), mean_inverse_K, 0.0)
+        return cls(mean_K.ravel(), finite.reshape(-1, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,36 +86,36 @@ class QuarterShape:
             differences=scale * (mx * mx + my * my),
         )
 
-    def slopes(self, corner_values: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, ...]:
-        """∫ c ∇φ·∇v, each (n,), for the bubble functions φ of m, e and d.
+    def slopes(self, corner_values: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, ...]:
+        """∫ K ∇φ·∇v, each (n,), for the bubble functions φ of m, e and d.
 
         Each bubble function is twice a sum of barycentric coordinates: for m it is 2 λ_c on the
         half (m, a, b) and 2 λ_b on the other half; for d it is 2 (λ_b - λ_c) on (d, m, a) and 2 λ_a
         on (d, b, m); for e it is 2 λ_a on (e, m, c) and 2 (λ_c - λ_b) on (e, a, m). v has the
-        corner values (n, 3), and the quarters the coefficients c (4, n).
+        corner values (n, 3), and the quarters the coefficients K (4, n).
         """
         # Use differences of the corner values: a common constant then cancels exactly.
         v_a, v_b, v_c = corner_values.T
         v_b, v_c = (v_b - v_a) / 2, (v_c - v_a) / 2
-        b, c_ = self.bb * v_b + self.bc * v_c, self.bc * v_b + self.cc * v_c
-        plus, minus = b + c_, b - c_
+        along_b, along_c = self.bb * v_b + self.bc * v_c, self.bc * v_b + self.cc * v_c
+        plus, minus = along_b + along_c, along_b - along_c
         return (
-            (c[1] + c[3]) * b + (c[0] + c[2]) * c_,
-            -(c[1] * plus + c[3] * minus),
-            c[0] * minus - c[2] * plus,
+            (K[1] + K[3]) * along_b + (K[0] + K[2]) * along_c,
+            -(K[1] * plus + K[3] * minus),
+            K[0] * minus - K[2] * plus,
         )
 
-    def stiffness(self, c: np.ndarray) -> tuple[np.ndarray, ...]:
-        """∫ c |∇φ|², each (n,), for the bubbles of m, e and d."""
+    def stiffness(self, K: np.ndarray) -> tuple[np.ndarray, ...]:
+        """∫ K |∇φ|², each (n,), for the bubbles of m, e and d."""
         return (
-            (c[0] + c[2]) * self.cc + (c[1] + c[3]) * self.bb,
-            c[1] * self.sums + c[3] * self.differences,
-            c[0] * self.differences + c[2] * self.sums,
+            (K[0] + K[2]) * self.cc + (K[1] + K[3]) * self.bb,
+            K[1] * self.sums + K[3] * self.differences,
+            K[0] * self.differences + K[2] * self.sums,
         )
 
-    def couplings(self, c: np.ndarray) -> tuple[np.ndarray, ...]:
-        """∫ c ∇φ·∇χ, each (n,), for the bubble φ of m and the bubbles χ of e and d."""
+    def couplings(self, K: np.ndarray) -> tuple[np.ndarray, ...]:
+        """∫ K ∇φ·∇χ, each (n,), for the bubble φ of m and the bubbles χ of e and d."""
         return (
-            c[3] * (self.bc - self.bb) - c[1] * (self.bc + self.bb),
-            c[0] * (self.bc - self.cc) - c[2] * (self.bc + self.cc),
+            K[3] * (self.bc - self.bb) - K[1] * (self.bc + self.bb),
+            K[0] * (self.bc - self.cc) - K[2] * (self.bc + self.cc),
         )

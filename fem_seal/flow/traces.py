@@ -141,7 +141,7 @@ def resistivity(
     aspect: np.ndarray | float,
     gaps: np.ndarray,
     contact: np.ndarray,
-    inverse_cube: np.ndarray,
+    mean_inverse_K: np.ndarray,
     law: Conductivity = CUBE.below,
 ) -> np.ndarray:
     """Resistivity tensor (n, 3) of cells: xx, xy, yy; that of power traces at contact vertices.
@@ -152,11 +152,11 @@ def resistivity(
     ----------
     xy, aspect : coordinates (3, n, 2) of the corners, and the factors that scale x and y
     gaps, contact : (3, n), gap at the corners, and which of them are contact vertices
-    inverse_cube : (n,), mean of 1/gap³, or of the inverse of the law
+    mean_inverse_K : (n,), mean of the inverse of the law
     law : lower bound of the conductivity
     """
     count = contact.sum(axis=0)
-    isotropic = np.where(np.isinf(inverse_cube), 0.0, inverse_cube)
+    isotropic = np.where(np.isinf(mean_inverse_K), 0.0, mean_inverse_K)
     two = np.flatnonzero(count == 2)
     highest = gaps[:, two].max(axis=0)
     isotropic[two] = _edge_resistivity(highest, law)

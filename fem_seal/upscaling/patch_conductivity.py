@@ -50,15 +50,14 @@ if TYPE_CHECKING:
 
 TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
 MOST_LOADS = 40
-# Part of the error of the load table that is refined at a time (Dörfler), and the part of its error
-# that an interval keeps when it is halved: enclosures are of second order.
-SHARE, LEFT = 0.5, 0.25
+SHARE = 0.5  # part of the error of the load table that is refined at a time (Dörfler)
+LEFT = 0.25  # part of its error that a halved interval keeps: enclosures are of second order
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
 WIDTH = 0.22
 # Intervals that make less of the error than this part of the tolerance are not enclosed.
 SMALL = 0.02
-# Intervals between the places of an enclosure, and (c - b)/(b - a) of the line beyond b.
-BETWEEN, BEYOND = 2, 0.125
+BETWEEN = 2  # intervals between the places of an enclosure
+BEYOND = 0.125  # (c - b)/(b - a), where c is the load that gives the line beyond b
 SIMPSON = (4, 1, 1)  # weights of the value and of both bounds
 # The load from which on a sealed patch is sealed is known to this part of the highest one.
 MARGIN = 1 / 16
@@ -138,9 +137,9 @@ class LoadedPatch:
     def _enclosure(self, a: float, b: float) -> Enclosure | None:
         if a not in self._flows:
             return None
-        share = np.linspace(0, 1, BETWEEN + 1)
+        places = np.linspace(0, 1, BETWEEN + 1)
         gap_a, gap_b = self._gap(a), self._gap(b)
-        below = [self._film((1 - s) * gap_a + s * gap_b) for s in share[1:]]
+        below = [self._film((1 - s) * gap_a + s * gap_b) for s in places[1:]]
         flow = self._flows[a]
         scale = self._per_square(flow)
         upper = scale * flow.conductances_below([flow.film, *below])
@@ -148,7 +147,7 @@ class LoadedPatch:
         if b in self._flows:
             c = b + BEYOND * (b - a)
             fall = (b - a) / (c - b) * (gap_b - self._gap(c))
-            above = [self._film(gap_b + s * fall) for s in share[1:]]
+            above = [self._film(gap_b + s * fall) for s in places[1:]]
             flow = self._flows[b]
             resistances = flow.resistances_above([flow.film, *above])
             lower = self._per_square(flow) / resistances[::-1]
@@ -182,8 +181,8 @@ class LoadedPatch:
         for (a, b), enclosure in self._enclosures.items():
             if enclosure is None or not a < load < b:
                 continue
-            share = np.array((load - a) / (b - a))
-            if upper < enclosure.lower_at(share) or lower > enclosure.upper_at(share):
+            place = np.array((load - a) / (b - a))
+            if upper < enclosure.lower_at(place) or lower > enclosure.upper_at(place):
                 self.convex = False
 
     def _state(self, load: float) -> ContactState:
@@ -292,8 +291,8 @@ def refined_table(
     """
     if profile.highest <= ends.inlet:
         return PatchFlow(None, SealFlow("lifted off", inf, inf, inf))
-    # The place of the highest contact pressure has this net load when fluid of the inlet's pressure
-    # reaches it. No fluid passes the place if the patch is sealed then.
+    # Where the contact pressure is highest, and fluid at the inlet's pressure arrives, the net load
+    # is the decisive one. If it seals the patch, no fluid passes there.
     decisive = profile.highest - ends.inlet
     progress("whether it seals")
     if patch.sealed(decisive):
@@ -366,7 +365,7 @@ def _errors(table: ConductivityTable, flow: SealFlow) -> tuple[np.ndarray, np.nd
     different net loads.
     """
     count = table.loads.size - 1
-    error, share = np.zeros(count), np.zeros(count)
+    error, influences = np.zeros(count), np.zeros(count)
     paths = (present(flow.path, "path of the flow"), *flow.bounding)
     weights = np.array(SIMPSON[: len(paths)]) / sum(SIMPSON[: len(paths)])
     for weight, along in zip(weights, paths, strict=True):
@@ -376,12 +375,12 @@ def _errors(table: ConductivityTable, flow: SealFlow) -> tuple[np.ndarray, np.nd
         interval, net, influence = interval[known], net[known], influence[known]
         fall = _log_ratio(table.highest(net), table.lowest(net))
         error += np.bincount(interval, influence * fall, count)
-        share += np.bincount(interval, influence, count)
+        influences += np.bincount(interval, influence, count)
     of_ends = _log_ratio(table.upper, table.lower)
-    of_flows = 0.5 * share * (of_ends[:-1] + of_ends[1:])
+    of_flows = 0.5 * influences * (of_ends[:-1] + of_ends[1:])
     error = np.maximum(error - of_flows, 0.0)
     falls = _log_ratio(table.value[:-1], table.value[1:])
-    expected = np.minimum(share * WIDTH * falls**2, error)
+    expected = np.minimum(influences * WIDTH * falls**2, error)
     if flow.lower == 0 and table.lower[-1] == 0:
         # Without a lower bound, refine only towards the load that seals.
         error = expected = np.zeros(count)

@@ -30,9 +30,10 @@ from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import SealingPart, lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
 
-# Of a sealed seal: most lower loads, and their part of the net load under the one before; tolerance
-# of the bounds under them.
-LOADS, STEP, LOOSE = 4, 0.8, 1.0
+# A sealed seal is tried under lower loads, until its patches leak.
+LOADS = 4  # most of them
+STEP = 0.8  # net load over the one before
+LOOSE = 1.0  # (upper - lower)/√(lower upper) of the leak rate under them
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,7 @@ def under_less_load(
             lowered = solve_seal(patch, folder, work, part=part)
             if lowered.interval is not None:
                 beside = lowered.upper / lowered.value * (1 + (lowered.contact_error or 0.0))
-                leaking = sum(one.flow.state == "leaking" for one in lowered.patches)
+                leaking = sum(flow.flow.state == "leaking" for flow in lowered.patches)
                 at_most = lowered.interval[1] * beside
                 return replace(seal, lowered=LoweredSeal(part, leaking, at_most))
     return replace(seal, lowered=LoweredSeal(loads[-1]))
@@ -150,39 +151,39 @@ def solve_seal(
     scenes = realizations(scene.with_({"seal.rtol": rtol}))[:patches]
     solved = solved_patches(scenes, patch, folder, work or Work(), part, each)
     flows = []
-    for one in solved:
-        table = one.stored.table
+    for of_patch in solved:
+        table = of_patch.stored.table
         flow = seal_flow(table, profile, path, ends)
-        flows.append(PatchFlow(table, flow, one.converged, one.reason))
-    errors = [one.contact_error for one in solved if max(one.stored.upper) > 0]
-    known = [error for error in errors if error is not None]
-    largest = max(known) if known and len(known) == len(errors) else None
-    gaps = [one.critical_gap for one in solved if one.critical_gap]
+        flows.append(PatchFlow(table, flow, of_patch.converged, of_patch.reason))
+    errors = [of_patch.contact_error for of_patch in solved if max(of_patch.stored.upper) > 0]
+    estimates = [error for error in errors if error is not None]
+    largest = max(estimates) if estimates and len(estimates) == len(errors) else None
+    gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]
     together = _together(tuple(flows), path, size, rtol)
     return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
 
 
 def median_patch(flows: tuple[PatchFlow, ...]) -> PatchFlow:
     """The patch of the median leak rate; of an even number the one that leaks more."""
-    return sorted(flows, key=lambda one: one.flow.value)[len(flows) // 2]
+    return sorted(flows, key=lambda flow: flow.flow.value)[len(flows) // 2]
 
 
 def _together(
     flows: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, float], rtol: float
 ) -> SealLeak:
     """Put the patches of a size [m] into the network of the seal."""
-    rates = np.array([(one.flow.lower, one.flow.value, one.flow.upper) for one in flows])
+    rates = np.array([(flow.flow.lower, flow.flow.value, flow.flow.upper) for flow in flows])
     lengths = [
-        one.flow.path.sealing_length
-        for one in flows
-        if one.flow.path and one.flow.state == "leaking"
+        flow.flow.path.sealing_length
+        for flow in flows
+        if flow.flow.path and flow.flow.state == "leaking"
     ]
     length = float(np.median(lengths)) if lengths else path.length
     count = PatchCount.of(length, path.circumference, size)
-    sealed = sum(one.flow.state == "sealed" for one in flows)
+    sealed = sum(flow.flow.state == "sealed" for flow in flows)
     share = Share(sealed / len(flows), *sealed_share(sealed, len(flows)))
     sealing = median_patch(flows).flow.sealing
-    if any(one.flow.state == "lifted off" for one in flows):
+    if any(flow.flow.state == "lifted off" for flow in flows):
         return SealLeak(
             "lifted off", inf, inf, inf, flows, count, 0.0, None, share, True, "", path.length,
             sealing,
@@ -203,7 +204,7 @@ def _missed(flows: tuple[PatchFlow, ...], lower: float, upper: float, rtol: floa
 
     The bounds of a patch that leaks little may be wide if those of the seal are narrow enough.
     """
-    ended = [number for number, one in enumerate(flows) if not one.converged]
+    ended = [number for number, flow in enumerate(flows) if not flow.converged]
     if not ended or upper == 0 or relative_width(lower, upper) <= rtol:
         return ""
     widths = [relative_half_width(flows[k].flow.lower, flows[k].flow.upper) for k in ended]

@@ -114,13 +114,13 @@ class GridTask(Task[tuple[Run, ...]]):
         surface = resample(surface_of(self.scene, comm), self.samples)
         pressed = Patch(self.scene, report, surface=surface, comm=comm)
         start = process_time()
-        contact = Known(pressed.contact)
+        contact = pressed.contact
         of_contact = process_time() - start
         flow, runs = self.scene.flow_settings, []
         for own in self.flows:
             limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
             settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
-            patch = pressed.with_(surface=surface, known=contact, lift="none", flow=settings)
+            patch = pressed.with_(surface=surface, known=Known(contact), lift="none", flow=settings)
             # Reset the kernel's largest resident memory of this process (proc(5)).
             Path("/proc/self/clear_refs").write_text("5")
             start = process_time()

@@ -38,7 +38,7 @@ def iterations(heights: GridField, load: dict[str, float], rule: ExtensionRule) 
     pair = ContactPair.prepared(heights, ElasticSolid(1.0))
     mean_gap = load["mean_gap"] / pair.unit_height if "mean_gap" in load else None
     pressure = load["pressure"] / pair.unit_pressure if "pressure" in load else None
-    problem = Problem(pair.heights, pair.half_space, pressure, mean_gap)
+    problem = Problem(pair.scaled_heights, pair.half_space, pressure, mean_gap)
     start = np.full(heights.shape, pressure or 0.0)
     for iterate in free_set_cg(problem, start, rule):
         if iterate.error <= 1e-6:

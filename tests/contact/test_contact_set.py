@@ -134,9 +134,9 @@ def test_rounding_refuses_no_correct_state(shape, load):
     surface = rough_surface(shape)
     pair = ContactPair.prepared(surface, ElasticSolid(E_STAR))
     wanted = load * E_STAR / pair.unit_pressure
-    problem = Problem(pair.heights, pair.half_space, mean_pressure=wanted)
+    problem = Problem(pair.scaled_heights, pair.half_space, mean_pressure=wanted)
     # This pressure flattens the surface exactly: any gap is rounding.
-    pressure = pair.half_space.pressure(pair.heights) + wanted
+    pressure = pair.half_space.pressure(pair.scaled_heights) + wanted
     noise = np.abs(problem.gap(pressure)).max()
     assert noise < problem.rounding(pressure) < 1000 * noise
     state = press(surface, E_STAR, pressure=load * E_STAR, tolerance=1e-2)

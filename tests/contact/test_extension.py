@@ -80,7 +80,7 @@ def iterated(
     """Iterate whose certificate is 1e-6, or the last within the limit; loads in Pa."""
     pair = ContactPair.prepared(height, ElasticSolid(E_STAR))
     mean = pressure / pair.unit_pressure
-    problem = Problem(pair.heights, pair.half_space, mean_pressure=mean)
+    problem = Problem(pair.scaled_heights, pair.half_space, mean_pressure=mean)
     first = np.ones(height.shape) if start is None else start.copy()
     first *= mean / first.mean()
     return next(
@@ -135,12 +135,12 @@ def test_iterates_are_those_of_the_pseudocode(settled):
     height = rough_surface((32, 24), hurst=0.4, short=2)
     pair = ContactPair.prepared(height, ElasticSolid(E_STAR), Arithmetic(precision="double"))
     mean = PRESSURE / pair.unit_pressure
-    problem = Problem(pair.heights, pair.half_space, mean_pressure=mean)
+    problem = Problem(pair.scaled_heights, pair.half_space, mean_pressure=mean)
     rule = ExtensionRule(settled, settled, rises=10**6, patience=10**6)
     draw = np.random.default_rng(1)
     start = mean * draw.uniform(0.5, 1.5, height.shape)
     start *= mean / start.mean()
-    expected = plain_iterates(pair.heights, mean, start, extended=settled > 0)
+    expected = plain_iterates(pair.scaled_heights, mean, start, extended=settled > 0)
     seen = free_set_cg(problem, start.copy(), rule)
     for plain, iterate in zip(islice(expected, 12), seen, strict=False):
         # The iteration multiplies rounding by less than ten a step, from 1e-16 on.

@@ -203,7 +203,7 @@ def test_cascade_agrees_with_elimination_and_conserves(representation, sides):
     gap = GridField(g, (1, 1), True)
     film = GridFilm(gap, sides, representation)
     exact, tol = by_differences(film, **FLUID), 1e-8
-    iterated = by_differences(film, cascade=True, tol=tol, **FLUID)
+    iterated = by_differences(film, cascade=True, rtol=tol, **FLUID)
     assert iterated.unknowns == exact.unknowns
     assert iterated.value == approx(exact.value, rel=10 * tol)
     assert iterated.value >= exact.value * (1 - 1e-12)  # Dirichlet's principle
