@@ -1,10 +1,15 @@
 """GridField: heights, gaps and pressures sampled on a uniform grid."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+
+Sides = Literal["wall", "periodic"]
+#: the gap is linear on triangles between its samples, or each sample fills one pixel
+Representation = Literal["linear", "constant"]
 
 
 @dataclass(frozen=True, eq=False)

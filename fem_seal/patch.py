@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from fem_seal.leak_rate import EstimatedError, FlowState, LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.scene import FlowSettings, require_scene
+from fem_seal.scene.sections import Lift
 from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, made_surface
 
@@ -84,7 +85,7 @@ class Patch:
         known: Known | None = None,
         contact_start: np.ndarray | None = None,
         load: "Load | None" = None,
-        lift: str | None = None,
+        lift: Lift | None = None,
         flow: FlowSettings | None = None,
         comm: parallel.Comm = None,
     ):
@@ -173,17 +174,33 @@ class Patch:
                 lambda: measured_surface(surface.path, surface.stated, steps), self.comm
             )
 
-    def with_(self, **changes: Any) -> "Patch":
+    def with_(
+        self,
+        *,
+        surface: GridField | None = None,
+        known: Known | None = None,
+        contact_start: np.ndarray | None = None,
+        load: "Load | None" = None,
+        lift: Lift | None = None,
+        flow: FlowSettings | None = None,
+    ) -> "Patch":
         """Same scene with other arguments of `Patch`.
 
         Load, lift, settings of the flow and surface stay unless they are named; what has been
         solved does not.
         """
-        kept: dict[str, Any] = {"load": self._load, "lift": self.lift, "flow": self._flow}
-        kept |= {"trust": self.trust, "comm": self.comm}
-        if "surface" not in changes:
-            kept["surface"] = self.surface
-        return Patch(self.scene, self.report, **(kept | changes))
+        return Patch(
+            self.scene,
+            self.report,
+            trust=self.trust,
+            surface=surface or self.surface,
+            known=known,
+            contact_start=contact_start,
+            load=load or self._load,
+            lift=lift or self.lift,
+            flow=flow or self._flow,
+            comm=self.comm,
+        )
 
     def thinned(self, surface: GridField) -> "Patch":
         """Same patch on a coarser grid of its heights [m], its flow looser and without a limit."""
@@ -191,7 +208,7 @@ class Patch:
         settings = replace(self.flow, rtol=rtol, decide=None, field=False)
         return self.with_(surface=surface, flow=settings)
 
-    def pressed_by(self, pressure: float, lift: str = "none") -> "Patch":
+    def pressed_by(self, pressure: float, lift: Lift = "none") -> "Patch":
         """Same surface and settings under another mean pressure [Pa]; dry if not said otherwise."""
         from fem_seal.contact.settings import Load
 

@@ -109,14 +109,18 @@ def _catches_all(handler):
 
 
 def _hands_keywords_through(function):
-    """Whether **kwargs of the function reappear as **kwargs of a call."""
+    """Whether **kwargs of the function reappear in **kwargs of a call, alone or with others.
+
+    A method may hand them to the method of its base class that it replaces.
+    """
     collected = function.args.kwarg and function.args.kwarg.arg
     return collected and any(
-        isinstance(node, ast.keyword)
-        and node.arg is None
-        and isinstance(node.value, ast.Name)
-        and node.value.id == collected
-        for node in ast.walk(function)
+        isinstance(part, ast.Name) and part.id == collected
+        for call in ast.walk(function)
+        if isinstance(call, ast.Call) and not ast.unparse(call.func).startswith("super().")
+        for keyword in call.keywords
+        if keyword.arg is None
+        for part in ast.walk(keyword.value)
     )
 
 

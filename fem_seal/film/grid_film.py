@@ -9,7 +9,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import clusters
 from fem_seal.film.constriction import CriticalConstriction, critical_constriction
 from fem_seal.film.lattice import Lattice, lattice
-from fem_seal.grid import GridField
+from fem_seal.grid import GridField, Representation, Sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,10 +25,10 @@ class GridFilm:
 
     gap: GridField  #: gap [m], >= 0 and exactly 0 in contact; inlet at x = 0, outlet at x = Lx
     #: "wall" or "periodic": no flow through y = 0 and y = Ly, or the two are one line
-    sides: str = "wall"
+    sides: Sides = "wall"
     #: "linear" or "constant": the samples are vertices and the gap is linear on triangles between
     #: them, or each sample fills one pixel
-    representation: str = "linear"
+    representation: Representation = "linear"
     #: the gap's vertices or pixels, each physical point once, and their neighbourhood
     sites: Lattice = field(init=False, repr=False)
 

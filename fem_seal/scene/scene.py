@@ -22,6 +22,7 @@ from fem_seal.scene.sections import (
     Accuracy,
     Contact,
     Flow,
+    Lift,
     Limit,
     Output,
     Section,
@@ -263,7 +264,7 @@ class Scene(Section):
         return self.flow.gauge_pressures
 
     @property
-    def lift(self) -> str:
+    def lift(self) -> Lift:
         """Model of the fluid's pressure on the solid: "none", "range" or "resolved".
 
         "none" if no product needs the flow. If the scene leaves flow.lift out: "resolved" for a

@@ -23,6 +23,7 @@ from fem_seal.contact import Arithmetic, ContactStopping, ElasticSolid, Layer
 from fem_seal.contact import settings as contact_settings
 from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.fluid import Drive
+from fem_seal.grid import Representation, Sides
 from fem_seal.limits import Limits
 from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.readable import own_names, python_rows
@@ -77,6 +78,7 @@ PoissonRatio = Annotated[float, BeforeValidator(_plain_number), Field(gt=-1, le=
 Count = Annotated[int, Strict(), Field(ge=1)]
 Seed = Annotated[int, Strict(), Field(ge=0)]
 Truth = Annotated[bool, Strict()]
+Lift = Literal["none", "range", "resolved"]
 InputFile = Annotated[Path, BeforeValidator(readable_file)]
 
 
@@ -329,15 +331,15 @@ class Flow(Section):
     ambient_pressure: NonNegativePressure | None = Field(
         None, description="absolute, on the back of the solid; the outlet's if left out"
     )
-    lift: Literal["none", "range", "resolved"] | None = Field(
+    lift: Lift | None = Field(
         None, description="effect of the fluid's pressure; resolved under a contact.pressure"
     )
-    sides: Literal["wall", "periodic"] | None = Field(
+    sides: Sides | None = Field(
         None, description="sides y = 0 and y = Ly; periodic where the gap repeats if left out"
     )
     # Not below 1e-9: the energies are accurate to the solver's tolerance, 1e-8.
     rtol: Number = Field(0.05, ge=1e-9, description="largest (upper - lower) / sqrt(lower upper)")
-    representation: Literal["linear", "constant"] = Field(
+    representation: Representation = Field(
         "linear", description="gap linear between samples, or constant on square pixels"
     )
     method: Literal["adaptive", "uniform", "finite-difference"] = Field(
@@ -350,7 +352,7 @@ class Flow(Section):
     max_seconds: Seconds | None = Field(None, description="stop with the best bounds so far")
     max_memory: Bytes | None = Field(None, description="stop with the best bounds so far")
 
-    def sides_of(self, gap_repeats: bool) -> Literal["wall", "periodic"]:
+    def sides_of(self, gap_repeats: bool) -> Sides:
         """Sides of the film of a gap that repeats or does not."""
         return self.sides or ("periodic" if gap_repeats else "wall")
 
