@@ -8,7 +8,7 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling import LiftProblem, most_claimed
+from fem_seal.coupling import LiftProblem
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.film_pressure import eliminated
@@ -82,7 +82,7 @@ def lifting_problem(
         film=lambda gap: GridFilm(
             gap, scene.flow.sides_of(gap.periodic), scene.flow.representation
         ),
-        flow=lambda film: _flow(settings, film, report, comm),
+        flow=lambda film, error: _flow(settings, film, error, report, comm),
         cubes=cubes,
         pressure_of=pressure_of,
         slips=slip is not None,
@@ -97,10 +97,12 @@ def lifting_problem(
     )
 
 
-def _flow(settings: FlowSettings, film: GridFilm, report: Report, comm: parallel.Comm) -> LeakRate:
+def _flow(
+    settings: FlowSettings, film: GridFilm, error: float, report: Report, comm: parallel.Comm
+) -> LeakRate:
     """Leak rate of a film to the tolerance of the result."""
     if film.sealed:
         return LeakRate.sealed(settings.method)
     if settings.method == "finite-difference":
         return FLOWS[settings.method](settings, film, report, comm)
-    return finite_elements(settings, film, report, comm, margin=most_claimed(settings.rtol))
+    return finite_elements(settings, film, report, comm, margin=error)

@@ -32,7 +32,7 @@ from fem_seal.coupling.constants import (
 )
 from fem_seal.coupling.newton import FloatingPoint, LiftPoint, Log, Stage, newton
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import SETTLED, LiftedState, spread
+from fem_seal.coupling.state import SETTLED, LiftedState, most_claimed, spread
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.pressure_grid import PressureGrid
@@ -276,7 +276,7 @@ def _most(problem: LiftProblem, contact: ContactState) -> np.ndarray:
 
 def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     """The state at the end of the steps, with its leak rate to the tolerance of the result."""
-    leak = problem.flow(problem.film(found.contact.gap))
+    leak = problem.flow(problem.film(found.contact.gap), min(found.error, most_claimed(rtol)))
     error, reason, steps = found.error, "", len(found.residuals) - 1
     lowest, highest = leak.value * exp(-error), leak.value * exp(min(error, MOST_ERROR))
     if leak.state == "sealed":
@@ -290,7 +290,7 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
         if opened is not None:
             highest = inf
             if problem.left_of(pressure) > 0:
-                most = problem.flow(opened)
+                most = problem.flow(opened, 0.0)
                 highest = most.value if most.upper is None else most.upper
             reason = (
                 f"the film is sealed after {steps} of Newton's steps, but more fluid pressure "

@@ -32,7 +32,9 @@ class LiftProblem:
         [GridField, float | None, ContactState | np.ndarray | None, float], ContactState
     ]
     film: Callable[[GridField], GridFilm]  #: film of a gap
-    flow: Callable[[GridFilm], LeakRate]  #: leak rate of a film, by all processes together
+    #: (film, error of its ln Q by the lift) -> leak rate, by all processes together. A decision
+    #: against a limit counts this error
+    flow: Callable[[GridFilm, float], LeakRate]
     #: gaps (nx, ny) [m] -> cubes of the gaps that conduct as much without slip [m³]
     cubes: Callable[[np.ndarray], np.ndarray]
     #: (u, critical gap [m]) -> fluid pressure [Pa] where the linear problem has the solution u

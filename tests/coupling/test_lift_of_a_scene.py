@@ -158,9 +158,10 @@ def test_budget_and_verdict_count_the_lift():
 
 
 def test_a_decision_counts_the_lift():
-    """The flow alone would decide both limits. The near one lies within the error of the lift, at
-    most half of flow.rtol, and the result says that the decision is missing; a smaller tolerance
-    reaches it. The far one is decided.
+    """The flow alone would decide all limits, but the nearest lies within the error of the lift.
+
+    The result has converged where the verdict is decided, and only there: its flow ends by the same
+    error that the verdict counts. A smaller tolerance decides nearer limits.
     """
 
     def judged(limit, **flow):
@@ -169,12 +170,17 @@ def test_a_decision_counts_the_lift():
         return solve(Scene.from_mapping(mapping)).result()
 
     most = solve(scene(rtol=0.005)).result().leak_rate.upper
-    far, near = judged(1.3 * most), judged(1.0025 * most)
-    assert (far.verdict.decision, far.converged) == ("within limit", True)
-    assert (near.verdict.decision, near.converged) == ("undecided", False)
-    assert "uncertainty of the lift" in near.reason
-    narrow = judged(1.01 * most, rtol=0.005)
-    assert (narrow.verdict.decision, narrow.converged) == ("within limit", True)
+    found = [judged(part * most) for part in (1.3, 1.01, 0.99, 0.9)]
+    decisions = [(one.verdict.decision, one.converged) for one in found]
+    within, undecided, above = (
+        ("within limit", True),
+        ("undecided", False),
+        ("above limit", True),
+    )
+    assert decisions == [within, within, undecided, above]
+    assert "uncertainty of the lift" in found[2].reason
+    narrow = judged(1.005 * most, rtol=0.005)
+    assert (narrow.verdict.decision, narrow.converged) == within
 
 
 def test_a_decision_that_the_fluid_pressure_leaves_open_is_missing():
