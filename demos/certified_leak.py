@@ -31,6 +31,7 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import Level, relative_width
+from fem_seal.render.bounds import draw_bounds
 from fem_seal.render.plot import new_figure
 from fem_seal.surface import Spectrum, self_affine
 
@@ -78,27 +79,16 @@ def compare(gap: GridField, rtol: float, grids: int) -> Comparison:
 
 
 def draw(comparison: Comparison, path: Path) -> None:
-    """Left: bounds; right: their half-width."""
+    """Left: bounds; right: their half-width. The uniform mesh is dotted."""
+    uniform = [level for level in comparison.uniform if level.lower > 0]
+    n, style = [level.unknowns for level in uniform], {"markersize": 4}
     with new_figure((11, 4.6), path) as figure:
-        left, right = figure.subplots(1, 2)
-        for levels, colour, name in (
-            (comparison.adaptive, "tab:red", "adaptive"),
-            (comparison.uniform, "tab:blue", "uniform P1"),
-        ):
-            bounded = [level for level in levels if level.lower > 0]
-            n = [level.unknowns for level in bounded]
-            lower, upper = [level.lower for level in bounded], [level.upper for level in bounded]
-            left.fill_between(n, lower, upper, color=colour, alpha=0.25, label=f"{name}: bounds")
-            left.plot(n, np.sqrt(np.multiply(lower, upper)), color=colour, marker=".")
-            right.plot(n, [100 * level.half_width for level in bounded], ".-", color=colour)
-        last = comparison.adaptive[-1]
-        n = np.geomspace(last.unknowns / 4, 4 * last.unknowns)
-        law = 100 * last.half_width * last.unknowns / n
-        right.plot(n, law, "k", lw=0.8, label="1/unknowns")
-        left.set(xscale="log", yscale="log", xlabel="unknowns", ylabel="leak rate [m³/s]")
-        right.set(xscale="log", yscale="log", xlabel="unknowns", ylabel="certified half-width [%]")
-        for axes in (left, right):
-            axes.legend(fontsize=8)
+        draw_bounds(figure, comparison.adaptive)
+        rates, widths = figure.axes
+        for end, marker in (("lower", "^"), ("upper", "v")):
+            rates.plot(n, [getattr(level, end) for level in uniform], f"k{marker}:", **style)
+        widths.plot(n, [level.half_width for level in uniform], "ks:", label="uniform", **style)
+        widths.legend(frameon=False)
 
 
 # %% [markdown]
