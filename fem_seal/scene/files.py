@@ -23,7 +23,10 @@ def read_toml(path: Path) -> dict[str, Any]:
     if (dots := sum(line.count(".") for line in lines)) > MOST_DOTS:
         raise _no_scene(path, f"{dots} dots outside comments; a scene has few")
     try:
-        return _shallow(tomllib.loads(text), path)
+        data = tomllib.loads(text)
+        if _depth(data) > DEEPEST:
+            raise RecursionError
+        return data
     except RecursionError:
         raise _no_scene(path, "it is nested too deeply") from None
     except ValueError as error:  # of TOML, or of a number with thousands of digits
@@ -40,17 +43,10 @@ def _no_scene(path: Path, reason: str) -> InvalidInput:
     )
 
 
-def _shallow(data: dict[str, Any], path: Path) -> dict[str, Any]:
-    """Parse the tables of a scene; refuse deeper nesting than any scene has."""
-    level: list[object] = [data]
-    for _ in range(DEEPEST):
-        tables = [item for item in level if isinstance(item, dict)]
-        lists = [item for item in level if isinstance(item, list)]
-        level = [value for table in tables for value in table.values()]
-        level += [value for values in lists for value in values]
-        if not level:
-            return data
-    raise _no_scene(path, "it is nested too deeply")
+def _depth(value: object) -> int:
+    """Number of tables and lists inside each other."""
+    inner = list(value.values()) if isinstance(value, dict) else value
+    return 1 + max(map(_depth, inner), default=0) if isinstance(inner, list) else 0
 
 
 def parse_assignment(assignment: str) -> tuple[tuple[str, ...], str]:
