@@ -7,9 +7,8 @@ import numpy as np
 from demos.letter.contacts import SIDES, VISCOSITY, RoughCase, at_area
 from demos.letter.flows import SEED
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference.cascade import first_guess
+from fem_seal.finite_difference.cascade import first_guess, grid_energy, relax
 from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.relaxation import grid_energy, relax
 from fem_seal.finite_difference.stencil import FlowGrid, flow_grid
 
 # Most samples along a side for which the converged pressure is computed as well: it takes thousands

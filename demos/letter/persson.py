@@ -17,8 +17,7 @@ from demos.letter.contacts import (
 from demos.letter.currents import Current
 from fem_seal.grid import GridField
 from fem_seal.surface.spectrum import mode_powers, wavenumbers
-from fem_seal.theory.persson import cumulative, ladder, persson_state
-from fem_seal.theory.seal_estimates import effective_film_conductivity
+from fem_seal.theory.persson import cumulative, effective_film_conductivity, ladder, persson_state
 
 # Mean pressures over E* h'rms: A/A0 from 0.01 to 0.45 in Persson's theory. From 0.16 on they are
 # close together: the leak rate there falls by decades within a few per cent of the load.

@@ -10,9 +10,8 @@ and the leak rate is Q = C Δp, C the conductance of the network between its two
 
 from fem_seal.film.grid_film import GridFilm, require_film
 from fem_seal.film.law import leak_rate_of_square
-from fem_seal.finite_difference.cascade import first_guess
+from fem_seal.finite_difference.cascade import first_guess, relax
 from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.relaxation import relax
 from fem_seal.finite_difference.slipping import film_without_slip
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.fluid import Slip

@@ -11,9 +11,9 @@ from fem_seal.finite_difference.cascade import (
     BLOCK_RTOL,
     coarse_grid,
     first_guess,
+    grid_energy,
 )
 from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.relaxation import grid_energy
 from fem_seal.finite_difference.solver import by_differences
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField

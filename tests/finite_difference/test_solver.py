@@ -8,8 +8,8 @@ import pytest
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
+from fem_seal.finite_difference.cascade import relax
 from fem_seal.finite_difference.links import LINKS
-from fem_seal.finite_difference.relaxation import relax
 from fem_seal.finite_difference.slipping import node_pressure
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField

@@ -25,8 +25,7 @@ from demos.letter.persson import SampledSpectrum, comparisons, predictions
 from demos.letter.reproduce import main
 from fem_seal.contact import press
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference.cascade import first_guess
-from fem_seal.finite_difference.relaxation import grid_energy, relax
+from fem_seal.finite_difference.cascade import first_guess, grid_energy, relax
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.surface import Spectrum, rms_slope
 from fem_seal.theory.persson import contact_area

@@ -16,11 +16,11 @@ from fem_seal.theory.persson import (
     GAMMA,
     contact_area,
     cumulative,
+    effective_film_conductivity,
     inner_integral,
     ladder,
     persson_state,
 )
-from fem_seal.theory.seal_estimates import effective_film_conductivity
 
 # No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
