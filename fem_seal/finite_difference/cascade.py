@@ -10,8 +10,8 @@ next grid and relaxed again, down to the samples themselves (W. B. Dapp et al., 
 108, 244301 (2012)).
 
 The relaxation, `relax`, is conjugate gradients with Jacobi scaling. The equations are A p = b on
-the free nodes a, where A is the matrix of the network, D its diagonal, and b comes from p = 1 at the
-inlet and p = 0 at the outlet. Each step of the method of M. R. Hestenes and E. Stiefel, J. Res.
+the free nodes a, where A is the matrix of the network, D its diagonal, and b comes from p = 1 at
+the inlet and p = 0 at the outlet. Each step of the method of M. R. Hestenes and E. Stiefel, J. Res.
 Nat. Bur. Stand. 49, 409 (1952)
 
     α = (r·z)/(d·A d),   p += α d,   r -= α A d,   z = D⁻¹ r,   d = z + (r·z)/(r·z)_before d
