@@ -138,7 +138,7 @@ def parts_of_bounds(leak: LeakRate) -> tuple[tuple[float, float], tuple[float, f
     return (1 / refined, refined), (1 / interval, interval)
 
 
-def of_flow(leak: LeakRate) -> Uncertainty:
+def flow_entry(leak: LeakRate) -> Uncertainty:
     """Entry of the bounds of the flow through the gap as it is represented."""
     if leak.state == "lifted off":
         sentence = "nothing limits the flow of a seal that is lifted off"

@@ -39,7 +39,7 @@ LOADS = ("contact.pressure", "seal.line_load")
 STIFFNESSES = ("solid.youngs_modulus", "solid.contact_modulus", "heights")
 
 
-def exact_inputs(patch: Patch) -> Uncertainty | None:
+def exact_inputs_entry(patch: Patch) -> Uncertainty | None:
     """Entry of a scene without [tolerances]."""
     if patch.scene.tolerances is not None:
         return None

@@ -18,10 +18,10 @@ from fem_seal.quantities.error_budget import (
     Kind,
     Uncertainty,
 )
-from fem_seal.quantities.inputs import exact_inputs
+from fem_seal.quantities.inputs import exact_inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
-from fem_seal.quantities.slip import slip_entry
-from fem_seal.quantities.uncertainties import isotropy, model
+from fem_seal.quantities.slip import slip_entry_at
+from fem_seal.quantities.uncertainties import isotropy_entry, model_entry
 from fem_seal.quantities.verdict import open_entries
 from fem_seal.rarefied import FIRST_ORDER
 from fem_seal.scene import FileSurface
@@ -95,26 +95,26 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
             "the contact pressure is nowhere above the fluid's at the inlet: no contact is left, "
             "whatever the roughness; contact remains where the contact pressure is above it"
         )
-        return Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0), model(patch)
+        return Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0), model_entry(patch)
     scales, size = scale_entries(patch, seal.leak_path)
     gap, rtol = seal.critical_gap, present(patch.scene.seal, "[seal]").rtol
     entries = (
-        _flow_and_loads(patch, seal),
-        _patches(seal),
-        _contact_grid(seal),
+        _flow_and_loads_entry(patch, seal),
+        _patches_entry(seal),
+        _contact_grid_entry(seal),
         scales,
-        _network(seal),
+        _network_entry(seal),
         size,
-        isotropy(patch),
-        None if gap is None else slip_entry(patch.scene, gap, seal.leak_path, rtol),
-        _slip_along(patch, seal),
-        exact_inputs(patch),
-        model(patch),
+        isotropy_entry(patch),
+        None if gap is None else slip_entry_at(patch.scene, gap, seal.leak_path, rtol),
+        _slip_along_entry(patch, seal),
+        exact_inputs_entry(patch),
+        model_entry(patch),
     )
     return tuple(entry for entry in entries if entry is not None)
 
 
-def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
+def _flow_and_loads_entry(patch: Patch, seal: SealLeak) -> Uncertainty:
     layer = present(patch.scene.solid, "[solid]").layer_thickness is not None
     kind: Kind = "estimated" if layer else "guaranteed"
     sentence = (
@@ -130,7 +130,7 @@ def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
     )
 
 
-def _patches(seal: SealLeak) -> Uncertainty:
+def _patches_entry(seal: SealLeak) -> Uncertainty:
     number, share = len(seal.patches), seal.share_sealed
     sealed = (
         f"{round(share.value * number)} of {number_of(number, 'realization')} sealed (95 % "
@@ -208,7 +208,7 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
     return Uncertainty("patches", "estimated", sentence, 1.0, None, upper_rate=rate)
 
 
-def _contact_grid(seal: SealLeak) -> Uncertainty:
+def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
     error = seal.contact_error
     if seal.state == "sealed":
         sentence = "what a finer grid of the contact would change is computed of leaking seals only"
@@ -226,7 +226,7 @@ def _contact_grid(seal: SealLeak) -> Uncertainty:
     return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
 
 
-def _network(seal: SealLeak) -> Uncertainty | None:
+def _network_entry(seal: SealLeak) -> Uncertainty | None:
     if seal.count.along == 1 or len(seal.patches) == 1:
         return None
     sentence = (
@@ -237,7 +237,7 @@ def _network(seal: SealLeak) -> Uncertainty | None:
     return Uncertainty("network", "not covered", sentence)
 
 
-def _slip_along(patch: Patch, seal: SealLeak) -> Uncertainty | None:
+def _slip_along_entry(patch: Patch, seal: SealLeak) -> Uncertainty | None:
     """Entry for the slip at the pressures along the path; K has the slip at their mean."""
     law, gap = patch.scene.slip, seal.critical_gap
     if law is None or gap is None:

@@ -36,7 +36,7 @@ def knudsen_number(patch: Patch) -> float | None:
     return drive.mean_free_path(patch.scene.viscosity) / critical
 
 
-def slip(patch: Patch) -> Uncertainty | None:
+def slip_entry(patch: Patch) -> Uncertainty | None:
     """Entry for the error of the law of slip; None for a liquid or a sealed gap."""
     if knudsen_number(patch) is None:
         return None
@@ -46,10 +46,10 @@ def slip(patch: Patch) -> Uncertainty | None:
     else:
         length = float(np.ptp(film.mesh.xy, axis=0).max())
     critical = present(film.constriction, "constriction").gap
-    return slip_entry(patch.scene, critical, length, patch.flow.rtol)
+    return slip_entry_at(patch.scene, critical, length, patch.flow.rtol)
 
 
-def slip_entry(scene: Scene, critical: float, length: float, rtol: float) -> Uncertainty | None:
+def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> Uncertainty | None:
     """Entry at a critical gap [m] of a film of a length [m]; None for a liquid.
 
     The kinetic law is computed from a model of the gas, and other models differ a little. The
@@ -99,7 +99,7 @@ def slip_entry(scene: Scene, critical: float, length: float, rtol: float) -> Unc
     )
 
 
-def slip_interval(patch: Patch) -> Uncertainty | None:
+def slip_interval_entry(patch: Patch) -> Uncertainty | None:
     """Entry for the slip interval, since the local pressure is not known; None without slip."""
     leak = patch.leak_rate
     if leak.slip_interval is None:

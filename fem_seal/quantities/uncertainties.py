@@ -15,11 +15,11 @@ from fem_seal.quantities.error_budget import (
     ONE_PATCH,
     ErrorBudget,
     Uncertainty,
-    of_flow,
+    flow_entry,
 )
-from fem_seal.quantities.inputs import exact_inputs
+from fem_seal.quantities.inputs import exact_inputs_entry
 from fem_seal.quantities.lift import lift_entry
-from fem_seal.quantities.slip import slip, slip_interval
+from fem_seal.quantities.slip import slip_entry, slip_interval_entry
 from fem_seal.scene import FileSurface, ProfileSurface
 
 
@@ -31,11 +31,11 @@ def error_budget(patch: Patch) -> ErrorBudget | None:
     return tuple(entry for entry in entries if entry is not None)
 
 
-def _flow(patch: Patch) -> Uncertainty:
-    return of_flow(patch.leak_rate)
+def _flow_entry(patch: Patch) -> Uncertainty:
+    return flow_entry(patch.leak_rate)
 
 
-def _contact_grid(patch: Patch) -> Uncertainty | None:
+def _contact_grid_entry(patch: Patch) -> Uncertainty | None:
     scene = patch.scene
     if scene.contact is None or scene.seal is not None or patch.lifted_off:
         return None
@@ -49,7 +49,7 @@ def _contact_grid(patch: Patch) -> Uncertainty | None:
     return _estimated(CONTACT_GRID, error)
 
 
-def _contact_area(patch: Patch) -> Uncertainty | None:
+def _contact_area_entry(patch: Patch) -> Uncertainty | None:
     error = area_error(patch)
     return None if error is None else _estimated(CONTACT_AREA, error)
 
@@ -67,28 +67,28 @@ def _estimated(key: str, error: EstimatedError) -> Uncertainty:
     )
 
 
-def _instrument(patch: Patch) -> Uncertainty | None:
+def _instrument_entry(patch: Patch) -> Uncertainty | None:
     if not isinstance(patch.scene.surface, FileSurface):
         return None
     sentence = "waves that the instrument did not resolve are not in the map"
     return Uncertainty("instrument", "not covered", sentence)
 
 
-def _given_gap(patch: Patch) -> Uncertainty | None:
+def _given_gap_entry(patch: Patch) -> Uncertainty | None:
     if patch.scene.gap is None:
         return None
     sentence = "the gap is given, and its own error is not known"
     return Uncertainty("given_gap", "not covered", sentence)
 
 
-def _one_patch(patch: Patch) -> Uncertainty | None:
+def _one_patch_entry(patch: Patch) -> Uncertainty | None:
     if patch.scene.shape is not None and patch.scene.shape.own_gap:
         return None
     sentence = "this is one piece of one rough surface; others leak more or less"
     return Uncertainty(ONE_PATCH, "not covered", sentence)
 
 
-def isotropy(patch: Patch) -> Uncertainty | None:
+def isotropy_entry(patch: Patch) -> Uncertainty | None:
     """Entry for the assumption behind a surface made of profiles; None for other surfaces."""
     if not isinstance(patch.scene.surface, ProfileSurface):
         return None
@@ -106,7 +106,7 @@ ASSUMPTIONS = {
 }
 
 
-def model(patch: Patch) -> Uncertainty:
+def model_entry(patch: Patch) -> Uncertainty:
     """Entry for the equations themselves."""
     contact = patch.scene.contact
     solid = "" if contact is None else f", and {ASSUMPTIONS[contact.model]}"
@@ -116,16 +116,16 @@ def model(patch: Patch) -> Uncertainty:
 
 Source = Callable[[Patch], Uncertainty | None]
 SOURCES: tuple[Source, ...] = (
-    _flow,
-    slip_interval,
-    _contact_grid,
-    _contact_area,
-    _instrument,
+    _flow_entry,
+    slip_interval_entry,
+    _contact_grid_entry,
+    _contact_area_entry,
+    _instrument_entry,
     lift_entry,
-    slip,
-    _given_gap,
-    _one_patch,
-    isotropy,
-    exact_inputs,
-    model,
+    slip_entry,
+    _given_gap_entry,
+    _one_patch_entry,
+    isotropy_entry,
+    exact_inputs_entry,
+    model_entry,
 )

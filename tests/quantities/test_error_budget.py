@@ -15,7 +15,7 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
     Uncertainty,
     combined,
-    of_flow,
+    flow_entry,
 )
 from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.uncertainties import error_budget
@@ -29,7 +29,7 @@ from fem_seal.units import StatedRate
 
 LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)
 SHOWN = Shown("m^3/s", 1.0)
-FLOW = of_flow(LEAK)
+FLOW = flow_entry(LEAK)
 GRID = Uncertainty("contact_grid", "estimated", "a finer grid", 0.8, 1.25)
 SLIP = Uncertainty("slip", "not covered", "the gas slips", 1.0, None, caution=True)
 MODEL = Uncertainty("model", "not covered", "Reynolds")
@@ -37,7 +37,7 @@ MODEL = Uncertainty("model", "not covered", "Reynolds")
 
 def judged(limit, *entries, leak=LEAK):
     return verdict(
-        leak, SHOWN, StatedRate.parse(f"{limit} m^3/s"), limit, (of_flow(leak), *entries)
+        leak, SHOWN, StatedRate.parse(f"{limit} m^3/s"), limit, (flow_entry(leak), *entries)
     )
 
 
