@@ -82,8 +82,8 @@ def _exceptions(path: Path) -> tuple[type[Exception], ...]:
         from SurfaceTopography.Exceptions import ReadFileError, UnknownFileFormat
     except ImportError:
         raise MissingPackage(
-            f"{path} is none of .npz, .npy, .nc, .h5, .gsf, .txt and .csv; other formats need "
-            f"SurfaceTopography: {how_to_add('SurfaceTopography')}"
+            f"{path}: a file in the format of an instrument needs SurfaceTopography: "
+            f"{how_to_add('SurfaceTopography')}"
         ) from None
     return ReadFileError, UnknownFileFormat
 

@@ -36,8 +36,8 @@ def read_map(
 
     Parameters
     ----------
-    path : .npz, .npy, .nc (NetCDF 3 or 4), .h5 or .hdf5, .gsf, .txt, .csv, and .asc, .dat, .prn,
-        .tsv and .xyz if they are text; anything else is read by SurfaceTopography
+    path : a file under an ending of `READERS`, or a text under one of `TEXT_ENDINGS`; anything else
+        is read by SurfaceTopography
     names : names that the samples may have in a file of many arrays
     heights : whether the samples are heights. A height that recurs far from all others is refused,
         unless `stated.missing` explains it. In a gap, the zeros of contact are such values
