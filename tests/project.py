@@ -4,6 +4,8 @@ import ast
 import json
 import os
 import re
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -36,6 +38,23 @@ def alone() -> dict[str, str]:
     started it.
     """
     return {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)}
+
+
+def printed_by(*command: object, cwd: Path = ROOT, **variables: str) -> str:
+    """What another process prints, which must end well; by Python if no program is named."""
+    words = [str(word) for word in command]
+    words = words if words[0] == "mpirun" else [sys.executable, *words]
+    options = {"capture_output": True, "text": True, "timeout": 600, "check": False}
+    done = subprocess.run(words, env=alone() | variables, cwd=cwd, **options)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def started(*arguments: object, **options: object) -> subprocess.Popen:
+    """Another Python, with pipes for what it prints."""
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    command = [sys.executable, *map(str, arguments)]
+    return subprocess.Popen(command, **pipes | {"env": alone()} | options)
 
 
 def scene_of_samples(n: int, short: str = "4 um") -> dict:

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from math import asinh, exp, inf, log, log1p
+from math import asinh, exp, log, log1p
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +12,7 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.accuracy import chosen_grid as chosen_grid_of
-from fem_seal.accuracy import chosen_patch, flow_part, stays_sealed
+from fem_seal.accuracy import chosen_patch, stays_sealed
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.grid_series import (
@@ -155,13 +155,6 @@ def test_sides_open_next_to_closing():
     sealed = grid_error(OnGrid(0.0, 0.0, 0.0, 0.1), fine[0])
     assert sealed.lower is None
     assert sealed.upper >= errors[0].upper
-
-
-def test_flow_part_is_half_the_log_of_the_bracket():
-    leak = LeakRate("leaking", "fake", 1.0, 0.5, 2.0)
-    assert flow_part(leak) == pytest.approx(log(2), rel=1e-12)
-    assert flow_part(LeakRate("leaking", "fake", 1.0, 0.0, 2.0)) == inf
-    assert flow_part(LeakRate.sealed("fake")) == 0
 
 
 def test_grids_double_up_to_the_limit():

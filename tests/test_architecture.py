@@ -2,11 +2,9 @@
 
 import ast
 import re
-import subprocess
-import sys
 
 import pytest
-from project import PACKAGE, ROOT, trees
+from project import PACKAGE, ROOT, printed_by, trees
 
 import fem_seal
 
@@ -135,9 +133,7 @@ def test_public_names():
 def modules_after(code):
     """Top-level modules that a fresh interpreter has loaded after running the code."""
     report = "import sys; print(*{name.partition('.')[0] for name in sys.modules})"
-    command = [sys.executable, "-c", f"{code}\n{report}"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return set(done.stdout.splitlines()[-1].split())
+    return set(printed_by("-c", f"{code}\n{report}").splitlines()[-1].split())
 
 
 HEAVY = {"numpy", "scipy", "dolfinx", "petsc4py", "mpi4py", "pyvista", "vtkmodules", "matplotlib"}

@@ -4,7 +4,6 @@ import json
 import os
 import re
 import signal
-import subprocess
 import sys
 import time
 from functools import partial
@@ -14,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import unwrapped, write_toml
+from project import printed_by, started, unwrapped, write_toml
 from test_scene import REFERENCE
 
 import fem_seal
@@ -271,18 +270,6 @@ def test_reference_scene_runs(tmp_path, capsys):
     assert "flow.png is left as it was" in second
 
 
-def command(*arguments, **options):
-    """Start fem-seal in a process of its own."""
-    code = "import sys; from fem_seal.cli import main; sys.exit(main())"
-    return subprocess.Popen(
-        [sys.executable, "-c", code, *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **options,
-    )
-
-
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
 def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
     """The letter's own relaxation takes seconds here, and is interrupted in their first tenths."""
@@ -291,7 +278,7 @@ def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
     write_toml(tmp_path / "scene.toml", small_scene)
     # Tests that a shell runs in the background ignore SIGINT, and their children would, too.
     heard = partial(signal.signal, end, signal.SIG_DFL)
-    process = command("run", "scene.toml", "--out", "out", preexec_fn=heard)
+    process = started("-m", "fem_seal", "run", "scene.toml", "--out", "out", preexec_fn=heard)
     while not list(tmp_path.glob("out/.fem-seal-*")) and process.poll() is None:
         time.sleep(0.02)
     time.sleep(0.2)
@@ -305,10 +292,8 @@ def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
 
 def test_version_is_that_of_the_package():
     """By the module too, where the script is not on the path."""
-    done = subprocess.run(
-        [sys.executable, "-m", "fem_seal", "--version"], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == f"fem-seal {fem_seal.__version__}\n"
+    printed = printed_by("-m", "fem_seal", "--version")
+    assert printed == f"fem-seal {fem_seal.__version__}\n"
     assert version("fem_seal") == fem_seal.__version__
 
 
@@ -343,13 +328,8 @@ def test_report(wedge, tmp_path, capsys):
 def test_reader_of_the_output_may_go(wedge, unbuffered):
     """As `head` does: no message, no crash report of a library, and no error, neither where Python
     writes each line at once nor where it does so at the end."""
-    running = subprocess.Popen(
-        [sys.executable, "-m", "fem_seal", "leak", str(wedge)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
-    )
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    running = started("-m", "fem_seal", "leak", wedge, env=environment)
     running.stdout.close()
     with running.stderr as stderr:
         assert stderr.read() == ""

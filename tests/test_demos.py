@@ -3,12 +3,10 @@
 import inspect
 import re
 import runpy
-import subprocess
-import sys
 
 import numpy as np
 import pytest
-from project import ROOT, alone
+from project import ROOT, printed_by
 
 DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
 
@@ -50,10 +48,7 @@ def test_demo_keeps_its_claims(name, tmp_path, monkeypatch, capsys):
     demo = str(ROOT / "demos" / f"{name}.py")
     monkeypatch.chdir(tmp_path)
     if name in FRESH:
-        command = [sys.executable, "-c", RUN, demo, str(tmp_path), repr(SMALL[name])]
-        done = subprocess.run(command, capture_output=True, text=True, env=alone())
-        assert done.returncode == 0, done.stderr[-2000:]
-        said = done.stdout
+        said = printed_by("-c", RUN, demo, tmp_path, repr(SMALL[name]), cwd=tmp_path)
     else:
         main = runpy.run_path(demo, run_name="demo")["main"]
         draws = "out" in inspect.signature(main).parameters

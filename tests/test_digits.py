@@ -33,14 +33,6 @@ def test_rounded_bounds_enclose_and_are_hardly_wider(middle, half, sign):
     assert abs(value - sign * middle) <= 0.5 * width * (1 + 1e-9)
 
 
-@given(st.floats(1e-12, 1.0), st.floats(1e-12, 1.0), st.floats(0.0, 1.0))
-def test_rounded_estimate_lies_within_the_rounded_bounds(one, other, part):
-    low, high = sorted((one, other))
-    value = min(max(low + part * (high - low), low), high)
-    shown, lower, upper = map(float, bracket_digits(value, low, high))
-    assert lower <= shown <= upper
-
-
 @pytest.mark.parametrize(
     ("bracket", "texts"),
     [

@@ -5,7 +5,6 @@ import os
 import resource
 import signal
 import subprocess
-import sys
 import time
 from functools import partial
 from importlib.util import find_spec
@@ -13,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import RING, alone, write_toml
+from project import RING, alone, started, write_toml
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import (
@@ -31,18 +30,6 @@ from fem_seal.files.owner import Owner, owner_of, staging_name, this_process
 from fem_seal.interrupts import interruptible
 from fem_seal.mesh import geometry
 
-
-def child(code, *arguments, **options):
-    """A process that runs Python and says when it has got as far as `print`."""
-    return subprocess.Popen(
-        [sys.executable, "-c", code, *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **{"env": alone()} | options,
-    )
-
-
 HOLD = (
     "import sys, time; from pathlib import Path; from fem_seal.files import locked_folder\n"
     "with locked_folder(Path(sys.argv[1]), shared=sys.argv[2] == 'shared'):\n"
@@ -53,15 +40,15 @@ HOLD = (
 @pytest.fixture
 def holder(tmp_path):
     """Start a process that holds a folder; it is killed at the end."""
-    started = []
+    holders = []
 
     def hold(mode):
-        started.append(child(HOLD, tmp_path / "out", mode))
-        assert started[-1].stdout.readline() == "held\n"
-        return started[-1]
+        holders.append(started("-c", HOLD, tmp_path / "out", mode))
+        assert holders[-1].stdout.readline() == "held\n"
+        return holders[-1]
 
     yield hold
-    for process in started:
+    for process in holders:
         process.kill()
         process.communicate()
 
@@ -97,7 +84,7 @@ def test_one_of_many_creates_a_file(tmp_path):
         "import sys; from pathlib import Path; from fem_seal.files import create_text\n"
         "create_text(Path(sys.argv[1]), sys.argv[2] * 100_000)"
     )
-    writers = [child(code, tmp_path / "origin", letter) for letter in "abcd"]
+    writers = [started("-c", code, tmp_path / "origin", letter) for letter in "abcd"]
     for writer in writers:
         writer.communicate(timeout=60)
     assert [writer.returncode for writer in writers] == 4 * [0]
@@ -119,7 +106,7 @@ def test_a_staging_name_holds_its_owner():
 
 
 def test_an_owner_is_gone_when_its_process_is(tmp_path):
-    process = child("import sys; sys.stdin.read()", stdin=subprocess.PIPE)
+    process = started("-c", "import sys; sys.stdin.read()", stdin=subprocess.PIPE)
     start = int(Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()[19])
     owner = Owner(this_process().place, process.pid, start)
     assert not owner.gone()
@@ -138,7 +125,7 @@ def test_an_owner_is_gone_when_its_process_is(tmp_path):
 
 
 def test_only_what_the_dead_of_this_host_left_is_cleared(tmp_path):
-    process = child("pass")
+    process = started("-c", "pass")
     process.communicate()
     place = this_process().place
     dead = (f".fem-seal-{place}-{process.pid}-1-0a.png", f".fem-seal-{place}-{process.pid}-1-0b")
@@ -157,7 +144,7 @@ def test_a_killed_writer_leaves_nothing_after_the_next(tmp_path):
         "with files.locked_folder(out), files.staging_folder(out) as staged:\n"
         "    (staged / 'part').touch(); print('staged', flush=True); time.sleep(60)"
     )
-    process = child(code, tmp_path / "out")
+    process = started("-c", code, tmp_path / "out")
     assert process.stdout.readline() == "staged\n"
     process.kill()
     process.communicate()
@@ -231,7 +218,7 @@ def test_many_that_come_and_go_never_hold_a_folder_together(tmp_path):
         "    except InvalidInput: pass\n"
     )
     (tmp_path / "count").write_text("0")
-    counters = [child(code, tmp_path / "out") for _ in range(3)]
+    counters = [started("-c", code, tmp_path / "out") for _ in range(3)]
     errors = [counter.communicate(timeout=60)[1] for counter in counters]
     assert [counter.returncode for counter in counters] == [0, 0, 0], errors
     assert (tmp_path / "count").read_text() == "90"
@@ -240,9 +227,6 @@ def test_many_that_come_and_go_never_hold_a_folder_together(tmp_path):
 
 
 # Full disks.
-
-
-COMMAND = "import sys; from fem_seal.cli import main; sys.exit(main())"
 
 
 def full(size):
@@ -255,7 +239,7 @@ def test_a_full_disk_is_one_line_that_names_the_folder(small_scene, tmp_path, si
     """At the first array, and in the middle of it."""
     write_toml(tmp_path / "scene.toml", small_scene)
     run = ("run", "scene.toml", "--out", "out")
-    process = child(COMMAND, *run, cwd=tmp_path, **full(size))
+    process = started("-m", "fem_seal", *run, cwd=tmp_path, **full(size))
     output, error = process.communicate(timeout=60)
     assert (process.returncode, output) == (2, ""), error
     assert error.startswith("fem-seal: the output folder")
@@ -270,7 +254,9 @@ def test_a_mesh_that_the_disk_cuts_off_is_not_the_geometry_s_fault(tmp_path):
     write_toml(tmp_path / "scene.toml", RING)
     # Less than the mesh takes, more than the job that is handed to gmsh.
     environment = alone() | {"TMPDIR": str(tmp_path / "tmp")}
-    process = child(COMMAND, "mesh", "scene.toml", cwd=tmp_path, env=environment, **full(20_000))
+    process = started(
+        "-m", "fem_seal", "mesh", "scene.toml", cwd=tmp_path, env=environment, **full(20_000)
+    )
     _, error = process.communicate(timeout=60)
     assert process.returncode == 2, error
     assert f"whole mesh of face-seal.geo to {tmp_path}/tmp" in error.replace(

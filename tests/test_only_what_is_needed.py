@@ -1,13 +1,11 @@
 """Only what the scene requires: what each kind of scene imports, solves and allocates."""
 
 import json
-import subprocess
-import sys
 import tracemalloc
 
 import numpy as np
 import pytest
-from project import alone
+from project import printed_by
 
 from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate, linear
@@ -42,9 +40,7 @@ for scene in json.loads(sys.argv[1]):
 
 def run(*scenes):
     """State, unknowns and packages loaded so far, of scenes one after the other in a process."""
-    command = [sys.executable, "-c", RUN, json.dumps(scenes)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env=alone())
-    for line in done.stdout.splitlines():
+    for line in printed_by("-c", RUN, json.dumps(scenes)).splitlines():
         state, unknowns, modules = json.loads(line)
         yield state, unknowns, {name.partition(".")[0] for name in modules} & HEAVY
         assert not OF_SHAPES & set(modules)

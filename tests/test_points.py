@@ -3,7 +3,6 @@
 import csv
 import os
 import signal
-import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -11,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import MPI_ENVIRONMENT, alone, write_toml
+from project import MPI_ENVIRONMENT, printed_by, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
@@ -125,11 +124,8 @@ def test_rows_are_the_same_for_workers_of_mpi(kind, small_scene, tmp_path):
     write_toml(tmp_path / "scene.toml", small_scene)
     options, main = MPI_EXECUTORS[kind]
     (tmp_path / "script.py").write_text(MPI_SCRIPT + main)
-    command = ["mpirun", "-n", "2", "--oversubscribe", sys.executable, *options, "script.py"]
-    done = subprocess.run(
-        command, env=alone() | MPI_ENVIRONMENT, capture_output=True, text=True, timeout=120
-    )
-    assert done.returncode == 0, done.stderr
+    program = ("mpirun", "-n", "2", "--oversubscribe", sys.executable, *options, "script.py")
+    printed_by(*program, cwd=tmp_path, **MPI_ENVIRONMENT)
     assert run(*VARY, "--out", "one") == 0
     assert rows("mpi") == rows("one")
 
@@ -161,18 +157,6 @@ def test_ranges_and_patterns():
     assert Axis.parse("surface.path=maps/*.npz").values == ("'maps/a.npz'", "'maps/b.npz'")
     keys, points = combinations([Axis("a.b", ("1", "2")), Axis("c.d", ("3",))])
     assert (keys, points) == (("a.b", "c.d"), [("1", "3"), ("2", "3")])
-
-
-def test_measured_maps_by_a_pattern(small_scene, tmp_path):
-    (tmp_path / "maps").mkdir()
-    for seed in (1, 2):
-        heights = np.random.default_rng(seed).normal(0, 1e-7, (16, 16))
-        np.savez(tmp_path / "maps" / f"{seed}.npz", heights=heights, spacing=[1e-6, 1e-6])
-    small_scene["surface"] = {"kind": "file", "path": "maps/1.npz"}
-    small_scene["flow"]["sides"] = "wall"
-    write_toml(tmp_path / "scene.toml", small_scene)
-    assert run("--vary", "surface.path=maps/*.npz", "--out", "out") == 0
-    assert len({row["leak_rate"] for row in rows("out")}) == 2
 
 
 @pytest.mark.parametrize("options", [("--jobs", "0"), ("--part", "3/2"), ("--part", "0/2")])

@@ -93,15 +93,6 @@ def test_heights_of_an_array_are_those_of_the_surface_they_were_taken_from(tmp_p
     assert read.values == pytest.approx(field.values, rel=1e-15)
 
 
-def test_sides_follow_from_the_gap():
-    """A surface of the synthesis repeats; a gap that does not has walls."""
-    free = in_python().with_({"flow.lift": "none"})
-    walls = free.with_({"flow.sides": "wall"})
-    assert "sides" not in free.flow.model_fields_set
-    assert (fs.Patch(free).film.sides, fs.Patch(walls).film.sides) == ("periodic", "wall")
-    assert fs.Flow().sides_of(False) == "wall"
-
-
 def test_names_at_a_prompt():
     assert {"Scene", "solve", "run", "SelfAffine", "contact", "flow", "film"} <= set(dir(fs))
     assert fs.contact.press.__doc__.startswith("Dry contact")

@@ -1,11 +1,9 @@
 """The README's examples run and print what it says."""
 
 import re
-import subprocess
-import sys
 
 import pytest
-from project import ROOT
+from project import ROOT, printed_by
 
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
@@ -41,11 +39,9 @@ def assert_same_lifted_contact(printed, stated):
 def test_example_prints_what_the_readme_says():
     [code] = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     [said] = re.findall(r"```\n(contact.*?)```", README, re.DOTALL)
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    assert re.sub(NUMBER, "#", done.stdout) == re.sub(NUMBER, "#", said)
-    dry, lifted, *_, last = done.stdout.splitlines()
+    printed = printed_by("-c", code)
+    assert re.sub(NUMBER, "#", printed) == re.sub(NUMBER, "#", said)
+    dry, lifted, *_, last = printed.splitlines()
     assert dry == said.splitlines()[0]  # to the digits shown
     assert_same_lifted_contact(numbers(lifted), numbers(said.splitlines()[1]))
     assert_same_leak_rate(numbers(last), numbers(said.splitlines()[-1]))

@@ -126,13 +126,6 @@ def test_contacts_of_a_prescribed_area_start_as_single_runs_do(scene_file, tmp_p
     )
 
 
-def test_another_surface_is_not_handed_on(tmp_path):
-    vary = ("--vary", "surface.seed=1,2", "--vary", "contact.area_fraction=0.1,0.2")
-    assert run(*vary, "--out", "out") == 0
-    gaps = [row["mean_gap"] for row in rows(tmp_path / "out")]
-    assert len(set(gaps)) == 4
-
-
 def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
     solve, solves = FLOWS["finite-difference"], []
 

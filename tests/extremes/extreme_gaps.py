@@ -29,9 +29,3 @@ def adaptive(
     assert leak.converged or leak.reason
     assert not leak.converged or leak.state == "sealed" or leak.lower > 0
     return leak
-
-
-def assert_enclosed(leak: LeakRate, exact: float) -> None:
-    """The bounds of every level hold the exact leak rate."""
-    for level in leak.levels:
-        assert level.lower <= exact <= level.upper

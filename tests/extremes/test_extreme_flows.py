@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 from closed_forms import SERIES_DECADES, Case
-from extreme_gaps import MOST_UNKNOWNS, ROUNDING, adaptive, assert_enclosed
+from extreme_gaps import MOST_UNKNOWNS, ROUNDING, adaptive
+from gaps import assert_enclosed
 from nonlinear import in_series
 from sample_gaps import FLUID, rough_gap, striped_gap
 

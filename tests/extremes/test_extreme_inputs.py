@@ -1,4 +1,4 @@
-"""Arrays, maps and numbers as they come from elsewhere, and fluids that no contact holds."""
+"""Arrays, maps and numbers as they come from elsewhere."""
 
 from pathlib import Path
 
@@ -12,7 +12,6 @@ from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
-from fem_seal.solved import solve
 
 PART = "Input"
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -140,30 +139,3 @@ def test_maps_that_do_not_repeat(tmp_path, small_scene, show):
     with pytest.raises(InvalidInput, match="make_periodic") as error:
         pressed_map(heights, tmp_path, small_scene)
     show("refused", str(error.value).replace(f"{tmp_path.resolve()}/", ""))
-
-
-# --- fluids --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("part", [1.0, 10.0, 1e6], ids=lambda part: f"{part:g} times")
-def test_fluids_that_lift_the_solid_off(part, small_scene, show):
-    """Dry contacts, fluid pressures of as much as the contact pressure and more, with a limit."""
-    load = 1e5
-    small_scene["contact"] = {"pressure": load}
-    small_scene["flow"] = {"sides": "periodic", "rtol": 0.5, "lift": "none"}
-    small_scene["flow"]["pressure_drop"] = part * load
-    small_scene["limit"] = {"leak_rate": "1 m^3/s"}
-    small_scene["output"] = {"products": ["leak_rate"]}
-    found = solve(Scene.from_mapping(small_scene)).result().verdict
-    assert found.decision == "undecided"
-    assert "the seal would lift off" in found.sentence
-    show("limited", "the verdict is undecided: the seal would lift off")
-
-
-@pytest.mark.parametrize("outlet", [0.0, 1e3], ids=lambda pressure: f"{pressure:g} Pa")
-def test_vacuum_without_ambient_pressure(outlet, small_scene, show):
-    """An outlet near a vacuum, without the pressure on the back of the solid."""
-    small_scene["flow"] = {"inlet_pressure": 1e5, "outlet_pressure": outlet}
-    with pytest.raises(InvalidInput, match="ambient_pressure is missing") as error:
-        Scene.from_mapping(small_scene)
-    show("refused", str(error.value))

@@ -1,14 +1,17 @@
 """Gaps on meshes, discrete problems and their solutions that the flow tests share."""
 
 import numpy as np
+from sample_gaps import FLUID
 from scipy.sparse import coo_matrix, csc_matrix
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow import Tuning
+from fem_seal.film import Film
+from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import NestedMesh, uniform_mesh
 
@@ -16,6 +19,19 @@ TIGHT = Tuning(tolerance=1e-12)
 # Energies err by 2e-12. Sharpening subtracts δ, the squared norm of a projection: an error e of
 # the solution changes it by 2 √(δ E(e)) at most, relative 2 √(0.3 · 2e-12), and two bounds meet.
 DUALITY = 4 * np.sqrt(0.3 * 2e-12)
+
+
+def bracketed(film: Film, rtol: float = 1e-3, unknowns: int | None = 700, **options) -> LeakRate:
+    """Leak rate at K = g³ and Δp = 1, with bounds from both sides on every level."""
+    options = {"limits": Limits(unknowns=unknowns), "every_dual": True} | FLUID | options
+    return leak_rate(film, rtol=rtol, **options)
+
+
+def assert_enclosed(flow: LeakRate, low: float, high: float | None = None) -> None:
+    """The bracket of every level meets [low, high], or holds `low`."""
+    for level in flow.levels:
+        assert level.lower <= (low if high is None else high)
+        assert low <= level.upper
 
 
 def represented(

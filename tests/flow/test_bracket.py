@@ -2,13 +2,23 @@
 
 import numpy as np
 import pytest
-from gaps import Random, everything, level_problem, plain_bounds, represented, solved, stiffness
+from gaps import (
+    Random,
+    assert_enclosed,
+    bracketed,
+    everything,
+    level_problem,
+    plain_bounds,
+    represented,
+    solved,
+    stiffness,
+)
 from nested_meshes import areas
-from sample_gaps import FLUID, rough_gap
+from sample_gaps import rough_gap
 from scipy.sparse.linalg import spsolve
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow import Tuning
 from fem_seal.flow.level import LevelProblem
 from fem_seal.grid import GridField
 
@@ -71,13 +81,8 @@ def test_depth_ends_with_the_bounds_so_far():
     """A corner of four fields of contrast 1e6, p ~ r^0.0013: triangles of 2^-24 pixels do not do.
     The bounds reached by then are returned, and the reason. (A small θ keeps the mesh small.)"""
     gap = GridField(np.array([[1.0, 1e-2], [1e-2, 1.0]]), (1.0, 1.0))
-    flow = leak_rate(
-        GridFilm(gap, representation="constant"),
-        rtol=0.1,
-        every_dual=True,
-        tuning=Tuning(theta=0.1),
-        **FLUID,
-    )
+    film, tuning = GridFilm(gap, representation="constant"), Tuning(theta=0.1)
+    flow = bracketed(film, 0.1, unknowns=None, tuning=tuning)
     assert not flow.converged
     assert "2^-24" in flow.reason
     assert 0 < flow.lower <= 1e-3 <= flow.upper
@@ -112,20 +117,10 @@ def test_nested_meshes_have_nested_bounds(representation, contact):
 def test_a_sloppy_solver_widens_the_bracket_but_keeps_it(tolerance, sides, representation):
     """Whatever CG left undone, both bounds are energies of admissible functions."""
     film = GridFilm(rough_gap((12, 12), 0.25, 9), sides, representation)
-    options = {"every_dual": True} | FLUID
-    exact = leak_rate(film, rtol=0.02, limits=Limits(unknowns=6000), **options)
+    exact = bracketed(film, 0.02, 6000)
     for method in ("uniform", "adaptive"):
-        sloppy = leak_rate(
-            film,
-            method=method,
-            rtol=0.02,
-            limits=Limits(unknowns=1500),
-            tuning=Tuning(tolerance=tolerance),
-            **options,
-        )
-        for level in sloppy.levels:
-            assert level.lower <= exact.upper
-            assert exact.lower <= level.upper
+        sloppy = bracketed(film, 0.02, 1500, method=method, tuning=Tuning(tolerance=tolerance))
+        assert_enclosed(sloppy, exact.lower, exact.upper)
         # CG really stopped early: the tolerance is not decoration.
         assert sloppy.levels[0].iterations["primal"] <= exact.levels[0].iterations["primal"]
 

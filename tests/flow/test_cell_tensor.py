@@ -276,14 +276,6 @@ def test_the_reason_names_the_direction():
 # --- ends and errors -----------------------------------------------------------------------------
 
 
-def test_limit_of_unknowns():
-    found = tensor(rough(8, 0.4), rtol=0.01, limits=Limits(unknowns=3000))
-    assert not found.converged
-    assert "more than 3000 unknowns" in found.reason
-    assert found.unknowns <= 3000
-    assert np.trace(found.lower) > 0
-
-
 class ThirdMesh(Limits):
     """A limit that is met after three meshes."""
 

@@ -9,27 +9,16 @@ stated). Enclosure must hold for any value of the latter, and is tested without 
 
 import numpy as np
 import pytest
-from sample_gaps import FLUID
+from gaps import assert_enclosed, bracketed
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.theory.closed_forms import piecewise_linear_channel
 
 METHODS = ["uniform", "adaptive"]
 SIDES = ["wall", "periodic"]
 ROUNDING = 1e-11  # ten times what the bounds are widened by
-
-
-def solve(film, unknowns=1000, rtol=1e-3, method="uniform", **options):
-    """Bounds on every level until the tolerance or the number of unknowns is reached."""
-    options = {"limits": Limits(unknowns=unknowns), "every_dual": True} | FLUID | options
-    return leak_rate(film, method=method, rtol=rtol, **options)
-
-
-def encloses(flow, exact: float) -> bool:
-    """Whether every level's bracket holds a number."""
-    return all(level.lower <= exact <= level.upper for level in flow.levels)
 
 
 def orders(errors: list[float]) -> np.ndarray:
@@ -56,7 +45,7 @@ def test_uniform_gap_is_exact_on_the_first_mesh(method, sides, representation):
     assert flow.state == "leaking"
     assert flow.converged
     assert len(flow.levels) == 1
-    assert encloses(flow, exact)
+    assert_enclosed(flow, exact)
 
 
 def series(gap: GridField) -> float:
@@ -80,8 +69,8 @@ def test_series_channel(method, sides):
     """g(x): the stream function of the P1 gap is y, so the lower bound is exact at once; the
     upper one converges at second order on uniform meshes."""
     gap = GridField(np.repeat(profile(9)[:, None], 5, axis=1), (1 / 8, 1 / 10))
-    flow, exact = solve(GridFilm(gap, sides=sides), 2500, 1e-3, method), series(gap)
-    assert encloses(flow, exact)
+    flow, exact = bracketed(GridFilm(gap, sides=sides), unknowns=2500, method=method), series(gap)
+    assert_enclosed(flow, exact)
     assert flow.levels[0].lower == pytest.approx(exact, rel=ROUNDING)
     if method == "uniform":
         assert min(orders([level.upper - exact for level in flow.levels])[1:]) > 1.9
@@ -91,8 +80,8 @@ def test_series_channel(method, sides):
 def test_parallel_channel(method):
     """g(y): the pressure is linear, so the upper bound is exact; the lower one is second order."""
     gap = GridField(np.repeat(profile(9)[None, :], 5, axis=0), (1 / 8, 1 / 10))
-    flow, exact = solve(GridFilm(gap), 2500, 1e-3, method), parallel(gap)
-    assert encloses(flow, exact)
+    flow, exact = bracketed(GridFilm(gap), unknowns=2500, method=method), parallel(gap)
+    assert_enclosed(flow, exact)
     assert flow.levels[0].upper == pytest.approx(exact, rel=ROUNDING)
     if method == "uniform":
         assert min(orders([exact - level.lower for level in flow.levels])[1:]) > 1.9
@@ -107,13 +96,9 @@ def test_separable_pixels_are_exact_on_the_first_mesh(sides, method):
     f, h = 10 ** rng.uniform(-4, 0, 7), 10 ** rng.uniform(-4, 0, 6)
     gap = GridField(np.cbrt(np.outer(f, h)), (0.5, 0.3))
     exact = 0.3 * h.sum() / (0.5 / f).sum()
-    flow = solve(
-        GridFilm(gap, representation="constant", sides=sides),
-        1000,
-        1e-6,
-        method,
-    )
+    film = GridFilm(gap, representation="constant", sides=sides)
+    flow = bracketed(film, 1e-6, method=method)
     # CG error 2e-8; 1e-8 more for the correction, whose first order vanishes at the minimum.
     assert [flow.lower, flow.upper] == pytest.approx([exact] * 2, rel=4e-8)
     assert len(flow.levels) == 1
-    assert encloses(flow, exact)
+    assert_enclosed(flow, exact)

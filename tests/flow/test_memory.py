@@ -1,9 +1,6 @@
 """Memory of a leak rate with a million unknowns, less that of the libraries."""
 
-import subprocess
-import sys
-
-from project import alone
+from project import printed_by
 
 MOST = 1.2e3  # bytes an unknown
 
@@ -31,11 +28,7 @@ print(levels, unknowns, peak_memory() - base)
 def test_memory_of_an_unknown():
     """A process of its own, whose peak is its own: the libraries and the compiled forms are there
     before the first measurement, the mesh and both solves come before the second."""
-    done = subprocess.run(
-        [sys.executable, "-c", MEASURED], env=alone(), capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    levels, unknowns, needed = (int(word) for word in done.stdout.split())
+    levels, unknowns, needed = map(int, printed_by("-c", MEASURED).split())
     assert levels == 1
     assert unknowns == 513 * 511
     assert needed < MOST * unknowns

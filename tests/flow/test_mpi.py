@@ -1,7 +1,6 @@
 """Two ranks give the bounds of one."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import numpy as np
 import pytest
 from bounds_on_ranks import CASES, solve
 from dolfinx_meshes import MESHES, summary
-from project import MPI_ENVIRONMENT, alone
+from project import MPI_ENVIRONMENT, printed_by
 from sample_gaps import rough_gap
 
 SCRIPT = Path(__file__).with_name("bounds_on_ranks.py")
@@ -29,16 +28,9 @@ def results(tmp_path_factory) -> tuple[dict[str, dict], dict[str, dict]]:
     gaps["rough"] = rough_gap((16, 18), 0.25, 3).values
     path = tmp_path_factory.mktemp("ranks") / "gaps.npz"
     np.savez(path, **gaps)
-    done = subprocess.run(
-        ["mpirun", "-n", "2", sys.executable, str(SCRIPT), str(path)],
-        env=alone() | MPI_ENVIRONMENT | {"PYTHONPATH": str(SCRIPT.parents[1])},  # for sample_gaps
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    answer = json.loads(done.stdout.splitlines()[-1])
+    variables = MPI_ENVIRONMENT | {"PYTHONPATH": str(SCRIPT.parents[1])}  # for sample_gaps
+    printed = printed_by("mpirun", "-n", "2", sys.executable, SCRIPT, path, **variables)
+    answer = json.loads(printed.splitlines()[-1])
     assert answer["size"] == 2
     assert answer["alike"]
     return solve(gaps) | {"meshes": summary()}, answer["found"]

@@ -7,7 +7,7 @@ turns bounds for polygons into bounds for circles, and exact answers must lie be
 
 import numpy as np
 import pytest
-from gaps import solved
+from gaps import bracketed, solved
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sample_gaps import FLUID, rough_gap
@@ -25,7 +25,7 @@ from triangulations import (
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.film.mesh_film import MeshFilm
-from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow import Tuning, leak_rate
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.topology import dual_numbering, open_cells
@@ -42,9 +42,7 @@ def uniform(mesh, gap=1.0) -> MeshFilm:
 
 def bounds_on(gap: MeshFilm, unknowns: int = 1, energy: float = ENERGY) -> np.ndarray:
     """Lower and upper bound on the given mesh, or on its last uniform refinement."""
-    limits = Limits(unknowns=unknowns)
-    options = {"method": "uniform", "rtol": 1e-9, "every_dual": True} | FLUID
-    flow = leak_rate(gap, limits=limits, tuning=Tuning(tolerance=energy), **options)
+    flow = bracketed(gap, 1e-9, unknowns, method="uniform", tuning=Tuning(tolerance=energy))
     return np.array([flow.lower, flow.upper])
 
 
@@ -74,8 +72,7 @@ def test_refining_closes_the_bracket_of_one_polygon(method):
     the energy error falls like N^-(π/ω), ω = π + 2π/12 the angle inside the film. (From the second
     mesh on: the first has no vertex between hole and rim, and correction does half the work.)"""
     gap = uniform(ring(3, 12))
-    limits = Limits(unknowns=6000)
-    flow = leak_rate(gap, method=method, rtol=5e-4, every_dual=True, limits=limits, **FLUID)
+    flow = bracketed(gap, 5e-4, 6000, method=method)
     lower = [level.lower for level in flow.levels]
     upper = [level.upper for level in flow.levels]
     assert max(lower) <= min(upper)
@@ -148,9 +145,7 @@ def test_random_gaps_with_contact_are_enclosed(seed, shape, contact):
     if gap.constriction is None:
         assert leak_rate(gap, **FLUID).state == "sealed"
         return
-    flow = leak_rate(
-        gap, method="adaptive", rtol=0.05, every_dual=True, limits=Limits(unknowns=1500), **FLUID
-    )
+    flow = bracketed(gap, 0.05, 1500)
     assert max(level.lower for level in flow.levels) <= min(level.upper for level in flow.levels)
     assert flow.lower > 0
     # Power traces let every open path through at once: no patch bars the way.
@@ -204,9 +199,8 @@ def test_the_pixel_mesh_as_a_mesh_of_any_shape(contact):
     i, j = np.rint(mesh.xy / (0.5, 0.25)).astype(int).T
     shape = MeshFilm(mesh, grid.values[i, j])
     assert shape.constriction.gap == GridFilm(grid).constriction.gap
-    options = FLUID | {"method": "uniform", "rtol": 1e-9, "every_dual": True}
-    on_grid = leak_rate(GridFilm(grid), limits=Limits(unknowns=1), **options)
-    on_mesh = leak_rate(shape, limits=Limits(unknowns=1), **options)
+    films = GridFilm(grid), shape
+    on_grid, on_mesh = (bracketed(film, 1e-9, 1, method="uniform") for film in films)
     # Bubbles stand on hypotenuses and longest edges, here not the same: the plain energies are.
     assert on_mesh.inflow == pytest.approx(on_grid.inflow, rel=1e-3, abs=0)
     for a in (on_grid, on_mesh):

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from gaps import Random, level_problem, represented
+from gaps import Random, bracketed, level_problem, represented
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.film import GridFilm
@@ -125,11 +125,11 @@ def test_a_step_near_the_tolerance_is_smaller():
     """From the same mesh: the nearer the bounds are to the tolerance, the fewer unknowns are added,
     and the tolerance is met all the same."""
     gap = rough_gap((32, 32), 0.3, 5)
-    far = leak_rate(GridFilm(gap), rtol=0.01, every_dual=True, **FLUID).levels
+    far = bracketed(GridFilm(gap), 0.01, unknowns=None).levels
     widths = [relative_width(level.lower, level.upper) for level in far]
     last = max(k for k, width in enumerate(widths) if width > 0.1)
     # Only this step is smaller: all before it are full ones with either tolerance.
-    near = leak_rate(GridFilm(gap), rtol=0.8 * widths[last], every_dual=True, **FLUID)
+    near = bracketed(GridFilm(gap), 0.8 * widths[last], unknowns=None)
     assert near.converged
     assert [level.unknowns for level in near.levels[: last + 1]] == [
         level.unknowns for level in far[: last + 1]

@@ -183,28 +183,6 @@ def test_mean_gradient(corners, first, kind):
     assert (found[1:] - found[0]) @ to_lambda == pytest.approx(exact, rel=1e-12, abs=1e-12)
 
 
-@pytest.mark.parametrize("spacing", [(1.0, 1.0), (3e-6, 1e-6), (1e-6, 4e-6)])
-def test_tensors_of_a_mesh(spacing):
-    """Cells of a mesh get the tensors of their true shape, wherever their contact corner is."""
-    samples = np.random.default_rng(2).uniform(0.1, 1, (8, 8))
-    samples[1::3, ::3] = 0
-    gap = represented(GridField(samples, spacing))
-    mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
-    data = gap.cell_data(mesh, gap.vertex_values(mesh))
-    found = 0
-    for cell, contact, tensor in zip(
-        mesh.cells, data.contact_vertex, data.resistivity, strict=True
-    ):
-        if contact.sum() == 1:
-            order = cell[[contact.argmax(), *np.flatnonzero(~contact)]]
-            b, c = (samples[tuple(mesh.xy[v] // PIXEL)] for v in order[1:])
-            corners = mesh.points(spacing)[order] / max(spacing)
-            exact = tensor_of(corners, b, c)
-            assert tensor == pytest.approx(exact, rel=1e-12)
-            found += 1
-    assert found > 10
-
-
 def test_contact_edges_of_a_mesh():
     """Cells with two contact corners get the resistivity of the gap at the third, wherever it is:
     each corner of a cell in its turn is the open one."""

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from gaps import represented
-from sample_gaps import FLUID, rough_gap
+from gaps import assert_enclosed, bracketed, represented
+from sample_gaps import rough_gap
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow import Tuning
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh
 from fem_seal.theory.closed_forms import piecewise_linear_channel
@@ -18,27 +18,6 @@ REPRESENTATIONS = ["linear", "constant"]
 BOTH = pytest.mark.parametrize(
     ("representation", "sides"), [("linear", "periodic"), ("constant", "wall")]
 )
-
-
-USUAL = Tuning()
-
-
-def bounds(film: GridFilm, tuning: Tuning = USUAL, unknowns: int = 700, **options):
-    return leak_rate(
-        film,
-        rtol=1e-3,
-        limits=Limits(unknowns=unknowns),
-        every_dual=True,
-        tuning=tuning,
-        **FLUID | options,
-    )
-
-
-def assert_enclosed(flow, low: float, high: float) -> None:
-    """Every level's bracket meets [low, high], in which the truth lies."""
-    for level in flow.levels:
-        assert level.lower <= high
-        assert low <= level.upper
 
 
 # --- squares of several pixels -------------------------------------------------------------------
@@ -58,8 +37,8 @@ def test_contact_at_the_corners_of_squares_of_several_pixels(sides, every):
     cell has at its corners says nothing of its sides, so that no pressure may jump across them and
     no stream function be the same along them."""
     gap = GridField(dotted(16, every), (1.0, 1.0))
-    fine = bounds(GridFilm(gap, sides=sides), Tuning(coarsest=16))
-    coarse = bounds(GridFilm(gap, sides=sides), Tuning(coarsest=16 // every))
+    fine = bracketed(GridFilm(gap, sides=sides), tuning=Tuning(coarsest=16))
+    coarse = bracketed(GridFilm(gap, sides=sides), tuning=Tuning(coarsest=16 // every))
     assert coarse.levels[0].unknowns < fine.levels[0].unknowns
     assert_enclosed(coarse, fine.lower, fine.upper)
 
@@ -85,7 +64,8 @@ def test_the_cut_is_the_dual_s_and_the_floor_the_primal_s(representation, sides,
     clipped = Tuning(cut=2 * low, floor=0.0, tolerance=1e-12)
     raised = Tuning(cut=0.0, floor=2 * low, tolerance=1e-12)
     exact, cut, floor = (
-        bounds(film, tuning, 1, method="uniform") for tuning in (plain, clipped, raised)
+        bracketed(film, unknowns=1, method="uniform", tuning=tuning)
+        for tuning in (plain, clipped, raised)
     )
     assert cut.upper == pytest.approx(exact.upper, rel=3e-6, abs=0)
     assert floor.lower == pytest.approx(exact.lower, rel=3e-6, abs=0)
@@ -100,10 +80,9 @@ def test_a_low_ceiling_only_widens_the_bracket(representation, sides, ceiling):
     """With a ceiling at the constriction itself most cells are taken to be of one pressure, some of
     them from inlet to outlet: in a gap of 1 all, and still the leak rate is enclosed."""
     even = GridFilm(GridField(np.ones((6, 6)), (1.0, 1.0), periodic=True), sides, representation)
-    assert_enclosed(bounds(even, Tuning(ceiling=ceiling)), 1.0, 1.0)
+    assert_enclosed(bracketed(even, tuning=Tuning(ceiling=ceiling)), 1.0)
     film = GridFilm(rough_gap((16, 16), 0.2, 5), sides, representation)
-    wide = bounds(film, Tuning(ceiling=ceiling))
-    tight = bounds(film)
+    wide, tight = bracketed(film, tuning=Tuning(ceiling=ceiling)), bracketed(film)
     assert_enclosed(wide, tight.lower, tight.upper)
 
 
@@ -121,11 +100,6 @@ def test_no_open_cell_resists_less_than_the_ceiling(ceiling):
     assert least.min() >= ceiling**-3 * (1 - 1e-12)
 
 
-def series(gap: GridField) -> float:
-    """Leak rate of a linear gap g(x) over a square."""
-    return piecewise_linear_channel(gap.values[:, 0])
-
-
 @pytest.mark.parametrize("method", ["uniform", "adaptive"])
 @pytest.mark.parametrize(("coarsest", "ceiling"), [(1, 5.0), (4, 7.0)])
 def test_bubbles_do_not_gain_by_the_ceiling(method, coarsest, ceiling):
@@ -133,10 +107,10 @@ def test_bubbles_do_not_gain_by_the_ceiling(method, coarsest, ceiling):
     A cell may be below the ceiling while some of its quarters are above it: were their resistivity
     raised, bubbles would seem to lower an energy that is the least there is."""
     gap = vertex_gap(lambda x, y: np.exp(1.2 * np.cos(6 * np.pi * x)) + 0 * y, (32, 32))
-    flow = bounds(
-        GridFilm(gap), Tuning(coarsest=coarsest, ceiling=ceiling), method=method, unknowns=2500
-    )
-    assert_enclosed(flow, series(gap), series(gap))
+    tuning = Tuning(coarsest=coarsest, ceiling=ceiling)
+    flow = bracketed(GridFilm(gap), unknowns=2500, method=method, tuning=tuning)
+    # Of a linear gap g(x) over a square.
+    assert_enclosed(flow, piecewise_linear_channel(gap.values[:, 0]))
 
 
 # --- tolerance -----------------------------------------------------------------------------------
@@ -147,11 +121,11 @@ def test_bubbles_do_not_gain_by_the_ceiling(method, coarsest, ceiling):
 def test_bounds_improve_even_if_nothing_is_solved(representation, method):
     """With a tolerance of 10 CG stops before it begins, and a mesh may do no better than the
     bubbles on the one before it: what was proved there holds, and is reported still."""
-    gap = rough_gap((16, 16), 0.2, 6)
+    film = GridFilm(rough_gap((16, 16), 0.2, 6), representation=representation)
     lazy = Tuning(tolerance=10.0, coarsest=4)
-    flow = bounds(GridFilm(gap, representation=representation), lazy, unknowns=2000, method=method)
+    flow = bracketed(film, unknowns=2000, method=method, tuning=lazy)
     lower, upper = np.transpose([[level.lower, level.upper] for level in flow.levels])
     assert (np.diff(lower) >= 0).all()
     assert (np.diff(upper) <= 0).all()
-    solved = bounds(GridFilm(gap, representation=representation))
+    solved = bracketed(film)
     assert_enclosed(flow, solved.lower, solved.upper)

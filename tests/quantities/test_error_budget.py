@@ -62,11 +62,6 @@ def test_factors_out_of_order_are_refused(lower, upper):
         Uncertainty("grid", "estimated", "", lower, upper)
 
 
-def test_an_open_side_stays_open():
-    assert combined([FLOW, SLIP, MODEL]) == (pytest.approx(0.5), None)
-    assert combined([MODEL]) == (1.0, 1.0)
-
-
 @pytest.mark.parametrize(
     ("limit", "decision"),
     [

@@ -2,11 +2,11 @@
 
 import ctypes.util
 import os
-import subprocess
 import sys
 import types
 
 import pytest
+from project import printed_by
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.render.offscreen import draw_layers, require_gl
@@ -85,9 +85,7 @@ def test_draws_in_a_process_that_uses_fenicsx():
         "layers = [DrawnTriangles(xy, cells, (7, 7, 7))]\n"
         "print(draw_layers(layers, Window(0, 1, 0, 1), 240).mean())\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.split()[-1] == "7.0"
+    assert printed_by("-c", code).split()[-1] == "7.0"
 
 
 @pytest.mark.parametrize(

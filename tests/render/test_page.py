@@ -1,12 +1,10 @@
 """The page: what its axes, bars and keys say, where they stand, and that it is written whole."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
+from project import printed_by
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
@@ -214,6 +212,5 @@ def test_pictures_of_a_grid_need_no_opengl(tmp_path, call):
         f"{call}\n"
         "assert not {'pyvista', 'vtkmodules'} & set(sys.modules)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    printed_by("-c", code)
     assert (tmp_path / "a.png").stat().st_size > 1000

@@ -1,12 +1,9 @@
 """Scenes with a [shape], from the file to the leak rate, against exact answers."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from mesh_files import CORNERS, scene_of, write_msh
-from project import ROOT, alone, unwrapped, write_toml
+from project import ROOT, printed_by, unwrapped, write_toml
 from scipy.integrate import trapezoid
 
 from fem_seal import run
@@ -405,9 +402,7 @@ from fem_seal.render import offscreen, plot
 plot.DPI, offscreen.draw_layers.__defaults__ = 70, (400,)
 sys.exit(main(sys.argv[1:]))
 """
-    command = [sys.executable, "-c", code, "mesh", str(path), "--out", str(tmp_path / "out")]
-    done = subprocess.run(command, capture_output=True, text=True, env=alone())
-    assert done.returncode == 0, done.stderr
+    printed_by("-c", code, "mesh", path, "--out", tmp_path / "out")
     assert (tmp_path / "out" / "mesh.vtu").is_file()
 
 
