@@ -25,7 +25,9 @@ import numpy as np
 
 from fem_seal.errors import Inconsistent, present
 from fem_seal.flow.energy import ROUNDING
-from fem_seal.flow.film_on_mesh import (
+from fem_seal.flow.look_ahead import refined_ahead
+from fem_seal.flow.marking import Strategy, mark, mark_all
+from fem_seal.flow.solution import (
     AnyPressure,
     AnyProblem,
     AnyStream,
@@ -35,8 +37,6 @@ from fem_seal.flow.film_on_mesh import (
     SolvedLevel,
     Start,
 )
-from fem_seal.flow.look_ahead import refined_ahead
-from fem_seal.flow.marking import Strategy, mark, mark_all
 from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.bisection import AnyMesh, TooFine
 

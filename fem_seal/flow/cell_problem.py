@@ -22,11 +22,12 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import MatrixBounds
 from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import ROUNDING, gradients, shape_gradients
-from fem_seal.flow.film_on_mesh import CornerValues, FilmOnMesh, FlowEstimate, Guess, Start
+from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Numbering
+from fem_seal.flow.solution import CornerValues, FlowEstimate, Guess, Start
 from fem_seal.flow.torus import (
     jumps_along,
     open_torus,

@@ -10,10 +10,10 @@ from fem_seal.film.winding import periodic_sites, widest_winding
 from fem_seal.flow.adapt import refined
 from fem_seal.flow.bounds import TensorBounds, widest
 from fem_seal.flow.cell_problem import CellProblem
-from fem_seal.flow.film_on_mesh import Start
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.flow.leak import require_conducting
 from fem_seal.flow.marking import Strategy, Tuning
+from fem_seal.flow.solution import Start
 from fem_seal.flow.stopping import Stopping, Tolerance
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField

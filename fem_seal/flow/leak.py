@@ -10,12 +10,12 @@ from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, MeshFilm, require_film
 from fem_seal.film.law import CUBE, FilmLaw, leak_rate_of_square
 from fem_seal.flow.adapt import refined, unchanged
-from fem_seal.flow.film_on_mesh import LevelSolution, Start
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, GapOnMesh, VertexGap
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.marking import Strategy, Tuning
 from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
+from fem_seal.flow.solution import LevelSolution, Start
 from fem_seal.flow.stopping import Decision, SolvedLevel, Stopping, Tolerance
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField

@@ -18,11 +18,12 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import Energy, gradients, shape_gradients
-from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate, Guess, Start
+from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.gap_on_mesh import GapOnMesh, LinearGap
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Numbering
+from fem_seal.flow.solution import FlowEstimate, Guess, Start
 from fem_seal.flow.topology import dual_numbering, open_cells, primal_numbering
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.leak_rate import FacetTag

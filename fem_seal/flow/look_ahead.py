@@ -14,10 +14,10 @@ import numpy as np
 
 from fem_seal.flow.cell_data import CellData
 from fem_seal.flow.energy import gradients, shape_gradients
-from fem_seal.flow.film_on_mesh import FlowEstimate, Start
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.marking import Marks
+from fem_seal.flow.solution import FlowEstimate, Start
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
 

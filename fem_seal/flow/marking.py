@@ -6,7 +6,7 @@ Four sets of cells are marked, the first three by Dörfler's rule:
 * the blocked cells with the largest flux: a channel that a few blocked cells close has small e_T,
   although all its flux is missing from the lower bound;
 * where the residuals of the pressure exceed Σ e_T, the cells with the largest jumps of its flux;
-* the equipotential cells that meet only at vertices of small gap (`FilmOnMesh.joints`).
+* the equipotential cells that meet only at vertices of small gap (`joints.py`).
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
+from fem_seal.flow.film_on_mesh import FilmOnMesh
+from fem_seal.flow.joints import wrongly_joined_cells
+from fem_seal.flow.solution import FlowEstimate
 
 # Least size of a step by the error indicators, as a part of a full step, while flow through leaking
 # vertices or wrongly joined cells falsifies them.
@@ -122,7 +124,7 @@ def mark(
     unexplained = max(residuals.sum() - indicators.sum(), 0.0)
     required = part_reached * tuning.theta_residual * unexplained
     held = residuals[large | through].sum()
-    joints = problem.joints(max(flow.conductance for flow in flows))
+    joints = wrongly_joined_cells(problem, max(flow.conductance for flow in flows))
     step = LEAST_STEP if joints.any() else 1.0
     if held < required:
         step = min(step, max(held / required, LEAST_STEP))

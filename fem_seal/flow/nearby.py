@@ -18,10 +18,10 @@ import numpy as np
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.flow.energy import Energy
-from fem_seal.flow.film_on_mesh import LevelSolution, Start
 from fem_seal.flow.gap_on_mesh import LinearGap
 from fem_seal.flow.hierarchical import Correction, drops_of_one_function
 from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.solution import LevelSolution, Start
 from fem_seal.grid import GridField
 
 

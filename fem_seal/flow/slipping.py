@@ -21,9 +21,9 @@ from fem_seal.film.law import (
     mean_pressure_law,
 )
 from fem_seal.flow.bounds import Bounds
-from fem_seal.flow.film_on_mesh import LevelSolution
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.solution import LevelSolution
 from fem_seal.fluid import Slip
 
 # Parameters of the choice of a weight. Every choice gives valid bounds; these give narrow ones.

@@ -8,7 +8,7 @@ from math import exp
 import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.film_on_mesh import LevelSolution, SolvedLevel
+from fem_seal.flow.solution import LevelSolution, SolvedLevel
 from fem_seal.leak_rate import relative_width
 from fem_seal.limits import Limits
 

@@ -45,8 +45,8 @@ from fem_seal.upscaling.profile import Profile, is_uniform
 from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow, seal_flow
 
 if TYPE_CHECKING:
-    from fem_seal.flow.film_on_mesh import Start
     from fem_seal.flow.nearby import MeshedFlow
+    from fem_seal.flow.solution import Start
 
 TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
 MOST_LOADS = 40

@@ -7,7 +7,7 @@ import pytest
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds, MatrixBounds
-from fem_seal.flow.film_on_mesh import SolvedLevel
+from fem_seal.flow.solution import SolvedLevel
 from fem_seal.flow.stopping import Stopping, Tolerance
 from fem_seal.limits import Limits
 

@@ -11,10 +11,10 @@ from sample_gaps import rough_gap
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
 from fem_seal.flow.energy import gradients, shape_gradients
-from fem_seal.flow.film_on_mesh import Start
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
+from fem_seal.flow.solution import Start
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh
 from fem_seal.mesh.torus import uniform_torus

@@ -15,7 +15,7 @@ from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.bounds import TensorBounds, geometric_mean
 from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
 from fem_seal.flow.cell_tensor import conductivity_tensor
-from fem_seal.flow.film_on_mesh import Start
+from fem_seal.flow.solution import Start
 from fem_seal.flow.stopping import LONG, MOST_UNKNOWNS, out_of_reach
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField

@@ -10,12 +10,12 @@ from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning, leak_rate
 from fem_seal.flow.energy import gradients, shape_gradients
-from fem_seal.flow.film_on_mesh import FlowEstimate, Start
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.integrals import batch
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
+from fem_seal.flow.solution import FlowEstimate, Start
 from fem_seal.grid import GridField
 from fem_seal.mesh.triangles import ISLAND
 

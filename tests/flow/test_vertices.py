@@ -11,6 +11,7 @@ from sample_gaps import FLUID
 
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow.joints import wrongly_joined_cells
 from fem_seal.grid import GridField
 
 # Decades of the gap, contact where there is none; the false flow passes between the wide parts.
@@ -73,16 +74,17 @@ def test_low_vertex_between_wide_parts_is_a_joint():
     values[2], values[:, 2] = 1e-6, 1e-6
     gap = GridField(values, (1.0, 1.0))
     problem = level_problem(represented(gap, ceiling=2e-3))
-    joints = problem.joints(leak_rate=1e-3)
+    joints = wrongly_joined_cells(problem, leak_rate=1e-3)
     assert joints.any()
     at_cross = (problem.mesh.xy[problem.mesh.cells[problem.kept]] >> 24 == 2).any(axis=(1, 2))
     assert not joints[~at_cross].any()
     # Each low vertex conducts 1e-18: that is enough for such a leak rate.
-    assert not problem.joints(leak_rate=1e-19).any()
+    assert not wrongly_joined_cells(problem, leak_rate=1e-19).any()
     # One low vertex around which the gap is wide joins nothing.
     values = np.ones((5, 5))
     values[2, 2] = 1e-6
-    assert not level_problem(represented(GridField(values, (1, 1)), ceiling=2e-3)).joints(1.0).any()
+    coarse = level_problem(represented(GridField(values, (1, 1)), ceiling=2e-3))
+    assert not wrongly_joined_cells(coarse, leak_rate=1.0).any()
 
 
 @pytest.mark.parametrize("seed", [295, 297])
@@ -97,7 +99,10 @@ def test_blocked_cells_join_nothing(seed):
     problem = level_problem(represented(gap, cut=1e-8, width=2, ceiling=1e-3), width=2)
     assert (problem.data.blocked & problem.data.equipotential).any()
     with np.errstate(divide="raise"):
-        few, many = problem.joints(leak_rate=1e-6), problem.joints(leak_rate=1e30)
+        few, many = (
+            wrongly_joined_cells(problem, leak_rate=1e-6),
+            wrongly_joined_cells(problem, leak_rate=1e30),
+        )
     assert many.any()
     assert not (few & ~many).any()
 
