@@ -93,7 +93,7 @@ def sensitivity(
     q = flow.log_rate_by_gap
     adjoint, weight = np.zeros_like(gap), q
     if lifted is not None:
-        by_u = _derivative_by_u(problem, flow, critical)
+        by_u = problem.pressure_by(flow.on_samples, critical)
         solution = gmres(
             lambda one: one - tangent.change(flow.transposed(by_u * one, TOLERANCE), TOLERANCE),
             tangent.change(q, TOLERANCE),
@@ -124,7 +124,7 @@ def sensitivity(
         there = lifting_problem(other, load, settings, height, silent)
         through = there.film_pressure(gap, grid, epsilon) if there.slips else flow
         rate = through.conductance * settings.pressure_drop / settings.viscosity
-        return log(rate), there.pressure_of(np.clip(through.on_samples, 0, 1), critical)
+        return log(rate), there.pressure_of(through.on_samples, critical)
 
     for name in _of_fluid(scene):
         (more, above), (less, below) = (
@@ -195,7 +195,7 @@ class ByLoad:
         if self.lifted is None or self.critical == 0:
             return none
         problem, flow, tangent = self.problem, self._flow, self._tangent
-        by_u = _derivative_by_u(problem, flow, self.critical if problem.slips else 0.0)
+        by_u = problem.pressure_by(flow.on_samples, self.critical if problem.slips else 0.0)
 
         def response(pressure: np.ndarray) -> np.ndarray:
             """R' T of a change of the fluid's pressure."""
@@ -223,12 +223,3 @@ def _of_fluid(scene: Scene) -> Iterator[str]:
     for key in ("pressure_drop", "inlet_pressure", "outlet_pressure"):
         if getattr(scene.flow, key):
             yield f"flow.{key}"
-
-
-def _derivative_by_u(problem: LiftProblem, flow: FilmPressure, critical: float) -> np.ndarray:
-    """Derivative [Pa] of the fluid's pressure by the solution u of the linear problem."""
-    u = np.clip(flow.on_samples, 0.0, 1.0)
-    ends = np.clip(u - 1e-6, 0.0, 1.0), np.clip(u + 1e-6, 0.0, 1.0)
-    low, high = (problem.pressure_of(end, critical) for end in ends)
-    slope: np.ndarray = (high - low) / (ends[1] - ends[0])
-    return slope

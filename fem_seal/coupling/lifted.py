@@ -24,7 +24,6 @@ from fem_seal import parallel
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.constants import (
     FIRST_EPSILON,
-    MOST_SEALED,
     MOST_STAGES,
     MOST_STEPS,
     PART,
@@ -96,7 +95,7 @@ class _Found:
 
     pressure: np.ndarray  #: p_f (nx, ny) [Pa]
     contact: ContactState  #: under it
-    certain: bool  #: whether the film is sealed under the inlet's pressure as well
+    certain: bool  #: whether no fluid pressure opens the film
     change: float  #: of ln Q in the last step
     error: float  #: of ln Q
     failure: str  #: why the last stage has not come to an equilibrium, else ""
@@ -166,10 +165,9 @@ class _Stages:
             self._log.add(point)
             self._solve(point)
         for _ in range(1, MOST_STAGES):
-            contact = self._point.contact
-            self._sealed = self._sealed + 1 if problem.film(contact.gap).sealed else 0
-            certain = bool(self._sealed) and not _opened(problem, contact, _most(problem, contact))
-            if certain or self._sealed == MOST_SEALED or not self._refine() or self._settled:
+            self._sealed = self._sealed + 1 if self._point.sealed else 0
+            certain = bool(self._sealed) and _opened(problem, self._point.contact) is None
+            if certain or self._sealed == MOST_STAGES // 2 or not self._refine() or self._settled:
                 break
             self._solve(self._point)
         point, contact = self._point, self._point.contact
@@ -221,15 +219,13 @@ class _Stages:
 
     @property
     def _settled(self) -> bool:
+        """Whether what is to come changes ln Q by little."""
         little = self._error <= self._allowed and self._point.keeps_load(self._allowed)
         return little and not self._sealed and not self._log.failure
 
 
 def _all_to_come(change: float, before: float) -> float:
-    """The changes of this stage and all to come, over this one, if their ratio stays the same.
-
-    The error of linear elements and ε fall to a quarter from stage to stage.
-    """
+    """The changes of this stage and all to come, over this one, if their ratio stays the same."""
     return 1 / (1 - min(change / before, 1 - PART)) if 0 < before < inf else 2.0
 
 
@@ -254,9 +250,9 @@ def _leaving(point: LiftPoint) -> LiftPoint:
     return point
 
 
-def _opened(problem: LiftProblem, contact: ContactState, pressure: np.ndarray) -> GridFilm | None:
-    """The film that a pressure opens; None if it stays sealed."""
-    pressure = problem.between_ends(pressure)
+def _opened(problem: LiftProblem, contact: ContactState) -> GridFilm | None:
+    """The film that the most fluid pressure opens; None if it stays sealed."""
+    pressure = _most(problem, contact)
     if problem.left_of(pressure) <= 0:
         return problem.film(problem.touching_gap)
     film = problem.film(problem.contact_under(pressure, contact, ROUGH).gap)
@@ -280,22 +276,19 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     error, reason, steps = found.error, "", len(found.residuals) - 1
     lowest, highest = leak.value * exp(-error), leak.value * exp(min(error, MOST_ERROR))
     if leak.state == "sealed":
-        error = 0.0
-        pressure = _most(problem, found.contact)
         opened = None
         if not found.certain:
-            opened = parallel.on_root(
-                lambda: _opened(problem, found.contact, pressure), problem.comm
-            )
+            opened = parallel.on_root(lambda: _opened(problem, found.contact), problem.comm)
         if opened is not None:
             highest = inf
-            if problem.left_of(pressure) > 0:
+            if problem.left_of(_most(problem, found.contact)) > 0:
                 most = problem.flow(opened, 0.0)
                 highest = most.value if most.upper is None else most.upper
             reason = (
                 f"the film is sealed after {steps} of Newton's steps, but more fluid pressure "
                 "under the contact would open it"
             )
+        error = 0.0
     elif found.failure:
         reason = f"contact and flow have not settled: {found.failure}"
     elif error > SETTLED * rtol:

@@ -21,7 +21,15 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import MOST_NODES, MOST_PER_SAMPLE, MOST_STEPS, PART, ROUGH
+from fem_seal.coupling.constants import (
+    FALL,
+    MOST_NODES,
+    MOST_PER_SAMPLE,
+    MOST_STEPS,
+    PART,
+    PARTS,
+    ROUGH,
+)
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.finite_difference.film_pressure import FilmPressure
@@ -33,9 +41,9 @@ def not_by_chance(changes: np.ndarray) -> float:
     """The sum of changes (nx, ny), in size.
 
     Changes in several places may cancel by chance: it is therefore at least the root of the sum of
-    the squares over 4 × 4 parts of the patch.
+    the squares over parts of the patch.
     """
-    rows, columns = (np.arange(4) * n // 4 for n in changes.shape)
+    rows, columns = (np.arange(PARTS) * n // PARTS for n in changes.shape)
     parts = np.add.reduceat(np.add.reduceat(changes, rows, axis=0), columns, axis=1)
     return max(abs(float(parts.sum())), float(np.sqrt((parts**2).sum())))
 
@@ -96,6 +104,11 @@ class LiftPoint:
         stage, gap = self.stage, self.contact.gap.values
         return self.problem.film_pressure(gap, stage.grid, stage.epsilon)
 
+    @property
+    def sealed(self) -> bool:
+        """Whether no open path leads through the gap."""
+        return self.problem.film(self.contact.gap).sealed
+
     @cached_property
     def critical(self) -> float:
         """Gap of the critical constriction, ε at least [m]; 0 unless the fluid slips."""
@@ -107,7 +120,7 @@ class LiftPoint:
     @cached_property
     def residual(self) -> np.ndarray:
         """F (nx, ny) [Pa]."""
-        return self.problem.pressure_of(self._u, self.critical) - self.pressure
+        return self.problem.pressure_of(self.flow.on_samples, self.critical) - self.pressure
 
     @cached_property
     def size(self) -> float:
@@ -115,15 +128,8 @@ class LiftPoint:
         return float(np.sqrt(np.mean(self.residual**2))) / self.problem.drop
 
     @cached_property
-    def _u(self) -> np.ndarray:
-        return np.clip(self.flow.on_samples, 0.0, 1.0)
-
-    @cached_property
     def _by_u(self) -> np.ndarray:
-        """Derivative of the pressure by the solution of the linear problem [Pa]."""
-        ends = np.clip(self._u - 1e-6, 0.0, 1.0), np.clip(self._u + 1e-6, 0.0, 1.0)
-        low, high = (self.problem.pressure_of(end, self.critical) for end in ends)
-        return (high - low) / (ends[1] - ends[0])
+        return self.problem.pressure_by(self.flow.on_samples, self.critical)
 
     @cached_property
     def _tangent(self) -> ContactTangent:
@@ -210,7 +216,7 @@ class LiftPoint:
         """
         grid, epsilon = self.stage.grid, self.stage.epsilon
         if self.by_epsilon > allowed / 2 or not self.problem.refines:
-            epsilon /= 4
+            epsilon /= FALL
         if self.problem.refines:
             weight = self._by_u * self.adjoint
             grid = grid.refined(self.flow.by_links(weight, PART**2), 1 - PART)

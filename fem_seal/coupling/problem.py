@@ -98,6 +98,13 @@ class LiftProblem:
         slope = np.divide(slope, 3 * cubes**2 * gap, out=np.zeros_like(gap), where=gap > 0)
         return FilmPressure(grid, cubes, slope, self.solver)
 
+    def pressure_by(self, u: np.ndarray, critical: float) -> np.ndarray:
+        """Derivative [Pa] of `pressure_of` by u."""
+        ends = np.clip(u - 1e-6, 0.0, 1.0), np.clip(u + 1e-6, 0.0, 1.0)
+        low, high = (self.pressure_of(end, critical) for end in ends)
+        slope: np.ndarray = (high - low) / (ends[1] - ends[0])
+        return slope
+
     def grid(self, level: int) -> PressureGrid:
         """Network with 2^level times as many nodes a side as the contact has samples."""
         film = self.film(self.touching_gap)

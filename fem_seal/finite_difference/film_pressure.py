@@ -70,7 +70,7 @@ class FilmPressure:
         u = grid.inlet.astype(float)
         u[grid.free] = self._solve(-(matrix @ u), EXACT)
         self._links, self._drop = links, u[a] - u[b]
-        self.on_samples = self._to_samples(u)  #: (nx, ny)
+        self.on_samples = np.clip(self._to_samples(u), 0.0, 1.0)  #: (nx, ny)
         self.dissipation = links * self._drop**2  #: (links,), in a unit of its own
 
     @property
