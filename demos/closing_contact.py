@@ -7,6 +7,7 @@
 #
 # `python demos/closing_contact.py SCENE.toml --loads 12` does the same for another scene
 # (without [limit], which would end a flow as soon as it is decided, and without [seal]).
+# It runs in one process, since most of its time goes into contacts, which threads share.
 
 # %%
 import argparse

@@ -11,6 +11,7 @@
 # 44001, 2015) measured Q ∝ (p_c - p)^(69/20) in simulations: gap, width and length of the
 # constriction all shrink, each with a power of its own. This demo checks the exponent; with
 # `--samples 256 512 1024` it takes a CPU minute (docs/measurements/letter.md).
+# It runs in one process, since most of its time goes into contacts, which threads share.
 
 # %%
 import argparse

@@ -15,6 +15,7 @@
 #     ε = Σ p (g - min g) / (h_rms Σ p),
 #
 # It bounds the excess of energy by ε × mean pressure × h_rms, however p was computed.
+# It runs in one process, since a contact is solved by threads.
 
 # %%
 from dataclasses import dataclass

@@ -14,6 +14,8 @@
 # * range: the dry contacts under P₀ - p_in and P₀ - p_out, whose leak rates enclose that of any
 #   fluid pressure between p_out and p_in;
 # * resolved: both lines solved together.
+#
+# It runs in one process, since most of its time goes into contacts, which threads share.
 
 # %%
 from dataclasses import dataclass

@@ -15,6 +15,7 @@
 #
 # One seal is pressed less and less. The last case is computed as if dry: how far the fluid opens
 # the film is then not known, and the leak rate has no upper end.
+# It runs in one process, since most of its time goes into contacts, which threads share.
 
 # %%
 from dataclasses import dataclass
