@@ -5,7 +5,7 @@
 # of the flow, R(g). An equilibrium is a zero of F(p) = R(G(p)) - p. Newton's method finds it in a
 # few steps, each of which solves (I - R' G') δ = F (docs/theory/lift.md). Here it starts from the
 # outlet's pressure everywhere, and from the inlet's.
-# It runs in one process, since Newton's method runs on the first one and the flows are small.
+# It runs in one process: Newton's method runs on the first alone, and the flows are small.
 
 # %%
 from math import log

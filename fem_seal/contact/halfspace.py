@@ -103,7 +103,7 @@ class HalfSpace:
         self.steering = np.dtype(choose(PRECISIONS, precision, "precision"))
         self.exact = RealTransform(shape, "float64", self.passes)
         self.steer = RealTransform(shape, self.steering.name, self.passes)
-        stiffness = _stiffness(shape, spacing, layer)
+        stiffness = wave_stiffness(shape, spacing, layer)
         self.softest = float(np.min(stiffness, initial=np.inf, where=stiffness > 0))
         self.stiffest = float(stiffness.max())
         samples = shape[0] * shape[1]
@@ -132,7 +132,7 @@ class HalfSpace:
 
     @cached_property
     def _stiffness(self) -> np.ndarray:
-        """Inverse of the compliance, in double; only damped and FISTA need it."""
+        """k(q) over the number of samples, in double; only damped and FISTA need it."""
         waves = self._compliance > 0
         samples = self.shape[0] * self.shape[1]
         inverse = np.zeros_like(self._compliance)
@@ -152,7 +152,7 @@ class HalfSpace:
         """Turn the displacement in ``exact.values`` into its pressure, in place."""
         return self._apply(self.exact, self._stiffness)
 
-    def soften(self) -> np.ndarray:
+    def displace_in_steer(self) -> np.ndarray:
         """Turn the pressure in ``steer.values`` into its displacement, in place."""
         return self._apply(self.steer, self._compliance)
 
@@ -186,7 +186,7 @@ class HalfSpace:
         return work.values
 
 
-def _stiffness(
+def wave_stiffness(
     shape: tuple[int, int], spacing: tuple[float, float], layer: Layer | None
 ) -> np.ndarray:
     """Return k(q), zero for the mean, (nx, ny // 2 + 1)."""

@@ -103,7 +103,7 @@ class ContactTangent:
         if first == 0:
             return moved
         for _ in range(MOST_ITERATIONS):
-            solid.soften()
+            solid.displace_in_steer()
             level = total / count / solid.softest
             product, before = sum(passes.over(shape, soften)), product
             turned = product / before
