@@ -81,10 +81,7 @@ class _Reach:
 def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
     """Reach to the load at which so many samples have closed or opened.
 
-    Parameters
-    ----------
-    critical
-        Gap of the critical constriction [m]; 0 if the film is sealed.
+    The gap of the critical constriction [m] is 0 if the film is sealed.
     """
     contact, height = patch.film_contact, present(patch.surface, "surface")
     gap, by = present(contact, "contact").gap.values, None

@@ -55,10 +55,8 @@ def pictures(of: Solved | Patch) -> dict[str, Picture]:
 def to_xarray(fields: GridField | GapState) -> "xr.Dataset":
     """Fields on their grid as an xarray.Dataset with coordinates x and y [m].
 
-    Parameters
-    ----------
-    fields : a field becomes the variable "values"; a contact the variables "gap" [m] and, if it is
-        elastic, "pressure" [Pa]. The attribute "periodic" is 0 or 1
+    A field becomes the variable "values"; a contact the variables "gap" [m] and, if it is elastic,
+    "pressure" [Pa]. The attribute "periodic" is 0 or 1.
 
     Raises
     ------
@@ -94,11 +92,8 @@ def to_xarray(fields: GridField | GapState) -> "xr.Dataset":
 def to_pyvista(leak: LeakRate) -> "pv.PolyData":
     """The flow on its last mesh as a PyVista mesh of triangles in the plane z = 0.
 
-    Point data are "gap" [m] and "pressure" [Pa], cell data "flux" [m^2/s].
-
-    Parameters
-    ----------
-    leak : leak rate with its field: of a patch whose scene has the product "pictures" or "mesh"
+    Point data are "gap" [m] and "pressure" [Pa], cell data "flux" [m^2/s]. The leak rate must have
+    its field: that of a patch whose scene has the product "pictures" or "mesh".
 
     Raises
     ------

@@ -86,9 +86,7 @@ FIRST_ORDER = PoiseuilleCoefficient(np.array([0.0, 1.0]), np.array([1.0, 2.0]))
 def kinetic(accommodation: float) -> PoiseuilleCoefficient:
     """Poiseuille coefficient from continuum to free molecular flow (BGK model).
 
-    Parameters
-    ----------
-    accommodation : σ, from `LEAST_ACCOMMODATION` to 1
+    The accommodation σ lies between `LEAST_ACCOMMODATION` and 1.
 
     Notes
     -----

@@ -37,11 +37,8 @@ def constriction(
 ) -> Constriction | None:
     """Find the critical constriction of a film and its share of the pressure drop; None if sealed.
 
-    Parameters
-    ----------
-    field, potential
-        For the share: the flow, and (N,) potential at its points, in which the flux is linear: p of
-        a liquid, p² of a gas.
+    The share needs the flow, and the potential (N,) at its points in which the flux is linear: p of
+    a liquid, p² of a gas.
     """
     tightest = film.constriction
     if tightest is None:

@@ -129,11 +129,8 @@ class Scene(Section):
     def with_(self, changes: Mapping[str, object]) -> "Scene":
         """Copy with other values, checked like a file.
 
-        Parameters
-        ----------
-        changes
-            Values by "section.field", such as {"contact.pressure": "0.2 MPa"}, or whole sections.
-            None removes a field or a section.
+        The changes are values by "section.field", such as {"contact.pressure": "0.2 MPa"}, or whole
+        sections. None removes a field or a section.
 
         Raises
         ------

@@ -46,12 +46,10 @@ def cropped(field: FieldMap, crop: tuple[tuple[float, float], tuple[float, float
 def periodic_cell(field: GridField, how: str) -> GridField:
     """Make a periodic cell of heights [m] without missing points.
 
-    Parameters
-    ----------
-    how : "cut": the map itself, with a jump across the seam. "mirror": the map and its mirror
-        images, twice as long and wide, with a kink at the seam. "hann", "tukey": the deviation from
-        the mean times this window, which is 0 at the border; the Tukey window is 1 except on an
-        eighth of the length at each end.
+    "cut": the map itself, with a jump across the seam. "mirror": the map and its mirror images,
+    twice as long and wide, with a kink at the seam. "hann", "tukey": the deviation from the mean
+    times this window, which is 0 at the border; the Tukey window is 1 except on an eighth of the
+    length at each end.
     """
     make = choose(CELLS, how, "make_periodic")
     return GridField(make(field.values), field.spacing, periodic=True)

@@ -12,11 +12,8 @@ from fem_seal.registry import require_known
 def fill(heights: FieldMap, method: str, max_missing: float) -> FieldMap:
     """Fill the missing points (NaN) of a map, of which at most a part may be missing.
 
-    Parameters
-    ----------
-    method : "harmonic": the heights of least gradient, like a soap film over each hole, with no
-        slope across the border of the map; "linear": on the Delaunay triangles of the points around
-        the holes
+    "harmonic": the heights of least gradient, like a soap film over each hole, with no slope across
+    the border of the map. "linear": on the Delaunay triangles of the points around the holes.
     """
     require_known(METHODS, method, "fill")
     missing = np.isnan(heights.values)

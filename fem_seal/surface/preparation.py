@@ -87,10 +87,8 @@ def measured_surface(
 ) -> PreparedSurface:
     """Read heights [m] and prepare them; docs/guide/surfaces.md names the formats.
 
-    Parameters
-    ----------
-    stated : unit, size and other statements that the file lacks. If neither file nor scene states
-        whether the map repeats, its seam decides
+    Unit, size and other statements that the file lacks are `stated`. If neither file nor scene
+    states whether the map repeats, its seam decides.
 
     Raises
     ------

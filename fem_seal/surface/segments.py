@@ -56,11 +56,8 @@ class PowerLaw:
 def best_segments(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> Segments | None:
     """Division of least χ² + (number of parameters) ln(number of bins).
 
-    None if a constant spectrum has a smaller value.
-
-    Parameters
-    ----------
-    x, y, variance : (m,), ln q, ascending, ln C, and the variance of ln C
+    The arguments (m,) are ln q, ascending, ln C, and the variance of ln C. None if a constant
+    spectrum has a smaller value.
     """
     m = len(x)
     weight = 1 / (variance + WIGGLE**2)

@@ -114,12 +114,9 @@ def rms_slope(field: GridField) -> float:
 def radial_spectrum(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
     """C(q) of periodic heights averaged over rings of width 2π/min(Lx, Ly).
 
-    Normalised as <h²> = ∫ C d²q, that is ``C = |h̃|² Lx Ly / (2π)²``.
-
-    Parameters
-    ----------
-    exponent : each ring has the mean of C (q/q_ring)^exponent. For a power law C ∝ q^-exponent this
-        is C at the wavenumber of the ring; the plain mean of a steep power law is larger.
+    Normalised as <h²> = ∫ C d²q, that is ``C = |h̃|² Lx Ly / (2π)²``. Each ring has the mean of
+    C (q/q_ring)^exponent. For a power law C ∝ q^-exponent this is C at the wavenumber of the ring;
+    the plain mean of a steep power law is larger.
     """
     area = field.size[0] * field.size[1]
     q = wavenumbers(field.shape, field.spacing)

@@ -67,12 +67,8 @@ def gaussian_surface(
 ) -> GridField:
     """Gaussian random heights [m] of zero mean with a spectrum in the ensemble mean.
 
-    Waves longer than the periods, or shorter than two samples, are left out. The same seed on a
-    finer grid gives the same surface with shorter waves.
-
-    Parameters
-    ----------
-    size : periods (Lx, Ly) [m]
+    Waves longer than the periods (Lx, Ly) [m], or shorter than two samples, are left out. The same
+    seed on a finer grid gives the same surface with shorter waves.
 
     Raises
     ------

@@ -21,9 +21,7 @@ _POINT_FILE = re.compile(r"[0-9a-f]{32}\.json")
 class SweepFolder(RecordFolder[Point]):
     """The points of one sweep; any number of processes may write into the folder at once.
 
-    Parameters
-    ----------
-    keys : names of the fields that vary
+    The `keys` are the names of the fields that vary.
     """
 
     def __init__(self, path: Path, keys: tuple[str, ...]):
