@@ -145,8 +145,8 @@ def sealing_load(patch: Patch) -> float | None:
     """
     patch.solve_film()  # by all processes: the first one searches alone
     if present(patch.scene.contact, "[contact]").is_elastic:
-        found = parallel.on_root(lambda: dry_threshold(patch), patch.comm)
-        return None if found is None else found.pressure_sealed
+        closing = parallel.on_root(lambda: dry_threshold(patch), patch.comm)
+        return None if closing is None else closing.pressure_sealed
     cut = parallel.on_root(lambda: _of_bearing(patch), patch.comm)
     return None if cut is None else cut.area_sealed
 

@@ -116,6 +116,6 @@ def _summary(point: "Point") -> str:
     if not numbers["converged"]:
         area += ", not converged"
     state, decision = numbers["state"], numbers["decision"]
-    said = f"{state}" if decision in (state, None) else f"{state}, {decision}"
+    words = f"{state}" if decision in (state, None) else f"{state}, {decision}"
     rate = f", {numbers['headline']}" if "headline" in numbers else ""
-    return f"{said}{rate}, {area}"
+    return f"{words}{rate}, {area}"

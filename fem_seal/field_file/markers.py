@@ -32,19 +32,19 @@ def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
     It looks like one if it recurs and its distance from all other values is more than `FAR` times
     their range, or if it is a customary mark and this distance is more than their range.
     """
-    known = values[~np.isnan(values)]
-    if not known.size:
+    measured = values[~np.isnan(values)]
+    if not measured.size:
         return None
-    for extreme in (known.max(), known.min()):
-        others = known[known != extreme]
+    for extreme in (measured.max(), measured.min()):
+        others = measured[measured != extreme]
         if not others.size:
             return None  # a smooth face
-        count = known.size - others.size
+        count = measured.size - others.size
         # Halve both, so that the difference of the largest doubles does not overflow.
         distance = np.abs(others / 2 - extreme / 2).min()
         spread = others.max() / 2 - others.min() / 2
         customary = np.isclose(abs(extreme), CUSTOMARY, rtol=SAME, atol=0).any()
-        recurs = 1 < count < known.size / 2 and spread > 0
+        recurs = 1 < count < measured.size / 2 and spread > 0
         if (recurs and distance / FAR > spread) or (customary and distance > spread):
             return float(extreme), int(count)
     return None

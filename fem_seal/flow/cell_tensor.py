@@ -116,9 +116,9 @@ def _missed(lower: np.ndarray, upper: np.ndarray, rtol: float) -> str:
     """Message on the distance of the bounds from the tolerance, and the direction."""
     width, (x, y) = widest(lower, upper)
     along = (x, y) @ upper @ (x, y) / np.linalg.eigvalsh(upper)[-1]
-    known = f"known to {width:.2g}" if np.isfinite(width) else "without a lower bound"
+    reached = f"known to {width:.2g}" if np.isfinite(width) else "without a lower bound"
     return (
-        f"the tensor is {known} along {np.degrees(np.arctan2(y, x)) % 180:.3g} degrees, where it "
+        f"the tensor is {reached} along {np.degrees(np.arctan2(y, x)) % 180:.3g} degrees, where it "
         f"is {along:.2g} of its largest; {rtol:.2g} was asked for"
     )
 

@@ -119,15 +119,15 @@ def input_shares(
         s = factors.get("heights", 1.0)
         return log(x), log(drop * s**3 * scene.viscosity / other.viscosity)
 
-    known = []
+    points = []
     for factors, flow in ((_ends(scene, 1), opened), ({}, leak), (_ends(scene, -1), closed)):
         x, driven = laws(factors)
         if flow.state == "leaking":
-            known.append((x, log(flow.value) - driven))
+            points.append((x, log(flow.value) - driven))
 
     def change(name: str, end: int) -> float:
         x, driven = laws({name: _ends(scene, end)[name]})
-        return driven + _on_line(x, sorted(known))
+        return driven + _on_line(x, sorted(points))
 
     return {name: abs(change(name, 1) - change(name, -1)) for name in scene.tolerated}
 

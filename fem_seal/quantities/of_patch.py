@@ -111,8 +111,8 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
 
 
 def _sensitivity(patch: Patch) -> dict[str, float] | None:
-    found = patch.sensitivity
-    return None if found is None else found.by_input
+    sensitivity = patch.sensitivity
+    return None if sensitivity is None else sensitivity.by_input
 
 
 QUANTITIES: dict[str, Callable[[Patch], object]] = {

@@ -35,11 +35,11 @@ def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertai
 
 
 def _scales(heights: GridField, longest: float | None, leak_path: float) -> Uncertainty:
-    known = longest or min(_sides(heights))
-    ratio = known / leak_path
-    its = f", {with_prefix(known, 'm')}, is"
+    length = longest or min(_sides(heights))
+    ratio = length / leak_path
+    its = f", {with_prefix(length, 'm')}, is"
     if longest is None:
-        its = f" is longer than the map, {with_prefix(known, 'm')} wide, which is"
+        its = f" is longer than the map, {with_prefix(length, 'm')} wide, which is"
     sentence = (
         "the fluid's pressure varies little over the roughness; its longest wavelength"
         f"{its} {ratio:.2g} of the leak path"

@@ -123,7 +123,7 @@ def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
     The place of the highest contact pressure has this net load when fluid of the inlet's pressure
     reaches it: by how much it exceeds the load from which on the patches are sealed is to spare.
     """
-    tables = [one.conductivity.table for one in seal.patches if one.conductivity is not None]
+    tables = [patch.conductivity.table for patch in seal.patches if patch.conductivity is not None]
     sealed_from = [1e-6 * table.loads[table.upper == 0].min(initial=np.inf) for table in tables]
     leaks_to = np.array([table.loads[table.upper > 0].max(initial=0.0) for table in tables]) / 1e6
     numbers = np.arange(1, len(tables) + 1)

@@ -233,7 +233,7 @@ class SealRecord(Record):
     def of(cls, seal: SealLeak) -> "SealRecord":
         """Record of a seal; it has no leak rates if the seal is lifted off."""
         lifted = seal.state == "lifted off"
-        tables = [one.table for one in seal.patches if one.table is not None]
+        tables = [patch.table for patch in seal.patches if patch.table is not None]
         along = present(median_patch(seal.patches).flow.path, "path of the flow")
         return cls(
             leak_rate=None if lifted else Rate.model_validate(seal),

@@ -13,7 +13,7 @@ DEGREES = {"mean": 0, "plane": 1, "quadratic": 2}
 
 
 def detrended(heights: FieldMap | GridField, trend: str) -> FieldMap:
-    """Subtract the polynomial of least squares that fits the known points best.
+    """Subtract the polynomial of least squares that fits the measured points best.
 
     The trend is "mean", "plane" or "quadratic" (all terms up to x², xy and y²). Missing points stay
     missing and do not count.
@@ -24,20 +24,20 @@ def detrended(heights: FieldMap | GridField, trend: str) -> FieldMap:
             f"the map repeats, and would have a jump at its seam without its {trend} trend; set "
             "detrend = 'mean', or leave it out"
         )
-    known = ~np.isnan(heights.values)
-    if not known.any():
-        raise InvalidInput(f"all {known.size} points are missing")
-    values = heights.values - _polynomial(heights.values, known, degree)
+    measured = ~np.isnan(heights.values)
+    if not measured.any():
+        raise InvalidInput(f"all {measured.size} points are missing")
+    values = heights.values - _polynomial(heights.values, measured, degree)
     return FieldMap(values, heights.spacing, heights.periodic)
 
 
-def _polynomial(values: np.ndarray, known: np.ndarray, degree: int) -> np.ndarray:
+def _polynomial(values: np.ndarray, measured: np.ndarray, degree: int) -> np.ndarray:
     """Fit Σ c_ab P_a(x) P_b(y), a + b <= degree, with Legendre polynomials on [-1, 1]²."""
     # The basis is a product, so that the normal equations need no array beyond the map's own.
     X, Y = (legvander(np.linspace(-1, 1, n), degree) for n in values.shape)
     terms = [(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)]
-    heights = np.where(known, values, 0.0)
-    weight = known.astype(float)
+    heights = np.where(measured, values, 0.0)
+    weight = measured.astype(float)
     normal = np.array(
         [[(X[:, a] * X[:, c]) @ weight @ (Y[:, b] * Y[:, d]) for c, d in terms] for a, b in terms]
     )

@@ -90,8 +90,8 @@ def sweep(
         outcome = compute_points(chains, work, report=report, gather=lambda: folder.gather(order))
         table = parallel.on_root(lambda: folder.gather(order), work.comm)
     # An earlier sweep may have written a point in other words, such as 100 kPa for 0.1 MPa.
-    found = parallel.on_root(lambda: [folder.point(name) for name in order], work.comm)
-    own = [point for point in found if point is not None]
+    points = parallel.on_root(lambda: [folder.point(name) for name in order], work.comm)
+    own = [point for point in points if point is not None]
     failures = sum(not point.converged for point in own)
     missing = len(tasks) - len(own)
     return Tally(len(tasks), outcome.computed, failures, missing, tuple(table), tuple(equal))

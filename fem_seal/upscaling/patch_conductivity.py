@@ -114,8 +114,8 @@ class LoadedPatch:
             self._enclosures.get(pair) if self.convex else None
             for pair in pairwise(row[0] for row in rows)
         )
-        known, lower, upper = map(np.array, zip(*rows, strict=True))
-        return ConductivityTable(known, lower, upper, between)
+        at, lower, upper = map(np.array, zip(*rows, strict=True))
+        return ConductivityTable(at, lower, upper, between)
 
     def enclose(self, intervals: Iterable[tuple[float, float]]) -> ConductivityTable:
         """Table with enclosures of intervals between neighbouring loads [Pa].
@@ -194,10 +194,10 @@ class LoadedPatch:
         return self._states[load]
 
     def _pressed(self, surface: GridField, load: float) -> ContactState:
-        nearest = sorted(self._states, key=lambda known: abs(known - load))[:2]
+        nearest = sorted(self._states, key=lambda other: abs(other - load))[:2]
         predictor = Predictor()
-        for known in reversed(nearest):
-            predictor.remember(Load("pressure", known), self._states[known])
+        for other in reversed(nearest):
+            predictor.remember(Load("pressure", other), self._states[other])
         target = Load("pressure", load)
         patch = self.patch
         return elastic_contact(patch.scene, surface, predictor.start(target), target, patch.report)
@@ -250,7 +250,7 @@ class LoadedPatch:
         """Flow at a load itself, at the highest load below, or at the lowest one above."""
         if not self._flows:
             return None
-        below = [known for known in self._flows if known <= load]
+        below = [other for other in self._flows if other <= load]
         return self._flows[max(below) if below else min(self._flows)].start
 
 
@@ -371,8 +371,8 @@ def _errors(table: ConductivityTable, flow: SealFlow) -> tuple[np.ndarray, np.nd
     for weight, along in zip(weights, paths, strict=True):
         net, influence = along.net_loads.ravel(), weight * along.influences.ravel()
         interval = np.searchsorted(table.loads, net) - 1
-        known = (interval >= 0) & (interval < count)
-        interval, net, influence = interval[known], net[known], influence[known]
+        inside = (interval >= 0) & (interval < count)
+        interval, net, influence = interval[inside], net[inside], influence[inside]
         fall = _log_ratio(table.highest(net), table.lowest(net))
         error += np.bincount(interval, influence * fall, count)
         influences += np.bincount(interval, influence, count)

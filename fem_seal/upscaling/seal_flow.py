@@ -191,10 +191,10 @@ def _influences(
     loads, K = 0.5 * (steps.loads[1:] + steps.loads[:-1]), steps.conductivity[1:-1]
     if not K.size:
         loads, K = steps.loads, steps.conductivity[-1:]
-    known = K[(K > 0) & np.isfinite(K)]
+    positive = K[(K > 0) & np.isfinite(K)]
     # At loads that seal, K counts as exp(-MOST_FALL) of the smallest K that leaks.
-    least = max(known.min(initial=1.0) * np.exp(-MOST_FALL), np.finfo(float).tiny)
-    log_K = np.log(np.clip(K, least, max(known.max(initial=0.0), least)))
+    least = max(positive.min(initial=1.0) * np.exp(-MOST_FALL), np.finfo(float).tiny)
+    log_K = np.log(np.clip(K, least, max(positive.max(initial=0.0), least)))
     share = (np.arange(PLACES) + 0.5) / PLACES
     pressure = fluid[:-1, None] + np.diff(fluid)[:, None] * share
     net = middle[:, None] - pressure

@@ -140,11 +140,11 @@ def compare(
         every = [task for by_grid in tasks for group in by_grid.values() for task in group]
         if compute_study([Chain(folder, (task,)) for task in every], work, report).missing:
             return None
-        found = {task.name: present(folder.point(task.name), task.label) for task in every}
+        answers = {task.name: present(folder.point(task.name), task.label) for task in every}
     compared = []
     for gap, by_grid in zip(gaps, tasks, strict=True):
         series = {
-            n: [answer for task in group for answer in found[task.name]]
+            n: [answer for task in group for answer in answers[task.name]]
             for n, group in by_grid.items()
         }
         reference = _bracket(series) if gap.exact is None else Reference(gap.exact, gap.exact)

@@ -246,8 +246,8 @@ def trade_of(runs: Sequence[Run], by_area: bool = False) -> Trade:
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
     reference = finest.leak_rate
     two = [
-        OnGrid(one.leak_rate, one.leak_rate, one.critical_gap, one.unresolved, by_area)
-        for one in (coarser, finest)
+        OnGrid(run.leak_rate, run.leak_rate, run.critical_gap, run.unresolved, by_area)
+        for run in (coarser, finest)
     ]
     estimated = relative_error(grid_error(*two).part)
     uncertainty = max(estimated, relative_half_width(*finest.bounds))
