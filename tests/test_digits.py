@@ -56,6 +56,9 @@ def test_number_of_digits_follows_from_the_width(bracket, texts):
         (1.5e5, "Pa", "150 kPa"),
         (0.0, "m", "0 m"),
         (2.5e-2, "m", "25 mm"),
+        (2e6, "Pa", "2 MPa"),
+        (3e9, "Pa", "3 GPa"),
+        (4e-15, "m", "4 fm"),
     ],
 )
 def test_prefixes(number, unit, text):

@@ -86,35 +86,19 @@ def test_types_are_said_once_and_names_exist():
 
 def test_faults_are_noticed():
     source = '''
-@dataclass
-class Film:
-    """A film.
-
-    Attributes
-    ----------
-    gap : height [m]
-    """
-
-    gap: float
-
-
-def mean(gap: np.ndarray, weight: float | None, *, law: Callable[[float], float]) -> float:
+def mean(gap: np.ndarray, weight: float | None) -> float:
     """Mean gap.
 
     gap : height [m]
 
     Parameters
     ----------
-    gap : array
-        Height [m].
     weight : float, optional
     weights : of each sample
-    law : of the film
 
     Returns
     -------
     float
     """
 '''
-    found = list(faults(ast.parse(source)))
-    assert len(found) == 6, found
+    assert len(list(faults(ast.parse(source)))) == 4

@@ -26,7 +26,7 @@ from fem_seal.files import (
     write_text,
 )
 from fem_seal.files.lock import LOCK_FILE
-from fem_seal.files.owner import Owner, owner_of, staging_name, this_process
+from fem_seal.files.owner import Owner, staging_name, this_process
 from fem_seal.interrupts import interruptible
 from fem_seal.mesh import geometry
 
@@ -96,13 +96,6 @@ def test_one_of_many_creates_a_file(tmp_path):
 
 
 # Owners.
-
-
-def test_a_staging_name_holds_its_owner():
-    for suffix in ("", ".png"):
-        assert owner_of(staging_name(suffix)) == this_process()
-    assert owner_of(".fem-seal-notes") is None
-    assert owner_of("result.json") is None
 
 
 def test_an_owner_is_gone_when_its_process_is(tmp_path):

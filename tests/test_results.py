@@ -253,16 +253,6 @@ class Killed(BaseException):
     """Stands for kill -9: nothing on the disk changes from here on."""
 
 
-def test_a_folder_in_use_is_refused_and_its_user_named(scene, small_scene, spy, tmp_path):
-    named = rf"in use by process {os.getpid()} on .* since 20"
-    with (
-        ResultFolder(tmp_path / "out", Provenance.of(scene)),
-        pytest.raises(InvalidInput, match=named),
-    ):
-        run(changed(small_scene, "contact", area_fraction=0.2), tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
 def test_a_foreign_file_is_not_replaced_unless_overwritten(scene, spy, tmp_path):
     (tmp_path / "contact.npz").write_text("mine")
     with pytest.raises(InvalidInput, match=r"contact\.npz that belongs to no result"):

@@ -63,11 +63,6 @@ def test_mean_of_the_inverse_cube(gaps):
     assert inverse_cube_of_corners(*np.array(gaps, dtype=float)) == pytest.approx(exact, rel=1e-8)
 
 
-def test_contact_has_an_infinite_mean():
-    gaps = np.array([[0, 1, 2], [0, 0, 1], [0, 0, 0], [1, 1, 1]], dtype=float)
-    assert inverse_cube_of_corners(*gaps.T).tolist() == [np.inf, np.inf, np.inf, 1.0]
-
-
 def pixel_triangles(mx: int, my: int):
     """Centroids (in sixths of a pixel, integers) and place in (mx, my, 2) of pixel triangles."""
     mesh = uniform_mesh((mx, my), 1, periodic_sides=False)

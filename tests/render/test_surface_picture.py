@@ -8,7 +8,6 @@ from project import ROOT, write_toml
 
 from fem_seal import cli
 from fem_seal.digits import with_error
-from fem_seal.grid import GridField
 from fem_seal.render.surface import draw_heights, draw_spectrum
 from fem_seal.surface import Spectrum, fit_spectrum, self_affine
 
@@ -148,13 +147,3 @@ def test_gap_has_no_surface(tmp_path, refused):
     scene = {"gap": {"path": "gap.npz"}, "output": {"products": ["contact"]}}
     said = refused("surface", write_toml(tmp_path / "scene.toml", scene))
     assert "a gap in place of a surface" in said
-
-
-@pytest.mark.parametrize("shape", [(4, 3), (3, 40)])
-def test_flat_heights_can_be_drawn(shape):
-    figure = Figure()
-    axes = figure.subplots()
-    draw_heights(figure, axes, GridField(np.ones(shape), (1e-6, 1e-6)))
-    [image] = axes.images
-    assert image.get_array().shape == shape[::-1]
-    assert not image.get_array().any()

@@ -119,13 +119,6 @@ def test_contradictions_of_several_sections(small_scene):
     assert caught.value.lines[0] == "the scene has 3 errors:"
 
 
-def test_one_error_is_one_line(small_scene):
-    small_scene["surface"]["shape"] = [32, 0]
-    with pytest.raises(InvalidScene, match=r"^surface.shape\[1\] = 0 should be") as caught:
-        Scene.from_mapping(small_scene)
-    assert caught.value.lines == (str(caught.value),)
-
-
 def test_file_with_a_byte_order_mark(small_scene, tmp_path):
     path = write_toml(tmp_path / "scene.toml", small_scene)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())

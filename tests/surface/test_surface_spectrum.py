@@ -38,12 +38,6 @@ def test_power_law_plateau_and_cut_offs():
     assert spectrum.density(q) == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("amplitude", ["rms_height", "rms_slope"])
-def test_scaled(amplitude):
-    scaled = Spectrum(0.4, 1.0, 0.01, 0.3).scaled(**{amplitude: 0.37})
-    assert getattr(scaled, amplitude) == pytest.approx(0.37, rel=1e-14)
-
-
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [

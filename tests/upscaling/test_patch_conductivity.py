@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from project import scene_of_samples
 from scipy.integrate import quad
 from westergaard import exact_table, waves_along_the_flow
 
@@ -24,23 +25,10 @@ STRIP = StraightPath(2e-3, 0.15)
 
 
 def scene(**more):
-    sections = {
-        "surface": {
-            "kind": "self-affine",
-            "shape": [32, 32],
-            "size": [32e-6, 32e-6],
-            "hurst": 0.8,
-            "long_wavelength": 8e-6,
-            "short_wavelength": 4e-6,
-            "rms_slope": 0.1,
-        },
-        "solid": {"contact_modulus": E_STAR},
-        "contact": {"pressure": 1.0},
-        "fluid": {"viscosity": 1e-3},
-        "flow": {"pressure_drop": 1e5, "sides": "periodic"},
-        "output": {"products": ["leak_rate"]},
-    }
-    return Scene.from_mapping(sections | more)
+    made = scene_of_samples(32)
+    made["surface"] |= {"long_wavelength": "8 um", "seed": 0}
+    made |= {"contact": {"pressure": 1.0}, "output": {"products": ["leak_rate"]}}
+    return Scene.from_mapping(made | {"flow": {"pressure_drop": 1e5, "sides": "periodic"}} | more)
 
 
 RTOL = 0.01  # of the flow at each load

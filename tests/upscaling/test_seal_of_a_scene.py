@@ -1,7 +1,6 @@
 """[seal] in a scene: from the file to result.json, the verdict and the picture."""
 
 import re
-import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from math import prod
@@ -22,7 +21,7 @@ from fem_seal.points import Work
 from fem_seal.quantities.error_budget import combined, factor_words
 from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.patch_size import scale_entries
-from fem_seal.quantities.seal import _patches
+from fem_seal.quantities.seal import _patches_entry
 from fem_seal.quantities.verdict import verdict
 from fem_seal.render.seal import draw_seal
 from fem_seal.results import Result
@@ -44,44 +43,28 @@ from fem_seal.upscaling.scene_profile import profile_of, read_profile
 from fem_seal.upscaling.seal import Share, _together, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
 
-TEXT = """
-[surface]
-kind = "self-affine"
-shape = [32, 32]
-size = ["32 um", "32 um"]
-hurst = 0.8
-long_wavelength = "8 um"
-short_wavelength = "4 um"
-rms_slope = 0.1
-[solid]
-contact_modulus = "10 MPa"
-[contact]
-pressure = "0.2 MPa"
-[fluid]
-viscosity = "1 mPa s"
-[flow]
-pressure_drop = "0.5 bar"
-sides = "periodic"
-[seal]
-leak_path = "0.1 mm"
-circumference = "10 mm"
-patches = 3
-rtol = 0.9
-[output]
-products = ["seal"]
-leak_rate_unit = "ml/h"
-"""
+
+def sections() -> dict:
+    """Sections of a seal of three patches."""
+    made = scene_of_samples(32)
+    made["surface"] |= {"long_wavelength": "8 um", "seed": 0}
+    return made | {
+        "contact": {"pressure": "0.2 MPa"},
+        "flow": {"pressure_drop": "0.5 bar", "sides": "periodic"},
+        "seal": {"leak_path": "0.1 mm", "circumference": "10 mm", "patches": 3, "rtol": 0.9},
+        "output": {"products": ["seal"], "leak_rate_unit": "ml/h"},
+    }
 
 
 def scene(**changes):
-    data = tomllib.loads(TEXT)
+    data = sections()
     for name, section in changes.items():
         data[name] = data.get(name, {}) | section
     return Scene.from_mapping(data)
 
 
 def without(section, key):
-    data = tomllib.loads(TEXT)
+    data = sections()
     del data[section][key]
     return data
 
@@ -344,14 +327,14 @@ def test_more_bad_scenes():
     data["contact"]["area_fraction"] = 0.2
     with pytest.raises(InvalidInput, match=r"needs contact\.pressure"):
         Scene.from_mapping(data)
-    data = tomllib.loads(TEXT)
+    data = sections()
     del data["seal"]
     with pytest.raises(InvalidInput, match=r"\[seal\] is missing"):
         Scene.from_mapping(data)
 
 
 def gas(**fluid):
-    data = tomllib.loads(TEXT)
+    data = sections()
     data["fluid"] = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
     data["fluid"] |= fluid
     data["flow"] = {"inlet_pressure": 1.5e5, "outlet_pressure": 1e5, "sides": "periodic"}
@@ -430,7 +413,7 @@ def test_slip_of_a_gas_raises_the_leak_rate(law):
 
 def hertz(**fields):
     """Scene under Hertz's pressure, with its load in [seal] and none in [contact]."""
-    data = tomllib.loads(TEXT)
+    data = sections()
     del data["contact"]["pressure"]
     data["seal"] |= {"pressure_profile": "hertz", **fields}
     return data
@@ -455,7 +438,7 @@ def test_hertz_by_line_load_and_radius():
 
 
 def ring(**fields):
-    data = tomllib.loads(TEXT)
+    data = sections()
     del data["seal"]["leak_path"], data["seal"]["circumference"]
     data["seal"] |= {"inlet_radius": "2 mm", "outlet_radius": "2.1 mm", **fields}
     return data
@@ -503,7 +486,7 @@ def test_table_on_a_ring(tmp_path):
     ],
 )
 def test_contradictions_of_profile_and_path(data, words):
-    whole = tomllib.loads(TEXT)
+    whole = sections()
     merged = whole | data
     if set(data) == {"seal"}:
         merged["seal"] = whole["seal"] | data["seal"]
@@ -517,7 +500,7 @@ def measured(tmp_path):
     heights = 1e-7 * np.random.default_rng(1).random((64, 96))
     heights[:32] += 1e-6
     np.savez(tmp_path / "map.npz", heights=heights, spacing=[1e-6, 1e-6], periodic=False)
-    data = tomllib.loads(TEXT)
+    data = sections()
     data["surface"] = {"kind": "file", "path": str(tmp_path / "map.npz"), "make_periodic": "cut"}
     data["seal"] |= {"window": ["32 um", "32 um"], "patches": 6}
     return data, heights
@@ -654,7 +637,7 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(monkeypatch):
         made = verdict(solved.leak_rate, Shown(), stated, limit, solved.budget)
         assert made.decision == decision
     many = replace(solved.seal, share_sealed=Share(1.0, 0.99, 1.0))
-    assert _patches(many).upper == 1.0
+    assert _patches_entry(many).upper == 1.0
 
 
 @pytest.mark.parametrize("patches", [1, 2])
@@ -767,7 +750,7 @@ def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
     """Mirror images double the cell, and tell nothing new of the surface."""
     heights = 1e-7 * np.tile(np.cos(2 * np.pi * np.arange(48) / 6), (48, 1))
     np.savez(tmp_path / "map.npz", heights=heights, spacing=[1e-6, 1e-6], periodic=False)
-    data = tomllib.loads(TEXT)
+    data = sections()
     data["surface"] = {
         "kind": "file", "path": str(tmp_path / "map.npz"), "make_periodic": "mirror",
     }  # fmt: skip
@@ -857,6 +840,6 @@ def test_a_scatter_of_many_decades_is_words():
         for rate in (1.0, 1e-30, 1e-60)
     )
     seal = _together(flows, StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.5)
-    entry = _patches(seal)
+    entry = _patches_entry(seal)
     assert "scatter by 30 powers of ten" in entry.sentence
     assert "more than 1000 realizations would give the mean" in entry.sentence

@@ -43,12 +43,6 @@ def traded():
     return trade(Scene.from_mapping(scene), factors=(0.5, 1, 2), tolerances=(0.2, 0.05))
 
 
-def test_every_grid_is_computed_in_every_way(traded):
-    combinations = {(p.samples[0], str(p.flow)) for p in traded.points}
-    assert len(combinations) == len(traded.points) == 3 * 4
-    assert {samples for samples, _ in combinations} == {16, 32, 64}
-
-
 def test_flow_part_is_the_bracket_and_obeys_the_tolerance(traded):
     """(upper - lower) / √(lower upper) <= rtol is a half-width of rtol/2 at most."""
     for p in traded.points:
