@@ -9,6 +9,7 @@ from fem_seal.files import locked_folder, staging_folder, writing
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
+from fem_seal.products import require_packages
 from fem_seal.progress import Report, silent
 from fem_seal.render.patch import SEAL_PICTURE, draw_details, draw_pictures
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow
@@ -22,7 +23,6 @@ from fem_seal.results.arrays import (
     write_mesh,
 )
 from fem_seal.scene import Scene
-from fem_seal.solved import require_packages
 
 
 def draw(

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from math import inf
 from pathlib import Path
 from time import perf_counter
@@ -12,17 +11,15 @@ from typing import Any
 from fem_seal import parallel
 from fem_seal.accuracy import Choice, chosen_patch
 from fem_seal.contact.state import ContactState, GapState
-from fem_seal.errors import MissingPackage
-from fem_seal.files import writing
-from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.installed import require_fenicsx
+from fem_seal.film import GridFilm
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.memory import peak_memory
 from fem_seal.patch import Patch
 from fem_seal.points import Work
 from fem_seal.prediction import predicted
+from fem_seal.products import file_names, require_packages, write_products
 from fem_seal.progress import NOTE, Report, silent
-from fem_seal.quantities.error_budget import ErrorBudget
+from fem_seal.quantities.error_budget import ErrorBudget, Uncertainty
 from fem_seal.quantities.headline import Headline, headline
 from fem_seal.quantities.inputs import corner, inputs_entry
 from fem_seal.quantities.of_patch import Quantities, quantities, shown_in
@@ -30,18 +27,7 @@ from fem_seal.quantities.remarks import cautions, slope_between_samples
 from fem_seal.quantities.seal import leak_rate_of, seal_advice, seal_budget
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict, verdict
-from fem_seal.render.patch import PICTURES, SEAL_PICTURE, draw_patch
 from fem_seal.results import Result, ResultFolder
-from fem_seal.results.arrays import (
-    CONTACT_FILE,
-    FLOW_FILE,
-    MESH_FILE,
-    by_height_of,
-    lift_of,
-    write_contact,
-    write_flow,
-    write_mesh,
-)
 from fem_seal.results.folder import PATCHES
 from fem_seal.results.records import GasRecord, LiftRecord, Rate, SealRecord, StepRecord
 from fem_seal.results.result import Origin, Provenance
@@ -106,7 +92,9 @@ class Solved:
 
     def write(self, folder: ResultFolder, origin: Origin | None = None) -> Result:
         """Write into a folder that is held; under mpirun all processes call it."""
-        files = parallel.on_root(lambda: _write_products(self, folder.staged), self.patch.comm)
+        files = parallel.on_root(
+            lambda: write_products(self.patch, self.seal, folder.staged), self.patch.comm
+        )
         result = self.result(files, origin)
         parallel.on_root(lambda: folder.commit(result), self.patch.comm)
         return result
@@ -217,40 +205,22 @@ def answer(
     work
         How these patches are shared among workers.
     """
-    start, scene, seal = perf_counter(), patch.scene, None
-    # All processes solve film and flow together; what follows is the first one's in places.
+    start, scene = perf_counter(), patch.scene
+    # All processes solve film and flow together. From here on `parallel.on_root` marks what the
+    # first one computes for all.
     patch.solve_film()
     own = patch.leak_rate if scene.needs_flow else None
-    leak, budget, state, advice = own, error_budget(patch) or (), patch.state, None
-    ends: tuple[LeakRate, ...] = patch.lift_range if scene.lift == "range" else ()
+    leak, budget, seal, state = own, error_budget(patch) or (), None, patch.state
     if scene.seal is not None:
-        with patch.timed("seal"):
-            expected = predicted(scene, patch.surface, 1 if work is None else work.jobs)
-            patch.report(NOTE, str(expected))
-            each = expected.parts["patches"] / expected.patches
-            seal = solve_seal(patch, patches, work, each=each)
-            if seal.state == "sealed" and scene.limit is not None:
-                seconds = max(expected.seconds / 2, A_MINUTE)
-                seal = under_less_load(patch, seal, seconds, patches, work)
+        seal = _seal(patch, patches, work)
         leak, budget, state = leak_rate_of(patch, seal), seal_budget(patch, seal), seal.state
-        ends = (leak,)
     if leak is not None and scene.tolerances is not None:
-        with patch.timed("inputs"):
-            closed, opened = (_corner(patch, end, patches, work) for end in (-1, 1))
-        load, lifted = patch.mean_pressure, patch.lifted
-        carried = lifted.fluid_load / load if lifted is not None and load else 0.0
-        budget = (*budget, inputs_entry(scene, leak, closed, opened, carried))
-    if seal is not None:
-        advice = seal_advice(patch, seal, budget)
+        budget = (*budget, _inputs(patch, leak, patches, work))
+    decision = None if leak is None else _decision(patch, leak, budget, seal)
     named = quantities(patch)
-    decision, shown = None, None if leak is None else shown_in(scene)
-    if leak is not None and shown is not None:
-        limit = scene.limit
-        allowed = None if limit is None else limit.volume_rate(scene.drive)
-        stated = None if limit is None else limit.leak_rate
-        decision = verdict(leak, shown, stated, allowed, budget, advice)
     tensor = None if named is None else named.conductivity_tensor
-    flows = [flow for flow in (own, tensor, *ends) if flow is not None]
+    ends = patch.lift_range if scene.lift == "range" else ()
+    flows = [flow for flow in (own, leak, tensor, *ends) if flow is not None]
     reasons = [flow.reason for flow in flows if flow.reason]
     undecided = decision is not None and decision.decision == "undecided"
     if scene.deciding_rate is not None and undecided and not reasons:
@@ -260,7 +230,7 @@ def answer(
         state=state,
         leak_rate=leak,
         budget=budget,
-        headline=None if leak is None else headline(leak, budget, shown),
+        headline=None if leak is None else headline(leak, budget, shown_in(scene)),
         verdict=decision,
         cautions=cautions(patch, budget, seal),
         quantities=named,
@@ -270,6 +240,42 @@ def answer(
         reason="; ".join(dict.fromkeys(reasons)),
         seconds=perf_counter() - start + patch.seconds.get("accuracy", 0.0),
     )
+
+
+def _seal(patch: Patch, patches: Path | None, work: Work | None) -> SealLeak:
+    """The flow of a whole seal; where all its patches are sealed, bounded by that under less load.
+
+    The expected time is said before the first patch.
+    """
+    scene = patch.scene
+    with patch.timed("seal"):
+        expected = predicted(scene, patch.surface, 1 if work is None else work.jobs)
+        patch.report(NOTE, str(expected))
+        each = expected.parts["patches"] / expected.patches
+        seal = solve_seal(patch, patches, work, each=each)
+        if seal.state == "sealed" and scene.limit is not None:
+            seconds = max(expected.seconds / 2, A_MINUTE)
+            seal = under_less_load(patch, seal, seconds, patches, work)
+    return seal
+
+
+def _inputs(patch: Patch, leak: LeakRate, patches: Path | None, work: Work | None) -> Uncertainty:
+    """Entry of [tolerances] in the error budget, from the leak rates at their two ends."""
+    with patch.timed("inputs"):
+        closed, opened = (_corner(patch, sign, patches, work) for sign in (-1, 1))
+    load, lifted = patch.mean_pressure, patch.lifted
+    carried = lifted.fluid_load / load if lifted is not None and load else 0.0
+    return inputs_entry(patch.scene, leak, closed, opened, carried)
+
+
+def _decision(patch: Patch, leak: LeakRate, budget: ErrorBudget, seal: SealLeak | None) -> Verdict:
+    """How the leak rate compares with the limit of the scene."""
+    scene, limit = patch.scene, patch.scene.limit
+    stated, allowed = None, None
+    if limit is not None:
+        stated, allowed = limit.leak_rate, limit.volume_rate(scene.drive)
+    advice = None if seal is None else seal_advice(patch, seal, budget)
+    return verdict(leak, shown_in(scene), stated, allowed, budget, advice)
 
 
 def _corner(patch: Patch, end: int, patches: Path | None, work: Work | None) -> LeakRate:
@@ -352,65 +358,11 @@ def _reserved(
         # Refuse a table that cannot be read, or windows that do not fit, before the work.
         profile_of(scene)
         realizations(scene)
-    folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, _names(scene))
+    folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, file_names(scene))
     with ExitStack() as held:
         # `and None`: the open folder of the first process must not be sent to the others.
         parallel.on_root(lambda: held.enter_context(folder) and None, comm)
         yield folder
-
-
-def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False) -> None:
-    """Raise MissingPackage before any work if a package is missing that the work needs later."""
-    require_scene(scene)
-    # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
-    by_elements = flow and scene.needs_rates and scene.flow.method != "finite-difference"
-    if pictures and (by_elements or scene.shape is not None):
-        from fem_seal.render.offscreen import require_gl
-
-        require_gl()
-    if scene.shape is not None and scene.shape.needs_gmsh and not find_spec("gmsh"):
-        from fem_seal.mesh.geometry import NO_GMSH
-
-        raise MissingPackage(NO_GMSH)
-    tensor = flow and "conductivity_tensor" in scene.output.products
-    if by_elements or tensor:
-        without = "; flow.method = 'finite-difference' works without" if not tensor else ""
-        require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
-
-
-def _names(scene: Scene) -> Iterator[str]:
-    """Names of the files that a run of the scene may write, beside result.json."""
-    if scene.contact is not None:
-        yield CONTACT_FILE
-    if scene.shape is not None:
-        yield MESH_FILE
-    if "mesh" in scene.output.products:
-        yield FLOW_FILE
-    if "pictures" in scene.output.products:
-        yield from PICTURES
-
-
-def _write_products(solved: Solved, folder: Path) -> tuple[str, ...]:
-    """Write arrays and pictures, and return the names of the files."""
-    patch, seal = solved.patch, solved.seal
-    products, film, names = patch.scene.output.products, patch.film, list[str]()
-    leak = patch.leak_rate if patch.scene.needs_flow else None
-    with writing(folder.parent):
-        if solved.contact is not None:
-            names.append(write_contact(folder, solved.contact, lift_of(patch), by_height_of(patch)))
-        if isinstance(film, MeshFilm):
-            names.append(write_mesh(folder, film))
-        if "mesh" in products and leak is not None and leak.field is not None:
-            names.append(write_flow(folder, leak.field))
-        if "pictures" in products:
-            with patch.timed("pictures"):
-                if seal is None or seal.state != "lifted off":
-                    names.extend(draw_patch(patch, folder))
-                if seal is not None:
-                    from fem_seal.render.seal import seal_picture
-
-                    names.append(seal_picture(SealRecord.of(seal), folder / SEAL_PICTURE).name)
-    return tuple(sorted(names))
 
 
 def _preconditioner(solved: Solved) -> str | None:

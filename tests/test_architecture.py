@@ -17,7 +17,7 @@ fenicsx mesh film theory finite_difference
 flow coupling
 points steps lifting sensitivity patch threshold grid_series area_error accuracy upscaling
 prediction quantities results
-render solved sweep verification
+render products solved sweep verification
 drawing exchange doctor cli __main__
 """
 ORDER = LAYERS.split()

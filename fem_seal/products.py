@@ -1,0 +1,80 @@
+"""What the products of a scene need and write: packages before any work, files after it."""
+
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+from fem_seal.errors import MissingPackage
+from fem_seal.files import writing
+from fem_seal.film import MeshFilm
+from fem_seal.installed import require_fenicsx
+from fem_seal.patch import Patch
+from fem_seal.render.patch import PICTURES, SEAL_PICTURE, draw_patch
+from fem_seal.results.arrays import (
+    CONTACT_FILE,
+    FLOW_FILE,
+    MESH_FILE,
+    by_height_of,
+    lift_of,
+    write_contact,
+    write_flow,
+    write_mesh,
+)
+from fem_seal.results.records import SealRecord
+from fem_seal.scene import Scene
+from fem_seal.scene.scene import require_scene
+from fem_seal.upscaling.seal import SealLeak
+
+
+def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False) -> None:
+    """Raise MissingPackage before any work if a package is missing that the work needs later."""
+    require_scene(scene)
+    # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
+    by_elements = flow and scene.needs_rates and scene.flow.method != "finite-difference"
+    if pictures and (by_elements or scene.shape is not None):
+        from fem_seal.render.offscreen import require_gl
+
+        require_gl()
+    if scene.shape is not None and scene.shape.needs_gmsh and not find_spec("gmsh"):
+        from fem_seal.mesh.geometry import NO_GMSH
+
+        raise MissingPackage(NO_GMSH)
+    tensor = flow and "conductivity_tensor" in scene.output.products
+    if by_elements or tensor:
+        without = "; flow.method = 'finite-difference' works without" if not tensor else ""
+        require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
+
+
+def file_names(scene: Scene) -> Iterator[str]:
+    """Names of the files that a run of the scene may write, beside result.json."""
+    if scene.contact is not None:
+        yield CONTACT_FILE
+    if scene.shape is not None:
+        yield MESH_FILE
+    if "mesh" in scene.output.products:
+        yield FLOW_FILE
+    if "pictures" in scene.output.products:
+        yield from PICTURES
+
+
+def write_products(patch: Patch, seal: SealLeak | None, folder: Path) -> tuple[str, ...]:
+    """Write arrays and pictures, and return the names of the files."""
+    products, film, names = patch.scene.output.products, patch.film, list[str]()
+    contact = patch.film_contact
+    leak = patch.leak_rate if patch.scene.needs_flow else None
+    with writing(folder.parent):
+        if contact is not None:
+            names.append(write_contact(folder, contact, lift_of(patch), by_height_of(patch)))
+        if isinstance(film, MeshFilm):
+            names.append(write_mesh(folder, film))
+        if "mesh" in products and leak is not None and leak.field is not None:
+            names.append(write_flow(folder, leak.field))
+        if "pictures" in products:
+            with patch.timed("pictures"):
+                if seal is None or seal.state != "lifted off":
+                    names.extend(draw_patch(patch, folder))
+                if seal is not None:
+                    from fem_seal.render.seal import seal_picture
+
+                    names.append(seal_picture(SealRecord.of(seal), folder / SEAL_PICTURE).name)
+    return tuple(sorted(names))
