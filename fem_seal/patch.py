@@ -130,12 +130,12 @@ class Patch:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
 
-    def solve_film(self) -> None:
+    def solve_film(self) -> "tuple[GapState | None, GridFilm | MeshFilm]":
         """Compute contact and film; if the fluid lifts the solid, their equilibrium with the flow.
 
         Under mpirun all processes call it, and may then leave what follows to the first one.
         """
-        _ = self.contact, self.film
+        return self.contact, self.film
 
     @property
     def state(self) -> FlowState:
