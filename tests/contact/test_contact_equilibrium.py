@@ -29,18 +29,6 @@ def test_methods_agree_to_the_certificate(rough, solver, load):
     assert np.count_nonzero(state.contact != exact.contact) <= 1
 
 
-@pytest.mark.parametrize("solver", METHODS)
-@pytest.mark.parametrize("relative", [0.05, 0.7, 2.0])
-def test_mean_gap_control(rough, solver, relative):
-    wanted = relative * rms_height(rough)
-    state = press(rough, E_STAR, mean_gap=wanted, solver=solver)
-    check_equilibrium(state, rough, 1e-6)
-    assert state.mean_gap == pytest.approx(wanted, abs=3e-6 * rms_height(rough))
-    back = press(rough, E_STAR, pressure=state.mean_pressure)
-    assert np.count_nonzero(state.contact != back.contact) <= 1
-    assert back.mean_gap == pytest.approx(wanted, abs=5e-6 * rms_height(rough))
-
-
 GRIDS = st.sampled_from([(32, 24), (37, 53), (61, 61), (128, 8), (7, 64), (64, 1)])
 
 

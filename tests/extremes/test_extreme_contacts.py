@@ -79,19 +79,6 @@ def test_flat_surface(show):
     show("right", "full contact, uniform pressure")
 
 
-@pytest.mark.parametrize("ratio", [1e-3, 0.1, 0.5, 0.9, 0.999, 1.001], ids=lambda p: f"{p:g}")
-def test_one_mode(ratio, show):
-    """A single wave, under parts of the pressure of full contact."""
-    n = 256
-    wave = np.cos(2 * np.pi * np.arange(n) / n)
-    surface = GridField(np.repeat(wave[:, None], 4, 1) * MICRON, (MICRON, MICRON), periodic=True)
-    full = np.pi * E_STAR * MICRON / (n * MICRON)
-    area = press(surface, E_STAR, pressure=ratio * full).contact_area_fraction
-    # Westergaard; half a sample at each of the two edges.
-    assert area == pytest.approx(2 / np.pi * np.arcsin(np.sqrt(min(1.0, ratio))), abs=1.01 / n)
-    show("right", "Westergaard's contact width to half a sample")
-
-
 @pytest.mark.parametrize("hurst", [0.05, 0.3, 0.8, 1.0], ids=lambda hurst: f"{hurst:g}")
 def test_hurst_exponents(hurst, show):
     """Hurst exponents from 0.05 to 1."""

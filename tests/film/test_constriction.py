@@ -97,8 +97,3 @@ def test_pocket_of_a_uniform_gap_holds_gap_times_area(sides, representation):
     assert GridFilm(gap, sides, representation).trapped_volume == approx(exact, rel=1e-13)
     samples = 9 if representation == "linear" else 8
     assert GridFilm(gap, sides, representation).pockets.sum() == 6 * samples
-
-
-def test_nothing_is_trapped_in_an_open_gap():
-    gap = GridField(np.ones((4, 4)), (1.0, 1.0))
-    assert GridFilm(gap).trapped_volume == 0
