@@ -16,7 +16,8 @@ from fem_seal.field_file.read import HEIGHT_NAMES, TEXT_ENDINGS, read_recorded
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text_table import is_text
 from fem_seal.scene import Scene
-from fem_seal.surface import outliers
+from fem_seal.surface import levelled_map, longest_wavelength, outliers
+from fem_seal.surface.windows import WAVES
 
 COMMENT_COLUMN = 32
 MOST_FILLED = 0.1  # the default of surface.max_missing
@@ -157,9 +158,6 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
 
 def _window(field: FieldMap, sides: list[float]) -> str:
     """Line of [seal] with the window, or on why there is none; sides of the map in m."""
-    from fem_seal.surface import levelled_map, longest_wavelength
-    from fem_seal.surface.windows import WAVES
-
     try:
         longest = longest_wavelength(levelled_map(field))
     except InvalidInput as error:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
+from fem_seal.contact.settings import Load
+from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput, present
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
@@ -20,14 +22,12 @@ from fem_seal.scene.scene import FlowSettings, require_scene
 from fem_seal.scene.sections import Lift
 from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, made_surface
+from fem_seal.surface import PreparedSurface, measured_surface
 
 if TYPE_CHECKING:
-    from fem_seal.contact.settings import Load
-    from fem_seal.contact.state import ContactState, GapState
     from fem_seal.coupling import LiftedState
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.sensitivity import Sensitivity
-    from fem_seal.surface import PreparedSurface
 
 # The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.
 LOOSER, LOOSEST = 6.0, 0.3
@@ -37,7 +37,7 @@ LOOSER, LOOSEST = 6.0, 0.3
 class Known:
     """What is known of a patch already, so that it is not computed again."""
 
-    contact: "GapState | None" = None  #: dry contact of the patch's surface
+    contact: GapState | None = None  #: dry contact of the patch's surface
     lifted: "LiftedState | None" = None  #: equilibrium of contact and fluid
     leak_rate: LeakRate | None = None
     grid_error: EstimatedError | None = None  #: what a finer contact grid may change
@@ -84,7 +84,7 @@ class Patch:
         surface: GridField | None = None,
         known: Known | None = None,
         contact_start: np.ndarray | None = None,
-        load: "Load | None" = None,
+        load: Load | None = None,
         lift: Lift | None = None,
         flow: FlowSettings | None = None,
         comm: parallel.Comm = None,
@@ -111,7 +111,7 @@ class Patch:
         return f"<Patch with {computed} computed, of {self.scene}>"
 
     @property
-    def load(self) -> "Load":
+    def load(self) -> Load:
         """Load of the contact."""
         return self.scene.load if self._load is None else self._load
 
@@ -159,13 +159,11 @@ class Patch:
             return parallel.on_root(lambda: made_surface(surface), self.comm)
 
     @cached_property
-    def prepared(self) -> "PreparedSurface | None":
+    def prepared(self) -> PreparedSurface | None:
         """Heights from a file and the steps that prepared them; None if not from a file."""
         surface, seal = self.scene.surface, self.scene.seal
         if not isinstance(surface, FileSurface):
             return None
-        from fem_seal.surface import measured_surface
-
         steps = surface.preparation
         if seal is not None and seal.window is not None:
             steps = replace(steps, crop=surface.window((0, 0), seal.window))
@@ -180,7 +178,7 @@ class Patch:
         surface: GridField | None = None,
         known: Known | None = None,
         contact_start: np.ndarray | None = None,
-        load: "Load | None" = None,
+        load: Load | None = None,
         lift: Lift | None = None,
         flow: FlowSettings | None = None,
     ) -> "Patch":
@@ -210,13 +208,11 @@ class Patch:
 
     def pressed_by(self, pressure: float, lift: Lift = "none") -> "Patch":
         """Same surface and settings under another mean pressure [Pa]; dry if not said otherwise."""
-        from fem_seal.contact.settings import Load
-
         start = self.elastic.pressure.values
         return self.with_(contact_start=start, load=Load("pressure", pressure), lift=lift)
 
     @cached_property
-    def contact(self) -> "GapState | None":
+    def contact(self) -> GapState | None:
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
         if self._known.contact is not None:
             return self._known.contact
@@ -231,10 +227,8 @@ class Patch:
             )
 
     @property
-    def elastic(self) -> "ContactState":
+    def elastic(self) -> ContactState:
         """State of an elastic contact; for scenes with contact.model = 'gfmd'."""
-        from fem_seal.contact.state import ContactState
-
         state = self.contact
         return present(state if isinstance(state, ContactState) else None, "elastic contact")
 
@@ -262,7 +256,6 @@ class Patch:
         lifted, height = self.lifted, present(self.surface, "surface")
         if self.state != "leaking" or (lifted is not None and not lifted.converged):
             return None
-        from fem_seal.contact.state import ContactState
         from fem_seal.sensitivity import sensitivity
 
         contact = self.film_contact
@@ -278,7 +271,7 @@ class Patch:
         return self.lifted is not None and self.lifted.state == "lifted off"
 
     @property
-    def film_contact(self) -> "GapState | None":
+    def film_contact(self) -> GapState | None:
         """Contact whose gap is the film: lifted if the lift is resolved, otherwise dry.
 
         If the fluid carries the whole load: the contact without load.
@@ -288,9 +281,7 @@ class Patch:
         return self._touching if self.lifted_off else self.lifted.contact
 
     @cached_property
-    def _touching(self) -> "GapState":
-        from fem_seal.contact.settings import Load
-
+    def _touching(self) -> GapState:
         load, surface = Load("pressure", 0.0), present(self.surface, "surface")
         return parallel.on_root(lambda: elastic_contact(self.scene, surface, None, load), self.comm)
 

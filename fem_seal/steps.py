@@ -7,20 +7,32 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
+from fem_seal.contact import bearing, contact_under
+from fem_seal.contact.settings import Load
+from fem_seal.contact.state import BearingState, ContactState, GapState
 from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, present
+from fem_seal.field_file import HEIGHT_NAMES, read_map
+from fem_seal.field_file.profiles import read_profiles
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import refuse_too_large
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffine
 from fem_seal.scene.scene import FlowSettings
+from fem_seal.surface import (
+    IsotropicSpectrum,
+    cropped,
+    gaussian_surface,
+    isotropic_spectrum,
+    levelled_map,
+    profile_spectrum,
+    self_affine,
+    without_outliers,
+)
 
 if TYPE_CHECKING:
-    from fem_seal.contact.settings import Load
-    from fem_seal.contact.state import BearingState, ContactState, GapState
     from fem_seal.film import GridFilm, MeshFilm
-    from fem_seal.surface import IsotropicSpectrum
 
 # Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
 # measured at 1024 x 1024 samples: 60, and 106 to 138 with the solver and its arithmetic.
@@ -32,8 +44,6 @@ GAP_PER_CERTIFICATE = 10.0
 
 def made_surface(surface: SelfAffine | ProfileSurface) -> GridField:
     """Random heights [m] of a section."""
-    from fem_seal.surface import gaussian_surface, self_affine
-
     nx, ny = surface.shape
     refuse_too_large(SURFACE_BYTES * nx * ny, f"a surface of {nx} x {ny} samples")
     if isinstance(surface, ProfileSurface):
@@ -50,11 +60,8 @@ def made_surface(surface: SelfAffine | ProfileSurface) -> GridField:
     )
 
 
-def spectrum_of_profiles(surface: ProfileSurface) -> "IsotropicSpectrum":
+def spectrum_of_profiles(surface: ProfileSurface) -> IsotropicSpectrum:
     """Spectrum C(q) of the isotropic surface that the profiles of a section are taken from."""
-    from fem_seal.field_file.profiles import read_profiles
-    from fem_seal.surface import isotropic_spectrum, profile_spectrum
-
     read = read_profiles(
         surface.path, unit=surface.unit, step=surface.step, missing=surface.missing
     )
@@ -72,9 +79,6 @@ def whole_map(surface: FileSurface) -> GridField:
     The map is neither made periodic nor replaced by its twin; it is the one that windows are cut
     out of.
     """
-    from fem_seal.field_file import HEIGHT_NAMES, read_map
-    from fem_seal.surface import cropped, levelled_map, without_outliers
-
     heights = read_map(surface.path, HEIGHT_NAMES, surface.stated, heights=True)
     if surface.crop is not None:
         heights = cropped(heights, surface.crop)
@@ -84,17 +88,16 @@ def whole_map(surface: FileSurface) -> GridField:
 def elastic_contact(
     scene: Scene,
     surface: GridField,
-    start: "ContactState | np.ndarray | None",
-    load: "Load",
+    start: ContactState | np.ndarray | None,
+    load: Load,
     report: Report = silent,
     tolerance: float = 0.0,
-) -> "ContactState":
+) -> ContactState:
     """Contact of a scene's solids with heights [m] under a load, not always that of the scene.
 
     It starts from a contact or a pressure [Pa]. `tolerance` is that of a contact on the way to
     another, if it is above that of the scene.
     """
-    from fem_seal.contact import contact_under
 
     def progress(iteration: int, residual: float) -> None:
         report("contact", f"iteration {iteration}, residual {residual:.1e}")
@@ -114,15 +117,13 @@ def elastic_contact(
 
 
 def _bearing(
-    scene: Scene, surface: GridField, start: np.ndarray | None, load: "Load", report: Report
-) -> "BearingState":
-    from fem_seal.contact import bearing
-
+    scene: Scene, surface: GridField, start: np.ndarray | None, load: Load, report: Report
+) -> BearingState:
     contact = present(scene.contact, "[contact]")
     return bearing(surface, area_fraction=contact.area_fraction, mean_gap=contact.mean_gap)
 
 
-ContactModel = Callable[[Scene, GridField, np.ndarray | None, "Load", Report], "GapState"]
+ContactModel = Callable[[Scene, GridField, np.ndarray | None, Load, Report], GapState]
 CONTACTS: dict[str, ContactModel] = {"gfmd": elastic_contact, "bearing": _bearing}
 
 

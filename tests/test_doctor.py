@@ -4,7 +4,8 @@ import sys
 
 import pytest
 
-from fem_seal import cli, doctor
+from fem_seal import cli
+from fem_seal.cli import doctor
 
 
 def test_this_machine_is_fit():

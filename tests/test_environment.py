@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from project import ROOT, write_toml
 
-from fem_seal import cli, doctor, fenicsx
+from fem_seal import cli, fenicsx
+from fem_seal.cli import doctor
 from fem_seal.cli.common import default_folder
 from fem_seal.errors import MissingPackage
 from fem_seal.files import use_writable_cache
@@ -138,7 +139,7 @@ def test_one_process_needs_no_network(folder):
     assert error.count("\n") <= 1
 
 
-DOCTOR = "from fem_seal import doctor; print(doctor.table([doctor._mpi()]))"
+DOCTOR = "from fem_seal.cli import doctor; print(doctor.table([doctor._mpi()]))"
 
 
 def test_doctor_says_that_there_is_no_network(folder):

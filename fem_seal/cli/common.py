@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from fem_seal import parallel
 from fem_seal.errors import InvalidInput, NotConverged, printable
+from fem_seal.progress import Display
 
 if TYPE_CHECKING:
     from fem_seal.points import Work
@@ -206,7 +207,6 @@ def run_and_print(
     head: Sequence[str] = (),
 ) -> int:
     """Run a scene into a folder, print its result below a head and give the exit status."""
-    from fem_seal.progress import Display
     from fem_seal.results.result import Origin
     from fem_seal.solved import run
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fem_seal import parallel
 from fem_seal.cli.common import (
     add_command,
     add_for_programs,
@@ -17,7 +18,9 @@ from fem_seal.cli.common import (
     require_limit,
     run_and_print,
 )
+from fem_seal.digits import with_prefix
 from fem_seal.errors import InvalidInput
+from fem_seal.progress import Display
 
 if TYPE_CHECKING:
     from fem_seal.scene import Scene
@@ -96,8 +99,6 @@ def _scene(options: argparse.Namespace) -> "Scene":
 
 def _assumed(scene: "Scene", options: argparse.Namespace) -> list[str]:
     """Line with the viscosity and the pressure drop that are assumed."""
-    from fem_seal.digits import with_prefix
-
     given, assumed = vars(options), []
     if given["fluid.viscosity"] is None:
         assumed.append(f"viscosity {with_prefix(scene.viscosity, 'Pa s')} (--viscosity)")
@@ -108,8 +109,6 @@ def _assumed(scene: "Scene", options: argparse.Namespace) -> list[str]:
 
 
 def _leak(options: argparse.Namespace) -> int:
-    from fem_seal import parallel
-    from fem_seal.progress import Display
     from fem_seal.solved import solve
 
     scene = _scene(options)

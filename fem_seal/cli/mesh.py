@@ -3,8 +3,10 @@
 import argparse
 from pathlib import Path
 
+from fem_seal import parallel
 from fem_seal.cli.common import add_command, add_scene, add_trust, default_folder, say
 from fem_seal.errors import InvalidInput
+from fem_seal.progress import Display
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -24,9 +26,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _mesh(options: argparse.Namespace) -> int:
-    from fem_seal import parallel
     from fem_seal.drawing import mesh
-    from fem_seal.progress import Display
     from fem_seal.scene import Scene
 
     scene = Scene.from_file(options.scene, options.overrides)

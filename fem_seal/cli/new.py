@@ -4,6 +4,8 @@ import argparse
 from pathlib import Path
 
 from fem_seal.cli.common import add_command, add_statements, say, scene_of_heights
+from fem_seal.errors import InvalidInput, present
+from fem_seal.files import write_text
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -25,8 +27,6 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
-    from fem_seal.errors import InvalidInput, present
-    from fem_seal.files import write_text
     from fem_seal.new_scene import new_scene
     from fem_seal.scene import FileSurface
 

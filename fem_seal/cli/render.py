@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from fem_seal.cli.common import add_command, say
+from fem_seal.progress import Display
 
 FLOW = "flow.png"
 
@@ -43,7 +44,6 @@ def _report(options: argparse.Namespace) -> int:
 
 def _render(options: argparse.Namespace) -> int:
     from fem_seal.drawing import draw
-    from fem_seal.progress import Display
 
     with Display() as report:
         names = draw(options.folder, report, everything=options.all)

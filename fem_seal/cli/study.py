@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
+from platform import machine, processor
 from textwrap import fill
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,10 @@ from fem_seal.cli.common import (
 )
 from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, NotConverged, present
+from fem_seal.files import locked_folder, write_text
+from fem_seal.progress import Display
+from fem_seal.registry import choose
+from fem_seal.tables import as_csv, as_text
 
 if TYPE_CHECKING:
     from fem_seal.patch import Patch
@@ -83,8 +88,6 @@ def _shared(command: Command) -> Command:
 
     def locked(options: argparse.Namespace) -> int:
         prepare_workers(options, "fem_seal.points.compute")
-        from fem_seal.files import locked_folder
-
         with locked_folder(options.out, shared=True):
             return command(options)
 
@@ -156,10 +159,7 @@ def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
 
 
 def _cross_validation(options: argparse.Namespace) -> int:
-    from fem_seal.files import write_text
     from fem_seal.film import GridFilm
-    from fem_seal.progress import Display
-    from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.cross_validation import StudiedGap, compare
     from fem_seal.verification.methods import Setting
     from fem_seal.verification.pictures import claims_figure, cross_validation_figure
@@ -204,10 +204,6 @@ def _cross_validation(options: argparse.Namespace) -> int:
 
 
 def _exact(options: argparse.Namespace) -> int:
-    from fem_seal.files import write_text
-    from fem_seal.progress import Display
-    from fem_seal.registry import choose
-    from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.cross_validation import StudiedGap, compare
     from fem_seal.verification.exact_cases import CASES
     from fem_seal.verification.pictures import cross_validation_figure
@@ -227,11 +223,6 @@ def _exact(options: argparse.Namespace) -> int:
 
 
 def _trade(options: argparse.Namespace) -> int:
-    from platform import machine, processor
-
-    from fem_seal.files import write_text
-    from fem_seal.progress import Display
-    from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.pictures import trade_figure
     from fem_seal.verification.trade import (
         TRADE_COLUMNS,

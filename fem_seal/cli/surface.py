@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal.cli.common import add_command, add_scene, add_statements, say, scene_of_heights
+from fem_seal.digits import with_error, with_prefix
 from fem_seal.errors import InvalidInput
+from fem_seal.files import write_text
 from fem_seal.tables import aligned, csv_text
 
 if TYPE_CHECKING:
@@ -63,8 +65,6 @@ def _surface(options: argparse.Namespace) -> int:
 
         surface_figure(prepared, fit, options.out)
     if options.csv is not None:
-        from fem_seal.files import write_text
-
         write_text(options.csv, _csv(scene, prepared))
     head = ("step", "samples", "missing", "rms height", "rms slope", "seam", "skewness")
     lines = [aligned([head, *((step.name, *_cells(step.statistics)) for step in prepared.steps)])]
@@ -198,8 +198,6 @@ def _longest(scene: "Scene") -> Rows:
 
 def _fit_rows(fit: "SpectrumFit | None", failure: str) -> Rows:
     """Rows on a fitted spectrum, or on the failure of the fit."""
-    from fem_seal.digits import with_error
-
     if fit is None or fit.misfit > NO_POWER_LAW:
         misfit = "" if fit is None else f"{fit.misfit:.2g}"
         yield "spectrum", failure or f"no power law: the best one has a misfit of {misfit}"
@@ -217,6 +215,4 @@ def _fit_rows(fit: "SpectrumFit | None", failure: str) -> Rows:
 
 
 def _length(metres: float | None) -> str:
-    from fem_seal.digits import with_prefix
-
     return "none seen" if metres is None else with_prefix(metres, "m")

@@ -16,6 +16,8 @@ from fem_seal.cli.common import (
     work_of,
 )
 from fem_seal.errors import NotConverged, present
+from fem_seal.files import writing
+from fem_seal.progress import Display
 
 if TYPE_CHECKING:
     from fem_seal.sweep import Point
@@ -57,8 +59,6 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 def _sweep(options: argparse.Namespace) -> int:
     prepare_workers(options, "fem_seal.sweep.sweep")
-    from fem_seal.files import writing
-    from fem_seal.progress import Display
     from fem_seal.sweep import Axis, combinations, read_points, sweep
     from fem_seal.sweep.summary import write_summary
 

@@ -7,6 +7,16 @@ from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.patch import Patch
+from fem_seal.render.bounds import bounds_plot, close_in
+from fem_seal.render.contact import contact_picture
+from fem_seal.render.flow import flow_picture, mesh_picture, pressure_picture
+from fem_seal.render.gap import gap_picture
+from fem_seal.render.pressures import (
+    contact_pressure_picture,
+    lift_picture,
+    sensitivity_picture,
+)
+from fem_seal.render.relief import relief_picture
 from fem_seal.results.arrays import Lift, by_height_of, lift_of
 
 SEAL_PICTURE = "seal.png"
@@ -45,15 +55,10 @@ def draw_pictures(
         from fem_seal.render.shape import draw_shape
 
         return draw_shape(film, leak, folder)
-    from fem_seal.render.contact import contact_picture
-    from fem_seal.render.gap import gap_picture
-
     names = ["contact.png", "gap.png"]
     contact_picture(film, folder / "contact.png")
     gap_picture(film, folder / "gap.png")
     if pressure is not None:
-        from fem_seal.render.pressures import contact_pressure_picture, lift_picture
-
         names.append("contact_pressure.png")
         contact_pressure_picture(film, pressure, folder / names[-1])
         if lift is not None:
@@ -61,13 +66,9 @@ def draw_pictures(
             dry = GridFilm(lift.dry_gap, film.sides, film.representation)
             lift_picture(film, dry, pressure, lift.fluid_pressure, folder / names[-1])
     if by_height is not None:
-        from fem_seal.render.sensitivity import sensitivity_picture
-
         names.append("sensitivity.png")
         sensitivity_picture(film, by_height, folder / names[-1])
     if leak is not None and leak.field is not None:
-        from fem_seal.render.flow import flow_picture
-
         names.append("flow.png")
         flow_picture(leak, film, folder / names[-1])
     return tuple(sorted(names))
@@ -79,15 +80,10 @@ def draw_details(
     """Draw pressure, mesh and relief of a flow on a grid, and the bounds of its levels."""
     names: list[str] = []
     if isinstance(film, GridFilm) and leak is not None and leak.field is not None:
-        from fem_seal.render.flow import mesh_picture, pressure_picture
-        from fem_seal.render.relief import relief_picture
-
         names += ["pressure.png", "mesh.png", "relief.png"]
         pressure_picture(leak, film, folder / names[0])
         mesh_picture(leak, film, folder / names[1])
         relief_picture(leak, film, folder / names[2])
-    from fem_seal.render.bounds import bounds_plot, close_in
-
     if close_in(levels):
         bounds_plot(levels, folder / "bounds.png")
         names.append("bounds.png")

@@ -1,6 +1,7 @@
-"""Pictures of the contact pressure, and of the pressure of a fluid that lifts the contact.
+"""Pictures of fields on the samples of a contact: its pressure, and that of a fluid that lifts it.
 
-`lift_picture` shows the dry contact beside the lifted one.
+`lift_picture` shows the dry contact beside the lifted one, `sensitivity_picture` where a nanometre
+of height matters.
 """
 
 from pathlib import Path
@@ -14,7 +15,7 @@ from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT_COLOUR, OPEN, Swatch
 from fem_seal.render.gap import CONTACT, draw_gap, gap_scale
 from fem_seal.render.page import ISOLINES, add_bar, draw_samples, frame_film, page, window_of
-from fem_seal.render.scale import Scale, isoline_levels, step_above
+from fem_seal.render.scale import Scale, isoline_levels, logarithmic_scale, step_above
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +24,8 @@ CONTACT_PRESSURE_COLOURS, PRESSURE_COLOURS = "contact pressure", "pressure"
 POCKET = Swatch("pocket: its fluid pressure is assumed", (246, 222, 150))
 # Part of the contact whose pressure lies within the colour bar; single peaks lie above it.
 SHOWN = 0.999
+SENSITIVITY = "|change of ln Q| for 1 nm of height on 1 µm²"
+SENSITIVITY_DECADES = 3
 LIFT_SIDE = 3.0  # longer side of each of the four drawings of a lift [inch]
 
 
@@ -128,3 +131,15 @@ def lift_picture(
 def on_samples(film: GridFilm, field: GridField) -> np.ndarray:
     """Field on the film's samples; a linear periodic film repeats its first samples at the end."""
     return field.vertices() if film.representation == "linear" else field.values
+
+
+def sensitivity_picture(film: GridFilm, by_height: GridField, path: str | Path) -> Path:
+    """Picture of |∂ ln Q/∂h| [1/m] per area, logarithmic; the tightest place is marked."""
+    dx, dy = by_height.spacing
+    size = np.abs(on_samples(film, by_height)) * 1e-9 * 1e-12 / (dx * dy)
+    scale = logarithmic_scale(SENSITIVITY, size, SENSITIVITY_DECADES, "flow")
+    with page(window_of(film), path) as axes:
+        frame_film(axes[0, 0], film, None, "Where a nanometre matters", marked=True)
+        draw_samples(axes[0, 0], film, scale.paint(size, size > 0, CONTACT_COLOUR))
+        add_bar(axes[0, 0], scale)
+    return Path(path)
