@@ -36,6 +36,23 @@ def add_command(
     )
 
 
+def add_moved(subparsers: argparse._SubParsersAction, scripts: dict[str, str]) -> None:
+    """Add commands that are scripts now; with any words behind, each names its script."""
+
+    def refuse(options: argparse.Namespace) -> int:
+        """Name the script."""
+        raise InvalidInput(
+            f"{options.moved} is a script now: {scripts[options.moved]}, from a checkout of the "
+            "project (docs/theory/letter.md, docs/guide/pictures.md)"
+        )
+
+    for name in scripts:
+        # With another prefix character options are words like any other.
+        command = subparsers.add_parser(name, add_help=False, prefix_chars="\0")
+        command.add_argument("words", nargs="*")
+        command.set_defaults(command=refuse, moved=name)
+
+
 def add_scene(
     command: argparse.ArgumentParser, text: str = "the scene file (docs/reference/scene.md)"
 ) -> None:

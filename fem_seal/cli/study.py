@@ -10,10 +10,10 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.cli import moved
 from fem_seal.cli.common import (
     WIDTH,
     add_command,
+    add_moved,
     add_scene,
     add_work,
     prepare_workers,
@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from fem_seal.patch import Patch
     from fem_seal.scene import Scene
 
+MOVED = {
+    "saddle": "python demos/closing_saddle.py",
+    "closing": "python demos/closing_contact.py",
+}
 Command = Callable[[argparse.Namespace], int]
 
 
@@ -66,7 +70,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     add_scene(trade)
     add_work(trade, "contact grid")
     trade.set_defaults(command=_shared(_trade))
-    moved.add(studies, moved.STUDIES)
+    add_moved(studies, MOVED)
 
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
