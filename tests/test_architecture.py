@@ -17,8 +17,8 @@ fenicsx mesh film theory finite_difference
 flow coupling
 points steps lifting sensitivity patch threshold grid_series area_error accuracy upscaling
 prediction quantities results
- render products solved sweep verification
- drawing exchange cli __main__
+render products solved sweep verification
+drawing exchange cli __main__
 """
 ORDER = LAYERS.split()
 
