@@ -26,7 +26,7 @@ from fem_seal.parallel import cores
 _NEAR = 1.25  # ratio of two gaps below which Gauss points replace the closed form of 1/g²
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
-_STRIP = 64  # columns of pixels, a multiple of four: the diagonals alternate from an even one on
+_STRIP = 16  # columns of pixels, a multiple of four: the diagonals alternate from an even one on
 
 
 def cube_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:

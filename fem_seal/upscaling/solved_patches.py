@@ -129,7 +129,8 @@ def _contact_error(patch: LoadedPatch, load: float) -> float | None:
         return None
     # The grids may differ by less than the flows of the table may be off.
     fine = patch.with_flows_to(min(patch.rtol, patch.patch.scene.flow.rtol))
-    coarse = LoadedPatch(patch.patch.thinned(resample(surface, shape)), fine.rtol)
+    thinned = patch.patch.thinned(resample(surface, shape))
+    coarse = LoadedPatch(thinned, thinned.flow.rtol)
     error = relative_error(grid_error(_on_grid(coarse, load), _on_grid(fine, load)).part)
     return error if isfinite(error) else None
 

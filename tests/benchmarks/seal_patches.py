@@ -1,0 +1,102 @@
+"""What a patch of a seal costs: CPU seconds of contacts, flows, bounds between loads, coarser grid.
+
+    python tests/benchmarks/seal_patches.py [--samples 512] [--patches 2] [--rtol 0.1]
+
+A uniform profile of 0.6 MPa against 2 bar of water, under which K falls sixtyfold along the path.
+"""
+
+import argparse
+from time import process_time
+
+import numpy as np
+
+from fem_seal.scene import Scene
+from fem_seal.upscaling import solved_patches
+from fem_seal.upscaling.patch_conductivity import LoadedPatch
+from fem_seal.upscaling.realizations import realizations
+
+
+def scene(samples: int, patches: int, rtol: float) -> Scene:
+    """Eight long waves along a patch, four samples in the shortest wave."""
+    side, pitch = 0.512, 0.512 / samples  # mm
+    return Scene.from_mapping(
+        {
+            "surface": {
+                "kind": "self-affine",
+                "shape": [samples, samples],
+                "size": [f"{side} mm", f"{side} mm"],
+                "hurst": 0.8,
+                "long_wavelength": f"{side / 8} mm",
+                "short_wavelength": f"{4 * pitch} mm",
+                "rms_slope": 0.3,
+                "seed": 1,
+            },
+            "solid": {"contact_modulus": "10 MPa"},
+            "contact": {"pressure": "0.6 MPa"},
+            "fluid": {"viscosity": "1 mPa s"},
+            "flow": {"inlet_pressure": "3 bar", "outlet_pressure": "1 bar"},
+            "output": {"products": ["seal"]},
+            "seal": {
+                "leak_path": "4 mm",
+                "circumference": "100 mm",
+                "pressure_profile": "uniform",
+                "patches": patches,
+                "rtol": rtol,
+            },
+        }
+    )
+
+
+STAGES = {
+    "contacts": (LoadedPatch, "_state"),
+    "flows": (LoadedPatch, "_leak_rate"),
+    "bounds between loads": (LoadedPatch, "_enclosure"),
+    "coarser grid": (solved_patches, "_contact_error"),
+}
+spent: dict[str, list[float]] = {}
+
+
+def timed(stage: str, owner: object, name: str) -> None:
+    """Let a function add its CPU seconds to those of a stage; the stages inside it are its own."""
+    function = getattr(owner, name)
+
+    def measured(*arguments: object) -> object:
+        start, outside = process_time(), {key: len(times) for key, times in spent.items()}
+        try:
+            return function(*arguments)
+        finally:
+            inside = sum(sum(times[outside.get(key, 0) :]) for key, times in spent.items())
+            if owner is solved_patches:
+                for key, times in spent.items():
+                    del times[outside.get(key, 0) :]
+                inside = 0.0
+            spent.setdefault(stage, []).append(process_time() - start - inside)
+
+    setattr(owner, name, measured)
+
+
+def main(samples: int, patches: int, rtol: float) -> None:
+    """Solve patch by patch; print what each cost."""
+    for stage, place in STAGES.items():
+        timed(stage, *place)
+    for number, one in enumerate(realizations(scene(samples, patches, rtol)), 1):
+        spent.clear()
+        start = process_time()
+        solved = solved_patches.solved_patch(one, lambda stage, detail: None, None)
+        whole = process_time() - start
+        table = solved.stored.table
+        parts = ", ".join(
+            f"{stage} {sum(times):.1f} ({' '.join(f'{t:.1f}' for t in times if t > 0.05)})"
+            for stage, times in spent.items()
+        )
+        K = np.sqrt(table.lower * table.upper)
+        print(f"patch {number}: {whole:.1f} CPU s, {len(table.loads)} net loads; {parts}")
+        print(f"  K from {K[0]:.3e} to {K[-1]:.3e}, converged {solved.converged}", flush=True)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--samples", type=int, default=512)
+    parser.add_argument("--patches", type=int, default=2)
+    parser.add_argument("--rtol", type=float, default=0.1)
+    main(**vars(parser.parse_args()))
