@@ -128,21 +128,14 @@ class _Stages:
     point of a later one ln Q is as wrong as the fluid's pressure of the stage before was. The
     triangles of a stage are smaller where that matters most. The stages end where what they change
     falls so that the rest of it is little, or where no fluid pressure opens the film.
-
-    Parameters
-    ----------
-    pressure
-        Fluid pressure (nx, ny) [Pa] at the start.
-    contact
-        Contact under it, if it is known.
     """
 
     def __init__(
         self,
         problem: LiftProblem,
         rtol: float,
-        pressure: np.ndarray,
-        contact: ContactState | None,
+        pressure: np.ndarray,  # (nx, ny) [Pa] at the start
+        contact: ContactState | None,  # under it, if known
         report: Report,
     ):
         self._problem, self._allowed, self._log = problem, SETTLED * rtol, Log(report)
@@ -151,9 +144,8 @@ class _Stages:
         stage = Stage(thinned.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
         every = problem.height.shape[0] // thinned.height.shape[0]
         start = None if contact is None else contact.pressure.values[::every, ::every]
-        point = LiftPoint.under(thinned, stage, pressure[::every, ::every], start)
-        self._log.add(point)
-        self._solve(point)
+        self._go_to(LiftPoint.under(thinned, stage, pressure[::every, ::every], start))
+        self._solve()
         #: equilibrium of the first stage, if it was found
         self.first = None if self._log.failure else self._point
 
@@ -161,15 +153,14 @@ class _Stages:
         """Go on to the last stage."""
         problem, certain = self._problem, False
         if self._point.problem is not problem:
-            point = self._point.on(problem)
-            self._log.add(point)
-            self._solve(point)
+            self._go_to(self._point.on(problem))
+            self._solve()
         for _ in range(1, MOST_STAGES):
             self._sealed = self._sealed + 1 if self._point.sealed else 0
             certain = bool(self._sealed) and _opened(problem, self._point.contact) is None
             if certain or self._sealed == MOST_STAGES // 2 or not self._refine() or self._settled:
                 break
-            self._solve(self._point)
+            self._solve()
         point, contact = self._point, self._point.contact
         if contact.contact.any():
             contact = problem.contact_under(point.pressure, contact)
@@ -189,10 +180,15 @@ class _Stages:
         """Whether steps were halved, or GMRES took many iterations."""
         return self._log.shortened or self._log.iterations > MOST_STEPS / 2
 
-    def _solve(self, point: LiftPoint) -> None:
-        """The equilibrium of a stage, in contact or floating, and one that lasts."""
+    def _go_to(self, point: LiftPoint) -> None:
+        """Begin a stage."""
+        self._point = point
+        self._log.add(point)
+
+    def _solve(self) -> None:
+        """Find the equilibrium of a stage, in contact or floating, and one that lasts."""
         log, allowed = self._log, self._allowed
-        point = newton(point, allowed, log)
+        point = newton(self._point, allowed, log)
         if log.failure and point.problem.may_float and point.contact.contact.any():
             point = newton(_floating(point), allowed, log)
         if point.step.negative is not None and not self._left:
@@ -211,10 +207,10 @@ class _Stages:
             return False
         if not log.failure:
             point = point.after(point.step) or point
-        self._point = point = replace(point, stage=finer)
-        log.add(point)
-        self._change = self._differs = point.error(adjoint)
-        self._error = self._differs * _all_to_come(self._differs, before) + point.by_epsilon
+        self._go_to(replace(point, stage=finer))
+        self._change = self._differs = self._point.error(adjoint)
+        to_come = self._differs * _all_to_come(self._differs, before)
+        self._error = to_come + self._point.by_epsilon
         return True
 
     @property
