@@ -69,7 +69,7 @@ class Choice:
     @property
     def rtol(self) -> float:
         """Tolerance of the flow."""
-        return self.patch.flow.rtol
+        return self.patch.flow_settings.rtol
 
 
 def chosen_grid(
@@ -90,7 +90,10 @@ def chosen_grid(
     max_refinement : finest contact grid, in multiples of the samples of the scene
     error_of : estimates what a grid finer than the last one would change
     """
-    surface, total = present(first.surface, "surface of a scene with [accuracy]"), first.flow.rtol
+    surface, total = (
+        present(first.surface, "surface of a scene with [accuracy]"),
+        first.flow_settings.rtol,
+    )
     budget = log1p(total)
     shapes = grids(surface.shape, max_refinement)
     trials: list[Trial] = []
@@ -120,8 +123,8 @@ def chosen_grid(
         # The lift claims a multiple of rtol, which is up to twice the flow's part.
         rtol = 2 * left / (1 + 2 * most_claimed(1.0)) if lifts else 2 * sinh(left)
         known = Known(solved.contact)
-        settings = replace(first.flow, rtol=rtol)
-        solved = first.with_(surface=solved.surface, known=known, flow=settings)
+        settings = replace(first.flow_settings, rtol=rtol)
+        solved = first.with_(surface=solved.surface, known=known, flow_settings=settings)
         leak = solved.leak_rate
         area = area_error(solved) if lifts else area
     lift = lift_part(solved.lifted)
@@ -134,7 +137,7 @@ def chosen_grid(
     known = Known(solved.contact, solved.lifted, leak, grid_error)
     return Choice(
         total=total,
-        patch=first.with_(surface=solved.surface, known=known, flow=solved.flow),
+        patch=first.with_(surface=solved.surface, known=known, flow_settings=solved.flow_settings),
         contact_error=None if leak.state == "sealed" else relative_error(grid_error.part),
         flow_error=relative_error(flow_part(leak)),
         lift_error=relative_error(lift) if lifts else None,
@@ -155,7 +158,7 @@ def chosen_patch(
     if scene.accuracy is None or total is None:
         return Patch(scene, report, trust=trust, comm=comm), None
     settings = replace(scene.flow_settings, rtol=total)
-    first = Patch(scene, report, trust=trust, flow=settings, comm=comm)
+    first = Patch(scene, report, trust=trust, flow_settings=settings, comm=comm)
 
     def error_of(tried: Sequence[Patch]) -> EstimatedError:
         """What a grid finer than the last one would change."""

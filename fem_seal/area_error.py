@@ -86,7 +86,7 @@ def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
     contact, height = patch.film_contact, present(patch.surface, "surface")
     gap, by = present(contact, "contact").gap.values, None
     if isinstance(contact, ContactState):
-        problem = lifting_problem(patch.scene, patch.load, patch.flow, height, silent)
+        problem = lifting_problem(patch.scene, patch.load, patch.flow_settings, height, silent)
         by = ByLoad(problem, contact, patch.lifted, critical)
         narrowing, kept, easing = np.maximum(-by.gap, 0.0), contact.pressure.values, by.pressure
     else:

@@ -64,8 +64,8 @@ class Patch:
     surface : heights [m] in place of the scene's surface, such as the same surface on another grid
     known : steps that are known already
     contact_start : first guess of the contact pressure [Pa], (nx, ny); a good one saves iterations
-    load, lift, flow : in place of the load of the contact, of `flow.lift` and of the settings of
-        the flow that the scene gives
+    load, lift, flow_settings : in place of the load of the contact, of `flow.lift` and of the
+        settings of the flow that the scene gives
     comm : the processes that read the steps together; all of this run if left out. With
         MPI.COMM_SELF each process solves a patch of its own
 
@@ -86,11 +86,11 @@ class Patch:
         contact_start: np.ndarray | None = None,
         load: Load | None = None,
         lift: Lift | None = None,
-        flow: FlowSettings | None = None,
+        flow_settings: FlowSettings | None = None,
         comm: parallel.Comm = None,
     ):
         require_scene(scene)
-        if scene.total_error is not None and flow is None:
+        if scene.total_error is not None and flow_settings is None:
             raise InvalidInput(
                 "a scene with accuracy.total has no contact grid yet: fem_seal.solve(scene) tries "
                 "some and makes the Patch of the chosen one"
@@ -102,7 +102,7 @@ class Patch:
         self.grid_error = self._known.grid_error
         self.seconds: dict[str, float] = {}
         self._surface, self._contact_start = surface, contact_start
-        self._load, self._flow = load, flow
+        self._load, self._flow_settings = load, flow_settings
 
     def __repr__(self) -> str:
         """The scene, and the steps that have been computed."""
@@ -116,9 +116,9 @@ class Patch:
         return self.scene.load if self._load is None else self._load
 
     @property
-    def flow(self) -> FlowSettings:
+    def flow_settings(self) -> FlowSettings:
         """Settings of the flow; for scenes that need it."""
-        return self.scene.flow_settings if self._flow is None else self._flow
+        return self.scene.flow_settings if self._flow_settings is None else self._flow_settings
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -180,7 +180,7 @@ class Patch:
         contact_start: np.ndarray | None = None,
         load: Load | None = None,
         lift: Lift | None = None,
-        flow: FlowSettings | None = None,
+        flow_settings: FlowSettings | None = None,
     ) -> "Patch":
         """Same scene with other arguments of `Patch`.
 
@@ -196,15 +196,15 @@ class Patch:
             contact_start=contact_start,
             load=load or self._load,
             lift=lift or self.lift,
-            flow=flow or self._flow,
+            flow_settings=flow_settings or self._flow_settings,
             comm=self.comm,
         )
 
     def thinned(self, surface: GridField) -> "Patch":
         """Same patch on a coarser grid of its heights [m], its flow looser and without a limit."""
-        rtol = max(self.flow.rtol, min(LOOSER * self.flow.rtol, LOOSEST))
-        settings = replace(self.flow, rtol=rtol, decide=None, field=False)
-        return self.with_(surface=surface, flow=settings)
+        rtol = max(self.flow_settings.rtol, min(LOOSER * self.flow_settings.rtol, LOOSEST))
+        settings = replace(self.flow_settings, rtol=rtol, decide=None, field=False)
+        return self.with_(surface=surface, flow_settings=settings)
 
     def pressed_by(self, pressure: float, lift: Lift = "none") -> "Patch":
         """Same surface and settings under another mean pressure [Pa]; dry if not said otherwise."""
@@ -243,12 +243,14 @@ class Patch:
         from fem_seal.lifting import lifting_problem
 
         surface = present(self.surface, "surface")
-        problem = lifting_problem(self.scene, self.load, self.flow, surface, self.report, self.comm)
+        problem = lifting_problem(
+            self.scene, self.load, self.flow_settings, surface, self.report, self.comm
+        )
         # The start is the contact with the outlet's pressure everywhere: the dry contact if that
         # pressure is the ambient one.
         dry = self.elastic if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
-            return lifted(problem, self.flow.rtol, dry=dry, report=self.report)
+            return lifted(problem, self.flow_settings.rtol, dry=dry, report=self.report)
 
     @cached_property
     def sensitivity(self) -> "Sensitivity | None":
@@ -347,7 +349,7 @@ class Patch:
         """
         if self._known.leak_rate is not None:
             return self._known.leak_rate
-        method = self.flow.method
+        method = self.flow_settings.method
         if self.lifted_off:
             return LeakRate.lifted_off(method)
         if self.lifted is not None:
@@ -358,7 +360,7 @@ class Patch:
             return LeakRate.sealed(method)
         else:
             with self.timed("flow"):
-                leak = FLOWS[method](self.flow, self.film, self.report, self.comm)
+                leak = FLOWS[method](self.flow_settings, self.film, self.report, self.comm)
         if leak.field is None:
             return leak
         critical = present(self.film.constriction, "constriction").gap
@@ -387,7 +389,7 @@ class Patch:
 
     def leak_rate_of(self, film: "GridFilm | MeshFilm") -> LeakRate:
         """Leak rate of another film under the scene's pressures, to the scene's tolerance."""
-        settings = replace(self.flow, decide=None)
+        settings = replace(self.flow_settings, decide=None)
         return FLOWS[settings.method](settings, film, self.report, self.comm)
 
 

@@ -291,7 +291,7 @@ def _corner(patch: Patch, end: int, patches: Path | None, work: Work | None) -> 
         trust=patch.trust,
         surface=surface,
         contact_start=start,
-        flow=replace(scene.flow_settings, rtol=patch.flow.rtol),
+        flow_settings=replace(scene.flow_settings, rtol=patch.flow_settings.rtol),
         comm=patch.comm,
     )
     if scene.seal is not None:

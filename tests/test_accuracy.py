@@ -66,7 +66,7 @@ class Fake:
     """A patch without content: Q is off by exp(error(samples)), in a bracket as wide as rtol."""
 
     error: Callable[[int], float]
-    flow: Bracket
+    flow_settings: Bracket
     claims: float = 0.0  # error that the lift claims, over rtol
     surface: GridField = field(default_factory=lambda: FLAT)
     contact: str = ""
@@ -80,23 +80,24 @@ class Fake:
         samples = self.surface.shape[0]
         self.contact = f"contact {samples}"
         if self.leak_rate is None:
-            value, half = exp(self.error(samples)), asinh(self.flow.rtol / 2)
+            value, half = exp(self.error(samples)), asinh(self.flow_settings.rtol / 2)
             self.leak_rate = LeakRate(
                 "leaking", "fake", value, value * exp(-half), value * exp(half)
             )
-            self.lifted = Settled(self.claims * self.flow.rtol) if self.claims else None
+            self.lifted = Settled(self.claims * self.flow_settings.rtol) if self.claims else None
 
     def report(self, stage, detail):
         pass
 
-    def with_(self, *, surface, flow=None, known=None):
+    def with_(self, *, surface, flow_settings=None, known=None):
         known = known or Known()
-        flow = flow or self.flow
+        settings = flow_settings or self.flow_settings
         if known.leak_rate is None:
-            self.asked.append((surface.shape, flow.rtol, known.contact))
+            self.asked.append((surface.shape, settings.rtol, known.contact))
         solved = known.leak_rate, known.lifted, known.grid_error
         names = ("leak_rate", "lifted", "grid_error")
-        return replace(self, surface=surface, flow=flow, **dict(zip(names, solved, strict=True)))
+        own = dict(zip(names, solved, strict=True))
+        return replace(self, surface=surface, flow_settings=settings, **own)
 
 
 def chosen_grid(total, error, max_refinement=4, claims=0.0):
@@ -213,7 +214,9 @@ def test_the_total_error_is_kept(accurate_scene, seed):
     assert choice.samples[0] <= 64
     assert patch.leak_rate.converged
     finer = resample(patch.surface, (256, 256))
-    reference = Patch(patch.scene, surface=finer, flow=replace(patch.flow, rtol=0.02))
+    reference = Patch(
+        patch.scene, surface=finer, flow_settings=replace(patch.flow_settings, rtol=0.02)
+    )
     assert abs(patch.leak_rate.value / reference.leak_rate.value - 1) <= 0.2 + 0.015
     # The promise is made of its two parts.
     parts = log1p(choice.contact_error) + log1p(choice.flow_error)

@@ -53,7 +53,7 @@ def _surface(options: argparse.Namespace) -> int:
         raise InvalidInput(f"--csv {options.csv} must end in .csv")
     scene = _scene(options)
     # The contact grid that [accuracy] chooses does not change the surface.
-    patch = Patch(scene, flow=scene.flow_settings if scene.total_error else None)
+    patch = Patch(scene, flow_settings=scene.flow_settings if scene.total_error else None)
     prepared = _prepared(patch)
     try:
         fit, failure = fit_spectrum(prepared.measured), ""

@@ -138,7 +138,7 @@ def _patches_entry(seal: SealLeak) -> Uncertainty:
     )
     if seal.state == "sealed":
         return _sealed_patches(seal, sealed)
-    leaking = sum(patch.flow.state == "leaking" for patch in seal.patches)
+    leaking = sum(patch.seal_flow.state == "leaking" for patch in seal.patches)
     if seal.interval is None:
         needed = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(leaking, 1)))
         sentence = (
@@ -163,12 +163,14 @@ def _patches_entry(seal: SealLeak) -> Uncertainty:
 
 def _scatter(seal: SealLeak) -> float:
     """Standard deviation of the logarithms of the leak rates of the patches that leak."""
-    return stdev(log(patch.flow.value) for patch in seal.patches if patch.flow.state == "leaking")
+    return stdev(
+        log(patch.seal_flow.value) for patch in seal.patches if patch.seal_flow.state == "leaking"
+    )
 
 
 def _realizations_for(seal: SealLeak, factor: float) -> str:
     """Text on the number of realizations for which the ends of the mean differ by a factor."""
-    leaking = sum(patch.flow.state == "leaking" for patch in seal.patches)
+    leaking = sum(patch.seal_flow.state == "leaking" for patch in seal.patches)
     needed = ceil(patches_for(_scatter(seal), factor) * len(seal.patches) / leaking)
     return f"about {needed}" if needed <= MOST_PATCHES else f"more than {MOST_PATCHES}"
 

@@ -46,7 +46,7 @@ def slip_entry(patch: Patch) -> Uncertainty | None:
     else:
         length = float(np.ptp(film.mesh.xy, axis=0).max())
     critical = present(film.constriction, "constriction").gap
-    return slip_entry_at(patch.scene, critical, length, patch.flow.rtol)
+    return slip_entry_at(patch.scene, critical, length, patch.flow_settings.rtol)
 
 
 def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> Uncertainty | None:

@@ -189,7 +189,7 @@ class SealPatchRecord(Record):
     @classmethod
     def of(cls, patch: PatchFlow) -> "SealPatchRecord":
         """Record of a patch; it has no leak rate if the seal is lifted off."""
-        flow, table = patch.flow, patch.table and StoredTable.of(patch.table)
+        flow, table = patch.seal_flow, patch.table and StoredTable.of(patch.table)
         rates = {"value": flow.value, "lower": flow.lower, "upper": flow.upper}
         return cls(state=flow.state, conductivity=table, **rates)
 
@@ -234,7 +234,7 @@ class SealRecord(Record):
         """Record of a seal; it has no leak rates if the seal is lifted off."""
         lifted = seal.state == "lifted off"
         tables = [patch.table for patch in seal.patches if patch.table is not None]
-        along = present(median_patch(seal.patches).flow.path, "path of the flow")
+        along = present(median_patch(seal.patches).seal_flow.path, "path of the flow")
         return cls(
             leak_rate=None if lifted else Rate.model_validate(seal),
             patches=tuple(map(SealPatchRecord.of, seal.patches)),

@@ -267,7 +267,7 @@ class PatchFlow:
     """Conductivity table of a patch, and the leak rate of a seal that consists of such patches."""
 
     table: ConductivityTable | None  #: none if the seal lifts off
-    flow: SealFlow
+    seal_flow: SealFlow
     converged: bool = True  #: whether the bounds of the leak rate meet the tolerance
     reason: str = ""  #: why they do not, and what to change; else empty
 

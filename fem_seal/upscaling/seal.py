@@ -118,7 +118,7 @@ def under_less_load(
             lowered = solve_seal(patch, folder, work, part=part)
             if lowered.interval is not None:
                 beside = lowered.upper / lowered.value * (1 + (lowered.contact_error or 0.0))
-                leaking = sum(flow.flow.state == "leaking" for flow in lowered.patches)
+                leaking = sum(patch.seal_flow.state == "leaking" for patch in lowered.patches)
                 at_most = lowered.interval[1] * beside
                 return replace(seal, lowered=LoweredSeal(part, leaking, at_most))
     return replace(seal, lowered=LoweredSeal(loads[-1]))
@@ -163,51 +163,49 @@ def solve_seal(
     return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
 
 
-def median_patch(flows: tuple[PatchFlow, ...]) -> PatchFlow:
+def median_patch(patches: tuple[PatchFlow, ...]) -> PatchFlow:
     """The patch of the median leak rate; of an even number the one that leaks more."""
-    return sorted(flows, key=lambda flow: flow.flow.value)[len(flows) // 2]
+    return sorted(patches, key=lambda patch: patch.seal_flow.value)[len(patches) // 2]
 
 
 def _together(
-    flows: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, float], rtol: float
+    patches: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, float], rtol: float
 ) -> SealLeak:
     """Put the patches of a size [m] into the network of the seal."""
-    rates = np.array([(flow.flow.lower, flow.flow.value, flow.flow.upper) for flow in flows])
-    lengths = [
-        flow.flow.path.sealing_length
-        for flow in flows
-        if flow.flow.path and flow.flow.state == "leaking"
-    ]
+    flows = [patch.seal_flow for patch in patches]
+    rates = np.array([(flow.lower, flow.value, flow.upper) for flow in flows])
+    lengths = [flow.path.sealing_length for flow in flows if flow.path and flow.state == "leaking"]
     length = float(np.median(lengths)) if lengths else path.length
     count = PatchCount.of(length, path.circumference, size)
-    sealed = sum(flow.flow.state == "sealed" for flow in flows)
-    share = Share(sealed / len(flows), *sealed_share(sealed, len(flows)))
-    sealing = median_patch(flows).flow.sealing
-    if any(flow.flow.state == "lifted off" for flow in flows):
+    sealed = sum(flow.state == "sealed" for flow in flows)
+    share = Share(sealed / len(patches), *sealed_share(sealed, len(patches)))
+    sealing = median_patch(patches).seal_flow.sealing
+    if any(flow.state == "lifted off" for flow in flows):
         return SealLeak(
-            "lifted off", inf, inf, inf, flows, count, 0.0, None, share, True, "", path.length,
+            "lifted off", inf, inf, inf, patches, count, 0.0, None, share, True, "", path.length,
             sealing,
         )  # fmt: skip
     drawn = drawn_seals(rates, count)
     lower, value, upper = map(float, drawn.mean)
     interval = generalised_interval(rates[:, 1], count.along)
     state: FlowState = "sealed" if upper == 0 else "leaking"
-    reason = _missed(flows, lower, upper, rtol)
+    reason = _missed(patches, lower, upper, rtol)
     return SealLeak(
-        state, value, lower, upper, flows, count, drawn.scatter, interval, share, not reason,
+        state, value, lower, upper, patches, count, drawn.scatter, interval, share, not reason,
         reason, path.length, sealing,
     )  # fmt: skip
 
 
-def _missed(flows: tuple[PatchFlow, ...], lower: float, upper: float, rtol: float) -> str:
+def _missed(patches: tuple[PatchFlow, ...], lower: float, upper: float, rtol: float) -> str:
     """Sentence on the tolerance that the bounds of the seal [m³/s] miss, else empty.
 
     The bounds of a patch that leaks little may be wide if those of the seal are narrow enough.
     """
-    ended = [number for number, flow in enumerate(flows) if not flow.converged]
+    ended = [number for number, patch in enumerate(patches) if not patch.converged]
     if not ended or upper == 0 or relative_width(lower, upper) <= rtol:
         return ""
-    widths = [relative_half_width(flows[k].flow.lower, flows[k].flow.upper) for k in ended]
+    flows = [patches[k].seal_flow for k in ended]
+    widths = [relative_half_width(flow.lower, flow.upper) for flow in flows]
     number = ended[int(np.argmax(widths))]
     reached, asked, worst = map(
         per_cent, (relative_half_width(lower, upper), half_width_of(rtol), max(widths))
@@ -219,6 +217,6 @@ def _missed(flows: tuple[PatchFlow, ...], lower: float, upper: float, rtol: floa
         content = f", or be content with seal.rtol = {width}"
     return (
         f"the leak rate of the seal is known to ±{reached}, and seal.rtol = {rtol:g} asks for "
-        f"±{asked}: patch {number + 1} of {len(flows)} got to ±{worst}, since "
-        f"{flows[number].reason}{content}"
+        f"±{asked}: patch {number + 1} of {len(patches)} got to ±{worst}, since "
+        f"{patches[number].reason}{content}"
     )

@@ -112,8 +112,8 @@ def _load_that_matters(outcome: PatchFlow, table: ConductivityTable) -> float | 
 
     That is the net load of the place that halves the influence on the leak rate.
     """
-    along = outcome.flow.path
-    if along is None or outcome.flow.state != "leaking":
+    along = outcome.seal_flow.path
+    if along is None or outcome.seal_flow.state != "leaking":
         return None
     net = along.contact_pressure - along.fluid_pressure
     matters = float(net[np.searchsorted(np.cumsum(along.influence), 0.5)])

@@ -120,7 +120,9 @@ class GridTask(Task[tuple[Run, ...]]):
         for own in self.flows:
             limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
             settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
-            patch = pressed.with_(surface=surface, known=Known(contact), lift="none", flow=settings)
+            patch = pressed.with_(
+                surface=surface, known=Known(contact), lift="none", flow_settings=settings
+            )
             # Reset the kernel's largest resident memory of this process (proc(5)).
             Path("/proc/self/clear_refs").write_text("5")
             start = process_time()

@@ -73,7 +73,7 @@ def main(first: int, count: int, lift: bool, shortest: list[int]) -> None:
             costs.append((time.process_time() - middle) / (middle - start))
             surface = patch.surface
             many = resample(surface, tuple(FINER * n for n in surface.shape))
-            finer = patch.with_(surface=many, flow=replace(patch.flow, rtol=RTOL))
+            finer = patch.with_(surface=many, flow_settings=replace(patch.flow_settings, rtol=RTOL))
             reference = finer.leak_rate
         except NotConverged as failure:
             print(f"{number}: {failure}")

@@ -34,7 +34,8 @@ def test_four_times_the_samples_lie_within_the_factors(pressure):
     patch = Patch(scene(f"{pressure} MPa"))
     grid = entry(patch)
     finer = patch.with_(
-        surface=resample(patch.surface, (128, 128)), flow=replace(patch.flow, rtol=0.02)
+        surface=resample(patch.surface, (128, 128)),
+        flow_settings=replace(patch.flow_settings, rtol=0.02),
     )
     assert grid.kind == "estimated"
     assert grid.lower < finer.leak_rate.value / patch.leak_rate.value < grid.upper

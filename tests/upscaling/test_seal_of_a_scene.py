@@ -554,7 +554,7 @@ def test_patches_are_kept_and_not_computed_again(tmp_path):
     assert all(path.read_bytes() == text for path, text in files.items())
     assert len(list(tmp_path.iterdir())) == 2
     for one, other in zip(first.patches, more.patches, strict=False):
-        assert one.flow.value == other.flow.value
+        assert one.seal_flow.value == other.seal_flow.value
 
 
 def test_a_damaged_patch_is_computed_again(tmp_path):
