@@ -41,6 +41,9 @@ from fem_seal.upscaling.seal import SealLeak, solve_seal, under_less_load
 
 # Lower loads of a sealed seal may take half of the predicted time of the run, at least this [s].
 A_MINUTE = 60.0
+# A lifted corner of [tolerances] that leaks less than this part of the scene may leak nothing: next
+# to sealing its leak rate would take many times as long as that of the scene.
+NEGLIGIBLE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,13 +288,16 @@ def _corner(patch: Patch, end: int, patches: Path | None, work: Work | None) -> 
         factor = 1 + end * patch.scene.tolerated.get("heights", 0.0)
         surface = replace(surface, values=factor * surface.values)
     start = contact.pressure.values if isinstance(contact, ContactState) else None
+    settings = replace(scene.flow_settings, rtol=patch.flow_settings.rtol)
+    if end < 0 and patch.lifted is not None:
+        settings = replace(settings, negligible=NEGLIGIBLE * patch.leak_rate.value)
     other = Patch(
         scene,
         patch.report,
         trust=patch.trust,
         surface=surface,
         contact_start=start,
-        flow_settings=replace(scene.flow_settings, rtol=patch.flow_settings.rtol),
+        flow_settings=settings,
         comm=patch.comm,
     )
     if scene.seal is not None:

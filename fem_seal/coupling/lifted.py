@@ -156,6 +156,9 @@ class _Stages:
             self._go_to(self._point.on(problem))
             self._solve()
         for _ in range(1, MOST_STAGES):
+            if self._point.flow.conductance <= problem.negligible:
+                self._error = inf
+                break
             self._sealed = self._sealed + 1 if self._point.sealed else 0
             certain = bool(self._sealed) and _opened(problem, self._point.contact) is None
             if certain or self._sealed == MOST_STAGES // 2 or not self._refine() or self._settled:

@@ -47,6 +47,8 @@ class LiftProblem:
     outlet: float  #: fluid pressure at the outlet [Pa]
     load: float | None  #: P₀ of solid and fluid [Pa]; None if area or mean gap is prescribed
     mean_gap_held: bool  #: whether the mean gap is prescribed
+    #: conductance [m³], as of `FilmPressure`, of a film that counts as sealed: its stages end early
+    negligible: float = 0.0
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
 
     @property

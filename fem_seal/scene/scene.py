@@ -47,6 +47,8 @@ class FlowSettings:
     limits: Limits
     field: bool  #: whether the flow itself is wanted, and not only its leak rate
     links: str  #: of finite differences
+    #: leak rate [m³/s] that counts as none: a lift ends, unsettled, where it falls below
+    negligible: float = 0.0
 
 
 Surface = Annotated[SelfAffine | FileSurface | ProfileSurface, Field(discriminator="kind")]
