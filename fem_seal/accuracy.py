@@ -84,11 +84,14 @@ def chosen_grid(
 
     Parameters
     ----------
-    first : on the samples of the scene, the coarsest grid that is chosen; `rtol` of its flow is the
+    first
+        On the samples of the scene, the coarsest grid that is chosen; `rtol` of its flow is the
         allowed relative error of the leak rate, against the limit of ever finer contact grids and
-        an exact solution of the flow
-    max_refinement : finest contact grid, in multiples of the samples of the scene
-    error_of : estimates what a grid finer than the last one would change
+        an exact solution of the flow.
+    max_refinement
+        Finest contact grid, in multiples of the samples of the scene.
+    error_of
+        Estimates what a grid finer than the last one would change.
     """
     surface, total = (
         present(first.surface, "surface of a scene with [accuracy]"),

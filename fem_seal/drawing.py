@@ -89,9 +89,7 @@ def mesh(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Write and draw the mesh of a scene's shape: mesh.vtu, shape.png and gap.png in `out`.
 
-    Returns
-    -------
-    Lines of the summary of the mesh, and the names of the files.
+    Returns lines of the summary of the mesh, and the names of the files.
 
     Raises
     ------

@@ -16,11 +16,14 @@ def load_gap(
 
     Parameters
     ----------
-    path : file with `gap` (nx, ny). An npz file is in metres and has `spacing` (dx, dy) [m] and
-        optionally `periodic` (default false); docs/guide/surfaces.md names the other formats
-    stated : unit, size and other properties that the file does not contain
-    contact_below : samples with ``|gap|`` below this [m] count as contact: some codes write a
-        rounding error where there is contact
+    path
+        File with `gap` (nx, ny). An npz file is in metres and has `spacing` (dx, dy) [m] and
+        optionally `periodic` (default false); docs/guide/surfaces.md names the other formats.
+    stated
+        Unit, size and other properties that the file does not contain.
+    contact_below
+        Samples with ``|gap|`` below this [m] count as contact: some codes write a rounding error
+        where there is contact.
 
     Raises
     ------

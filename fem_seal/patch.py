@@ -57,17 +57,25 @@ class Patch:
 
     Parameters
     ----------
-    scene : without [accuracy]; with it `accuracy.chosen_patch` chooses the contact grid and makes
-        the Patch
-    report : called with stage and detail
-    trust : whether gmsh may run a .geo file that is not the package's own, with your rights
-    surface : heights [m] in place of the scene's surface, such as the same surface on another grid
-    known : steps that are known already
-    contact_start : first guess of the contact pressure [Pa], (nx, ny); a good one saves iterations
-    load, lift, flow_settings : in place of the load of the contact, of `flow.lift` and of the
-        settings of the flow that the scene gives
-    comm : the processes that read the steps together; all of this run if left out. With
-        MPI.COMM_SELF each process solves a patch of its own
+    scene
+        Without [accuracy]; with it `accuracy.chosen_patch` chooses the contact grid and makes the
+        Patch.
+    report
+        Called with stage and detail.
+    trust
+        Whether gmsh may run a .geo file that is not the package's own, with your rights.
+    surface
+        Heights [m] in place of the scene's surface, such as the same surface on another grid.
+    known
+        Steps that are known already.
+    contact_start
+        First guess of the contact pressure [Pa], (nx, ny); a good one saves iterations.
+    load, lift, flow_settings
+        In place of the load of the contact, of `flow.lift` and of the settings of the flow that the
+        scene gives.
+    comm
+        The processes that read the steps together; all of this run if left out. With MPI.COMM_SELF
+        each process solves a patch of its own.
 
     Raises
     ------

@@ -124,8 +124,10 @@ def flow_rate(delta: float, accommodation: float = 1.0) -> float:
 
     Parameters
     ----------
-    delta : rarefaction parameter δ = √π g/(2 λ) > 0
-    accommodation : σ, 0 < σ <= 1
+    delta
+        Rarefaction parameter δ = √π g/(2 λ) > 0.
+    accommodation
+        σ, 0 < σ <= 1.
 
     Notes
     -----

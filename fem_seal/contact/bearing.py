@@ -16,11 +16,13 @@ def bearing(
 
     Parameters
     ----------
-    height : GridField [m]
-        The counter-face; its highest points touch first.
-    area_fraction : contact area fraction in [0, 1), reached to half a sample (more where heights
-        are equal: they touch together); the highest point always touches
-    mean_gap : [m], > 0
+    height
+        Heights [m] of the counter-face; its highest points touch first.
+    area_fraction
+        Contact area fraction in [0, 1), reached to half a sample (more where heights are equal:
+        they touch together); the highest point always touches.
+    mean_gap
+        [m], > 0.
     """
     load, heights = one_load(area_fraction=area_fraction, mean_gap=mean_gap), height.values
     if load.kind == "area_fraction":

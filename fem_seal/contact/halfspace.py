@@ -76,15 +76,19 @@ class HalfSpace:
 
     Parameters
     ----------
-    threads : threads of the FFTs and of the passes over the arrays; None for the cores of this
-        process, or for one below `THREADED_FROM` samples
-    precision : "mixed" or "double": precision of preconditioner and curvature, which only steer the
-        iteration. Displacements are always double
+    threads
+        Threads of the FFTs and of the passes over the arrays; None for the cores of this process,
+        or for one below `THREADED_FROM` samples.
+    precision
+        "mixed" or "double": precision of preconditioner and curvature, which only steer the
+        iteration. Displacements are always double.
 
     Attributes
     ----------
-    exact, steer : the work arrays, in double and in the steering precision
-    pairs : FFT pairs (forward and backward) spent so far
+    exact, steer
+        The work arrays, in double and in the steering precision.
+    pairs
+        FFT pairs (forward and backward) spent so far.
     """
 
     def __init__(

@@ -48,25 +48,37 @@ def press(
 
     Parameters
     ----------
-    height : GridField [m]
-        Periodic; the highest points touch first.
-    contact_modulus : E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2
-    pressure : nominal (mean) pressure [Pa] >= 0; 0 is first touch
-    area_fraction : raw contact area fraction in [0, 1), reached to 1 part in 1000 or half a sample
-        or, where equal heights touch together, to the nearer side of the jump; 0 is first touch
-    mean_gap : [m], > 0, reached to 1 part in 10 000. Exactly one of the three loads
-    tolerance : tolerance of the certificate, see `ContactState`. At every tolerance pressed samples
-        touch to 1e-4 of the rms height
-    solver : "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics
-    start : pressure to start from [Pa]
-        Array, field or the state of another load; it is set to zero on samples that it leaves open.
-    layer : a solid of finite thickness in place of the half-space
-    threads : threads of the FFTs and of the passes over the arrays; the cores of this process on
-        large grids if left out
-    precision : "mixed" or "double": mixed computes search directions in float32, all else in
-        float64: same iterations
-    max_iterations : largest number of iterations of a solve; the default depends on the solver
-    progress : callable(iteration, residual), called after each iteration (damped, fista: every 20)
+    height
+        Heights [m], periodic; the highest points touch first.
+    contact_modulus
+        E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
+    pressure
+        Nominal (mean) pressure [Pa] >= 0; 0 is first touch.
+    area_fraction
+        Raw contact area fraction in [0, 1), reached to 1 part in 1000 or half a sample or, where
+        equal heights touch together, to the nearer side of the jump; 0 is first touch.
+    mean_gap
+        [m], > 0, reached to 1 part in 10 000. Exactly one of the three loads.
+    tolerance
+        Tolerance of the certificate, see `ContactState`. At every tolerance pressed samples touch
+        to 1e-4 of the rms height.
+    solver
+        "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics.
+    start
+        Pressure [Pa] to start from, an array, a field or the state of another load; it is set to
+        zero on samples that it leaves open.
+    layer
+        A solid of finite thickness in place of the half-space.
+    threads
+        Threads of the FFTs and of the passes over the arrays; the cores of this process on large
+        grids if left out.
+    precision
+        "mixed" or "double": mixed computes search directions in float32, all else in float64: same
+        iterations.
+    max_iterations
+        Largest number of iterations of a solve; the default depends on the solver.
+    progress
+        Called with iteration and residual after each iteration (damped, fista: every 20).
 
     Raises
     ------

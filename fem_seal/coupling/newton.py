@@ -335,7 +335,8 @@ def newton(point: LiftPoint, tolerance: float, log: Log) -> LiftPoint:
     """Take steps until the next one would change ln Q by at most a tolerance.
 
     A step is halved while |F| does not fall. Samples that open or close bend F, so that |F| may
-    have to rise before it falls: of all tried parts the one with the least |F| is taken.
+    have to rise before it falls: of all tried parts the one with the least |F| is taken. The step
+    of the point that is returned has not been taken.
 
     Parameters
     ----------
@@ -345,10 +346,6 @@ def newton(point: LiftPoint, tolerance: float, log: Log) -> LiftPoint:
         Change of ln Q, to first order, at which the steps end.
     log
         Receives the residuals; that of the first point is in it.
-
-    Returns
-    -------
-    The last point; its step has not been taken.
     """
     log.failure = ""
     for _ in range(MOST_STEPS):

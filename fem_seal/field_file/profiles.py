@@ -49,9 +49,12 @@ def read_profiles(
 
     Parameters
     ----------
-    unit : unit of heights and x if the files have none
-    step : distance of neighbouring samples [m] if the files have none
-    missing : number in the files that marks missing samples
+    unit
+        Unit of heights and x if the files have none.
+    step
+        Distance of neighbouring samples [m] if the files have none.
+    missing
+        Number in the files that marks missing samples.
     """
     read = [_profiles(path, unit, step, missing) for path in paths]
     for path, other in zip(paths, read, strict=True):

@@ -36,11 +36,14 @@ def read_map(
 
     Parameters
     ----------
-    path : a file under an ending of `READERS`, or a text under one of `TEXT_ENDINGS`; anything else
-        is read by SurfaceTopography
-    names : names that the samples may have in a file of many arrays
-    heights : whether the samples are heights. A height that recurs far from all others is refused,
-        unless `stated.missing` explains it. In a gap, the zeros of contact are such values
+    path
+        A file under an ending of `READERS`, or a text under one of `TEXT_ENDINGS`; anything else is
+        read by SurfaceTopography.
+    names
+        Names that the samples may have in a file of many arrays.
+    heights
+        Whether the samples are heights. A height that recurs far from all others is refused, unless
+        `stated.missing` explains it. In a gap, the zeros of contact are such values.
 
     Raises
     ------

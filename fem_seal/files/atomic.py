@@ -35,9 +35,11 @@ def atomic_write(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
 
     Parameters
     ----------
-    path : final file; the staging file has the same suffix, by which writers choose the format
-    durable : flush the file to the disk before it is renamed: after a power cut the old or the new
-        file is there. Tables and pictures do not need this, since they can be made again
+    path
+        Final file; the staging file has the same suffix, by which writers choose the format.
+    durable
+        Flush the file to the disk before it is renamed: after a power cut the old or the new file
+        is there. Tables and pictures do not need this, since they can be made again.
     """
     path = Path(path)
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):

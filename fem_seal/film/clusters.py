@@ -26,9 +26,11 @@ def label(
 
     Parameters
     ----------
-    connectivity : "4", "8" or "triangulation": the triangulation has the 4 neighbours and, in pixel
-        (i, j), the diagonal (i, j)-(i+1, j+1) if i + j is even, (i+1, j)-(i, j+1) if it is odd
-    periodic : along each axis, whether the last sample neighbours the first
+    connectivity
+        "4", "8" or "triangulation": the triangulation has the 4 neighbours and, in pixel (i, j),
+        the diagonal (i, j)-(i+1, j+1) if i + j is even, (i+1, j)-(i, j+1) if it is odd.
+    periodic
+        Along each axis, whether the last sample neighbours the first.
     """
     labels, number, count = _pieces(mask, connectivity, periodic)
     return number[labels], count

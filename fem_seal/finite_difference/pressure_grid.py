@@ -111,11 +111,9 @@ class PressureGrid:
         )
 
     def conductances(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Conductances of the links with a gap at the places, times 12 η, and their derivatives.
+        """Conductances (links,) with a gap at the places, times 12 η, and their derivatives.
 
-        Returns
-        -------
-        (links,) and (2, links), the derivatives by the gaps of both `sides`
+        These are (2, links), by the gaps of both `sides`.
         """
         rule, step = LINKS[self.rule], 1e-5
         a, b = gap[self.sides]

@@ -31,25 +31,29 @@ def by_differences(
     rtol: float = 1e-8,
     cascade: bool = False,
 ) -> LeakRate:
-    """Leak rate of a film by central differences on its samples.
+    """Leak rate of a film by central differences on its samples, without bounds.
+
+    A sealed gap needs no solve. `converged` is False if the gap is open only along diagonals of its
+    triangulation, which no link follows.
 
     Parameters
     ----------
-    film : film; nodes are the vertices of a linear gap or the pixels' centres of a constant one
-    viscosity : η [Pa s], > 0
-    pressure_drop : Δp = p_in - p_out [Pa], > 0; for a gas that of the liquid that leaks as much
-        without slip
-    slip : slip of a gas at the walls; None if there is none
-    links : mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear
-        gap that varies along the flow only, "harmonic" for a stepwise one
-    rtol : relative tolerance of the leak rate; used with the cascade only
-    cascade : false: eliminate the nodes, which is exact to rounding at any contrast. True: relax on
-        the letter's cascade of grids, on each from the pressure of the coarser one
-
-    Returns
-    -------
-    LeakRate without bounds; a sealed gap needs no solve. `converged` is False if the gap is open
-    only along diagonals of its triangulation, which no link follows.
+    film
+        Film; nodes are the vertices of a linear gap or the pixels' centres of a constant one.
+    viscosity
+        η [Pa s], > 0.
+    pressure_drop
+        Δp = p_in - p_out [Pa], > 0; for a gas that of the liquid that leaks as much without slip.
+    slip
+        Slip of a gas at the walls; None if there is none.
+    links
+        Mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear gap
+        that varies along the flow only, "harmonic" for a stepwise one.
+    rtol
+        Relative tolerance of the leak rate; used with the cascade only.
+    cascade
+        False: eliminate the nodes, which is exact to rounding at any contrast. True: relax on the
+        letter's cascade of grids, on each from the pressure of the coarser one.
 
     Raises
     ------

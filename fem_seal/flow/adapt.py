@@ -63,10 +63,13 @@ def refined(
 
     Parameters
     ----------
-    make_problem : makes the problem on a mesh from the gap at its vertices; all ranks must take the
-        same steps
-    start : the first mesh, which must leave a path for the flow, and functions to start from
-    widen : adds to a solution the bounds for a gas that slips, before `stopping` judges it
+    make_problem
+        Makes the problem on a mesh from the gap at its vertices; all ranks must take the same
+        steps.
+    start
+        The first mesh, which must leave a path for the flow, and functions to start from.
+    widen
+        Adds to a solution the bounds for a gas that slips, before `stopping` judges it.
     """
     max_unknowns = strategy.max_unknowns or np.inf
     solve_true_dual = strategy.uniform or strategy.every_dual

@@ -50,11 +50,16 @@ class CellData(CellContact):
 
         Parameters
         ----------
-        xy, aspect : coordinates (3, n, 2) of the corners, and the factors that scale x and y
-        gaps : (3, n, 2), gap at the corners, raised for the primal and lowered for the dual
-        linear : (n,) bool, or one bool, cells on which the gap is linear
-        means : pair of (n,), means of the conductivity and of its inverse
-        ceiling : gap with the largest conductivity in the dual
+        xy, aspect
+            Coordinates (3, n, 2) of the corners, and the factors that scale x and y.
+        gaps : (3, n, 2)
+            Gap at the corners, raised for the primal and lowered for the dual.
+        linear : (n,) bool
+            Cells on which the gap is linear; one bool for all.
+        means
+            Pair of (n,), means of the conductivity and of its inverse.
+        ceiling
+            Gap with the largest conductivity in the dual.
         """
         (raised, lowered), (mean_K, mean_inverse_K) = np.moveaxis(gaps, -1, 0), means
         zero, contact = (raised == 0) & linear, (lowered == 0) & linear

@@ -52,14 +52,22 @@ def conductivity_tensor(
 
     Parameters
     ----------
-    gap : gap in metres, zero in contact, periodic
-    viscosity : η [Pa s]
-    representation : "linear" or "constant"
-    rtol : stop when upper - lower <= rtol √(lower upper) in every direction
-    limits : limits on unknowns, time and memory; if one is reached, the refinement stops earlier
-    progress : called with unknowns and relative width of each mesh
-    tuning : parameters that change the cost of the bounds, never their validity
-    comm : all its ranks must call this together, with the same gap
+    gap
+        Gap in metres, zero in contact, periodic.
+    viscosity
+        η [Pa s].
+    representation
+        "linear" or "constant".
+    rtol
+        Stop when upper - lower <= rtol √(lower upper) in every direction.
+    limits
+        Limits on unknowns, time and memory; if one is reached, the refinement stops earlier.
+    progress
+        Called with unknowns and relative width of each mesh.
+    tuning
+        Parameters that change the cost of the bounds, never their validity.
+    comm
+        All its ranks must call this together, with the same gap.
     """
     require_positive(viscosity=viscosity, rtol=rtol)
     sites = periodic_sites(gap, representation)

@@ -66,10 +66,14 @@ class Energy:
 
         Parameters
         ----------
-        corners : (n, 3, 2), corners, the first one at the origin
-        tensor : (n, 3), components xx, xy, yy of T
-        corner_values : (n, 3), values of v
-        blur : largest error of a coordinate in units of the rounding unit
+        corners : (n, 3, 2)
+            Corners, the first one at the origin.
+        tensor : (n, 3)
+            Components xx, xy, yy of T.
+        corner_values : (n, 3)
+            Values of v.
+        blur
+            Largest error of a coordinate in units of the rounding unit.
         """
         slopes, areas = shape_gradients(corners)
         gx, gy = gradients(slopes, corner_values).T

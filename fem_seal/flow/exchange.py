@@ -48,8 +48,9 @@ def film_from_dolfinx(
         other tags.
     gap : dolfinx.fem.Function
         Continuous and linear (P1) on this mesh [m], exactly 0 in contact.
-    inlet, outlet, wall : one or several tags of the edges on the inlet, the outlet and the walls;
-        each edge of the boundary has one
+    inlet, outlet, wall
+        One or several tags of the edges on the inlet, the outlet and the walls; each edge of the
+        boundary has one.
 
     Raises
     ------
@@ -156,8 +157,10 @@ def flow_functions(field: FlowField, comm: MPI.Comm = MPI.COMM_WORLD) -> FlowFun
 
     Parameters
     ----------
-    field : field of `leak_rate(..., field=True)`, the same on every rank
-    comm : the ranks over which the mesh is distributed
+    field
+        Field of `leak_rate(..., field=True)`, the same on every rank.
+    comm
+        The ranks over which the mesh is distributed.
     """
     msh = create_triangle_mesh(comm, field.points, field.cells)
     linear = functionspace(msh, ("Lagrange", 1))

@@ -78,12 +78,17 @@ class LinearGap(GapOnMesh):
 
     Parameters
     ----------
-    gap : gap in units of its maximum
-    cut : the dual treats gaps below it as contact: a smaller gap lowers the lower bound
-    floor : the primal raises positive gaps to it: a larger gap raises the upper bound
-    width : width of the squares of the first mesh, in pixels
-    ceiling : cells with a mean conductivity above that of such a gap are equipotential in the
-        primal, and have its conductivity in the dual. Both bounds stay valid
+    gap
+        Gap in units of its maximum.
+    cut
+        The dual treats gaps below it as contact: a smaller gap lowers the lower bound.
+    floor
+        The primal raises positive gaps to it: a larger gap raises the upper bound.
+    width
+        Width of the squares of the first mesh, in pixels.
+    ceiling
+        Cells with a mean conductivity above that of such a gap are equipotential in the primal, and
+        have its conductivity in the dual. Both bounds stay valid.
     """
 
     def __init__(
@@ -212,9 +217,12 @@ class VertexGap(GapOnMesh):
 
     Parameters
     ----------
-    values : (V,), gap at the vertices of the first mesh, in units of its maximum
-    unit : unit of the lengths of the mesh [m]
-    cut, floor, ceiling, law : as for LinearGap
+    values : (V,)
+        Gap at the vertices of the first mesh, in units of its maximum.
+    unit
+        Unit of the lengths of the mesh [m].
+    cut, floor, ceiling, law
+        As for LinearGap.
     """
 
     def __init__(

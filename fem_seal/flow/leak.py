@@ -57,27 +57,43 @@ def leak_rate(
 
     Parameters
     ----------
-    film : a gap on a grid with its sides (flow along the first axis), or on the mesh of a shape,
-        which is refined as it is
-    viscosity : η [Pa s]
-    pressure_drop : p_in - p_out [Pa]; for a gas that of the liquid that leaks as much without slip
-    slip : slip of a gas at the walls; None if there is none
-    method : "adaptive" or "uniform" (the pixel or given mesh and its uniform refinements)
-    rtol : stop when upper - lower ≤ rtol √(lower upper); for a gas that slips this holds for the
-        bounds at the mean pressure, since no mesh closes the rest
-    decide : in place of rtol, a leak rate [m³/s]: stop when it does not lie between the bounds
-    margin : error of ln Q beside the bounds, such as that of the lift; it widens them for `decide`
-    limits : limits on unknowns, time and memory; if one ends the refinement, the result has
-        `converged` False and a `reason`
-    progress : called with every Level, in m³/s
-    field : keep the flow on the last mesh
-    every_dual : compute bounds from both sides on every level, to show how they close
-    tuning : parameters that change the cost of the bounds, never their validity
-    start : mesh and functions to begin with, those of the flow through another film on one grid;
-        for the adaptive method
-    comm : all its ranks must call this together, with the same film
-    keep : called with the flow on the last mesh, for starts and bounds of other films on the same
-        grid; not called if a limit ends the refinement between two meshes
+    film
+        A gap on a grid with its sides (flow along the first axis), or on the mesh of a shape, which
+        is refined as it is.
+    viscosity
+        η [Pa s].
+    pressure_drop
+        p_in - p_out [Pa]; for a gas that of the liquid that leaks as much without slip.
+    slip
+        Slip of a gas at the walls; None if there is none.
+    method
+        "adaptive" or "uniform" (the pixel or given mesh and its uniform refinements).
+    rtol
+        Stop when upper - lower ≤ rtol √(lower upper); for a gas that slips this holds for the
+        bounds at the mean pressure, since no mesh closes the rest.
+    decide
+        In place of rtol, a leak rate [m³/s]: stop when it does not lie between the bounds.
+    margin
+        Error of ln Q beside the bounds, such as that of the lift; it widens them for `decide`.
+    limits
+        Limits on unknowns, time and memory; if one ends the refinement, the result has `converged`
+        False and a `reason`.
+    progress
+        Called with every Level, in m³/s.
+    field
+        Keep the flow on the last mesh.
+    every_dual
+        Compute bounds from both sides on every level, to show how they close.
+    tuning
+        Parameters that change the cost of the bounds, never their validity.
+    start
+        Mesh and functions to begin with, those of the flow through another film on one grid; for
+        the adaptive method.
+    comm
+        All its ranks must call this together, with the same film.
+    keep
+        Called with the flow on the last mesh, for starts and bounds of other films on the same
+        grid; not called if a limit ends the refinement between two meshes.
 
     Raises
     ------

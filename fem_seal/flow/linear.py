@@ -92,10 +92,13 @@ class CellSpace:
 
     Parameters
     ----------
-    corners : coordinates (n, 3, 2) of the corners of a slice of n cells, relative to the first
-        corner; the same on every rank
-    sides : number (C, 3) of the side opposite each corner, the same for both cells at the side
-    blur : largest error of a coordinate in units of the rounding unit
+    corners
+        Coordinates (n, 3, 2) of the corners of a slice of n cells, relative to the first corner;
+        the same on every rank.
+    sides
+        Number (C, 3) of the side opposite each corner, the same for both cells at the side.
+    blur
+        Largest error of a coordinate in units of the rounding unit.
     """
 
     def __init__(
@@ -127,11 +130,15 @@ class CellSpace:
 
         Parameters
         ----------
-        tensor : components xx, xy, yy of T, (n, 3), on a slice of n cells
-        guesses : (count,) each, initial values of the unknowns
-        tolerance : relative error of the energy at which CG stops
-        balanced : stop only if the sum of the residuals, too, is at most √tolerance times the
-            energy. For a pressure this sum is the difference of inflow and outflow
+        tensor
+            Components xx, xy, yy of T, (n, 3), on a slice of n cells.
+        guesses
+            (count,) each, initial values of the unknowns.
+        tolerance
+            Relative error of the energy at which CG stops.
+        balanced
+            Stop only if the sum of the residuals, too, is at most √tolerance times the energy. For
+            a pressure this sum is the difference of inflow and outflow.
         """
         if not numberings:
             return []

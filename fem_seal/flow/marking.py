@@ -105,9 +105,12 @@ def mark(
 
     Parameters
     ----------
-    flows : flows on the mesh, with the stream functions of the regularised dual
-    expected : relative width of the corrected bounds if all blocked cells were resolved
-    reached : relative width of the corrected bounds; infinite if the dual was not solved
+    flows
+        Flows on the mesh, with the stream functions of the regularised dual.
+    expected
+        Relative width of the corrected bounds if all blocked cells were resolved.
+    reached
+        Relative width of the corrected bounds; infinite if the dual was not solved.
     """
     tuning = strategy.tuning
     indicators, blocked_flux = problem.indicators(flows), problem.blocked_flux(flows)

@@ -99,10 +99,14 @@ def continuous_labels(
 
     Parameters
     ----------
-    vertex : (C, 3) int, point of each corner, below `vertices`
-    zero_gap : (C, 3) bool, sides along which the gap is zero
-    kept : (C,) bool, cells that carry flow
-    pairs : (n, 2) int, slots of the sides through which kept cells are joined
+    vertex : (C, 3) int
+        Point of each corner, below `vertices`.
+    zero_gap : (C, 3) bool
+        Sides along which the gap is zero.
+    kept : (C,) bool
+        Cells that carry flow.
+    pairs : (n, 2) int
+        Slots of the sides through which kept cells are joined.
     """
     # Labels of a point can differ only at zero-gap sides and next to cells that carry no flow.
     special = np.zeros(vertices, dtype=bool)

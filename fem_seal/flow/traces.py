@@ -80,9 +80,12 @@ def one_contact_tensor(
 
     Parameters
     ----------
-    e_b, e_c : (2, n), edges from the contact vertex to the other two
-    b, c : (n,) > 0, gap at these two
-    power : k of the conductivity g^k, 3 or 2
+    e_b, e_c : (2, n)
+        Edges from the contact vertex to the other two.
+    b, c
+        (n,) > 0, gap at these two.
+    power
+        k of the conductivity g^k, 3 or 2.
     """
     d, moments = e_c - e_b, segment_moments(b, c, power)
     (d_x, d_y), m = d, POWER
@@ -150,10 +153,14 @@ def resistivity(
 
     Parameters
     ----------
-    xy, aspect : coordinates (3, n, 2) of the corners, and the factors that scale x and y
-    gaps, contact : (3, n), gap at the corners, and which of them are contact vertices
-    mean_inverse_K : (n,), mean of the inverse of the law
-    law : lower bound of the conductivity
+    xy, aspect
+        Coordinates (3, n, 2) of the corners, and the factors that scale x and y.
+    gaps, contact : (3, n)
+        Gap at the corners, and which of them are contact vertices.
+    mean_inverse_K : (n,)
+        Mean of the inverse of the law.
+    law
+        Lower bound of the conductivity.
     """
     count = contact.sum(axis=0)
     isotropic = np.where(np.isinf(mean_inverse_K), 0.0, mean_inverse_K)

@@ -69,13 +69,20 @@ def mesh_geometry(
 
     Parameters
     ----------
-    geo : geometry source; it names the groups by Physical Curve
-    numbers : values of its DefineConstant, for the package's own sources
-    unit : length of its unit [m]
-    sizes : rectangle of the geometry -> largest edge lengths by position; it is pickled
-    largest : largest edge length anywhere [m]
-    trust : whether to run a file that is not the package's own
-    longest : time [s] that such a file may take
+    geo
+        Geometry source; it names the groups by Physical Curve.
+    numbers
+        Values of its DefineConstant, for the package's own sources.
+    unit
+        Length of its unit [m].
+    sizes
+        Rectangle of the geometry -> largest edge lengths by position; it is pickled.
+    largest
+        Largest edge length anywhere [m].
+    trust
+        Whether to run a file that is not the package's own.
+    longest
+        Time [s] that such a file may take.
     """
     own = require_trust(geo, trust)
     if not find_spec("gmsh"):

@@ -37,10 +37,12 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
 
     Parameters
     ----------
-    xy : (V, 2), coordinates of the vertices [m]; each belongs to a cell
-    cells : (C, 3) int, conforming triangles, counterclockwise
-    sides : (C, 3) int8, label of the side opposite each corner: INLET, OUTLET, ISLAND (any wall) or
-        INSIDE
+    xy : (V, 2)
+        Coordinates of the vertices [m]; each belongs to a cell.
+    cells : (C, 3) int
+        Conforming triangles, counterclockwise.
+    sides : (C, 3) int8
+        Label of the side opposite each corner: INLET, OUTLET, ISLAND (any wall) or INSIDE.
     """
     return shape_mesh_with_values(xy, cells, sides, np.empty((len(xy), 0)))[0]
 

@@ -58,7 +58,8 @@ def farm(
     """Compute chains in processes of this machine.
 
     At most `jobs` processes are started, and no more than the memory holds. Until a point is
-    finished and shows how much memory it takes, each process counts as `UNKNOWN_POINT`.
+    finished and shows how much memory it takes, each process counts as `UNKNOWN_POINT`. The answers
+    of `compute` are in the order in which they came.
 
     Parameters
     ----------
@@ -68,10 +69,6 @@ def farm(
         Called every half second and at the end; returns how many points are finished.
     memory
         Most memory of all processes together [bytes]; what the machine has if left out.
-
-    Returns
-    -------
-    Answers of `compute`, in the order in which they came.
 
     Raises
     ------

@@ -96,16 +96,14 @@ def draw_layers(
 ) -> np.ndarray:
     """Draw layers, later ones over earlier ones, in parallel projection.
 
+    The pixels are (height, width, 3) uint8, the first row at y = y1, the first column at x = x0.
+
     Parameters
     ----------
     window
         The rectangle [m] that fills the picture exactly.
     layers, long_side
         The triangles, and the length of the longer side [pixel].
-
-    Returns
-    -------
-    (height, width, 3) uint8, first row at y = y1, first column at x = x0.
     """
     vista = _import_pyvista()
     width, height = (round(long_side * part) for part in window.shape)

@@ -25,10 +25,14 @@ class ResultFolder:
 
     Parameters
     ----------
-    path : the folder; it and its parents are made if they are missing
-    provenance : provenance of the new result
-    overwrite : whether another scene's result, or files of unknown origin, may be replaced
-    names : names of the files that the run may write, beside result.json
+    path
+        The folder; it and its parents are made if they are missing.
+    provenance
+        Provenance of the new result.
+    overwrite
+        Whether another scene's result, or files of unknown origin, may be replaced.
+    names
+        Names of the files that the run may write, beside result.json.
     """
 
     staged: Path  #: folder to write the files into; it exists inside the `with` statement only

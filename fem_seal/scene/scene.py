@@ -88,9 +88,11 @@ class Scene(Section):
 
         Parameters
         ----------
-        path : path of the scene file; relative paths inside count from its folder
-        overrides : "section.key=value" each, in TOML; quotes around strings may be left out,
-            and an empty value removes the key
+        path
+            Path of the scene file; relative paths inside count from its folder.
+        overrides
+            "section.key=value" each, in TOML; quotes around strings may be left out, and an empty
+            value removes the key.
 
         Raises
         ------
@@ -111,8 +113,10 @@ class Scene(Section):
 
         Parameters
         ----------
-        folder : folder to which paths are relative; the current one if left out
-        source : name of the data at the beginning of messages
+        folder
+            Folder to which paths are relative; the current one if left out.
+        source
+            Name of the data at the beginning of messages.
         """
         try:
             return cls.model_validate(dict(data), context={"folder": folder or Path()})

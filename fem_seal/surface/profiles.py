@@ -73,12 +73,16 @@ def profile_spectrum(
 
     Parameters
     ----------
-    profiles : (k, n), heights [m] of k profiles, so far apart that they are independent
-    step : distance of neighbouring samples [m]
-    detrend : "mean", "line" or "quadratic": trend that is subtracted from each profile; from
-        periodic profiles only the mean
-    periodic : whether sample 0 repeats behind the last one. If not, a Hann window is applied, and
-        the two lowest wavenumbers, which it mixes with the trend, are left out.
+    profiles : (k, n)
+        Heights [m] of k profiles, so far apart that they are independent.
+    step
+        Distance of neighbouring samples [m].
+    detrend
+        "mean", "line" or "quadratic": trend that is subtracted from each profile; from periodic
+        profiles only the mean.
+    periodic
+        Whether sample 0 repeats behind the last one. If not, a Hann window is applied, and the two
+        lowest wavenumbers, which it mixes with the trend, are left out.
     """
     heights = np.atleast_2d(np.asarray(profiles, dtype=float))
     k, n = heights.shape

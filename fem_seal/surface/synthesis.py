@@ -31,13 +31,17 @@ def self_affine(
 
     Parameters
     ----------
-    spectrum : only its shape is used; the amplitude comes from `rms_height` or `rms_slope`.
+    spectrum
+        Only its shape is used; the amplitude comes from `rms_height` or `rms_slope`.
         `short_wavelength` may be as short as one sample (as in Dapp et al., Phys. Rev. Lett. 108,
         244301 (2012)); below two samples the square of the grid's wave vectors cuts the disc off.
-    size : periods (Lx, Ly) [m]
-    rms_height, rms_slope : amplitude [m] or gradient; exactly one of them
-    scaling : "exact" or "ensemble": whether this surface, or the mean square over all seeds, has
-        that amplitude
+    size
+        Periods (Lx, Ly) [m].
+    rms_height, rms_slope
+        Amplitude [m] or gradient; exactly one of them.
+    scaling
+        "exact" or "ensemble": whether this surface, or the mean square over all seeds, has that
+        amplitude.
 
     Raises
     ------

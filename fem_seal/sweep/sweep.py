@@ -48,16 +48,23 @@ def sweep(
 
     Parameters
     ----------
-    path : scene file
-    axes : fields and their values, of which all combinations are computed; or the keys and the
-        values of each point
-    out : folder of points/, with a file for each finished point, and of sweep.csv, the table of
-        all these points; any number of sweeps may write into it at once
-    overrides : values of fields of the scene, for all points
-    overwrite : whether another sweep may be replaced
-    trust : whether gmsh may run a .geo file that is not the package's own
-    work : how the points are shared among workers; one after the other if left out. The rows do not
-        depend on the number of jobs or parts
+    path
+        Scene file.
+    axes
+        Fields and their values, of which all combinations are computed; or the keys and the values
+        of each point.
+    out
+        Folder of points/, with a file for each finished point, and of sweep.csv, the table of all
+        these points; any number of sweeps may write into it at once.
+    overrides
+        Values of fields of the scene, for all points.
+    overwrite
+        Whether another sweep may be replaced.
+    trust
+        Whether gmsh may run a .geo file that is not the package's own.
+    work
+        How the points are shared among workers; one after the other if left out. The rows do not
+        depend on the number of jobs or parts.
 
     Raises
     ------

@@ -36,11 +36,14 @@ def effective_conductivity(
 
     Parameters
     ----------
-    conductivity : (..., m), local conductivities k >= 0 of each medium, or the values of a
-        histogram, along the last axis, in any unit
-    weights : (m,) or (..., m), part of the area with each value; equal if left out. Normalised here
-        to 1 - `contact`
-    contact : part c of the whole area in contact, in [0, 1], besides the values k = 0
+    conductivity : (..., m)
+        Local conductivities k >= 0 of each medium, or the values of a histogram, along the last
+        axis, in any unit.
+    weights
+        (m,) or (..., m), part of the area with each value; equal if left out. Normalised here to 1
+        less `contact`.
+    contact
+        Part c of the whole area in contact, in [0, 1], besides the values k = 0.
     """
     k = np.asarray(conductivity, dtype=float)
     w = np.ones(k.shape[-1]) if weights is None else np.asarray(weights, dtype=float)

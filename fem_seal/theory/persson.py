@@ -133,11 +133,15 @@ def persson_state(
 
     Parameters
     ----------
-    pressure, contact_modulus : p0 and E* [Pa]
-    area : "persson" or "wang-mueser": law of the contact area, see `AREA_LAWS`. The mean gap is
-        that of Yang and Persson with the pressure p0 A0/A of this law
-    gamma : γ of the mean gap
-    cells_per_octave : number of magnifications between a wavenumber and its double
+    pressure, contact_modulus
+        P0 and E* [Pa].
+    area
+        "persson" or "wang-mueser": law of the contact area, see `AREA_LAWS`. The mean gap is that
+        of Yang and Persson with the pressure p0 A0/A of this law.
+    gamma
+        γ of the mean gap.
+    cells_per_octave
+        Number of magnifications between a wavenumber and its double.
     """
     from scipy.special import erf, erfc
 

@@ -135,10 +135,20 @@ def solve_seal(
 ) -> SealLeak:
     """Leak rate of the seal of a scene with [seal].
 
-    The first patch is given. With a folder, which has a file for each patch, an interrupted run
-    goes on. Without `work` the patches are solved one after the other. With less than all of its
-    load, a `part`, bounds of a factor of about two are enough. `patches`: the first of the
-    realizations, all if left out. `each`: the time [s] that each is expected to add.
+    Parameters
+    ----------
+    patch
+        The first patch.
+    folder
+        It has a file for each patch, with which an interrupted run goes on.
+    work
+        How the patches are shared among workers; one after the other if left out.
+    part
+        Part of the load. With less than all of it, bounds of a factor of about two are enough.
+    patches
+        Number of realizations, from the first one on; all if left out.
+    each
+        Time [s] that each is expected to add.
     """
     scene, seal = patch.scene, present(patch.scene.seal, "[seal]")
     profile, path = profile_of(scene)
