@@ -108,7 +108,8 @@ def _from_both_ends(
 ) -> list[_Found]:
     """Where the stages end that start from the outlet's pressure, and from the inlet's if needed.
 
-    If both have the same equilibrium in the first stage, the next stages are the same as well.
+    If both have the same equilibrium in the first stage, the next stages are the same as well: the
+    second start goes on only if the first one has not settled.
     """
     stages = _Stages(problem, rtol, low, dry, report)
     first, found = stages.first, [stages.end()]
@@ -116,7 +117,8 @@ def _from_both_ends(
     if found[0].certain or problem.may_float or not doubtful:
         return found
     stages = _Stages(problem, rtol, np.full_like(low, problem.inlet), None, report)
-    if first and stages.first and stages.first.is_that_of(first, SETTLED * rtol):
+    settled = found[0].error <= SETTLED * rtol and not found[0].failure
+    if settled and first and stages.first and stages.first.is_that_of(first, SETTLED * rtol):
         return found
     return [*found, stages.end()]
 
