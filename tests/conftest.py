@@ -16,7 +16,7 @@ TESTS = Path(__file__).parent
 sys.path[:0] = [str(TESTS.parent), str(TESTS)]
 sys.path[2:2] = sorted(str(path) for path in TESTS.iterdir() if path.is_dir())
 
-from project import scene_of_samples  # noqa: E402
+from project import leak_scene, scene_of_samples, write_toml  # noqa: E402
 
 from fem_seal import cli  # noqa: E402
 from fem_seal.render import offscreen, plot, relief  # noqa: E402
@@ -70,12 +70,7 @@ def scene_of_gap(tmp_path):
 
     def scene(gap: object, spacing: tuple[float, float] = (1e-6, 1e-6), **sections: dict) -> dict:
         np.savez(tmp_path / "gap.npz", gap=gap, spacing=spacing)
-        return {
-            "gap": {"path": str(tmp_path / "gap.npz")},
-            "fluid": {"viscosity": 1e-3},
-            "flow": {"pressure_drop": 1e5},
-            "output": {"products": ["leak_rate"]},
-        } | sections
+        return leak_scene(gap={"path": str(tmp_path / "gap.npz")}) | sections
 
     return scene
 
@@ -84,3 +79,16 @@ def scene_of_gap(tmp_path):
 def small_scene() -> dict:
     """A scene that takes a fraction of a second: 32 x 32, elastic, leaking."""
     return scene_of_samples(32)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch) -> Path:
+    """An empty folder, in which the test runs."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def scene_file(small_scene, here) -> Path:
+    """File of the small scene in the folder in which the test runs."""
+    return write_toml(here / "scene.toml", small_scene)

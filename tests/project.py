@@ -81,6 +81,15 @@ def scene_of_samples(n: int, short: str = "4 um") -> dict:
     }
 
 
+def leak_scene(**sections: dict) -> dict:
+    """Sections of a scene of a liquid, with that of its gap or its shape."""
+    return {
+        "fluid": {"viscosity": 1e-3},
+        "flow": {"pressure_drop": 1e5},
+        "output": {"products": ["leak_rate"]},
+    } | sections
+
+
 def toml(scene: dict) -> str:
     """Numbers, strings, lists and tables as TOML, sections below the other keys."""
     lines = [f"{key} = {_toml(one)}" for key, one in scene.items() if not isinstance(one, dict)]

@@ -23,6 +23,9 @@ from fem_seal.theory.closed_forms import piecewise_linear_channel
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # the defaults of fem-seal leak
 
 
+pytestmark = pytest.mark.usefixtures("here")
+
+
 def run(*arguments):
     """Exit status of a command in this process."""
     try:
@@ -37,11 +40,6 @@ def below(folder):
 
 def read_result(folder):
     return json.loads((folder / "result.json").read_text())
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def save_gap(path, gap, spacing=(1e-6, 1e-6), **more):

@@ -43,10 +43,9 @@ def test_every_demo_has_small_arguments():
 
 @pytest.mark.render
 @pytest.mark.parametrize("name", DEMOS)
-def test_demo_keeps_its_claims(name, tmp_path, monkeypatch, capsys):
+def test_demo_keeps_its_claims(name, tmp_path, here, capsys):
     """The claims are asserted in `main`; the result is what they were asserted of."""
     demo = str(ROOT / "demos" / f"{name}.py")
-    monkeypatch.chdir(tmp_path)
     if name in FRESH:
         said = printed_by("-c", RUN, demo, tmp_path, repr(SMALL[name]), cwd=tmp_path)
     else:

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from project import ROOT, write_toml
+from project import ROOT, leak_scene, write_toml
 
 from fem_seal import cli, fenicsx
 from fem_seal.cli import doctor
@@ -25,9 +25,8 @@ LEAK = [sys.executable, "-m", "fem_seal", "leak", "gap.npz"]
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(tmp_path, here):
     """Current folder with a gap, whose leak rate is computed on a few unknowns."""
-    monkeypatch.chdir(tmp_path)
     np.savez(tmp_path / "gap.npz", gap=np.full((5, 5), 1e-6), spacing=(1e-6, 1e-6))
     return tmp_path
 
@@ -206,13 +205,7 @@ def test_input_whose_name_is_not_utf8(folder):
 
 def test_other_names_need_not_be_utf8(folder):
     """Scene, result folder and page: nothing records these."""
-    scene = {
-        "gap": {"path": "gap.npz"},
-        "fluid": {"viscosity": 1e-3},
-        "flow": {"pressure_drop": 1e5},
-        "output": {"products": ["leak_rate"]},
-    }
-    path = write_toml(folder / f"{LATIN}.toml", scene)
+    path = write_toml(folder / f"{LATIN}.toml", leak_scene(gap={"path": "gap.npz"}))
     program = "import sys; from fem_seal.cli import main; sys.exit(any(map(main, {})))"
     sweep = ["sweep", path.name, "--vary", "flow.rtol=0.1,0.2"]
     commands = [["run", path.name], ["report", f"results/{LATIN}"], sweep]

@@ -47,9 +47,8 @@ def bounds(line):
 
 
 @pytest.mark.render
-def test_page(tmp_path, monkeypatch, capsys):
+def test_page(here, capsys):
     """Lines of a block are printed as they stand, but for digits that the bounds leave open."""
-    monkeypatch.chdir(tmp_path)
     printed, edited = "", Path("map.toml")
     for command, kind, block in PARTS:
         if kind == "toml":

@@ -17,10 +17,7 @@ HEIGHTS = 1e-6 * np.random.default_rng(1).normal(size=(24, 16))
 STATED = ["--length-unit", "um", "--size", "24 um,16 um"]
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def new(name, *options):
@@ -107,13 +104,13 @@ def test_names_that_need_quotes():
         (["words.txt", "--out", "b.toml"], "holds no line of numbers"),
     ],
 )
-def test_refused(arguments, message, folder, refused):
+def test_refused(arguments, message, here, refused):
     np.savetxt("map.txt", HEIGHTS)
-    (folder / "map.toml").write_text("")
-    (folder / "words.txt").write_text("no numbers")
-    (folder / "empty.txt").write_text("0 0 0 0\n" * 3)
+    (here / "map.toml").write_text("")
+    (here / "words.txt").write_text("no numbers")
+    (here / "empty.txt").write_text("0 0 0 0\n" * 3)
     if message.startswith("all"):
-        (folder / "empty.txt").write_text("NODATA_value 0\n" + "0 0 0 0\n" * 3)
+        (here / "empty.txt").write_text("NODATA_value 0\n" + "0 0 0 0\n" * 3)
     assert message in refused("new", *arguments)
 
 

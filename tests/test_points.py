@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import MPI_ENVIRONMENT, printed_by, write_toml
+from project import MPI_ENVIRONMENT, printed_by, started, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
@@ -26,10 +26,7 @@ from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
 
 
-@pytest.fixture(autouse=True)
-def scene_file(small_scene, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return write_toml(tmp_path / "scene.toml", small_scene)
+pytestmark = pytest.mark.usefixtures("scene_file")
 
 
 def run(*arguments):
@@ -215,6 +212,17 @@ def test_a_point_that_kills_its_process_is_a_row(scene_file, tmp_path, monkeypat
     assert (tally.points, tally.failed) == (3, 1)
     assert [row["converged"] for row in rows("out")] == ["True", "False", "True"]
     assert "killed" in rows("out")[1]["reason"]
+
+
+def test_workers_end_with_a_sweep_that_is_killed():
+    """Nobody hands out points any more; who still runs holds the pipes open."""
+    sweep = ("sweep", "scene.toml", "--vary", "surface.seed=1..999", "--out", "out", "--jobs", "2")
+    process = started("-m", "fem_seal", *sweep)
+    while not list(Path("out").glob("points/*")):
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.kill()
+    process.communicate(timeout=30)
 
 
 def test_summary_and_picture(capsys):

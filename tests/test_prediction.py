@@ -25,8 +25,7 @@ def without_clock(monkeypatch):
     monkeypatch.setattr("fem_seal.prediction._fft_seconds", lambda: 1e-3)
 
 
-def test_a_dry_run_solves_and_writes_nothing(small_scene, tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_dry_run_solves_and_writes_nothing(small_scene, tmp_path, capsys, monkeypatch, here):
     path = write_toml(tmp_path / "scene.toml", small_scene)
     monkeypatch.setattr("fem_seal.patch.Patch.solve_film", None)
     assert cli.main(["run", str(path), "--dry-run"]) == 0

@@ -100,10 +100,9 @@ def test_names_at_a_prompt():
 
 
 @pytest.mark.render
-def test_recipes_of_the_page(tmp_path, monkeypatch, capsys):
+def test_recipes_of_the_page(tmp_path, monkeypatch, capsys, here):
     """Every block runs; what the first prints is, to the bounds, what the page says."""
     pytest.importorskip("pandas", reason="pip install pandas")
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     names = {}
     for code in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):

@@ -23,10 +23,7 @@ from fem_seal.sweep.store import SweepFolder
 LEFT = {"points", "sweep.csv", "sweep.json"}
 
 
-@pytest.fixture(autouse=True)
-def scene_file(small_scene, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return write_toml(tmp_path / "scene.toml", small_scene)
+pytestmark = pytest.mark.usefixtures("scene_file")
 
 
 def run(*arguments):

@@ -9,10 +9,11 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExe
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from math import inf
-from multiprocessing import forkserver
+from multiprocessing import forkserver, parent_process
+from threading import Thread
 from typing import TypeVar
 
-from fem_seal.interrupts import die_with_parent
+from fem_seal.errors import present
 from fem_seal.memory import available_memory, memory_of
 from fem_seal.parallel import OF_MPI
 
@@ -167,8 +168,15 @@ def _environment() -> Iterator[dict[str, str]]:
 def _begin(environment: dict[str, str]) -> None:
     """Begin a worker: take the present variables of the first process, and die with it.
 
-    The fork server only has the variables of the time at which it was started.
+    The fork server only has the variables of the time at which it was started. It cannot end the
+    workers of a first process that was killed: it runs as long as one of them does.
     """
     os.environ.clear()
     os.environ.update(environment)
-    die_with_parent()
+    Thread(target=_die_with_first_process, daemon=True).start()
+
+
+def _die_with_first_process() -> None:
+    first = present(parent_process(), "first process of a worker")
+    first.join()
+    os.kill(os.getpid(), signal.SIGKILL)

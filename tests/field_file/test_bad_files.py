@@ -204,10 +204,9 @@ CASES |= {name: of_npz(r"a\.npz", Stated(), **arrays) for name, arrays in ARRAYS
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_bad_file(case, tmp_path, monkeypatch, refused):
+def test_bad_file(case, tmp_path, here, refused):
     """Through the command."""
     name, write, said, words = CASES[case]
-    monkeypatch.chdir(tmp_path)
     write(tmp_path / name)
     arguments = ["leak", name, "--out", "out", "--method", "finite-difference"]
     for option, value in (
@@ -279,11 +278,10 @@ BAD_SURFACES = {
 
 @pytest.mark.parametrize("command", ["run", "surface"])
 @pytest.mark.parametrize("case", BAD_SURFACES)
-def test_bad_surface(case, command, small_scene, tmp_path, monkeypatch, refused):
+def test_bad_surface(case, command, small_scene, tmp_path, here, refused):
     arrays, fields, words = BAD_SURFACES[case]
     if (case, command) == ("does not repeat", "surface"):
         return  # it may be looked at
-    monkeypatch.chdir(tmp_path)
     np.savez("surface.npz", spacing=SPACING, **arrays)
     small_scene["surface"] = {"kind": "file", "path": "surface.npz", **fields}
     write_toml(tmp_path / "scene.toml", small_scene)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from project import leak_scene
 
 CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]], dtype=float)
 CELLS = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
@@ -35,9 +36,5 @@ def write_msh(
 
 def scene_of(path: Path, **fields: object) -> dict:
     """Scene of a mesh file in metres with a uniform gap."""
-    return {
-        "shape": {"kind": "file", "path": str(path), "unit": "m", "gap": 1e-6} | fields,
-        "fluid": {"viscosity": 1e-3},
-        "flow": {"pressure_drop": 1e5},
-        "output": {"products": ["leak_rate"]},
-    }
+    shape = {"kind": "file", "path": str(path), "unit": "m", "gap": 1e-6}
+    return leak_scene(shape=shape | fields)

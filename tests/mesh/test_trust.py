@@ -34,8 +34,7 @@ def hostile(path, mark):
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def folder(tmp_path, here):
     hostile(tmp_path / "stranger.geo", tmp_path / "mark")
     data = scene_of(tmp_path / "stranger.geo", gap=1e-6)
     write_toml(tmp_path / "scene.toml", data)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from project import scene_of_samples
+from project import leak_scene, scene_of_samples
 
 from fem_seal import run
 from fem_seal.render.report import report
@@ -64,12 +64,7 @@ def given(scene_of_gap):
 def test_a_formula_in_micrometres_is_no_thin_film(formula, thick):
     """A formula has no unit: 5 µm written as 5 are five metres of gap on 10 mm by 5 mm."""
     shape = {"kind": "rectangle", "length": 0.01, "width": 0.005, "mesh_size": 0.001}
-    scene = {
-        "shape": shape | {"gap_expression": formula},
-        "fluid": {"viscosity": 1e-3},
-        "flow": {"pressure_drop": 1e5},
-        "output": {"products": ["leak_rate"]},
-    }
+    scene = leak_scene(shape=shape | {"gap_expression": formula})
     cautions = solve(Scene.from_mapping(scene)).result().cautions
     assert [("no thin film" in caution) for caution in cautions] == [True] * thick
 
@@ -86,12 +81,7 @@ def test_a_formula_in_micrometres_is_no_thin_film(formula, thick):
 def test_a_gap_that_jumps_with_theta(kind, formula, jumps):
     """In a ring theta jumps from π to -π, and 1 + theta/8 with it; in a sector it does not."""
     ring = {"inner_radius": 0.02, "outer_radius": 0.025, "mesh_size": 0.003}
-    scene = {
-        "shape": {**kind, **ring, "gap_expression": formula},
-        "fluid": {"viscosity": 1e-3},
-        "flow": {"pressure_drop": 1e5},
-        "output": {"products": ["leak_rate"]},
-    }
+    scene = leak_scene(shape={**kind, **ring, "gap_expression": formula})
     cautions = solve(Scene.from_mapping(scene)).result().cautions
     assert [("jumps by 785.4 nm" in caution) for caution in cautions] == [True] * jumps
 

@@ -71,8 +71,7 @@ def test_command_says_that_a_map_cannot_be_pressed(capsys):
     assert "make_periodic" not in capsys.readouterr().out
 
 
-def test_command_writes_nothing_unless_asked(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_command_writes_nothing_unless_asked(tmp_path, here):
     assert cli.main(["surface", str(BLASTED)]) == 0
     assert not list(tmp_path.iterdir())
 

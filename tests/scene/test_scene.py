@@ -211,12 +211,11 @@ def test_a_list_without_the_quotes_the_shell_has_eaten(small_scene, tmp_path):
     )
 
 
-def test_paths_count_from_the_scene_file(small_scene, tmp_path, monkeypatch):
+def test_paths_count_from_the_scene_file(small_scene, tmp_path, here):
     (tmp_path / "data").mkdir()
     np.savez(tmp_path / "data" / "gap.npz", gap=np.ones((3, 3)), spacing=[1, 1])
     scene = {"gap": {"path": "gap.npz"}, "output": {"products": ["contact"]}}
     path = write_toml(tmp_path / "data" / "scene.toml", scene)
-    monkeypatch.chdir(tmp_path)
     assert Scene.from_file("data/scene.toml").gap.path == path.parent / "gap.npz"
 
 

@@ -74,8 +74,7 @@ def test_isotropic_surfaces_have_none():
         (0, ["surface.make_periodic=mirror"], "along it, and with surface.turn = 90 across\n"),
     ],
 )
-def test_which_way_the_flow_runs(angle, settings, words, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_which_way_the_flow_runs(angle, settings, words, here, capsys):
     field = rough(stretch=4, angle=angle)
     heights = field.values.copy()
     heights[60:180:20, 50::60] += 1e-5  # spikes, whose slopes have no direction
@@ -87,7 +86,6 @@ def test_which_way_the_flow_runs(angle, settings, words, tmp_path, monkeypatch, 
     assert "slopes              " in said
 
 
-def test_run_names_the_command_that_a_map_wants(tmp_path, monkeypatch, refused):
-    monkeypatch.chdir(tmp_path)
+def test_run_names_the_command_that_a_map_wants(here, refused):
     np.savetxt("map.csv", np.eye(4), delimiter=",")
     assert "fem-seal new map.csv writes a scene" in refused("run", "map.csv")

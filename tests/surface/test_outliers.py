@@ -72,8 +72,7 @@ def test_spikes_become_missing_before_the_trend_is_fitted():
     assert np.abs(prepared.field.values).max() < 6e-3
 
 
-def test_spikes_are_said_unless_they_are_taken_away(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_spikes_are_said_unless_they_are_taken_away(here, capsys):
     heights = 1e-7 * rough(0.8, 8, (48, 40))
     heights[[5, 20, 30], [7, 9, 30]] = 5e-6
     np.savez("map.npz", heights=heights, spacing=(STEP, STEP), periodic=True)

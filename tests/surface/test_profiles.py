@@ -200,9 +200,8 @@ def test_files_without_x(tmp_path):
         read_profiles([tmp_path / "b.txt", tmp_path / "c.txt"])
 
 
-def test_scene_of_profiles(tmp_path, capsys, monkeypatch):
+def test_scene_of_profiles(tmp_path, capsys, here):
     """From a stylus's file to a contact: the spectrum as a table, and the assumption in words."""
-    monkeypatch.chdir(tmp_path)
     rough = self_affine(SPECTRUM, (N, N), SIZE, rms_slope=0.1, seed=1).values[:, ::64]
     write(tmp_path / "a.txt", (rough * 1e6).tolist(), step=STEP * 1e3)
     scene = {

@@ -79,13 +79,12 @@ def uncommented(text):
 
 
 @pytest.mark.parametrize("rolloff", [8.0, 32.0, None])
-def test_windows_only_where_they_keep_the_roughness(rolloff, tmp_path, monkeypatch, capsys):
+def test_windows_only_where_they_keep_the_roughness(rolloff, tmp_path, here, capsys):
     """One longest wavelength: printed, in the new scene, and in both entries of the budget.
 
     Waves longer than λ_r √(0.1 (1 + 1/H))⁻¹ = 2.1 λ_r hold a tenth of the mean square of a spectrum
     with a plateau: 17 or 67 µm, of which a third of the map, 100 µm, is 5.9 or 1.5.
     """
-    monkeypatch.chdir(tmp_path)
     write_map(tmp_path, rolloff)
     assert cli.main(["new", "map.npz"]) == 0
     text = Path("map.toml").read_text(encoding="utf-8")
