@@ -16,6 +16,8 @@ ROUGH = 1e-5
 FIRST_EPSILON = 1e-2
 # Parts of a side of the patch, in each of which errors have a sign of their own.
 PARTS = 4
+# Largest tolerance of ln Q, whose errors are estimated to first order.
+FIRST_ORDER = 0.3
 # Nodes of the first network for the fluid's pressure, but every fourth sample at least: little
 # beside one contact. Of the last one, at about 1 kB each, and for each sample of the contact: p_f
 # is needed at the samples alone, and sixteen nodes from one to the next resolve its fall.

@@ -24,6 +24,7 @@ from fem_seal import parallel
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.constants import (
     FIRST_EPSILON,
+    FIRST_ORDER,
     MOST_STAGES,
     MOST_STEPS,
     PART,
@@ -68,6 +69,7 @@ def lifted(
     NotConverged
         If a contact or a flow fails.
     """
+    rtol = min(rtol, FIRST_ORDER)
     low = np.full(problem.height.shape, problem.outlet)
     uniform = problem.uniform_pressure
     if problem.load is not None and problem.load <= uniform.mean():
@@ -295,7 +297,7 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     elif error > SETTLED * rtol:
         reason = (
             f"the fluid's pressure leaves an error of {error:.2g} in the logarithm of the leak "
-            f"rate, more than half of flow.rtol = {rtol:.2g}"
+            f"rate, more than the {SETTLED * rtol:.2g} that flow.rtol allows"
         )
     if reason:
         low = f"{lowest:.3g}" if lowest else "0 (sealed)"

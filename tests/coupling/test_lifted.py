@@ -133,6 +133,20 @@ def test_both_starts_come_to_one_state(seed):
     assert abs(np.log(low.leak_rate.value / high.leak_rate.value)) <= claimed
 
 
+def test_a_loose_tolerance_claims_what_the_first_order_tells():
+    """At rtol = 1 half of it would be allowed, too much for a linear estimate: e^0.5 is 1.65.
+
+    An estimate of at most 0.15 of ln Q errs by about its square, 0.02.
+    """
+    problem = problem_of(scene(2.2e5, n=64))
+    loose, tight = lifted(problem, 1.0), lifted(problem, 0.05)
+    assert loose.converged
+    assert tight.converged
+    assert 0 < tight.claimed < loose.claimed <= 0.15
+    apart = abs(np.log(loose.leak_rate.value / tight.leak_rate.value))
+    assert apart <= loose.claimed + tight.claimed
+
+
 def test_forces_balance():
     """Solid and fluid carry the load together, and the fluid's pressure lies between the ends'."""
     patch = Patch(scene())
