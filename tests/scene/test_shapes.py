@@ -301,7 +301,8 @@ def test_bad_geometry(text, words, tmp_path):
 
 
 def test_gmsh_is_missed_before_the_work(monkeypatch, tmp_path):
-    monkeypatch.setattr("fem_seal.products.find_spec", lambda name: None if name == "gmsh" else name)
+    found = {"gmsh": None}
+    monkeypatch.setattr("fem_seal.products.find_spec", lambda name: found.get(name, name))
     with pytest.raises(MissingPackage, match=r"meshing a \[shape\] needs gmsh"):
         run(Scene.from_mapping(scene(RING | {"gap": 1})), tmp_path / "out")
 
