@@ -8,11 +8,11 @@ its pressure has fallen to 0,
     ΔP = g / (-∂g/∂P)  or  p_c / (∂p_c/∂P)
 
 and the load at which the n-th of them does so is the n-th smallest of these. On 64² to 512² samples
-it is right to one sample in 25.
+the first order miscounts at most one sample in 25.
 
-ln Q changes by the larger of ∂ ln Q/∂P ΔP, which a coarse network gives and which may miss a narrow
-place, and of what the critical constriction alone changes, 3 Δg_c/g_c. Next to closing that one
-place governs the flow.
+ln Q changes by at most `MARGIN` times the larger of two: ∂ ln Q/∂P ΔP on a network, which may be
+too coarse for a narrow place, and 3 Δg_c/g_c of the critical constriction alone, which governs the
+flow next to closing.
 """
 
 from dataclasses import dataclass
@@ -32,10 +32,12 @@ from fem_seal.patch import Patch
 from fem_seal.progress import silent
 from fem_seal.sensitivity import ByLoad
 
-# Factor on the larger of both changes of ln Q, for what the network and the first order leave out;
-# and on that by the critical constriction alone, where there is no network (of a shape, or a
-# bearing contact) or where a dry contact would need it for this little.
-MARGIN, WITHOUT_NETWORK, LITTLE = 1.25, 2.0, 0.01
+# Factor on the larger of both changes of ln Q, for what the network and the first order leave out.
+MARGIN = 1.25
+# Factor on that of the critical constriction where it stands alone, without a network.
+WITHOUT_NETWORK = 2.0
+# Change of ln Q, by the constriction alone, up to which a dry contact needs no network.
+LITTLE = 0.01
 
 
 def area_error(patch: Patch) -> EstimatedError | None:
@@ -127,7 +129,8 @@ def _smallest(values: np.ndarray, number: int) -> float:
 def _of_sealed(patch: Patch, reach: _Reach, words: str) -> EstimatedError:
     """Whether a film that is sealed as computed leaks under the load of the asked area."""
     if reach.opened == 0 or reach.stays_sealed:
-        return EstimatedError(1.0, 1.0, f"{words}; with these it is sealed as well")
+        words += "; with as few as were asked for it is sealed as well"
+        return EstimatedError(1.0, 1.0, words)
     words += "; with fewer a path may open"
     load = (patch.mean_pressure or 0.0) - MARGIN * reach.opened
     if not isinstance(patch.film_contact, ContactState) or load <= 0:

@@ -58,7 +58,8 @@ def lifted(
     Parameters
     ----------
     rtol
-        Tolerance of the flow. The state has settled if its ln Q errs by at most half of it.
+        Tolerance of the flow; above 0.3 it counts as that. The state has settled if its ln Q errs
+        by at most half of it.
     dry
         Contact under the outlet's pressure everywhere, if it is known.
     report
@@ -85,6 +86,7 @@ def lifted_from(
     problem: LiftProblem, rtol: float, pressure: np.ndarray, report: Report = silent
 ) -> LiftedState:
     """The state to which Newton's method leads from a fluid pressure (nx, ny) [Pa]."""
+    rtol = min(rtol, FIRST_ORDER)
     found = parallel.on_root(
         lambda: _Stages(problem, rtol, pressure, None, report).end(), problem.comm
     )
@@ -128,10 +130,10 @@ def _from_both_ends(
 class _Stages:
     """Newton's method in stages, from one fluid pressure.
 
-    On large grids the first stage takes every second or fourth sample of the contact. At the first
-    point of a later one ln Q is as wrong as the fluid's pressure of the stage before was. The
-    triangles of a stage are smaller where that matters most. The stages end where what they change
-    falls so that the rest of it is little, or where no fluid pressure opens the film.
+    On large grids the first stage takes every second or fourth sample of the contact. When a
+    later one begins, its flow tells by how much the fluid's pressure of the stage before is wrong.
+    Its triangles are smaller where that changes ln Q most. The stages end when all that further
+    ones would change is little, or when no fluid pressure opens the film.
     """
 
     def __init__(
@@ -193,7 +195,7 @@ class _Stages:
         self._log.add(point)
 
     def _solve(self) -> None:
-        """Find the equilibrium of a stage, in contact or floating, and one that lasts."""
+        """Find a stable equilibrium of a stage, in contact or floating."""
         log, allowed = self._log, self._allowed
         point = newton(self._point, allowed, log)
         if log.failure and point.problem.may_float and point.contact.contact.any():
@@ -228,7 +230,7 @@ class _Stages:
 
 
 def _all_to_come(change: float, before: float) -> float:
-    """The changes of this stage and all to come, over this one, if their ratio stays the same."""
+    """1 + r + r² + …, with the ratio r of this stage's change to the last one's; 1/2 if unknown."""
     return 1 / (1 - min(change / before, 1 - PART)) if 0 < before < inf else 2.0
 
 
@@ -300,7 +302,7 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
             f"rate, more than the {SETTLED * rtol:.2g} that flow.rtol allows"
         )
     if reason:
-        low = f"{lowest:.3g}" if lowest else "0 (sealed)"
+        low = "0 (sealed)" if leak.state == "sealed" else f"{lowest:.3g}"
         high = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
         reason += f": the leak rate is between {low} and {high}; {FINER}"
     return LiftedState(
@@ -329,11 +331,13 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
     both = replace(shown, steps=first.steps + second.steps)
     if apart <= first.claimed + second.claimed + max(widths, default=0.0):
         return both
+    settled = first.converged and second.converged
+    what = "have two equilibria" if settled else "come to two states, not both of them settled"
     names = [f"{leak.value:.3g} m^3/s" if leak.value else "0 (sealed)" for leak in leaks]
     opened = [present(state.contact, "contact").gap.values > 0 for state in (first, second)]
     differ = np.count_nonzero(opened[0] != opened[1])
     reason = (
-        "contact and flow have two equilibria, from the pressure of the outlet and of the inlet: "
+        f"contact and flow {what}, from the pressure of the outlet and of the inlet: "
         f"{differ} samples are open in one and closed in the other, and the leak rate is "
         f"{names[0]} or {names[1]}; {FINER}"
     )

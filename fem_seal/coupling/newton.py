@@ -5,8 +5,8 @@ a gap, an equilibrium is a zero of F(p) = R(G(p)) - p. One step solves
 
     (I - R' G') δ = F
 
-by GMRES. G' is the tangent of the contact (`contact.tangent`), R' that of the flow
-(`finite_difference.film_pressure`).
+by GMRES; a plain pass, p = R(G(p)), would compute contact and flow in turn. G' is the tangent of
+the contact (`contact.tangent`), R' that of the flow (`finite_difference.film_pressure`).
 
 A solid that floats on its fluid has no contact that fixes its level. The level t is then an unknown
 of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
@@ -61,7 +61,7 @@ class NewtonStep:
     """Newton's step from a point."""
 
     pressure: np.ndarray  #: δ (nx, ny) [Pa]
-    log_rate: float  #: change of the logarithm of the leak rate, to first order
+    log_rate: float  #: size of the change of the logarithm of the leak rate, to first order
     iterations: int  #: most iterations of GMRES
     solved: bool  #: whether GMRES has reached its tolerance
     negative: np.ndarray | None  #: direction (nx, ny) in which plain passes leave the point
@@ -89,7 +89,7 @@ class LiftPoint:
         return LiftPoint(problem, stage, pressure, problem.contact_under(pressure, start, ROUGH))
 
     def on(self, problem: LiftProblem) -> "LiftPoint":
-        """The point on a grid of more samples; each begins with the pressures of the next one."""
+        """The point on a grid of more samples, from the pressures of the coarse one at each."""
         stage = Stage(problem.first_grid, self.stage.epsilon)
         every = problem.height.shape[0] // self.pressure.shape[0]
         pressure, start = (
@@ -143,7 +143,7 @@ class LiftPoint:
         """R' of a change of the gap."""
         return self._by_u * self.flow.change(gap, PART**2)
 
-    def _weight_of_gap(self, weight: np.ndarray) -> np.ndarray:
+    def _response_transposed(self, weight: np.ndarray) -> np.ndarray:
         """R'ᵀ of weights of the pressure."""
         return self.flow.transposed(self._by_u * weight, PART**2)
 
@@ -160,7 +160,7 @@ class LiftPoint:
     @cached_property
     def _adjoint(self) -> LinearSolution:
         return gmres(
-            lambda weight: weight - self._gap_change(self._weight_of_gap(weight)),
+            lambda weight: weight - self._gap_change(self._response_transposed(weight)),
             self._log_rate_by_pressure,
             PART,
             MOST_STEPS,
@@ -198,7 +198,7 @@ class LiftPoint:
     def keeps_load(self, tolerance: float) -> bool:
         """Whether F hardly changes the fluid's load, and leaves a part to the solid.
 
-        The gap of a stiff solid, and so ln Q, hardly changes with the fluid's pressure.
+        Asked beside ln Q, which hardly changes with the fluid's pressure where the solid is stiff.
         """
         gained = float(self.residual.mean())
         little = abs(gained) <= PART * tolerance * self.problem.drop
@@ -224,7 +224,7 @@ class LiftPoint:
         return Stage(grid, epsilon) if len(grid.free) <= most else None
 
     def is_that_of(self, other: "LiftPoint", allowed: float) -> bool:
-        """Whether this is another point's equilibrium: ln Q differs by little but their steps."""
+        """Whether ln Q is another point's, but for a little and what both next steps change."""
         apart = not_by_chance(self._log_rate_by_pressure * (self.pressure - other.pressure))
         apart += abs(log(self.flow.conductance / other.flow.conductance))
         return apart <= allowed + self.step.log_rate + other.step.log_rate
@@ -241,7 +241,7 @@ class LiftPoint:
         problem, most = self.problem, (1 - PART) * self.problem.left_of(self.pressure)
         gained = float(step.pressure.mean())
         if part * gained > most:
-            part *= most / (part * gained)
+            part = most / gained
         pressure = problem.between_ends(self.pressure + part * step.pressure)
         if problem.left_of(pressure) <= 0:
             return None
@@ -290,7 +290,7 @@ class FloatingPoint(LiftPoint):
 
     def error(self, adjoint: np.ndarray) -> float:
         """Estimated error of ln Q at this point."""
-        return abs(self.step.log_rate)
+        return self.step.log_rate
 
     def _gap_change(self, pressure: np.ndarray) -> np.ndarray:
         return self.problem.displacement(pressure)
@@ -306,7 +306,7 @@ class FloatingPoint(LiftPoint):
         change += level * float(self.flow.log_rate_by_gap.sum())
         iterations = max(fixed.iterations, lifted.iterations)
         solved = fixed.converged and lifted.converged
-        return NewtonStep(pressure, change, iterations, solved, None, level)
+        return NewtonStep(pressure, abs(change), iterations, solved, None, level)
 
     def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
         """The point a part of a step further on; None if the solid would touch."""

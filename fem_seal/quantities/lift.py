@@ -108,9 +108,9 @@ def _resolved(patch: Patch) -> Uncertainty:
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0)
     sentence = (
-        f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; the factors are the "
-        "change of the leak rate by the last of Newton's steps, which brings the fluid's pressure "
-        "of a finer network"
+        f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; the factors "
+        "estimate what finer networks for the fluid's pressure, and a smaller gap that conducts in "
+        "contact, would still change"
     )
     error = state.claimed
     return Uncertainty(

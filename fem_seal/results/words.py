@@ -278,7 +278,7 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
     if not lift.settled:
         steps += ", not settled"
     elif lift.change:
-        steps += f", the last changes the leak rate by {100 * lift.change:.2g} %"
+        steps += f", the last changed the leak rate by {100 * lift.change:.2g} %"
     assumed = ", if its pressure falls evenly through the contact" if sealed else ""
     return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {steps}"
 

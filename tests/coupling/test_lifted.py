@@ -7,8 +7,10 @@ from lifted_scenes import E_STAR, problem_of, scene, wave
 from fem_seal.contact import press
 from fem_seal.coupling import lifted
 from fem_seal.coupling.lifted import lifted_from
+from fem_seal.coupling.newton import FloatingPoint, Log, Stage, newton
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
+from fem_seal.progress import silent
 
 
 def test_uniform_fluid_pressure_is_a_dry_contact_under_the_rest_of_the_load():
@@ -296,6 +298,25 @@ def test_a_solid_that_floats(load):
     lighter = Patch(scene(0.995 * load)).lifted
     assert lighter.leak_rate.value > state.leak_rate.value
     assert lighter.contact.gap.values.mean() > state.contact.gap.values.mean()
+
+
+@pytest.mark.parametrize("rise", [0.9, 1.2])
+def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_level(rise):
+    """Under the pressure of the equilibrium, whose load is right: the step lowers or raises ln Q.
+
+    Gaps a tenth higher change ln Q by 3 ln 1.1 = 0.29, far beyond the tolerance of 0.01.
+    """
+    problem = problem_of(scene(5.2e4))
+    state = lifted(problem, 0.05)
+    pressure, gap = state.fluid_pressure.values, state.contact.gap.values
+    level = float((gap + problem.height.values - problem.displacement(pressure)).mean())
+    level += (rise - 1) * gap.mean()
+    stage = Stage(state.network, 1e-4 * problem.height.values.std())
+    start = FloatingPoint.at(problem, stage, pressure, level)
+    end = newton(start, 0.01, log := Log(silent))
+    assert not log.failure
+    assert end.level < start.level if rise > 1 else end.level > start.level
+    assert end.contact.gap.values.mean() == pytest.approx(gap.mean(), rel=0.01)
 
 
 def wedge_carries(n, level=0.0):
