@@ -331,7 +331,7 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
     both = replace(shown, steps=first.steps + second.steps)
     if apart <= first.claimed + second.claimed + max(widths, default=0.0):
         return both
-    settled = first.converged and second.converged
+    settled = all(state.converged or state.state == "sealed" for state in (first, second))
     what = "have two equilibria" if settled else "come to two states, not both of them settled"
     names = [f"{leak.value:.3g} m^3/s" if leak.value else "0 (sealed)" for leak in leaks]
     opened = [present(state.contact, "contact").gap.values > 0 for state in (first, second)]
