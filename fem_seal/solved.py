@@ -213,8 +213,9 @@ def answer(
     # first one computes for all.
     patch.solve_film()
     own = patch.leak_rate if scene.needs_flow else None
-    leak, budget, seal, state = own, error_budget(patch) or (), None, patch.state
-    if scene.seal is not None:
+    if scene.seal is None:
+        leak, budget, seal, state = own, error_budget(patch) or (), None, patch.state
+    else:
         seal = _seal(patch, patches, work)
         leak, budget, state = leak_rate_of(patch, seal), seal_budget(patch, seal), seal.state
     if leak is not None and scene.tolerances is not None:
