@@ -42,7 +42,7 @@ def _contact_grid_entry(patch: Patch) -> Uncertainty | None:
     wanted = scene.accuracy is None or scene.accuracy.contact_grid
     error = patch.grid_error
     if error is None and wanted and scene.contact.is_elastic and scene.shape is None:
-        error = estimated_error(patch)
+        error = patch.grid_error = estimated_error(patch)
     if error is None:
         sentence = "what a finer grid of the contact would change was not computed"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
