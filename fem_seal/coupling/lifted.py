@@ -211,7 +211,9 @@ class _Stages:
         point, log, before = self._point, self._log, self._differs
         adjoint, finer = point.adjoint, point.finer(self._allowed)
         if not point.linear_systems_solved:
-            log.failure = log.failure or "GMRES has not solved Newton's linear systems"
+            log.failure = log.failure or (
+                f"{MOST_STEPS} iterations of GMRES have not solved Newton's linear systems to {PART:g}"
+            )
         if finer is None:
             return False
         if not log.failure:
@@ -279,7 +281,8 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     """The state at the end of the steps, with its leak rate to the tolerance of the result."""
     leak = problem.flow(problem.film(found.contact.gap), min(found.error, most_claimed(rtol)))
     error, reason, steps = found.error, "", len(found.residuals) - 1
-    lowest, highest = leak.value * exp(-error), leak.value * exp(min(error, MOST_ERROR))
+    known = leak.state == "sealed" or error <= MOST_ERROR
+    lowest, highest = leak.value * exp(-error), leak.value * exp(error) if known else inf
     if leak.state == "sealed":
         opened = None
         if not found.certain:
@@ -296,6 +299,8 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
         error = 0.0
     elif found.failure:
         reason = f"contact and flow have not settled: {found.failure}"
+    elif not known:
+        reason = "the error of the fluid's pressure is not known"
     elif error > SETTLED * rtol:
         reason = (
             f"the fluid's pressure leaves an error of {error:.2g} in the logarithm of the leak "
@@ -304,7 +309,8 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     if reason:
         low = "0 (sealed)" if leak.state == "sealed" else f"{lowest:.3g}"
         high = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
-        reason += f": the leak rate is between {low} and {high}; {FINER}"
+        rates = f"the leak rate is between {low} and {high}" if known else "it may be any leak rate"
+        reason += f": {rates}; {FINER}"
     return LiftedState(
         state=leak.state,
         contact=found.contact,

@@ -367,5 +367,8 @@ def newton(point: LiftPoint, tolerance: float, log: Log) -> LiftPoint:
             break
         point = min(tried, key=lambda other: other.size)
         log.add(point)
-    log.failure = "Newton's steps have not reached an equilibrium"
+    log.failure = (
+        f"Newton's steps have left {point.size:.1e} of the pressure drop, and the next one would "
+        f"change the logarithm of the leak rate by {point.step.log_rate:.2g}"
+    )
     return point

@@ -97,7 +97,7 @@ def inputs_entry(
     most = opened.bounds[1]
     if leak.state == "sealed":
         return entry(1.0, None, caution=True, upper_rate=most)
-    least = 0.0 if closed.state == "sealed" else closed.bounds[0]
+    least = closed.bounds[0] if closed.state == "leaking" else 0.0
     return entry(min(1.0, least / leak.value), max(1.0, most / leak.value))
 
 

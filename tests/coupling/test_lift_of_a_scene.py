@@ -10,6 +10,7 @@ from project import write_toml
 
 from fem_seal import cli, run
 from fem_seal.accuracy import chosen_patch
+from fem_seal.coupling.newton import LiftPoint
 from fem_seal.drawing import draw
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
@@ -273,3 +274,17 @@ def test_threshold_of_a_lifted_contact():
     assert lifted.pressure_sealed == dry.pressure_sealed + 1e5
     # And it is: sealed above it, though the inlet's pressure acts up to the barrier.
     assert Patch(scene(load=1.001 * lifted.pressure_sealed)).leak_rate.state == "sealed"
+
+
+def test_an_error_of_the_lift_that_is_not_known(monkeypatch):
+    """Where no finer network can be made, nothing says how far the leak rate is off: no numbers."""
+    monkeypatch.setattr(LiftPoint, "finer", lambda point, allowed: None)
+    result = solve(scene()).result()
+    assert (result.converged, result.lift.lowest, result.lift.highest) == (False, 0.0, None)
+    assert (result.together.lower, result.together.upper) == (None, None)
+    sentence = (
+        "the error of the fluid's pressure is not known: it may be any leak rate; compare a finer "
+        "grid (surface.shape)"
+    )
+    assert entry(result).sentence == sentence
+    assert not any("e+" in text or " inf " in text for _, text in summary_of(result))
