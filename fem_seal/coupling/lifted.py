@@ -212,7 +212,7 @@ class _Stages:
         adjoint, finer = point.adjoint, point.finer(self._allowed)
         if not point.linear_systems_solved:
             log.failure = log.failure or (
-                f"{MOST_STEPS} iterations of GMRES have not solved Newton's linear systems to {PART:g}"
+                f"{MOST_STEPS} iterations of GMRES have left more than {PART:g} of a right side"
             )
         if finer is None:
             return False
