@@ -22,7 +22,6 @@
 # `mpirun -n 2 python demos/certified_leak.py` shares the flow between two processes.
 
 # %%
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -61,22 +60,12 @@ def near_percolation(n: int) -> GridField:
 
 
 # %%
-@dataclass(frozen=True)
-class Comparison:
-    """Bounds [m³/s] against unknowns."""
-
-    adaptive: tuple[Level, ...]
-    uniform: tuple[Level, ...]
-
-
-def compare(gap: GridField, rtol: float, grids: int) -> Comparison:
-    """Refine adaptively to `rtol`, and uniformly over `grids` grids."""
-    adaptive = leak_rate(GridFilm(gap, SIDES), rtol=rtol, every_dual=True, **WATER)
-    most = 4 ** (grids - 1) * gap.values.size
-    uniform = leak_rate(
-        GridFilm(gap, SIDES), method="uniform", rtol=rtol, limits=Limits(unknowns=most), **WATER
-    )
-    return Comparison(adaptive.levels, uniform.levels)
+def compare(gap: GridField, rtol: float, grids: int) -> tuple[tuple[Level, ...], tuple[Level, ...]]:
+    """Levels of the adaptive mesh, refined to `rtol`, and of `grids` uniform ones."""
+    film, most = GridFilm(gap, SIDES), 4 ** (grids - 1) * gap.values.size
+    adaptive = leak_rate(film, rtol=rtol, every_dual=True, **WATER)
+    uniform = leak_rate(film, method="uniform", rtol=rtol, limits=Limits(unknowns=most), **WATER)
+    return adaptive.levels, uniform.levels
 
 
 def refined_at(contrast: float, n: int = 64) -> tuple[Level, ...]:
@@ -87,16 +76,16 @@ def refined_at(contrast: float, n: int = 64) -> tuple[Level, ...]:
     return leak_rate(GridFilm(gap, SIDES), rtol=1e-6, **meshes, **WATER).levels
 
 
-def draw(comparison: Comparison, path: Path) -> None:
+def draw(adaptive: tuple[Level, ...], uniform: tuple[Level, ...], path: Path) -> None:
     """Left: bounds; right: their half-width. The uniform mesh is dotted."""
-    uniform = [level for level in comparison.uniform if level.lower > 0]
-    n, style = [level.unknowns for level in uniform], {"markersize": 4}
+    shown = [level for level in uniform if level.lower > 0]
+    n, style = [level.unknowns for level in shown], {"markersize": 4}
     with new_figure((11, 4.6), path) as figure:
-        draw_bounds(figure, comparison.adaptive)
+        draw_bounds(figure, adaptive)
         rates, widths = figure.axes
         for end, marker in (("lower", "^"), ("upper", "v")):
-            rates.plot(n, [getattr(level, end) for level in uniform], f"k{marker}:", **style)
-        widths.plot(n, [level.half_width for level in uniform], "ks:", label="uniform", **style)
+            rates.plot(n, [getattr(level, end) for level in shown], f"k{marker}:", **style)
+        widths.plot(n, [level.half_width for level in shown], "ks:", label="uniform", **style)
         widths.legend(frameon=False)
 
 
@@ -113,49 +102,46 @@ def draw(comparison: Comparison, path: Path) -> None:
 
 
 # %%
-def main(out: Path = Path("out"), n: int = 256, rtol: float = 0.02, grids: int = 2) -> Comparison:
-    """Run the comparison, draw `certified_leak.png` into `out` and check the claims above."""
-    comparison = compare(near_percolation(n), rtol, grids)
-    draw(comparison, out / "certified_leak.png")
-    levels = comparison.adaptive + comparison.uniform
-    lower, upper = max(s.lower for s in levels), min(s.upper for s in levels)
-    best = comparison.adaptive[-1]
+def main(
+    out: Path = Path("out"), n: int = 256, rtol: float = 0.02, grids: int = 2
+) -> tuple[float, float]:
+    """Compare, draw `certified_leak.png`, check the claims; the bracket of the leak rate [m³/s]."""
+    adaptive, uniform = compare(near_percolation(n), rtol, grids)
+    draw(adaptive, uniform, out / "certified_leak.png")
+    lower = max(level.lower for level in adaptive + uniform)
+    upper = min(level.upper for level in adaptive + uniform)
+    best = adaptive[-1]
     assert lower <= upper
     assert relative_width(best.lower, best.upper) <= rtol
-    early = next(level for level in comparison.adaptive if 0 < level.half_width < 0.5)
+    early = next(level for level in adaptive if 0 < level.half_width < 0.5)
     assert best.half_width * best.unknowns < early.half_width * early.unknowns
-    for level in comparison.adaptive:
+    print("level  unknowns  half-width  CG iterations primal/dual")
+    for k, level in enumerate(adaptive):
+        primal, dual = level.iterations["primal"], level.iterations.get("dual", 0)
+        print(f"{k:5}{level.unknowns:10}{100 * level.half_width:10.2f} %{primal:9}/{dual}")
+        assert max(primal, dual) <= 10
         # Only where the best bracket is narrow enough to show the error of the mean.
         if 1.5 * best.half_width < level.half_width < 0.1:
             error = np.sqrt(level.lower * level.upper / (lower * upper)) - 1
             assert 3 * abs(error) < level.half_width
     # Unknowns of a uniform mesh for the adaptive half-width, extrapolated from the last two grids.
-    u, v = comparison.uniform[-2:]
+    u, v = uniform[-2:]
     slope = np.log(u.half_width / v.half_width) / np.log(v.unknowns / u.unknowns)
     needed = v.unknowns * (v.half_width / best.half_width) ** (1 / slope)
     assert needed > 50 * best.unknowns
-    print("level  unknowns  half-width  CG iterations primal/dual")
-    for k, level in enumerate(comparison.adaptive):
-        primal, dual = level.iterations["primal"], level.iterations.get("dual", 0)
-        print(f"{k:5}{level.unknowns:10}{100 * level.half_width:10.2f} %{primal:9}/{dual}")
-        assert max(primal, dual) <= 10
     print(f"leak rate in [{lower:.4e}, {upper:.4e}] m³/s")
     print(f"adaptive: {best.unknowns} unknowns for ±{100 * best.half_width:.2f} %")
     times = f"{needed:.1e} for the same, {needed / best.unknowns:.0f} times more"
     print(f"uniform:  {v.unknowns} unknowns for ±{100 * v.half_width:.2f} %, about {times}")
-    print(
-        "contrast  CG iterations primal/dual at "
-        + ", ".join(f"{m}² squares" for m in (64, 128, 256))
-    )
+    print("contrast  CG iterations primal/dual at 64², 128² and 256² squares")
     for contrast in (1e2, 1e6, 1e12):
-        counts = [
-            (level.iterations["primal"], level.iterations["dual"]) for level in refined_at(contrast)
-        ]
+        levels = refined_at(contrast)
+        counts = [(level.iterations["primal"], level.iterations["dual"]) for level in levels]
         print(f"{contrast:8.0e}  " + "  ".join(f"{primal}/{dual}" for primal, dual in counts))
         assert len(counts) == 3
         assert max(counts[0]) <= 7
         assert max(max(finer) for finer in counts[1:]) <= 2
-    return comparison
+    return lower, upper
 
 
 if __name__ == "__main__":

@@ -1,9 +1,16 @@
 # %% [markdown]
 # # How do gap and flow change as the load rises until the seal is tight?
 #
-# A patch of a rough contact is pressed by ever larger loads, up to the one that seals it. The loads
-# lie ever closer to each other: near closing the leak rate falls as a power of the distance from
-# the last one. The contact is dry: the fluid's pressure does not lift the solid.
+# A patch of a rough contact is pressed by ever larger loads, up to the one that seals it. Through
+# its gap g flows
+#
+#     ∇·(K ∇p) = 0,  K = g³/(12 η),  p = Δp at the inlet, 0 at the outlet,
+#
+# and the leak rate Q is the flux through any section, enclosed by lower ≤ Q ≤ upper. The loads lie
+# ever closer to each other: near closing Q falls as a power of the distance from the last one. The
+# contact is dry: the fluid's pressure does not lift the solid.
+#
+# Claims: from load to load contact area rises and Q falls beyond its bounds; the last alone seals.
 #
 # `python demos/closing_contact.py SCENE.toml --loads 12` does the same for another scene
 # (without [limit], which would end a flow as soon as it is decided, and without [seal]).

@@ -1,10 +1,18 @@
 # %% [markdown]
 # # How are contact and flow solved together?
 #
-# The fluid's pressure p opens the gap of the contact, g = G(p), and the gap determines the pressure
-# of the flow, R(g). An equilibrium is a zero of F(p) = R(G(p)) - p. Newton's method finds it in a
-# few steps, each of which solves (I - R' G') δ = F (docs/theory/lift.md). Here it starts from the
-# outlet's pressure everywhere, and from the inlet's.
+# The fluid's pressure p opens the gap of the contact, which carries the rest of the load P₀,
+#
+#     g = S (p_c + p) - h + const ≥ 0,  p_c ≥ 0,  p_c g = 0,  mean(p_c + p) = P₀:  g = G(p),
+#
+# and the gap determines the pressure of the flow,
+#
+#     ∇·((g³ + ε³)/(12 η) ∇p) = 0,  p = p_in at the inlet, p_out at the outlet:  p = R(g).
+#
+# An equilibrium is a zero of F(p) = R(G(p)) - p. Newton's method finds it in a few steps, each of
+# which solves (I - R' G') δ = F (docs/theory/lift.md). Here it starts from the outlet's pressure
+# everywhere, and from the inlet's. Claim: both starts settle, in one state, to what both claim.
+#
 # It runs in one process: Newton's method runs on the first alone, and the flows are small.
 
 # %%
@@ -47,7 +55,7 @@ def both(load: float, n: int) -> tuple[LiftedState, LiftedState]:
 
 
 # %% [markdown]
-# ## Both starts lead to one state, to what both claim
+# ## Comparison
 
 
 # %%
