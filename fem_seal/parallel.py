@@ -1,9 +1,11 @@
 """One process, or several under mpirun; MPI is imported only in the second case."""
 
 import os
+import platform
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.util import find_spec
 from types import TracebackType
@@ -23,6 +25,7 @@ Comm: TypeAlias = "MPI.Comm | None"
 OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_")
 # One of these is set in every process that Open MPI, MPICH or Slurm starts.
 _LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK")
+LONGEST_PAUSE = 0.01  # [s] between two looks of a process that waits for the first
 
 
 @cache
@@ -86,15 +89,20 @@ def processes(comm: Comm = None) -> int:
     return 1 if together is None else together.size
 
 
+# How many processes now share the cores: 1 while the others wait for this one, None for all.
+_sharing: int | None = None
+
+
 def cores() -> int:
     """Cores for one process of this run: those it may use, over the processes; at least 1.
 
-    OMP_NUM_THREADS, where set, is an upper limit.
+    Those of processes that wait in `on_root` count for the one that computes. OMP_NUM_THREADS,
+    where set, is an upper limit.
     """
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     stated = os.environ.get("OMP_NUM_THREADS", "")
     limit = int(stated) if stated.isdecimal() and int(stated) else sys.maxsize
-    return max(1, min((usable or 1) // processes(), limit))
+    return max(1, min((usable or 1) // (_sharing or processes()), limit))
 
 
 def is_root(comm: Comm = None) -> bool:
@@ -110,15 +118,42 @@ def on_root(compute: Callable[[], Answer], comm: Comm = None) -> Answer:
         return compute()
     answer: Answer | None = None
     failure: FemSealError | None = None
-    if together.rank == 0:
-        try:
-            answer = compute()
-        except FemSealError as error:
-            failure = error
+    with _cores_of_all(together):
+        if together.rank == 0:
+            try:
+                answer = compute()
+            except FemSealError as error:
+                failure = error
+        # Sleep: MPI's own calls wait on a busy core, which the first process could use.
+        ready, pause = together.Ibarrier(), 1e-4
+        while not ready.Test():
+            time.sleep(pause)
+            pause = min(2 * pause, LONGEST_PAUSE)
     answer, failure = together.bcast((answer, failure), root=0)
     if failure is not None:
         raise failure
     return answer
+
+
+@contextmanager
+def _cores_of_all(together: "MPI.Comm") -> Iterator[None]:
+    """Lend the cores of the processes on its machine to the first one, while they wait for it."""
+    global _sharing
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before, own, machine = _sharing, os.sched_getaffinity(0), platform.node()
+    masks = [mask for name, mask in together.allgather((machine, own)) if name == machine]
+    if together.rank == 0 and together.size == processes():
+        # mpirun may have bound each process to a core; threads inherit the mask of their process.
+        with suppress(OSError):  # The system may keep them apart.
+            os.sched_setaffinity(0, own.union(*masks))
+        _sharing = 1
+    try:
+        yield
+    finally:
+        _sharing = before
+        os.sched_setaffinity(0, own)
 
 
 def total(number: int, comm: Comm = None) -> int:

@@ -31,14 +31,14 @@ print("statuses", *[main(job) for job in json.loads(sys.argv[1])], flush=True)
 """
 
 
-def mpirun(*arguments):
+def mpirun(*arguments, **variables):
     """Run Python on two processes; status, output and error."""
     done = subprocess.run(
         ["mpirun", "-n", "2", sys.executable, *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=300,
-        env=alone() | MPI_ENVIRONMENT,
+        env=alone() | MPI_ENVIRONMENT | variables,
         check=False,
     )
     return done.returncode, done.stdout, done.stderr
@@ -95,3 +95,22 @@ def test_an_error_of_one_process_ends_both():
     status, _, error = mpirun("-c", code)
     assert status == 1
     assert "one process fails" in error
+
+
+def test_a_process_that_waits_sleeps_and_lends_its_core():
+    """While the first sleeps for a second, neither computes for as much as half of it."""
+    code = """
+import os, time
+from fem_seal import parallel
+def first():
+    time.sleep(1)
+    return parallel.cores(), os.sched_getaffinity(0)
+own, spent = os.sched_getaffinity(0), time.process_time()
+cores, lent = parallel.on_root(first)
+spent = time.process_time() - spent
+assert parallel.total(own <= lent) == 2 and cores == len(lent), (own, cores, lent)
+assert spent < 0.5, spent
+assert os.sched_getaffinity(0) == own and parallel.cores() == max(1, len(own) // 2)
+"""
+    status, _, error = mpirun("-c", code, OMP_NUM_THREADS="")
+    assert status == 0, error
