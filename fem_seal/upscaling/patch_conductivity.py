@@ -5,6 +5,10 @@ from its inlet to its outlet. (On a patch 8 long wavelengths wide it is up to a 
 component of the conductivity tensor, whose current need not cross straight ends.) For a gas that
 slips, K is taken at the mean of the pressures of inlet and outlet.
 
+A mirrored map is even about the lines x = 0 and y = 0, and so is its flow: no fluid crosses y = 0
+and y = Ly/2, and the pressure is uniform at x = Lx/2. So the film is a quarter of the patch,
+between walls: its K is that of the patch.
+
 Bounds between two loads. The gap g(x; w) of a half-space falls with the load w and is convex in it.
 Proof: let M be the stiffness, whose kernel is negative off the diagonal, and f = M h for the
 heights h. Then g(w) is the least element of the set {g >= 0, M g + f + w >= 0} (R. W. Cottle and
@@ -20,6 +24,7 @@ by one power of b - a than the conductivities at a and b themselves.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from math import inf
 from time import perf_counter
@@ -158,7 +163,21 @@ class LoadedPatch:
         constriction = self._film(self._gap(load)).constriction
         return None if constriction is None else constriction.gap
 
+    @cached_property
+    def _quartered(self) -> bool:
+        """Whether a quarter of the patch has the conductivity of the whole."""
+        heights = present(self.patch.surface, "surface").values
+        return (
+            self.patch.scene.flow.representation == "linear"
+            and not any(n % 2 for n in heights.shape)
+            and np.array_equal(heights[1:], heights[:0:-1])
+            and np.array_equal(heights[:, 1:], heights[:, :0:-1])
+        )
+
     def _film(self, gap: np.ndarray) -> GridFilm:
+        if self._quartered:
+            nx, ny = gap.shape
+            return GridFilm(GridField(gap[: nx // 2 + 1, : ny // 2 + 1], self._spacing))
         film = self.patch.film_of(GridField(gap, self._spacing, periodic=True))
         return present(film if isinstance(film, GridFilm) else None, "film on a grid")
 

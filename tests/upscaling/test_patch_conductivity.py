@@ -1,5 +1,7 @@
 """K(w) of patches by contact and flow, against Westergaard's closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from project import scene_of_samples
@@ -9,6 +11,7 @@ from westergaard import exact_table, waves_along_the_flow
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
+from fem_seal.surface.cell import periodic_cell
 from fem_seal.upscaling import (
     EndPressures,
     Hertz,
@@ -111,6 +114,26 @@ def test_without_a_lower_bound_the_sealing_load_is_sought(profile):
     assert flow.lower == 0 < flow.upper
     error, *_ = _errors(table, flow)
     assert np.flatnonzero(error).tolist() == [2]
+
+
+def test_a_quarter_of_a_mirrored_patch_conducts_as_the_whole():
+    """17 x 13 points and their images; if one point is moved, the whole patch is the film."""
+    whole = Patch(scene()).surface
+    surface = periodic_cell(GridField(whole.values[:17, :13], whole.spacing), "mirror")
+    heights = surface.values.copy()
+    heights[5, 3] -= heights.std()
+    uneven = LoadedPatch(Patch(scene(), surface=replace(surface, values=heights)), RTOL)
+    patch, full = (LoadedPatch(Patch(scene(), surface=surface), RTOL) for _ in range(2))
+    full._quartered = False
+    for one, shape in (patch, (17, 13)), (full, (33, 25)), (uneven, (33, 25)):
+        film = one._film(one._gap(1e5))
+        assert film.samples.shape == shape
+        assert not film.sealed
+    # The gaps of a contact are known to 1e-5 of the rms height.
+    room = 1e-5 * heights.std()
+    assert patch.critical_gap(1e5) == pytest.approx(full.critical_gap(1e5), abs=room)
+    (lower, upper), (low, high) = patch.bounds(1e5), full.bounds(1e5)
+    assert max(lower, low) <= min(upper, high) <= (1 + 2 * RTOL) * min(lower, low)
 
 
 def test_too_few_loads_are_said():
