@@ -4,6 +4,7 @@ import time
 from dataclasses import dataclass
 
 from fem_seal.memory import available_memory, peak_memory
+from fem_seal.registry import require_not_negative
 
 # Usual ratio of the unknowns of an adaptive mesh, and of the peak memory, to the level before.
 USUAL_GROWTH = 2.0
@@ -21,6 +22,10 @@ class Limits:
     #: memory of one process. The next level is not begun if it is expected to need more. The
     #: available memory of the machine is a limit in any case
     memory_bytes: float | None = None
+
+    def __post_init__(self) -> None:
+        limits = vars(self)
+        require_not_negative(**{name: most for name, most in limits.items() if most is not None})
 
     def exceeded(self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0) -> str:
         """Message on the limit that the next level would exceed; empty if there is none.

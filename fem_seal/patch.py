@@ -262,9 +262,11 @@ class Patch:
 
     @cached_property
     def sensitivity(self) -> "Sensitivity | None":
-        """Derivatives of ln Q; None where nothing leaks or the lift has not settled."""
+        """Derivatives of ln Q; None where nothing leaks, or the lift has not settled or floats."""
         lifted, height = self.lifted, present(self.surface, "surface")
-        if self.state != "leaking" or (lifted is not None and not lifted.converged):
+        if self.state != "leaking":
+            return None
+        if lifted is not None and (lifted.floats or not lifted.converged):
             return None
         from fem_seal.sensitivity import sensitivity
 

@@ -1,4 +1,4 @@
-"""Arguments that are checked alike: names of alternatives, and positive numbers."""
+"""Arguments that are checked alike: names of alternatives, and ranges of numbers."""
 
 from collections.abc import Collection, Mapping
 from math import isfinite
@@ -27,3 +27,10 @@ def require_positive(**values: float) -> None:
     for name, value in values.items():
         if not (isinstance(value, Real) and isfinite(value) and value > 0):
             raise InvalidInput(f"{name} = {value!r} must be a positive number, in SI units")
+
+
+def require_not_negative(**values: float) -> None:
+    """Raise InvalidInput if one of the named values is not a number of at least 0."""
+    for name, value in values.items():
+        if not (isinstance(value, Real) and isfinite(value) and value >= 0):
+            raise InvalidInput(f"{name} = {value!r} must not be negative, in SI units")

@@ -21,7 +21,7 @@ from fem_seal.products import file_names, require_packages, write_products
 from fem_seal.progress import NOTE, Report, silent
 from fem_seal.quantities.error_budget import ErrorBudget, Uncertainty
 from fem_seal.quantities.headline import Headline, headline
-from fem_seal.quantities.inputs import corner, inputs_entry
+from fem_seal.quantities.inputs import corner, floating_inputs_entry, inputs_entry
 from fem_seal.quantities.of_patch import Quantities, quantities, shown_in
 from fem_seal.quantities.remarks import cautions, slope_between_samples
 from fem_seal.quantities.seal import leak_rate_of, seal_advice, seal_budget
@@ -265,6 +265,8 @@ def _seal(patch: Patch, patches: Path | None, work: Work | None) -> SealLeak:
 
 def _inputs(patch: Patch, leak: LeakRate, patches: Path | None, work: Work | None) -> Uncertainty:
     """Entry of [tolerances] in the error budget, from the leak rates at their two ends."""
+    if patch.lifted is not None and patch.lifted.floats:
+        return floating_inputs_entry()
     with patch.timed("inputs"):
         closed, opened = (_corner(patch, sign, patches, work) for sign in (-1, 1))
     load, lifted = patch.mean_pressure, patch.lifted
@@ -304,6 +306,9 @@ def _corner(patch: Patch, end: int, patches: Path | None, work: Work | None) -> 
     if scene.seal is not None:
         return leak_rate_of(other, solve_seal(other, patches, work))
     leak, lifted = other.leak_rate, other.lifted
+    if lifted is not None and lifted.floats:
+        # At which ends a film without contact leaks most is not known.
+        return LeakRate.lifted_off(leak.method)
     if lifted is None or lifted.converged:
         return leak
     # A lifted state that has not settled, sealed or not, may leak anything in its range.

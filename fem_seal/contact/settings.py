@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from numbers import Real
+from typing import Literal, cast, get_args
 
 import numpy as np
 
 from fem_seal.contact.halfspace import Layer
 from fem_seal.errors import InvalidInput
+from fem_seal.registry import require_known
 
 
 @dataclass(frozen=True)
@@ -30,14 +32,18 @@ class Arithmetic:
 USUAL_ARITHMETIC = Arithmetic()
 
 
+LoadKind = Literal["pressure", "area_fraction", "mean_gap"]
+
+
 @dataclass(frozen=True)
 class Load:
     """The one prescribed quantity."""
 
-    kind: str  #: "pressure", "area_fraction" or "mean_gap"
+    kind: LoadKind
     value: float  #: mean pressure [Pa] >= 0, contact area fraction in [0, 1), or mean gap [m] > 0
 
     def __post_init__(self) -> None:
+        require_known(get_args(LoadKind), self.kind, "load")
         if not isinstance(self.value, Real):
             raise InvalidInput(
                 f"{self.kind} = {self.value!r} should be a number in SI units; the sections of a "
@@ -58,7 +64,11 @@ class Load:
 
 def one_load(**named_loads: float | None) -> Load:
     """Return the only load that is not None."""
-    loads = [Load(kind, value) for kind, value in named_loads.items() if value is not None]
+    loads = [
+        Load(cast(LoadKind, kind), value)
+        for kind, value in named_loads.items()
+        if value is not None
+    ]
     if len(loads) != 1:
         named = ", ".join(load.kind for load in loads) or "none"
         raise InvalidInput(f"give exactly one load out of {', '.join(named_loads)}; got {named}")

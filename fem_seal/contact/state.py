@@ -98,6 +98,10 @@ class ContactState(GapState):
     def __post_init__(self) -> None:
         super().__post_init__()
         pressure = self.pressure.values
+        if pressure.shape != self.gap.shape:
+            raise Inconsistent(
+                f"gap and pressure of a contact have {self.gap.shape} and {pressure.shape} samples"
+            )
         if pressure.min() < 0:
             raise Inconsistent(f"the pressure of a contact is negative: {pressure.min():g} Pa")
         # Of values that are not negative, the sum of products is 0 only if each product is.

@@ -6,6 +6,7 @@ While the samples in contact stay the same, a change v of the fluid's pressure c
     M δg = v  on the open samples,    δg = 0  in contact
 
 No equation is needed for the load: M annihilates constants, and δg = 0 in contact fixes the level.
+Without contact only a prescribed mean gap fixes it, and the solid is displaced freely.
 """
 
 import numpy as np
@@ -26,7 +27,7 @@ class ContactTangent:
     stiffness
         Pressure that the unit of `solid.pressure` stands for, per displacement [Pa/m].
     opened : (nx, ny)
-        Samples that are not in contact. At least one must be in contact.
+        Samples that are not in contact.
     mean_gap_held
         Whether the mean gap is prescribed in place of the load.
     """
@@ -41,7 +42,7 @@ class ContactTangent:
         self._solid, self._stiffness, self._opened = solid, stiffness, opened
         # Change of the gap with a uniform pressure, of which a held mean gap leaves nothing.
         self._uniform: np.ndarray | None = None
-        if mean_gap_held and opened.any():
+        if mean_gap_held and opened.any() and not opened.all():
             self._uniform = self._inverse(np.ones(opened.shape), 1e-6)
 
     def change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
@@ -53,6 +54,8 @@ class ContactTangent:
         tolerance
             Relative residual at which the conjugate gradients stop.
         """
+        if self._opened.all():
+            return self._solid.displacement(pressure / self._stiffness).copy()
         moved = self._inverse(pressure, tolerance)
         if self._uniform is not None:
             moved -= moved.sum() / self._uniform.sum() * self._uniform

@@ -84,7 +84,7 @@ class LiftProblem:
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement [m] under a pressure (nx, ny) [Pa], of zero mean."""
-        return self.solid.displacement(pressure / self.stiffness)
+        return self.solid.displacement(pressure / self.stiffness).copy()
 
     def contact_tangent(self, contact: ContactState) -> ContactTangent:
         """Derivative of the gap of a contact by the fluid's pressure."""

@@ -23,7 +23,7 @@ from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.nested import coarsest_width, uniform_mesh
-from fem_seal.registry import require_known, require_positive
+from fem_seal.registry import require_known, require_not_negative, require_positive
 
 METHODS = ("adaptive", "uniform")
 NARROWEST = 1e-60  # smallest critical constriction, as a part of the largest gap
@@ -108,6 +108,7 @@ def leak_rate(
     bounds; they are returned, with `converged` False if they are further apart than asked for.
     """
     require_positive(viscosity=viscosity, pressure_drop=pressure_drop, rtol=rtol)
+    require_not_negative(margin=margin)
     if decide is not None:
         require_positive(decide=decide)
     require_known(METHODS, method, "method")

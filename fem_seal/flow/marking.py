@@ -14,9 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.errors import InvalidInput
 from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.joints import wrongly_joined_cells
 from fem_seal.flow.solution import FlowEstimate
+from fem_seal.registry import require_not_negative, require_positive
 
 # Least size of a step by the error indicators, as a part of a full step, while flow through leaking
 # vertices or wrongly joined cells falsifies them.
@@ -51,6 +53,13 @@ class Tuning:
     #: relative error of the energy at which CG stops; that of the flux is its square root
     tolerance: float = 1e-8
     coarsest: int = 32  #: squares along the shorter side of the first mesh
+
+    def __post_init__(self) -> None:
+        require_positive(epsilon=self.epsilon, tolerance=self.tolerance, coarsest=self.coarsest)
+        require_not_negative(ahead=self.ahead)
+        for name in ("epsilon", "theta", "theta_blocked", "theta_residual", "cut", "floor"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise InvalidInput(f"{name} = {getattr(self, name)!r} must lie between 0 and 1")
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,18 @@ def exact_inputs_entry(patch: Patch) -> Uncertainty | None:
     """Entry of a scene without [tolerances]."""
     if patch.scene.tolerances is not None:
         return None
-    sentence = "load, solid, fluid and heights count as exact, without [tolerances]"
+    return _not_covered("load, solid, fluid and heights count as exact, without [tolerances]")
+
+
+def floating_inputs_entry() -> Uncertainty:
+    """Entry of [tolerances] if the solid floats: higher heights then lower the leak rate."""
+    return _not_covered(
+        "the solid floats on the fluid, and at which ends of [tolerances] most leaks is known of a "
+        "solid in contact only: change one input at a time"
+    )
+
+
+def _not_covered(sentence: str) -> Uncertainty:
     return Uncertainty(INPUTS, "not covered", sentence)
 
 
@@ -73,8 +84,9 @@ def inputs_entry(
     leak, closed, opened
         Leak rates of the scene and of its two corners.
     carried
-        Part of the load that the fluid carries, in [0, 1).
+        Part of the load that the fluid carries: at most all of it.
     """
+    carried = min(carried, 1 - TINY)
     shares = input_shares(scene, leak, closed, opened, carried)
     name = max(shares, key=lambda name: shares[name])
     part = scene.tolerated[name]

@@ -192,6 +192,8 @@ def _finite_differences(scene: "Scene") -> Iterator[str]:
         yield f"accuracy.total needs bounds, and {ends}"
     if scene.limit is not None:
         yield f"[limit] is decided by bounds, and {ends}"
+    if scene.tolerances is not None:
+        yield f"[tolerances] compares bounds, and {ends}"
 
 
 def _rates(scene: "Scene") -> Iterator[str]:
@@ -245,6 +247,11 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
         known = scene.surface if name == "heights" else getattr(scene, section)
         if known is None or (key and getattr(known, key) is None):
             yield f"tolerances.{name} is of an input that the scene does not give; leave it out"
+    if "heights" in given and scene.contact is not None and scene.contact.mean_gap is not None:
+        yield (
+            "tolerances.heights needs contact.pressure or contact.area_fraction: at a given "
+            "contact.mean_gap higher heights may open or close the film; leave it out"
+        )
     for name, part in scene.tolerated.items():
         if part >= 1:
             yield (

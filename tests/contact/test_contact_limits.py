@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, check_equilibrium
 
-from fem_seal.contact import METHODS, press
+from fem_seal.contact import METHODS, Load, press
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.methods import ContactStopping, converge
 from fem_seal.contact.problem import Problem
@@ -100,12 +100,18 @@ def test_numbers_that_overflow_are_named():
         ([[1e-6, -1e-9]], [[0.0, 0.0]], "gap of a contact is negative: -1e-09 m"),
         ([[1e-6, 0.0]], [[0.0, -1.0]], "pressure of a contact is negative: -1 Pa"),
         ([[1e-6, 0.0]], [[1.0, 0.0]], "pressure where its gap is open"),
+        ([[1e-6, 0.0]], [[0.0], [0.0]], r"have \(1, 2\) and \(2, 1\) samples"),
     ],
 )
 def test_a_state_that_is_no_contact_is_refused(gap, pressure, message):
     fields = (GridField(np.array(values), (1.0, 1.0), True) for values in (gap, pressure))
     with pytest.raises(Inconsistent, match=message):
         ContactState(*fields, E_STAR)
+
+
+def test_a_load_of_no_known_kind_is_refused():
+    with pytest.raises(InvalidInput, match="load = 'presure' is unknown; choose from pressure"):
+        Load("presure", 1.0)
 
 
 def test_progress_hears_every_iteration(rough):

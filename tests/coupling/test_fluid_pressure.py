@@ -143,9 +143,11 @@ def test_a_breakdown_of_multigrid_is_told():
     assert "elimination" in told[0]
 
 
-@pytest.mark.parametrize("mean_gap", [None, 2.5e-7])
+@pytest.mark.parametrize("mean_gap", [None, 2.5e-7, 3e-6])
 def test_tangent_of_the_contact(mean_gap):
     """Central differences of contacts whose samples stay as they are, and symmetry.
+
+    At a mean gap of 3 µm no sample touches.
 
     The contacts are solved to a certificate of 1e-12, so that their gaps are known to 1e-6 of the
     rms height or so; the change is a hundredth of it.

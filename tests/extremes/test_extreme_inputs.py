@@ -9,7 +9,10 @@ from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
+from fem_seal.flow import leak_rate
+from fem_seal.flow.marking import Tuning
 from fem_seal.grid import GridField
+from fem_seal.limits import Limits
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 
@@ -102,6 +105,23 @@ def test_flow_numbers(name, bad, show):
     with pytest.raises(InvalidInput, match=f"{name} = {bad} must be a positive number") as error:
         adaptive(GridFilm(GridField(np.ones((4, 4)), (1.0, 1.0))), **{name: bad})
     show("refused", str(error.value))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: {"margin": -1.0}, "margin = -1.0 must not be negative"),
+        (lambda: {"limits": Limits(unknowns=-3)}, "unknowns = -3 must not be negative"),
+        (lambda: {"tuning": Tuning(theta=5)}, "theta = 5 must lie between 0 and 1"),
+        (lambda: {"tuning": Tuning(cut=2)}, "cut = 2 must lie between 0 and 1"),
+    ],
+)
+def test_numbers_that_steer_the_flow(make, message):
+    """A negative margin would narrow the bounds of a decision."""
+    with pytest.raises(InvalidInput, match=message):
+        leak_rate(
+            GridFilm(GridField(np.ones((4, 4)), (1.0, 1.0))), viscosity=1, pressure_drop=1, **make()
+        )
 
 
 # --- measured maps -------------------------------------------------------------------------------

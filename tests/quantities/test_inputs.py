@@ -189,6 +189,12 @@ def test_refused(setting, said):
         scene(setting)
 
 
+def test_heights_at_a_given_mean_gap_are_refused():
+    """Higher ridges across the flow close the film, along it they open it: K is the mean of g³."""
+    with pytest.raises(InvalidInput, match="may open or close the film"):
+        scene(DRY, "contact.pressure=", "contact.mean_gap=3 um", "tolerances.heights=5 %")
+
+
 def test_the_back_of_the_solid_keeps_its_pressure():
     """An outlet below 1 bar at a corner does not change the ambient pressure."""
     gas = ["fluid.kind=gas", "fluid.molar_mass=29 g/mol", "fluid.viscosity=18 uPa s"]

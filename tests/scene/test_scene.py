@@ -288,6 +288,7 @@ BAD = {
     "output.products=[]": "output.products = .* at least 1 item",
     "output.products=['leak']": r"output.products\[0\] = 'leak' is not allowed",
     "output.products=['mesh']": "finite-difference",
+    "tolerances.heights='5 %'": "tolerances. compares bounds",
     "gap.path=none.npz": "gap.path = 'none.npz' is not a file",
     "contact.pressure.unit=3": "contact.pressure = .*Pa",
     "rtol=3": "not of the form section.key=value",
