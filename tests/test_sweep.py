@@ -12,6 +12,7 @@ from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.files import locked_folder
 from fem_seal.patch import Patch
+from fem_seal.progress import silent
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.steps import FLOWS
@@ -21,6 +22,8 @@ from fem_seal.sweep.point import COLUMNS, UNSETTLED, Point, _numbers
 from fem_seal.sweep.store import SweepFolder
 
 LEFT = {"points", "sweep.csv", "sweep.json"}
+SEAL = ("seal.cylinder_radius=1 mm", "seal.circumference=1 cm", "seal.pressure_profile=hertz")
+SEAL += ("output.products=['seal']", "flow.method=adaptive", "flow.links=")
 
 
 pytestmark = pytest.mark.usefixtures("scene_file")
@@ -103,6 +106,16 @@ def test_contacts_are_handed_on(scene_file, tmp_path, monkeypatch):
         # Both states are within 1e-6, their certificate, of the exact one.
         assert float(row["leak_rate"]) == pytest.approx(alone.leak_rate.value, rel=1e-4, abs=0)
     assert patches[-1].contact.fft_pairs < 0.8 * alone.contact.fft_pairs
+
+
+def test_a_load_of_the_seal_is_pressed_anew(scene_file):
+    """It does not stand in [contact], which is the same for all of its values."""
+    path = ContactPath()
+    for load in (20.0, 40.0):
+        keys = ["contact.area_fraction=", f"seal.line_load={load}", *SEAL]
+        patch = path.patch(Scene.from_file(scene_file, keys), silent, trust=False, comm=None)
+        assert patch.contact.mean_pressure == pytest.approx(patch.load.value, rel=1e-12)
+        path.follow(patch)
 
 
 def recording(method, calls):

@@ -14,12 +14,11 @@ EXTRAPOLATED = ("pressure", "mean_gap")
 
 
 class ContactPath:
-    """Hands surface and contact on from one point of a sweep to the next.
+    """Hands the surface, which all points of a chain share, and the contact on to the next point.
 
-    A point with the same surface as the last one takes it over; if its solid and contact are the
-    same too, it takes over the contact. If only the value of a pressure or a mean gap differs, the
-    contact starts from an extrapolation of the last states. It agrees with that of a single run
-    within its certificate.
+    A point with the solid, contact and load of the last one takes its contact over. If only the
+    value of a pressure or a mean gap differs, the contact starts from an extrapolation of the last
+    states. It agrees with that of a single run within its certificate.
     """
 
     def __init__(self) -> None:
@@ -34,13 +33,11 @@ class ContactPath:
         trust: bool,
         comm: Comm,
     ) -> Patch:
-        """Patch of the next point, with surface and contact of the last one if they fit."""
+        """Patch of the next point, with the surface, and the contact of the last one if it fits."""
         surface, known, start = None, None, None
-        if self._last is not None and scene.surface != self._last[0].surface:
-            self._last = None
         if self._last is not None:
             last, surface, pressed = self._last
-            if (scene.solid, scene.contact) == (last.solid, last.contact):
+            if (scene.solid, scene.contact, scene.load) == (last.solid, last.contact, last.load):
                 known = Known(pressed)
             elif _path(scene) is not None and _path(scene) == _path(last):
                 start = self._predictor.start(scene.load)

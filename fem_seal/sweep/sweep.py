@@ -88,7 +88,9 @@ def sweep(
     # Points with the same surface hand it on, with its contact, from one to the next.
     of_surface: dict[str, list[ScenePoint]] = {}
     for task in tasks:
-        of_surface.setdefault(repr((task.scene.surface, task.scene.gap)), []).append(task)
+        scene = task.scene
+        window = None if scene.seal is None else scene.seal.window
+        of_surface.setdefault(repr((scene.surface, scene.gap, window)), []).append(task)
     chains = [Chain(folder, tuple(group), ContactPath) for group in of_surface.values()]
     order = [task.name for task in tasks]
     with ExitStack() as held:
