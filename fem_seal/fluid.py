@@ -82,10 +82,17 @@ class Slip(TwoPressures):
         """Pressures [Pa] of outlet and inlet."""
         return self.outlet_pressure, self.inlet_pressure
 
+    def height(self, gap: np.ndarray | float) -> np.ndarray:
+        """Height c(g p/B) B/p [m] at the mean pressure: K of a gap g [m] is g² times it over 12 η.
+
+        To first order g + B/p; without slip it would be g.
+        """
+        per_metre = self.mean_pressure / self.product
+        return self.coefficient(gap * per_metre) / per_metre
+
     def gain(self, gap: float) -> float:
         """Conductivity of a gap [m] at the mean pressure, over its conductivity without slip."""
-        t = gap * self.mean_pressure / self.product
-        return float(self.coefficient(t)) / t
+        return float(self.height(gap)) / gap
 
     def mean_gain(self, gap: float) -> float:
         """Leak rate of a uniform gap [m] over its leak rate without slip; to first order `gain`."""

@@ -62,10 +62,7 @@ def lifting_problem(
 
     def cubes(gap: np.ndarray) -> np.ndarray:
         """Cubes of gaps [m³], times the gain by slip at the mean pressure."""
-        if slip is None:
-            return gap**3
-        per_metre = slip.mean_pressure / slip.product
-        return gap**2 * slip.coefficient(gap * per_metre) / per_metre
+        return gap**2 * (gap if slip is None else slip.height(gap))
 
     def pressure_of(part: np.ndarray, critical: float) -> np.ndarray:
         """Pressure above ambient [Pa] where the linear problem has a part of its drop."""

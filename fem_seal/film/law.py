@@ -142,11 +142,9 @@ CUBE = FilmLaw(_CUBE, _CUBE)
 
 def mean_pressure_law(slip: Slip, highest: float) -> FilmLaw:
     """The film at the mean pressure: g² c(g p/B), in units of its largest gap and conductivity."""
-    c = slip.coefficient
-    most = highest * slip.mean_pressure / slip.product
-    kinks = c.kinks / most
+    kinks = slip.coefficient.kinks * slip.product / (highest * slip.mean_pressure)
     gaps = np.concatenate([[0.0], kinks[kinks < 1], [1.0]])
-    known = Conductivity(gaps, c(gaps * most) / c(most))
+    known = Conductivity(gaps, slip.height(gaps * highest) / slip.height(highest))
     return FilmLaw(known, known)
 
 

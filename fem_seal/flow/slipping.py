@@ -47,9 +47,8 @@ class SlippingFilm:
         highest, critical = film.highest, present(film.constriction, "constriction").gap
         self._slip, self._highest = slip, highest
         # The unit makes the conductance of the critical constriction exact in the law of the mesh.
-        most = highest * slip.mean_pressure / slip.product
-        self._unit = float(slip.coefficient(most)) * slip.mean_gain(critical) / slip.gain(critical)
-        self.slip_factor = self._unit / most
+        self.slip_factor = slip.gain(highest) * slip.mean_gain(critical) / slip.gain(critical)
+        self._unit = self.slip_factor * highest * slip.mean_pressure / slip.product
         self._mean = self.mean_law.above.of_gap(_GAPS)
         candidates = critical / highest * _FACTORS
         if slip.outlet_pressure > 0:

@@ -65,9 +65,7 @@ def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
 
 def flow_layer(field: FlowField, scale: Scale) -> DrawnTriangles:
     """Triangles of a field in the colours of its flow density."""
-    # Zero has no logarithm: draw it like all flow that is below the scale.
-    values = np.maximum(flow_density(field), scale.low)
-    return DrawnTriangles(field.points, field.cells, values=values, scale=scale)
+    return DrawnTriangles(field.points, field.cells, values=flow_density(field), scale=scale)
 
 
 def pressure_scale(field: FlowField) -> Scale:
