@@ -16,7 +16,7 @@ from project import ROOT, leak_scene, write_toml
 
 from fem_seal import cli, fenicsx
 from fem_seal.cli import doctor
-from fem_seal.cli.common import default_folder
+from fem_seal.cli.options import default_folder
 from fem_seal.errors import MissingPackage
 from fem_seal.files import use_writable_cache
 from fem_seal.installed import DEBIAN_PETSC

@@ -22,7 +22,7 @@ from demos.letter.page import Found, page
 from demos.letter.persson import SampledSpectrum, comparisons, predictions
 from demos.letter.thresholds import Thresholds, threshold_rows, thresholds
 from fem_seal import parallel
-from fem_seal.cli.common import add_work, work_of
+from fem_seal.cli.options import add_work, work_of
 from fem_seal.digits import number_of
 from fem_seal.errors import FemSealError, InvalidInput
 from fem_seal.files import locked_folder, write_text

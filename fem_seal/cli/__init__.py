@@ -28,7 +28,7 @@ with ended_silently():
         surface,
         sweep,
     )
-    from fem_seal.cli.common import add_moved
+    from fem_seal.cli.options import add_moved
     from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, printable
     from fem_seal.files import use_writable_cache
     from fem_seal.installed import why_not_imported

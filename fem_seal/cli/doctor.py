@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from shutil import which
 
-from fem_seal.cli.common import add_command, say
+from fem_seal.cli.options import add_command
+from fem_seal.cli.printing import say
 from fem_seal.errors import MissingPackage
 from fem_seal.files import user_cache
 from fem_seal.installed import how_to_add, how_to_get_fenicsx

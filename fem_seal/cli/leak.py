@@ -10,14 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fem_seal import parallel
-from fem_seal.cli.common import (
-    add_command,
-    add_for_programs,
-    add_output,
-    print_result,
-    require_limit,
-    run_and_print,
-)
+from fem_seal.cli.options import add_command, add_for_programs, add_output
+from fem_seal.cli.printing import print_result, require_limit, run_and_print
 from fem_seal.digits import with_prefix
 from fem_seal.errors import InvalidInput
 from fem_seal.progress import Display

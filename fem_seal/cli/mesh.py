@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 
 from fem_seal import parallel
-from fem_seal.cli.common import add_command, add_scene, add_trust, default_folder, say
+from fem_seal.cli.options import add_command, add_scene, add_trust, default_folder
+from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput
 from fem_seal.progress import Display
 

@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.common import add_command, add_statements, say, scene_of_heights
+from fem_seal.cli.options import add_command, add_statements, scene_of_heights
+from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput, present
 from fem_seal.files import write_text
 

@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.common import add_command, say
+from fem_seal.cli.options import add_command
+from fem_seal.cli.printing import say
 from fem_seal.progress import Display
 
 FLOW = "flow.png"

@@ -2,7 +2,7 @@
 
 import argparse
 
-from fem_seal.cli.common import (
+from fem_seal.cli.options import (
     add_command,
     add_for_programs,
     add_jobs,
@@ -10,11 +10,9 @@ from fem_seal.cli.common import (
     add_scene,
     add_trust,
     default_folder,
-    run_and_print,
-    say,
     work_of,
 )
-from fem_seal.errors import InvalidInput
+from fem_seal.cli.printing import run_and_print, say
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -29,7 +27,11 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     add_trust(command)
     add_jobs(command, "processes of this machine, for the patches of a [seal] (1)")
     command.add_argument(
-        "--dry-run", action="store_true", help="print time and memory; solve and write nothing"
+        "--dry-run",
+        dest="command",
+        action="store_const",
+        const=_predict,
+        help="print time and memory; solve and write nothing",
     )
     add_output(command, "results/NAME for NAME.toml, and -KEY=VALUE for each --set")
     add_for_programs(command)
@@ -39,17 +41,18 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 def _run(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
 
-    scene, work = Scene.from_file(options.scene, options.overrides), work_of(options)
-    if work.jobs > 1 and scene.seal is None:
-        raise InvalidInput(
-            f"--jobs = {work.jobs} distributes the patches of a [seal], and this scene has none; "
-            "leave it out, or start the command by mpirun"
-        )
-    if options.dry_run:
-        from fem_seal.prediction import predicted
-
-        say(str(predicted(scene, jobs=work.jobs)))
-        return 0
+    scene = Scene.from_file(options.scene, options.overrides)
     out = options.out or default_folder(options.scene, options.overrides)
     text = options.scene.read_text(encoding="utf-8-sig")
-    return run_and_print(scene, out, options, trust=options.trust, work=work, scene_text=text)
+    return run_and_print(
+        scene, out, options, trust=options.trust, work=work_of(options), scene_text=text
+    )
+
+
+def _predict(options: argparse.Namespace) -> int:
+    from fem_seal.prediction import predicted
+    from fem_seal.scene import Scene
+
+    scene = Scene.from_file(options.scene, options.overrides)
+    say(str(predicted(scene, jobs=work_of(options).jobs)))
+    return 0

@@ -10,16 +10,15 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.cli.common import (
-    WIDTH,
+from fem_seal.cli.options import (
     add_command,
     add_moved,
     add_scene,
     add_work,
     prepare_workers,
-    say,
     work_of,
 )
+from fem_seal.cli.printing import WIDTH, say
 from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, NotConverged, present
 from fem_seal.files import locked_folder, write_text

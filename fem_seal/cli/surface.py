@@ -7,7 +7,8 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import add_command, add_scene, add_statements, say, scene_of_heights
+from fem_seal.cli.options import add_command, add_scene, add_statements, scene_of_heights
+from fem_seal.cli.printing import say
 from fem_seal.digits import with_error, with_prefix
 from fem_seal.errors import InvalidInput
 from fem_seal.files import write_text

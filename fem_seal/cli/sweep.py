@@ -5,16 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.cli.common import (
+from fem_seal.cli.options import (
     add_command,
     add_output,
     add_scene,
     add_trust,
     add_work,
     prepare_workers,
-    say,
     work_of,
 )
+from fem_seal.cli.printing import say
 from fem_seal.errors import NotConverged, present
 from fem_seal.files import writing
 from fem_seal.progress import Display

@@ -1,26 +1,19 @@
-"""Options that commands share, the run of a scene, and its printed result."""
+"""Options that commands share, and what they mean."""
 
 import argparse
-import json
-import os
 import re
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING
 
-from fem_seal import parallel
-from fem_seal.errors import InvalidInput, NotConverged, printable
-from fem_seal.progress import Display
+from fem_seal.errors import InvalidInput
 
 if TYPE_CHECKING:
     from fem_seal.points import Work
-    from fem_seal.results import Result
     from fem_seal.scene import Scene
 
 NOT_KEPT = 4  # exit status with --strict if the limit is not surely kept
-WIDTH = 100  # characters of a printed line
 LONGEST_NAME = 60  # most characters of the name of a result folder
 
 
@@ -38,19 +31,18 @@ def add_command(
 
 def add_moved(subparsers: argparse._SubParsersAction, scripts: dict[str, str]) -> None:
     """Add commands that are scripts now; with any words behind, each names its script."""
-
-    def refuse(options: argparse.Namespace) -> int:
-        """Name the script."""
-        raise InvalidInput(
-            f"{options.moved} is a script now: {scripts[options.moved]}, from a checkout of the "
-            "project (docs/theory/letter.md, docs/guide/pictures.md)"
-        )
-
-    for name in scripts:
+    for name, script in scripts.items():
         # With another prefix character options are words like any other.
         command = subparsers.add_parser(name, add_help=False, prefix_chars="\0")
         command.add_argument("words", nargs="*")
-        command.set_defaults(command=refuse, moved=name)
+        command.set_defaults(command=_refuse_moved, moved=name, script=script)
+
+
+def _refuse_moved(options: argparse.Namespace) -> int:
+    raise InvalidInput(
+        f"{options.moved} is a script now: {options.script}, from a checkout of the project "
+        "(docs/theory/letter.md, docs/guide/pictures.md)"
+    )
 
 
 def add_scene(
@@ -205,83 +197,3 @@ def add_for_programs(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help=f"exit status {NOT_KEPT} where the verdict is above limit or undecided",
     )
-
-
-def require_limit(options: argparse.Namespace, scene: "Scene") -> None:
-    """Refuse --strict without a limit before anything is computed."""
-    if options.strict and scene.limit is None:
-        raise InvalidInput("--strict needs a limit: limit.leak_rate of the scene, such as '1 ml/h'")
-
-
-def run_and_print(
-    scene: "Scene",
-    out: Path,
-    options: argparse.Namespace,
-    *,
-    trust: bool = False,
-    work: "Work | None" = None,
-    scene_text: str | None = None,
-    head: Sequence[str] = (),
-) -> int:
-    """Run a scene into a folder, print its result below a head and give the exit status."""
-    from fem_seal.results.result import Origin
-    from fem_seal.solved import run
-
-    require_limit(options, scene)
-    # result.json is UTF-8: bytes of other names become \xe9 and the like.
-    words = (os.fsencode(word).decode("utf-8", "backslashreplace") for word in options.command_line)
-    origin = Origin(tuple(words), scene_text)
-    with Display(parallel.is_root()) as report:
-        result = run(
-            scene,
-            out,
-            overwrite=options.overwrite,
-            report=report,
-            trust=trust,
-            work=work,
-            origin=origin,
-        )
-    return print_result(result, out, options, head)
-
-
-def print_result(
-    result: "Result", out: Path | None, options: argparse.Namespace, head: Sequence[str] = ()
-) -> int:
-    """Print the numbers a user asked for and give the exit status."""
-    if parallel.is_root():
-        if options.json:
-            say(json.dumps(json.loads(result.to_json()), indent=2))
-        else:
-            say("\n".join((*head, *summary(result, out))))
-    if not result.converged:
-        return parallel.fail(f"fem-seal: {result.reason}", NotConverged.exit_status)
-    decision = None if result.verdict is None else result.verdict.decision
-    if options.strict and decision in ("above limit", "undecided", "lifted off"):
-        return parallel.fail(f"fem-seal: {decision} (--strict)", NOT_KEPT)
-    return 0
-
-
-def say(text: str) -> None:
-    """Print to standard output, from the first process only."""
-    if parallel.is_root():
-        print(printable(text), flush=True)  # noqa: T201 (the output of the command)
-
-
-def summary(result: "Result", out: Path | None) -> list[str]:
-    """Lines of the printed result; result.json has all digits."""
-    from fem_seal.results.words import summary_of
-
-    lines = [
-        fill(
-            text,
-            WIDTH,
-            initial_indent=f"{label:10} ",
-            subsequent_indent=" " * 11,
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-        for label, text in summary_of(result)
-    ]
-    if out is not None:
-        lines.append(f"result     {', '.join(('result.json', *result.files))} in {out}")
-    return lines
