@@ -25,6 +25,7 @@ import numpy as np
 
 from fem_seal import Scene
 from fem_seal.patch import Patch
+from fem_seal.quantities.lift import lift_range
 from fem_seal.render.plot import new_figure
 
 SCENE = Path(__file__).parent / "scenes" / "first.toml"
@@ -66,7 +67,7 @@ def point(share: float, n: int) -> Point:
         Patch(Scene.from_file(SCENE, [*settings, f"flow.lift={lift}"]))
         for lift in ("range", "resolved")
     )
-    low, high = range_.lift_range
+    low, high = lift_range(range_)
     assert lifted.lifted.converged, lifted.lifted.reason
     # The theorem is about exact flows: the bounds of the computed ones must not contradict it.
     assert low.lower <= lifted.leak_rate.upper

@@ -11,7 +11,6 @@ bracket, l: error of the lift, where the fluid lifts the solid.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from math import expm1, inf, log, log1p, sinh
 
 from fem_seal import parallel
@@ -19,7 +18,7 @@ from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, most_claimed
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
-from fem_seal.grid_series import OnGrid, grid_error, grids
+from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids
 from fem_seal.leak_rate import EstimatedError, LeakRate
 from fem_seal.patch import Known, Patch
 from fem_seal.progress import Report, silent
@@ -140,7 +139,8 @@ def chosen_grid(
         if left <= least:
             words = _missed(total, part, shapes[-1], "" if area is None else " and the area's")
         leak = replace(leak, converged=False, reason=words)
-    known = Known(solved.contact, solved.lifted, leak, grid_error)
+    errors = {estimated_error: grid_error, area_error: area}
+    known = Known(solved.contact, solved.lifted, leak, errors)
     return Choice(
         total=total,
         patch=first.with_(surface=solved.surface, known=known, flow_settings=solved.flow_settings),
@@ -169,35 +169,32 @@ def chosen_patch(
     def error_of(tried: Sequence[Patch]) -> EstimatedError:
         """What a grid finer than the last one would change."""
         if tried[-1].leak_rate.state == "sealed":
-            return error_of_sealed(tried, shortest, load_of)
+            return error_of_sealed(tried, shortest)
         return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN
 
     with first.timed("accuracy"):
         shortest = 2 * max(present(first.surface, "surface").spacing)  # that measured samples hold
         if isinstance(scene.surface, SelfAffine):
             shortest = scene.surface.short_wavelength
-        load_of = cache(sealing_load)  # of each grid once
         choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
     choice.patch.seconds.update(first.seconds)
     return choice.patch, choice
 
 
-def error_of_sealed(
-    tried: Sequence[Patch], shortest: float, load_of: Callable[[Patch], float | None]
-) -> EstimatedError:
+def error_of_sealed(tried: Sequence[Patch], shortest: float) -> EstimatedError:
     """Whether a finer grid may open the last of the grids, which is sealed.
 
     Where the grid is still too coarse, a finer one may need more load to seal. That a patch is
     sealed therefore counts only if it stays so under the part 1 - 2 δ of its load, where δ is the
-    relative change of the load that just seals it, `load_of`, between its grid and the next coarser
-    one. Both grids must have two samples in the shortest wave [m]: on a coarser one that wave is
-    missing.
+    relative change of the load that just seals it between its grid and the next coarser one. Both
+    grids must have two samples in the shortest wave [m]: on a coarser one that wave is missing.
     """
     widest = shortest / LEAST_IN_SHORTEST * (1 + 1e-9)
     fine_enough = [
         patch for patch in tried[-2:] if max(present(patch.surface, "surface").spacing) <= widest
     ]
-    loads = [load for load in map(load_of, fine_enough) if load is not None]
+    sealing = (patch.once(sealing_load) for patch in fine_enough)
+    loads = [load for load in sealing if load is not None]
     if len(loads) < 2:
         sentence = (
             "sealed on one grid only: no coarser one has two samples in the shortest wave, and "

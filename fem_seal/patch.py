@@ -1,11 +1,11 @@
 """Patch: from a scene to the leak rate of one patch of rough contact, step by step on demand."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -15,22 +15,21 @@ from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput, present
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import EstimatedError, FlowState, LeakRate
+from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.progress import Report, silent
-from fem_seal.scene import FileSurface, Scene
+from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffine
 from fem_seal.scene.scene import FlowSettings, require_scene
 from fem_seal.scene.sections import Lift
 from fem_seal.scene.shape import MeshFile
-from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, made_surface
-from fem_seal.surface import PreparedSurface, measured_surface
+from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, spectrum_of_profiles
+from fem_seal.surface import PreparedSurface, gaussian_surface, measured_surface, self_affine
 
 if TYPE_CHECKING:
     from fem_seal.coupling import LiftedState
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.sensitivity import Sensitivity
 
-# The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.
-LOOSER, LOOSEST = 6.0, 0.3
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +39,8 @@ class Known:
     contact: GapState | None = None  #: dry contact of the patch's surface
     lifted: "LiftedState | None" = None  #: equilibrium of contact and fluid
     leak_rate: LeakRate | None = None
-    grid_error: EstimatedError | None = None  #: what a finer contact grid may change
+    #: values of functions of the patch, as of `Patch.once`
+    values: Mapping[Any, Any] = field(default_factory=dict)
 
 
 class Patch:
@@ -106,11 +106,16 @@ class Patch:
         require_trusted(scene, trust)
         parallel.start_petsc(comm)
         self.scene, self.report, self.trust, self.comm = scene, report, trust, comm
-        self._known, self.lift = known or Known(), scene.lift if lift is None else lift
-        self.grid_error = self._known.grid_error
+        self.lift, self._contact_start = lift or scene.lift, contact_start
         self.seconds: dict[str, float] = {}
-        self._surface, self._contact_start = surface, contact_start
-        self._load, self._flow_settings = load, flow_settings
+        known = known or Known()
+        self._values = dict(known.values)
+        # `cached_property` takes a step that is in `vars`, and computes the others.
+        given = {"surface": surface, "load": load, "flow_settings": flow_settings}
+        given |= {name: getattr(known, name) for name in ("contact", "lifted", "leak_rate")}
+        vars(self).update({name: step for name, step in given.items() if step is not None})
+        if scene.surface is None:  # a gap is given in place of both
+            self.surface = self.contact = None
 
     def __repr__(self) -> str:
         """The scene, and the steps that have been computed."""
@@ -118,15 +123,22 @@ class Patch:
         computed = ", ".join(name for name in steps if name in vars(self)) or "nothing"
         return f"<Patch with {computed} computed, of {self.scene}>"
 
-    @property
+    @cached_property
     def load(self) -> Load:
         """Load of the contact."""
-        return self.scene.load if self._load is None else self._load
+        return self.scene.load
 
-    @property
+    @cached_property
     def flow_settings(self) -> FlowSettings:
         """Settings of the flow; for scenes that need it."""
-        return self.scene.flow_settings if self._flow_settings is None else self._flow_settings
+        return self.scene.flow_settings
+
+    def once(self, function: "Callable[[Patch], Value]") -> Value:
+        """Value of a function of this patch, computed when it is first asked for."""
+        if function not in self._values:
+            self._values[function] = function(self)
+        value: Value = self._values[function]
+        return value
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -153,18 +165,8 @@ class Patch:
     @cached_property
     def surface(self) -> GridField | None:
         """Heights [m] of the rough face; None if the scene gives a gap instead."""
-        if self._surface is not None:
-            return self._surface
-        surface, contact = self.scene.surface, self.scene.contact
-        if surface is None:
-            return None
-        if isinstance(surface, FileSurface):
-            prepared = present(self.prepared, "prepared heights")
-            if contact is not None and contact.is_elastic:
-                prepared.require_cell(f"heights in {surface.path}")
-            return prepared.field
-        with self.timed("surface"):
-            return parallel.on_root(lambda: made_surface(surface), self.comm)
+        section = self.scene.surface
+        return SURFACES[section.kind](self, section)  # type: ignore[union-attr]  # see __init__
 
     @cached_property
     def prepared(self) -> PreparedSurface | None:
@@ -202,17 +204,11 @@ class Patch:
             surface=surface or self.surface,
             known=known,
             contact_start=contact_start,
-            load=load or self._load,
+            load=load or vars(self).get("load"),
             lift=lift or self.lift,
-            flow_settings=flow_settings or self._flow_settings,
+            flow_settings=flow_settings or vars(self).get("flow_settings"),
             comm=self.comm,
         )
-
-    def thinned(self, surface: GridField) -> "Patch":
-        """Same patch on a coarser grid of its heights [m], its flow looser and without a limit."""
-        rtol = max(self.flow_settings.rtol, min(LOOSER * self.flow_settings.rtol, LOOSEST))
-        settings = replace(self.flow_settings, rtol=rtol, decide=None, field=False)
-        return self.with_(surface=surface, flow_settings=settings)
 
     def pressed_by(self, pressure: float, lift: Lift = "none") -> "Patch":
         """Same surface and settings under another mean pressure [Pa]; dry if not said otherwise."""
@@ -222,15 +218,16 @@ class Patch:
     @cached_property
     def contact(self) -> GapState | None:
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
-        if self._known.contact is not None:
-            return self._known.contact
-        surface = self.surface
-        if surface is None:
-            return None
-        press = CONTACTS[present(self.scene.contact, "[contact]").model]
+        press, surface = CONTACTS[present(self.scene.contact, "[contact]").model], self.surface
         with self.timed("contact"):
             return parallel.on_root(
-                lambda: press(self.scene, surface, self._contact_start, self.load, self.report),
+                lambda: press(
+                    self.scene,
+                    present(surface, "surface"),
+                    self._contact_start,
+                    self.load,
+                    self.report,
+                ),
                 self.comm,
             )
 
@@ -243,8 +240,6 @@ class Patch:
     @cached_property
     def lifted(self) -> "LiftedState | None":
         """Contact and flow in one equilibrium; None unless the scene resolves the lift."""
-        if self._known.lifted is not None:
-            return self._known.lifted
         if self.lift != "resolved":
             return None
         from fem_seal.coupling import lifted
@@ -357,8 +352,6 @@ class Patch:
 
         The volume of a gas is stated at the reference conditions of the fluid.
         """
-        if self._known.leak_rate is not None:
-            return self._known.leak_rate
         method = self.flow_settings.method
         if self.lifted_off:
             return LeakRate.lifted_off(method)
@@ -377,30 +370,45 @@ class Patch:
         pressure = self.scene.drive.pressure(leak.field.pressure, self.scene.slip, critical)
         return replace(leak, field=replace(leak.field, pressure=pressure))
 
-    @cached_property
-    def lift_range(self) -> tuple[LeakRate, LeakRate]:
-        """Leak rates of the contact if the outlet's or the inlet's pressure acts everywhere.
 
-        They are those of the dry contact under the load less that pressure. The leak rate with any
-        fluid pressure between the two lies between them (for a half-space under a mean pressure).
-        The second is "lifted off" if the inlet's pressure is not below the load.
-        """
-        load = present(present(self.scene.contact, "[contact]").pressure, "contact.pressure")
-        inlet, outlet = self.scene.gauge_pressures
+def _self_affine(patch: Patch, section: SelfAffine) -> GridField:
+    with patch.timed("surface"):
+        return parallel.on_root(
+            lambda: self_affine(
+                section.spectrum,
+                section.shape,
+                section.size,
+                rms_height=section.rms_height,
+                rms_slope=section.rms_slope,
+                scaling=section.scaling,
+                seed=section.seed,
+            ),
+            patch.comm,
+        )
 
-        def under(pressure: float) -> LeakRate:
-            """Leak rate of the dry contact under a mean pressure [Pa]."""
-            if pressure <= 0:
-                return LeakRate.lifted_off(self.scene.flow.method)
-            return self.pressed_by(pressure).leak_rate
 
-        with self.timed("lift"):
-            return (self.leak_rate if outlet == 0 else under(load - outlet)), under(load - inlet)
+def _of_profiles(patch: Patch, section: ProfileSurface) -> GridField:
+    with patch.timed("surface"):
+        return parallel.on_root(
+            lambda: gaussian_surface(
+                spectrum_of_profiles(section), section.shape, section.size, seed=section.seed
+            ),
+            patch.comm,
+        )
 
-    def leak_rate_of(self, film: "GridFilm | MeshFilm") -> LeakRate:
-        """Leak rate of another film under the scene's pressures, to the scene's tolerance."""
-        settings = replace(self.flow_settings, decide=None)
-        return FLOWS[settings.method](settings, film, self.report, self.comm)
+
+def _measured(patch: Patch, section: FileSurface) -> GridField:
+    prepared, contact = present(patch.prepared, "prepared heights"), patch.scene.contact
+    if contact is not None and contact.is_elastic:
+        prepared.require_cell(f"heights in {section.path}")
+    return prepared.field
+
+
+SURFACES: dict[str, Callable[[Patch, Any], GridField]] = {
+    "self-affine": _self_affine,
+    "profiles": _of_profiles,
+    "file": _measured,
+}
 
 
 def require_trusted(scene: Scene, trust: bool) -> None:

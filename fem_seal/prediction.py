@@ -15,9 +15,9 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import THREADED_FROM
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
-from fem_seal.grid_series import half
+from fem_seal.grid_series import LOOSER, LOOSEST, half
 from fem_seal.memory import available_memory
-from fem_seal.patch import LOOSER, LOOSEST, Patch
+from fem_seal.patch import Patch
 from fem_seal.progress import duration
 from fem_seal.scene import Scene, SelfAffine
 from fem_seal.upscaling.patch_conductivity import KEPT
@@ -54,6 +54,7 @@ class Prediction:
     samples: tuple[int, int]  #: of a patch
     patches: int  #: of the seal; 1 without one
     parts: dict[str, float]  #: time of each stage [s]
+    each_patch: float  #: time that each patch of a seal adds [s]; 0 without one
     memory: float  #: of all processes [bytes]
     advice: str  #: what makes it shorter; "" where it is short
 
@@ -151,7 +152,8 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
         parts["pictures"] = pace * PICTURES[0]
     parts = {"libraries": pace * start} | parts
     seconds = sum(parts.values())
-    return Prediction(shape, patches, parts, memory, _advice(scene, seconds, memory))
+    each_patch, advice = parts.get("patches", 0.0) / patches, _advice(scene, seconds, memory)
+    return Prediction(shape, patches, parts, each_patch, memory, advice)
 
 
 def _short(seconds: float) -> str:

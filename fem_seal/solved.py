@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
-from math import inf
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from fem_seal import parallel
 from fem_seal.accuracy import Choice, chosen_patch
 from fem_seal.contact.state import ContactState, GapState
+from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.memory import peak_memory
@@ -19,12 +20,13 @@ from fem_seal.points import Work
 from fem_seal.prediction import predicted
 from fem_seal.products import file_names, require_packages, write_products
 from fem_seal.progress import NOTE, Report, silent
-from fem_seal.quantities.error_budget import ErrorBudget, Uncertainty
+from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.headline import Headline, headline
-from fem_seal.quantities.inputs import corner, floating_inputs_entry, inputs_entry
+from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.of_patch import Quantities, quantities, shown_in
 from fem_seal.quantities.remarks import cautions, slope_between_samples
 from fem_seal.quantities.seal import leak_rate_of, seal_advice, seal_budget
+from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict, verdict
 from fem_seal.results import Result, ResultFolder
@@ -41,9 +43,6 @@ from fem_seal.upscaling.seal import SealLeak, solve_seal, under_less_load
 
 # Lower loads of a sealed seal may take half of the predicted time of the run, at least this [s].
 A_MINUTE = 60.0
-# A lifted corner of [tolerances] that leaks less than this part of the scene may leak nothing: next
-# to sealing its leak rate would take many times as long as that of the scene.
-NEGLIGIBLE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,18 +50,60 @@ class Solved:
     """The answer of a scene; `str(solved)` is its headline."""
 
     patch: Patch  #: surface, contact, film and flow of the patch, the first one of a seal
-    state: FlowState  #: of the seal where the scene has one
     leak_rate: LeakRate | None  #: flow only, of the seal where the scene has one; None if not asked
     budget: ErrorBudget  #: all reasons for which the leak rate is uncertain
-    headline: Headline | None  #: the leak rate with all counted errors
-    verdict: Verdict | None  #: how that compares with the limit of the scene
-    cautions: tuple[str, ...]
-    quantities: Quantities | None
     seal: SealLeak | None
+    quantities: Quantities | None
+    cautions: tuple[str, ...]
     choice: Choice | None  #: contact grid and tolerance that [accuracy] has chosen
-    converged: bool
-    reason: str  #: why it has not converged
     seconds: float  #: time of the solution
+
+    @property
+    def state(self) -> FlowState:
+        """Whether fluid flows through the seal, or through the patch of a scene without one."""
+        return self.patch.state if self.seal is None else self.seal.state
+
+    @cached_property
+    def headline(self) -> Headline | None:
+        """The leak rate with all counted errors."""
+        leak, scene = self.leak_rate, self.patch.scene
+        return None if leak is None else headline(leak, self.budget, shown_in(scene))
+
+    @cached_property
+    def verdict(self) -> Verdict | None:
+        """How the headline compares with the limit of the scene."""
+        if self.leak_rate is None:
+            return None
+        scene, limit, seal = self.patch.scene, self.patch.scene.limit, self.seal
+        stated, allowed = None, None
+        if limit is not None:
+            stated, allowed = limit.leak_rate, limit.volume_rate(scene.drive)
+        advice = None if seal is None else seal_advice(self.patch, seal, self.budget)
+        return verdict(self.leak_rate, shown_in(scene), stated, allowed, self.budget, advice)
+
+    @property
+    def flows(self) -> list[LeakRate | ConductivityTensor]:
+        """All flows of the answer, each of which may miss its tolerance."""
+        patch, scene = self.patch, self.patch.scene
+        flows = [patch.leak_rate if scene.needs_flow else None, self.leak_rate]
+        if scene.lift == "range":
+            flows += patch.once(lift_range)
+        tensor = None if self.quantities is None else self.quantities.conductivity_tensor
+        return [flow for flow in (*flows, tensor) if flow is not None]
+
+    @property
+    def reason(self) -> str:
+        """Why it has not converged."""
+        reasons = [flow.reason for flow in self.flows if flow.reason]
+        undecided = self.verdict is not None and self.verdict.decision == "undecided"
+        if undecided and not reasons and self.patch.scene.deciding_rate is not None:
+            return "limit.decide asks for a decision, and the verdict is undecided"
+        return "; ".join(dict.fromkeys(reasons))
+
+    @property
+    def converged(self) -> bool:
+        """Whether all flows have reached their tolerance, or the decision that is asked for."""
+        return not self.reason and all(flow.converged for flow in self.flows)
 
     @property
     def contact(self) -> GapState | None:
@@ -212,110 +253,71 @@ def answer(
     # All processes solve film and flow together. From here on `parallel.on_root` marks what the
     # first one computes for all.
     patch.solve_film()
-    own = patch.leak_rate if scene.needs_flow else None
-    if scene.seal is None:
-        leak, budget, seal, state = own, error_budget(patch) or (), None, patch.state
-    else:
-        seal = _seal(patch, patches, work)
-        leak, budget, state = leak_rate_of(patch, seal), seal_budget(patch, seal), seal.state
-    if leak is not None and scene.tolerances is not None:
-        budget = (*budget, _inputs(patch, leak, patches, work))
-    decision = None if leak is None else _decision(patch, leak, budget, seal)
-    named = quantities(patch)
-    tensor = None if named is None else named.conductivity_tensor
-    ends = patch.lift_range if scene.lift == "range" else ()
-    flows = [flow for flow in (own, leak, tensor, *ends) if flow is not None]
-    reasons = [flow.reason for flow in flows if flow.reason]
-    undecided = decision is not None and decision.decision == "undecided"
-    if scene.deciding_rate is not None and undecided and not reasons:
-        reasons.append("limit.decide asks for a decision, and the verdict is undecided")
+    leak, budget, seal = LEAKS[scene.leaks](patch, patches, work)
     return Solved(
         patch=patch,
-        state=state,
         leak_rate=leak,
         budget=budget,
-        headline=None if leak is None else headline(leak, budget, shown_in(scene)),
-        verdict=decision,
-        cautions=cautions(patch, budget, seal),
-        quantities=named,
         seal=seal,
+        quantities=quantities(patch),
+        cautions=cautions(patch, budget, seal),
         choice=choice,
-        converged=not reasons and all(flow.converged for flow in flows),
-        reason="; ".join(dict.fromkeys(reasons)),
         seconds=perf_counter() - start + patch.seconds.get("accuracy", 0.0),
     )
 
 
-def _seal(patch: Patch, patches: Path | None, work: Work | None) -> SealLeak:
+Leak = tuple[LeakRate | None, ErrorBudget, SealLeak | None]
+
+
+def _nothing(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
+    return None, (), None
+
+
+def _patch(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
+    return patch.leak_rate, error_budget(patch), None
+
+
+def _seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
     """The flow of a whole seal; where all its patches are sealed, bounded by that under less load.
 
     The expected time is said before the first patch.
     """
-    scene = patch.scene
     with patch.timed("seal"):
-        expected = predicted(scene, patch.surface, 1 if work is None else work.jobs)
+        expected = predicted(patch.scene, patch.surface, 1 if work is None else work.jobs)
         patch.report(NOTE, str(expected))
-        each = expected.parts["patches"] / expected.patches
-        seal = solve_seal(patch, patches, work, each=each)
-        if seal.state == "sealed" and scene.limit is not None:
+        seal = solve_seal(patch, patches, work, each=expected.each_patch)
+        if seal.state == "sealed" and patch.scene.limit is not None:
             seconds = max(expected.seconds / 2, A_MINUTE)
             seal = under_less_load(patch, seal, seconds, patches, work)
-    return seal
 
-
-def _inputs(patch: Patch, leak: LeakRate, patches: Path | None, work: Work | None) -> Uncertainty:
-    """Entry of [tolerances] in the error budget, from the leak rates at their two ends."""
-    if patch.lifted is not None and patch.lifted.floats:
-        return floating_inputs_entry()
-    with patch.timed("inputs"):
-        closed, opened = (_corner(patch, sign, patches, work) for sign in (-1, 1))
-    load, lifted = patch.mean_pressure, patch.lifted
-    carried = lifted.fluid_load / load if lifted is not None and load else 0.0
-    return inputs_entry(patch.scene, leak, closed, opened, carried)
-
-
-def _decision(patch: Patch, leak: LeakRate, budget: ErrorBudget, seal: SealLeak | None) -> Verdict:
-    """How the leak rate compares with the limit of the scene."""
-    scene, limit = patch.scene, patch.scene.limit
-    stated, allowed = None, None
-    if limit is not None:
-        stated, allowed = limit.leak_rate, limit.volume_rate(scene.drive)
-    advice = None if seal is None else seal_advice(patch, seal, budget)
-    return verdict(leak, shown_in(scene), stated, allowed, budget, advice)
-
-
-def _corner(patch: Patch, end: int, patches: Path | None, work: Work | None) -> LeakRate:
-    """Leak rate with all inputs of [tolerances] at the ends where most (1) or least (-1) leaks."""
-    scene, surface, contact = corner(patch.scene, end), patch.surface, patch.contact
-    if surface is not None:
-        factor = 1 + end * patch.scene.tolerated.get("heights", 0.0)
-        surface = replace(surface, values=factor * surface.values)
-    start = contact.pressure.values if isinstance(contact, ContactState) else None
-    settings = replace(scene.flow_settings, rtol=patch.flow_settings.rtol)
-    if end < 0 and patch.lifted is not None:
-        settings = replace(settings, negligible=NEGLIGIBLE * patch.leak_rate.value)
-    other = Patch(
-        scene,
-        patch.report,
-        trust=patch.trust,
-        surface=surface,
-        contact_start=start,
-        flow_settings=settings,
-        comm=patch.comm,
-    )
-    if scene.seal is not None:
+    def rate_of(other: Patch) -> LeakRate:
         return leak_rate_of(other, solve_seal(other, patches, work))
-    leak, lifted = other.leak_rate, other.lifted
-    if lifted is not None and lifted.floats:
-        # At which ends a film without contact leaks most is not known.
-        return LeakRate.lifted_off(leak.method)
-    if lifted is None or lifted.converged:
-        return leak
-    # A lifted state that has not settled, sealed or not, may leak anything in its range.
-    lower, upper = min(leak.bounds[0], lifted.lowest), max(leak.bounds[1], lifted.highest)
-    if upper == inf:
-        return LeakRate.lifted_off(leak.method)
-    return replace(leak, state="leaking", value=leak.value or upper, lower=lower, upper=upper)
+
+    return leak_rate_of(patch, seal), seal_budget(patch, seal, rate_of), seal
+
+
+LEAKS = {"nothing": _nothing, "patch": _patch, "seal": _seal}
+
+
+def _require_one_process(scene: Scene, work: Work | None) -> None:
+    if work is not None and work.jobs > 1:
+        raise InvalidInput(
+            f"--jobs = {work.jobs} distributes the patches of a [seal], and this scene has none; "
+            "leave it out, or start the command by mpirun"
+        )
+
+
+def _require_profile_and_windows(scene: Scene, work: Work | None) -> None:
+    profile_of(scene)
+    realizations(scene)
+
+
+# Refuse, before the work, what cannot be shared or read.
+REQUIREMENTS = {
+    "nothing": _require_one_process,
+    "patch": _require_one_process,
+    "seal": _require_profile_and_windows,
+}
 
 
 def run(
@@ -353,7 +355,7 @@ def run(
     NotConverged
         If the contact does not reach its tolerance; nothing is written then.
     """
-    with _reserved(scene, out, overwrite, comm) as folder:
+    with _reserved(scene, out, overwrite, comm, work) as folder:
         patch, choice = chosen_patch(scene, report, trust=trust, comm=comm)
         solved = answer(patch, choice, patches=folder.path / PATCHES, work=work)
         return solved.write(folder, origin)
@@ -361,15 +363,16 @@ def run(
 
 @contextmanager
 def _reserved(
-    scene: Scene, out: str | Path, overwrite: bool, comm: parallel.Comm
+    scene: Scene,
+    out: str | Path,
+    overwrite: bool,
+    comm: parallel.Comm,
+    work: Work | None = None,
 ) -> Iterator[ResultFolder]:
     """Check scene and folder before any work, and hold the folder until the result is written."""
     require_scene(scene)
     require_packages(scene, pictures="pictures" in scene.output.products)
-    if scene.seal is not None:
-        # Refuse a table that cannot be read, or windows that do not fit, before the work.
-        profile_of(scene)
-        realizations(scene)
+    REQUIREMENTS[scene.leaks](scene, work)
     folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, file_names(scene))
     with ExitStack() as held:
         # `and None`: the open folder of the first process must not be sent to the others.

@@ -18,46 +18,27 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import refuse_too_large
 from fem_seal.progress import Report, silent
-from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffine
+from fem_seal.scene import FileSurface, ProfileSurface, Scene
 from fem_seal.scene.scene import FlowSettings
 from fem_seal.surface import (
     IsotropicSpectrum,
     cropped,
-    gaussian_surface,
     isotropic_spectrum,
     levelled_map,
     profile_spectrum,
-    self_affine,
     without_outliers,
 )
+from fem_seal.surface.synthesis import SURFACE_BYTES
 
 if TYPE_CHECKING:
     from fem_seal.film import GridFilm, MeshFilm
 
-# Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
-# measured at 1024 x 1024 samples: 60, and 106 to 138 with the solver and its arithmetic.
-SURFACE_BYTES, CONTACT_BYTES = 60, 106
+# Least peak memory of a surface with its elastic contact [bytes a sample], measured at 1024 x 1024
+# samples: 106 to 138 with the solver and its arithmetic.
+CONTACT_BYTES = 106
 # Of a contact on the way to another: limit of |gap| on pressed samples over the tolerance of the
 # certificate. Where that is met, the gap is at most 5 times it, so that the certificate decides.
 GAP_PER_CERTIFICATE = 10.0
-
-
-def made_surface(surface: SelfAffine | ProfileSurface) -> GridField:
-    """Random heights [m] of a section."""
-    nx, ny = surface.shape
-    refuse_too_large(SURFACE_BYTES * nx * ny, f"a surface of {nx} x {ny} samples")
-    if isinstance(surface, ProfileSurface):
-        spectrum = spectrum_of_profiles(surface)
-        return gaussian_surface(spectrum, surface.shape, surface.size, seed=surface.seed)
-    return self_affine(
-        surface.spectrum,
-        surface.shape,
-        surface.size,
-        rms_height=surface.rms_height,
-        rms_slope=surface.rms_slope,
-        scaling=surface.scaling,
-        seed=surface.seed,
-    )
 
 
 def spectrum_of_profiles(surface: ProfileSurface) -> IsotropicSpectrum:

@@ -19,6 +19,7 @@ from fem_seal.grid_series import (
     OF_CHANGE,
     OF_UNRESOLVED,
     OnGrid,
+    estimated_error,
     grid_error,
     grids,
     unresolved,
@@ -72,7 +73,6 @@ class Fake:
     contact: str = ""
     leak_rate: LeakRate | None = None
     lifted: Settled | None = None
-    grid_error: EstimatedError | None = None
     scene: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(contact=None))
     asked: list = field(default_factory=list)
 
@@ -94,10 +94,8 @@ class Fake:
         settings = flow_settings or self.flow_settings
         if known.leak_rate is None:
             self.asked.append((surface.shape, settings.rtol, known.contact))
-        solved = known.leak_rate, known.lifted, known.grid_error
-        names = ("leak_rate", "lifted", "grid_error")
-        own = dict(zip(names, solved, strict=True))
-        return replace(self, surface=surface, flow_settings=settings, **own)
+        solved = {"leak_rate": known.leak_rate, "lifted": known.lifted}
+        return replace(self, surface=surface, flow_settings=settings, **solved)
 
 
 def chosen_grid(total, error, max_refinement=4, claims=0.0):
@@ -255,7 +253,7 @@ def test_a_grid_that_misses_the_shortest_wave_is_no_evidence():
         accuracy = {"total": 0.1, "max_refinement": finest}
         patch, choice = chosen_patch(Scene.from_mapping(scene | {"accuracy": accuracy}))
         assert patch.leak_rate.state == "sealed"
-        assert patch.grid_error.upper == upper
+        assert patch.once(estimated_error).upper == upper
         assert choice.samples == (64 * finest, 64 * finest)
 
 

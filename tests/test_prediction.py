@@ -49,7 +49,7 @@ def test_more_work_takes_longer(small_scene, monkeypatch):
         assert predicted(base.with_(change)).seconds > predicted(base).seconds
     seal = base.with_({"seal": SEAL, "flow.lift": None, "output.products": ["seal"]})
     one, two = predicted(seal), predicted(seal, jobs=2)
-    assert two.parts["patches"] == pytest.approx(one.parts["patches"] / 2)
+    assert two.each_patch == pytest.approx(one.each_patch / 2)
     assert two.memory == pytest.approx(2 * one.memory)
     assert predicted(seal.with_({"seal.patches": 8})).seconds > one.seconds
 

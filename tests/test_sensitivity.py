@@ -16,12 +16,13 @@ from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
+from fem_seal.patch import Patch
 from fem_seal.progress import silent
 from fem_seal.results.arrays import read_log_rate_by_height
 from fem_seal.scene import Scene
 from fem_seal.sensitivity import EPSILON, sensitivity
 from fem_seal.solved import solve
-from fem_seal.steps import elastic_contact, made_surface
+from fem_seal.steps import elastic_contact
 
 FIRST = Path(__file__).parents[1] / "demos" / "scenes" / "first.toml"
 EXACT = [
@@ -43,7 +44,7 @@ class Equilibrium:
 
     def __init__(self, scene: Scene, lift: bool, height: GridField | None = None, start=None):
         self.scene, self.load = scene, scene.load
-        self.height = made_surface(scene.surface) if height is None else height
+        self.height = Patch(scene).surface if height is None else height
         self.problem = lifting_problem(scene, self.load, scene.flow_settings, self.height, silent)
         self.epsilon = EPSILON * float(self.height.values.std())
         self.pressure, held = None, None if self.load.kind == "mean_gap" else self.load.value

@@ -11,11 +11,14 @@ holds for the half-space, not for its grid, and lifted contacts and layers have 
 entry is an estimate.
 """
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
-from math import log, prod
+from math import inf, log, prod
 
 import numpy as np
 
+from fem_seal.contact.state import ContactState
 from fem_seal.digits import in_digits
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
@@ -34,28 +37,67 @@ OPENS = {
     "flow.outlet_pressure": -1,
     "heights": 1,
 }
+# A lifted corner that leaks less than this part of the scene may leak nothing: next to sealing its
+# leak rate would take many times as long as that of the scene.
+NEGLIGIBLE = 1e-4
 TINY = 1e-9  # least part of the load that counts as left to the solid
 LOADS = ("contact.pressure", "seal.line_load")
 STIFFNESSES = ("solid.youngs_modulus", "solid.contact_modulus", "heights")
 
 
-def exact_inputs_entry(patch: Patch) -> Uncertainty | None:
-    """Entry of a scene without [tolerances]."""
-    if patch.scene.tolerances is not None:
-        return None
-    return _not_covered("load, solid, fluid and heights count as exact, without [tolerances]")
+def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRate]) -> Uncertainty:
+    """Entry of the inputs, from the leak rates at the two ends of [tolerances].
+
+    `rate_of` gives the leak rate of another patch, or of a seal of such patches.
+    """
+    load, lifted = patch.mean_pressure, patch.lifted
+    if patch.scene.tolerances is None:
+        sentence = "load, solid, fluid and heights count as exact, without [tolerances]"
+        return Uncertainty(INPUTS, "not covered", sentence)
+    if lifted is not None and lifted.floats:
+        # Higher heights then lower the leak rate.
+        sentence = (
+            "the solid floats on the fluid, and at which ends of [tolerances] most leaks is known "
+            "of a solid in contact only: change one input at a time"
+        )
+        return Uncertainty(INPUTS, "not covered", sentence)
+    with patch.timed("inputs"):
+        closed, opened = (rate_of(_at_corner(patch, end)) for end in (-1, 1))
+    carried = lifted.fluid_load / load if lifted is not None and load else 0.0
+    return _entry(patch.scene, leak, closed, opened, carried)
 
 
-def floating_inputs_entry() -> Uncertainty:
-    """Entry of [tolerances] if the solid floats: higher heights then lower the leak rate."""
-    return _not_covered(
-        "the solid floats on the fluid, and at which ends of [tolerances] most leaks is known of a "
-        "solid in contact only: change one input at a time"
+def rate_in_range(patch: Patch) -> LeakRate:
+    """Leak rate of a patch; of one whose lift has not settled, sealed or not, all of its range."""
+    leak, lifted = patch.leak_rate, patch.lifted
+    if lifted is None or (lifted.converged and not lifted.floats):
+        return leak
+    lower, upper = min(leak.bounds[0], lifted.lowest), max(leak.bounds[1], lifted.highest)
+    if lifted.floats or upper == inf:
+        # At which ends a film without contact leaks most is not known.
+        return LeakRate.lifted_off(leak.method)
+    return replace(leak, state="leaking", value=leak.value or upper, lower=lower, upper=upper)
+
+
+def _at_corner(patch: Patch, end: int) -> Patch:
+    """Patch with all inputs of [tolerances] at the ends where most (1) or least (-1) leaks."""
+    scene, surface, contact = corner(patch.scene, end), patch.surface, patch.contact
+    if surface is not None:
+        factor = 1 + end * patch.scene.tolerated.get("heights", 0.0)
+        surface = replace(surface, values=factor * surface.values)
+    start = contact.pressure.values if isinstance(contact, ContactState) else None
+    settings = replace(scene.flow_settings, rtol=patch.flow_settings.rtol)
+    if end < 0 and patch.lifted is not None:
+        settings = replace(settings, negligible=NEGLIGIBLE * patch.leak_rate.value)
+    return Patch(
+        scene,
+        patch.report,
+        trust=patch.trust,
+        surface=surface,
+        contact_start=start,
+        flow_settings=settings,
+        comm=patch.comm,
     )
-
-
-def _not_covered(sentence: str) -> Uncertainty:
-    return Uncertainty(INPUTS, "not covered", sentence)
 
 
 def corner(scene: Scene, end: int) -> Scene:
@@ -74,18 +116,10 @@ def _ends(scene: Scene, end: int) -> dict[str, float]:
     return {name: 1 + end * OPENS[name] * part for name, part in scene.tolerated.items()}
 
 
-def inputs_entry(
+def _entry(
     scene: Scene, leak: LeakRate, closed: LeakRate, opened: LeakRate, carried: float
 ) -> Uncertainty:
-    """Entry of the inputs in the error budget.
-
-    Parameters
-    ----------
-    leak, closed, opened
-        Leak rates of the scene and of its two corners.
-    carried
-        Part of the load that the fluid carries: at most all of it.
-    """
+    """Entry from three leak rates, and the part of the load that the fluid carries."""
     carried = min(carried, 1 - TINY)
     shares = input_shares(scene, leak, closed, opened, carried)
     name = max(shares, key=lambda name: shares[name])

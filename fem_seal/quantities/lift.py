@@ -120,7 +120,7 @@ def _resolved(patch: Patch) -> Uncertainty:
 
 def _range(patch: Patch) -> Uncertainty:
     """Entry of the dry contacts at both ends of the fluid's pressure."""
-    dry, (closed, opened) = patch.leak_rate, patch.lift_range
+    dry, (closed, opened) = patch.leak_rate, patch.once(lift_range)
     lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), _end(opened, 1)
     sentence = (
         "any fluid pressure between those of inlet and outlet is covered: between "
@@ -133,6 +133,25 @@ def _range(patch: Patch) -> Uncertainty:
         )
         return Uncertainty(LIFT, "not covered", sentence, lower, None, caution=True, is_range=True)
     return Uncertainty(LIFT, "estimated", sentence, lower, upper, upper_rate=rate, is_range=True)
+
+
+def lift_range(patch: Patch) -> tuple[LeakRate, LeakRate]:
+    """Leak rates of the contact if the outlet's or the inlet's pressure acts everywhere.
+
+    They are those of the dry contact under the load less that pressure. The leak rate with any
+    fluid pressure between the two lies between them (for a half-space under a mean pressure). The
+    second is "lifted off" if the inlet's pressure is not below the load.
+    """
+    load, (inlet, outlet) = patch.load.value, patch.scene.gauge_pressures
+
+    def under(pressure: float) -> LeakRate:
+        """Leak rate of the dry contact under a mean pressure [Pa]."""
+        if pressure <= 0:
+            return LeakRate.lifted_off(patch.scene.flow.method)
+        return patch.pressed_by(pressure).leak_rate
+
+    with patch.timed("lift"):
+        return (patch.leak_rate if outlet == 0 else under(load - outlet)), under(load - inlet)
 
 
 def _end(leak: LeakRate, side: int) -> float:

@@ -1,7 +1,7 @@
 """The quantities of a scene, from the steps of its Patch."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fem_seal import parallel
@@ -18,6 +18,7 @@ from fem_seal.quantities.constriction import Constriction, constriction
 from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.scene import Scene
+from fem_seal.steps import FLOWS
 from fem_seal.threshold import Threshold, threshold
 
 
@@ -80,7 +81,8 @@ def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
     else:
         # A shape in contact everywhere has no height of its own: take any.
         height = film.highest or 1.0
-        uniform = patch.leak_rate_of(film.with_gap(height))
+        settings = replace(patch.flow_settings, decide=None)
+        uniform = FLOWS[settings.method](settings, film.with_gap(height), patch.report, patch.comm)
     return hydraulic_aperture(patch.leak_rate, uniform, height, scene.slip)
 
 

@@ -1,5 +1,6 @@
 """Uncertainties and verdict of a whole seal."""
 
+from collections.abc import Callable
 from math import ceil, exp, inf, log
 from statistics import stdev
 
@@ -18,7 +19,7 @@ from fem_seal.quantities.error_budget import (
     Kind,
     Uncertainty,
 )
-from fem_seal.quantities.inputs import exact_inputs_entry
+from fem_seal.quantities.inputs import inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import slip_entry_at
 from fem_seal.quantities.uncertainties import isotropy_entry, model_entry
@@ -88,8 +89,8 @@ def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
     return f"{REMEDIES[widest]} might decide"
 
 
-def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
-    """List the uncertainties of the leak rate of a seal."""
+def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRate]) -> ErrorBudget:
+    """List the uncertainties of the leak rate of a seal; `rate_of` gives that of another one."""
     if seal.state == "lifted off":
         sentence = (
             "the contact pressure is nowhere above the fluid's at the inlet: no contact is left, "
@@ -108,7 +109,7 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
         isotropy_entry(patch),
         None if gap is None else slip_entry_at(patch.scene, gap, seal.leak_path, rtol),
         _slip_along_entry(patch, seal),
-        exact_inputs_entry(patch),
+        inputs_entry(patch, leak_rate_of(patch, seal), rate_of),
         model_entry(patch),
     )
     return tuple(entry for entry in entries if entry is not None)

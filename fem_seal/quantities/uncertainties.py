@@ -17,16 +17,14 @@ from fem_seal.quantities.error_budget import (
     Uncertainty,
     flow_entry,
 )
-from fem_seal.quantities.inputs import exact_inputs_entry
+from fem_seal.quantities.inputs import inputs_entry, rate_in_range
 from fem_seal.quantities.lift import lift_entry
 from fem_seal.quantities.slip import slip_entry, slip_interval_entry
 from fem_seal.scene import FileSurface, ProfileSurface
 
 
-def error_budget(patch: Patch) -> ErrorBudget | None:
-    """List the uncertainties of the leak rate of a patch; None if the scene needs no flow."""
-    if not patch.scene.needs_flow:
-        return None
+def error_budget(patch: Patch) -> ErrorBudget:
+    """List the uncertainties of the leak rate of a patch."""
     entries = (source(patch) for source in SOURCES)
     return tuple(entry for entry in entries if entry is not None)
 
@@ -40,17 +38,15 @@ def _contact_grid_entry(patch: Patch) -> Uncertainty | None:
     if scene.contact is None or scene.seal is not None or patch.lifted_off:
         return None
     wanted = scene.accuracy is None or scene.accuracy.contact_grid
-    error = patch.grid_error
-    if error is None and wanted and scene.contact.is_elastic and scene.shape is None:
-        error = patch.grid_error = estimated_error(patch)
-    if error is None:
+    computed = wanted and scene.contact.is_elastic and scene.shape is None
+    if scene.total_error is None and not computed:
         sentence = "what a finer grid of the contact would change was not computed"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    return _estimated(CONTACT_GRID, error)
+    return _estimated(CONTACT_GRID, patch.once(estimated_error))
 
 
 def _contact_area_entry(patch: Patch) -> Uncertainty | None:
-    error = area_error(patch)
+    error = patch.once(area_error)
     return None if error is None else _estimated(CONTACT_AREA, error)
 
 
@@ -114,6 +110,10 @@ def model_entry(patch: Patch) -> Uncertainty:
     return Uncertainty("model", "not covered", sentence)
 
 
+def _inputs_entry(patch: Patch) -> Uncertainty:
+    return inputs_entry(patch, patch.leak_rate, rate_in_range)
+
+
 Source = Callable[[Patch], Uncertainty | None]
 SOURCES: tuple[Source, ...] = (
     _flow_entry,
@@ -126,6 +126,6 @@ SOURCES: tuple[Source, ...] = (
     _given_gap_entry,
     _one_patch_entry,
     isotropy_entry,
-    exact_inputs_entry,
+    _inputs_entry,
     model_entry,
 )

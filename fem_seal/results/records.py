@@ -12,6 +12,7 @@ from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.headline import Shown
+from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
 from fem_seal.units import RATES
@@ -131,7 +132,7 @@ class LiftRecord(Record):
             return None
         dry = DryRecord.model_validate(present(patch.contact, "contact"))
         if model == "range":
-            low, high = patch.lift_range
+            low, high = patch.once(lift_range)
             return cls(
                 model=model,
                 steps=2,

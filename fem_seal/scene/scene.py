@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -199,9 +199,16 @@ class Scene(Section):
         return bool(products.intersection(self.output.products))
 
     @property
+    def leaks(self) -> Literal["nothing", "patch", "seal"]:
+        """Whose leak rate is asked for, if any."""
+        if self.seal is not None:
+            return "seal"
+        return "patch" if self.needs_flow else "nothing"
+
+    @property
     def needs_rates(self) -> bool:
         """Whether some product is a leak rate, of the patch or of the seal."""
-        return self.needs_flow or self.seal is not None
+        return self.leaks != "nothing"
 
     @property
     def needs_field(self) -> bool:

@@ -4,10 +4,12 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
+from fem_seal.memory import refuse_too_large
 from fem_seal.registry import require_known
 from fem_seal.surface.profiles import IsotropicSpectrum
 from fem_seal.surface.spectrum import Spectrum, multiplicity, one_amplitude, wavenumbers
 
+SURFACE_BYTES = 60  # peak memory [bytes a sample], measured at 1024 x 1024 samples
 SCALINGS = ("exact", "ensemble")
 ORDER_OF_MOMENT = {"rms_height": 0, "rms_slope": 2}
 
@@ -55,6 +57,7 @@ def self_affine(
     if len(size) != 2 or not all(np.isfinite(length) and length > 0 for length in size):
         raise InvalidInput(f"size must be two positive lengths in metres, got {size}")
     spectrum.require_room(shape, size)
+    _require_memory(shape)
     q = wavenumbers(shape, (size[0] / shape[0], size[1] / shape[1]))
     ends = f"{spectrum.long_wavelength} and {spectrum.short_wavelength}"
     density = _of_grid(
@@ -79,6 +82,7 @@ def gaussian_surface(
     InvalidInput
         If no wave of the grid has power, or an argument is out of range.
     """
+    _require_memory(shape)
     q = wavenumbers(shape, (size[0] / shape[0], size[1] / shape[1]))
     remedy = "has power in the spectrum of the profiles; take a larger size, or more samples"
     density = _of_grid(spectrum.density(q), shape, remedy)
@@ -107,6 +111,11 @@ def twin(field: GridField, seed: int) -> GridField:
     phases[0, 0] = np.sign(modes[0, 0].real)
     values = fft.irfft2(np.abs(modes) * phases, s=field.shape)
     return GridField(values, field.spacing, periodic=True)
+
+
+def _require_memory(shape: tuple[int, int]) -> None:
+    nx, ny = shape
+    refuse_too_large(SURFACE_BYTES * nx * ny, f"a surface of {nx} x {ny} samples")
 
 
 def _stream(seed: int, count: int) -> np.ndarray:

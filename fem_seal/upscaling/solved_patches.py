@@ -16,14 +16,13 @@ from fem_seal import __version__, parallel
 from fem_seal.accuracy import relative_error
 from fem_seal.errors import present
 from fem_seal.files import digest
-from fem_seal.grid_series import OnGrid, grid_error, half, unresolved
+from fem_seal.grid_series import OnGrid, grid_error, on_half, unresolved
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
 from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
 from fem_seal.points.compute import under
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
-from fem_seal.surface.resampling import resample
 from fem_seal.upscaling.conductivity import ConductivityTable, StoredTable
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined_table
@@ -123,13 +122,11 @@ def _load_that_matters(outcome: PatchFlow, table: ConductivityTable) -> float | 
 
 def _contact_error(patch: LoadedPatch, load: float) -> float | None:
     """Relative error of the contact's grid at a load, from half of the samples."""
-    surface = present(patch.patch.surface, "surface")
-    shape = half(surface.shape)
-    if shape is None:
+    thinned = on_half(patch.patch)
+    if thinned is None:
         return None
     # The grids may differ by less than the flows of the table may be off.
     fine = patch.with_flows_to(min(patch.rtol, patch.patch.scene.flow.rtol))
-    thinned = patch.patch.thinned(resample(surface, shape))
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol)
     error = relative_error(grid_error(_on_grid(coarse, load), _on_grid(fine, load)).part)
     return error if isfinite(error) else None

@@ -14,7 +14,7 @@ from math import inf, log
 from statistics import median
 
 from fem_seal.errors import NotConverged
-from fem_seal.grid_series import OnGrid, change_of, estimated_error, half
+from fem_seal.grid_series import OnGrid, change_of, estimated_error, on_half
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -95,10 +95,7 @@ def main(first: int, count: int, lift: bool, shortest: list[int]) -> None:
             closed.append(error.part < inf)
         if error.part < inf and true:
             ratios.append(error.part / abs(true))
-        fine, coarse = (
-            OnGrid.of(patch),
-            OnGrid.of(patch.thinned(resample(surface, half(surface.shape)))),
-        )
+        fine, coarse = OnGrid.of(patch), OnGrid.of(on_half(patch))
         print(
             f"{number:5d} {'held' if low <= true <= high else 'MISSED':6} A/A0 {area:.3f}, "
             f"u/g {fine.unresolved / fine.critical_gap:.3f}, change {change_of(coarse, fine):.3f}, "

@@ -30,6 +30,7 @@ from fem_seal.coupling import LiftedState, lifted
 from fem_seal.coupling.lifted import lifted_from
 from fem_seal.errors import NotConverged
 from fem_seal.patch import Known, Patch
+from fem_seal.quantities.lift import lift_range
 from fem_seal.scene import Scene
 
 SEED, RTOL = 20120612, 0.05
@@ -175,7 +176,7 @@ def _outside(scene: Scene, patch: Patch, state: LiftedState) -> float:
     """How far ln Q lies outside the leak rates of the dry contacts; 0 where no theorem holds."""
     if scene.contact.pressure is None or scene.solid.layer_thickness is not None:
         return 0.0
-    low, high = patch.lift_range
+    low, high = lift_range(patch)
     value = state.leak_rate.value
     below = apart(value, low.value) if value < low.value else 0.0
     above = apart(value, high.value) if value > high.value else 0.0

@@ -14,6 +14,7 @@ from fem_seal.coupling.newton import LiftPoint
 from fem_seal.drawing import draw
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
+from fem_seal.quantities.lift import lift_range
 from fem_seal.results import Result, read_contact, read_lift
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
@@ -212,7 +213,7 @@ def test_budget_of_a_state_that_has_not_settled():
 def test_range_in_the_result():
     """Both ends, and a budget whose factors lead from the dry bounds to them."""
     result = solve(scene(lift="range")).result()
-    low, high = Patch(scene(lift="range")).lift_range
+    low, high = lift_range(Patch(scene(lift="range")))
     assert (result.lift.lowest, result.lift.highest) == (low.lower, high.upper)
     assert entry(result).upper * result.leak_rate.upper == pytest.approx(high.upper, rel=1e-9)
     assert result.lift.solid_pressure is None

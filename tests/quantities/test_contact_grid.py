@@ -8,6 +8,7 @@ import pytest
 from project import scene_of_samples
 
 from fem_seal.errors import InvalidInput
+from fem_seal.grid_series import on_half
 from fem_seal.patch import Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
@@ -61,7 +62,7 @@ def test_a_measured_map_says_what_half_of_its_samples_change(tmp_path):
     spacing = patch.surface.spacing
     np.savez(tmp_path / "map.npz", heights=patch.surface.values, spacing=spacing, periodic=True)
     measured = Patch(scene(surface={"kind": "file", "path": str(tmp_path / "map.npz")}))
-    half = measured.thinned(resample(measured.surface, (16, 16))).leak_rate.value
+    half = on_half(measured).leak_rate.value
     change = abs(log(measured.leak_rate.value / half))
     grid = entry(measured)
     assert (grid.lower, grid.upper) == pytest.approx((exp(-change), exp(change)), rel=1e-9)
@@ -77,7 +78,7 @@ def test_a_measured_map_says_what_half_of_its_samples_change(tmp_path):
     ],
 )
 def test_no_other_grid_is_solved_where_none_is_wanted(sections, monkeypatch):
-    monkeypatch.setattr(Patch, "thinned", lambda self, surface: pytest.fail("another grid"))
+    monkeypatch.setattr(Patch, "with_", lambda self, **other: pytest.fail("another grid"))
     assert entry(Patch(scene(**sections))).kind == "not covered"
 
 
