@@ -104,7 +104,7 @@ def _file_cache(statistics: Path) -> int:
 
 
 def refuse_too_large(size: float, what: str, available: float | None = None) -> None:
-    """Refuse to read data, called `what`, of a size [bytes] above the available memory [bytes].
+    """Refuse to make data, called `what`, of a size [bytes] above the available memory [bytes].
 
     That is `available_memory()` if left out.
     """
@@ -120,23 +120,24 @@ def refuse_too_large(size: float, what: str, available: float | None = None) -> 
 def within_available_memory(what: str) -> Iterator[None]:
     """Limit the memory of the body to what is available when it starts.
 
-    Some libraries allocate whatever size a file declares. Under the limit such an allocation fails
-    at once; without it the machine would run out of memory.
+    numpy and the libraries of formats allocate whatever size a file declares. Under the limit such
+    an allocation fails at once; without it the machine would run out of memory.
     """
     statistics = Path("/proc/self/statm")
     if not statistics.is_file():  # macOS, which ignores the limit below
         yield
         return
     before, hardest = resource.getrlimit(resource.RLIMIT_AS)
-    pages = int(statistics.read_text().split()[0])
-    limit = pages * resource.getpagesize() + available_memory()
+    pages, available = int(statistics.read_text().split()[0]), available_memory()
+    limit = pages * resource.getpagesize() + available
     ceilings = [n for n in (before, hardest) if n != resource.RLIM_INFINITY]
     resource.setrlimit(resource.RLIMIT_AS, (min([limit, *ceilings]), hardest))
     try:
         yield
     except MemoryError:
         raise InvalidInput(
-            f"reading {what} would take more memory than is available; crop or resample it"
+            f"reading {what} would take more than the {available / 1e9:.3g} GB of memory that are "
+            "available; crop or resample it"
         ) from None
     finally:
         resource.setrlimit(resource.RLIMIT_AS, (before, hardest))

@@ -29,22 +29,6 @@ def add_command(
     )
 
 
-def add_moved(subparsers: argparse._SubParsersAction, scripts: dict[str, str]) -> None:
-    """Add commands that are scripts now; with any words behind, each names its script."""
-    for name, script in scripts.items():
-        # With another prefix character options are words like any other.
-        command = subparsers.add_parser(name, add_help=False, prefix_chars="\0")
-        command.add_argument("words", nargs="*")
-        command.set_defaults(command=_refuse_moved, moved=name, script=script)
-
-
-def _refuse_moved(options: argparse.Namespace) -> int:
-    raise InvalidInput(
-        f"{options.moved} is a script now: {options.script}, from a checkout of the project "
-        "(docs/theory/letter.md, docs/guide/pictures.md)"
-    )
-
-
 def add_scene(
     command: argparse.ArgumentParser, text: str = "the scene file (docs/reference/scene.md)"
 ) -> None:

@@ -1,28 +1,21 @@
-"""Opening npz, npy, NetCDF and HDF5 files: all data must lie in the file and fit into memory."""
+"""Opening npz, npy, NetCDF and HDF5 files: all data must lie in the file itself."""
 
 import lzma
-import math
 import re
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tokenize import TokenError
-from typing import IO, TYPE_CHECKING
+from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 
 import numpy as np
-from numpy.lib.format import (
-    MAGIC_PREFIX,
-    read_array_header_1_0,
-    read_array_header_2_0,
-    read_magic,
-)
+from numpy.lib.format import MAGIC_PREFIX
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.field_file.named_arrays import NamedArrays, Variable, text_of
 from fem_seal.installed import how_to_add
-from fem_seal.memory import refuse_too_large
 
 if TYPE_CHECKING:
     import h5py
@@ -63,20 +56,9 @@ def read_npz(path: Path, names: Iterable[str]) -> NamedArrays:
         with np.load(file, allow_pickle=False) as loaded:
             # np.load returns an NpzFile here, also for an empty archive; it has refused pickles.
             present = [name for name in names if name in loaded.files]
-            arrays = {name: Variable(_npz_array(loaded, name, path)) for name in present}
+            arrays = {name: Variable(loaded[name]) for name in present}
             # Tamaas, which writes `attrs`, has no units; the package's own files are in metres.
             return NamedArrays(path, arrays, tuple(loaded.files), {}, si="attrs" not in arrays)
-
-
-def _npz_array(loaded: "np.lib.npyio.NpzFile", name: str, path: Path) -> np.ndarray:
-    """One array of an npz; refused if the size that archive or header declare exceeds memory."""
-    what = f"{name} in {path}"
-    inside = loaded.zip.namelist()
-    member = loaded.zip.getinfo(f"{name}.npy" if f"{name}.npy" in inside else name)
-    refuse_too_large(member.file_size, what)
-    with loaded.zip.open(member) as file:
-        _refuse_large_array(file, what)
-    return loaded[name]
 
 
 def read_npy(path: Path) -> np.ndarray:
@@ -85,18 +67,7 @@ def read_npy(path: Path) -> np.ndarray:
         if file.read(2) == b"PK":
             raise InvalidInput(f"{path} holds many arrays; rename it to .npz")
         file.seek(0)
-        _refuse_large_array(file, str(path))
-        file.seek(0)
         return np.load(file, allow_pickle=False)
-
-
-def _refuse_large_array(file: IO[bytes], what: str) -> None:
-    """Check the size that the npy header declares against memory; ValueError without a header."""
-    version = read_magic(file)
-    # Version 3 differs from 2 in the encoding of names alone.
-    read = read_array_header_1_0 if version == (1, 0) else read_array_header_2_0
-    shape, _, dtype = read(file)
-    refuse_too_large(memory_to_read(shape, dtype), what)
 
 
 def read_netcdf(path: Path, names: Iterable[str]) -> NamedArrays:
@@ -107,9 +78,6 @@ def read_netcdf(path: Path, names: Iterable[str]) -> NamedArrays:
         return read_hdf5(path, names)
     from scipy.io import netcdf_file
 
-    # SciPy reads all arrays and allocates the sizes that the file declares.
-    with whole(path, "NetCDF"):
-        refuse_too_large(2 * path.stat().st_size, str(path))
     with whole(path, "NetCDF"), netcdf_file(path, mmap=False, maskandscale=True) as file:
         present = {name: file.variables[name] for name in names if name in file.variables}
         arrays = {n: _netcdf_variable(array, f"{n} in {path}") for n, array in present.items()}
@@ -165,19 +133,6 @@ def refuse_data_elsewhere(file: "h5py.File", path: Path) -> None:
         )
 
 
-def refuse_large_data_set(
-    dataset: "h5py.Dataset", what: str, available: float | None = None
-) -> None:
-    """Refuse a data set that memory cannot hold, or one of its chunks; see `memory_to_read`."""
-    for shape in (dataset.shape or (), dataset.chunks or ()):
-        refuse_too_large(memory_to_read(shape, dataset.dtype), what, available)
-
-
-def memory_to_read(shape: Iterable[int], dtype: "np.dtype") -> int:
-    """Bytes of an array as stored plus those of its float64 copy."""
-    return math.prod(shape) * (dtype.itemsize + 8)
-
-
 def _is_data_set(item: "h5py.Dataset | h5py.Group") -> bool:
     """Whether an item is a data set: neither a group nor a NetCDF 4 dimension without values."""
     name = text_of(item.attrs.get("NAME", ""))
@@ -193,7 +148,6 @@ def _netcdf_variable(variable: "netcdf_variable", what: str) -> Variable:
 
 
 def _data_set(dataset: "h5py.Dataset", what: str) -> Variable:
-    refuse_large_data_set(dataset, what)
     values = dataset[()]
     attributes = dict(dataset.attrs)
     about = _numbers_about(values, attributes, what)

@@ -2,7 +2,6 @@
 
 import struct
 import warnings
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -13,10 +12,9 @@ from xml.etree.ElementTree import ParseError
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.field_file.containers import BROKEN, memory_to_read, refuse_data_elsewhere
+from fem_seal.field_file.containers import BROKEN, refuse_data_elsewhere
 from fem_seal.field_file.recorded import Pair, Recorded
 from fem_seal.installed import how_to_add
-from fem_seal.memory import refuse_too_large
 
 if TYPE_CHECKING:
     from SurfaceTopography.IO.Reader import ChannelInfo, ReaderBase
@@ -29,11 +27,9 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
     """Read one channel of an instrument's file, its default one if no name is given."""
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist")
-    _refuse_bombs(path)
+    _refuse_data_elsewhere(path)
     with _readable(path), _open(path) as reader:
         info = _channel(reader, channel, path)
-        if info.nb_grid_pts is not None:
-            refuse_too_large(memory_to_read(info.nb_grid_pts, np.dtype(float)), str(path))
         # The reader insists on a size. Where the file has none, pass a placeholder, and report no
         # spacing below.
         size = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
@@ -48,15 +44,8 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
         return Recorded(values, unit, spacing, unit, periodic, measured=True)
 
 
-def _refuse_bombs(path: Path) -> None:
-    """Check the sizes that archives and HDF5 files declare before a reader allocates them.
-
-    Several formats are zip archives (x3p) or HDF5 files (datx) under another name.
-    """
-    if zipfile.is_zipfile(path):
-        with _readable(path), zipfile.ZipFile(path) as archive:
-            unpacked = sum(member.file_size for member in archive.infolist())
-        refuse_too_large(unpacked, f"the archive {path}, unpacked,")
+def _refuse_data_elsewhere(path: Path) -> None:
+    """Check HDF5 files under another name, such as .datx, as those under their own."""
     if find_spec("h5py"):
         import h5py
 

@@ -10,8 +10,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import whole
 from fem_seal.field_file.instruments import read_instrument
 from fem_seal.field_file.recorded import Recorded
-from fem_seal.field_file.text_table import BYTES, decoded
-from fem_seal.memory import refuse_too_large
+from fem_seal.field_file.text_table import decoded
 
 # First lines such as aBCR-1.0 (ISO 25178-71, EUR 15178 EN), aISO-1.0, aNPL-V1.0.
 SDF = re.compile(r"a[A-Z][\w.]*-V?\d")
@@ -53,7 +52,6 @@ def _sdf(path: Path) -> Recorded:
     All lengths are in metres. A file of one profile has one line along y, and its Yscale may be 0.
     """
     with whole(path, "SDF"):
-        refuse_too_large(BYTES * path.stat().st_size, str(path))
         text = decoded(path.read_bytes(), path)
     head, *parts = re.split(r"^\s*\*\s*$", text, flags=re.MULTILINE)
     keys = dict(re.findall(r"^\s*(\w+)\s*=[ \t]*(\S*)", head.lower(), re.MULTILINE))
@@ -77,7 +75,6 @@ def read_gsf(path: Path) -> Recorded:
     Each line of heights runs along x.
     """
     with whole(path, "GSF"):
-        refuse_too_large(BYTES * path.stat().st_size, str(path))
         data = path.read_bytes()
         head = data.partition(b"\0")[0]
         pairs = re.findall(r"^(\w+)[ \t]*=[ \t]*(.*?)\s*$", decoded(head, path), re.MULTILINE)

@@ -13,6 +13,7 @@ from fem_seal.field_file.own_layouts import read_own_layout
 from fem_seal.field_file.recorded import metres_in
 from fem_seal.field_file.text_header import Statements, statements
 from fem_seal.field_file.text_table import even_step, read_table
+from fem_seal.memory import within_available_memory
 
 SAME_STEP = 1e-4  # largest relative difference of steps that count as equal
 
@@ -56,7 +57,8 @@ def read_profiles(
     missing
         Number in the files that marks missing samples.
     """
-    read = [_profiles(path, unit, step, missing) for path in paths]
+    with within_available_memory(str(paths[0])):
+        read = [_profiles(path, unit, step, missing) for path in paths]
     for path, other in zip(paths, read, strict=True):
         if not isclose(other.step, read[0].step, rel_tol=SAME_STEP):
             raise InvalidInput(

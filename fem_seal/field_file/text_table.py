@@ -15,7 +15,6 @@ import numpy as np
 from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import whole
-from fem_seal.memory import refuse_too_large
 
 # Texts that programs write for a point without a height, in lower case; "": an empty cell.
 MISSING = {
@@ -25,7 +24,6 @@ MISSING = {
 }
 COMMENT = ("#", "%", "!", "//")
 SAMPLE = 200  # number of lines by which the separators are chosen
-BYTES = 8  # bytes of memory for one byte of text: the text, its lines and their numbers
 _LOOK = 2000  # bytes examined at the beginning and at the end
 _UTF_16 = b"\xff\xfe", b"\xfe\xff"  # byte-order marks
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1a\x1c-\x1f]")
@@ -98,9 +96,6 @@ def read_table(path: Path, columns: int | None = None) -> TextTable:
     Lines before the first line of numbers are its header. Separators are tabs, semicolons, commas
     or blanks, with decimal points or commas; the text is UTF-8, UTF-16 or Windows-1252.
     """
-    with whole(path, "text"):
-        size = path.stat().st_size
-    refuse_too_large(BYTES * size, str(path))
     with whole(path, "text"):
         data = path.read_bytes()
     lines = re.split(r"\r\n|\r|\n", decoded(data, path))

@@ -29,10 +29,8 @@ def shaped_film(shape: AnyShape, grid: GridField | None, *, trust: bool = False)
     """
     source = gap_source(shape, grid)
     triangles = _triangles(shape, source, trust)
-    # A mesh that gmsh has made is valid in either orientation of its surfaces.
     name = shape.path.name if isinstance(shape, MeshFile) else shape.kind
-    reorient = shape.needs_gmsh or (isinstance(shape, MeshFile) and shape.reorient)
-    mesh = shape_mesh(*labelled(triangles, name, reorient=reorient))
+    mesh = shape_mesh(*labelled(triangles, name))
     return MeshFilm(mesh, source(mesh.xy), source if isinstance(source, Formula) else None)
 
 

@@ -93,7 +93,7 @@ def film_from_dolfinx(
                 f"{SOURCE} has no {name}: no facet has the tag {numbers}; its tags are {present}"
             )
     triangles = Triangles(xyz[:, :2], cells, **groups)
-    parts = labelled(triangles, SOURCE, reorient=True)
+    parts = labelled(triangles, SOURCE)
     return MeshFilm(*shape_mesh_with_values(*parts, at_vertex))
 
 

@@ -11,8 +11,8 @@ with the resistivity in place of K, energy(ψ, 1/K) of a stream function ψ of u
 principle).
 
 `integrals.py` integrates these forms over the cells of a nested mesh, one batch of cells after the
-other, with exact cell averages of K and 1/K; `verification/quadratic.py` takes quadratic elements
-on one ordinary mesh. demos/ordinary_dolfinx.py solves the equation step by step.
+other, with exact cell averages of K and 1/K. demos/ordinary_dolfinx.py solves the equation step by
+step on one ordinary mesh, also with quadratic elements.
 """
 
 from typing import TypeAlias

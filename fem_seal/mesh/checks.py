@@ -11,17 +11,14 @@ COINCIDENT = 1e-9  # points closer than this part of the extent are taken for du
 FLATTEST = 1e-10  # doubled area of a triangle over the square of its longest edge
 
 
-def labelled(
-    mesh: Triangles, source: str, reorient: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def labelled(mesh: Triangles, source: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Check a mesh and label its sides: the arguments of `shape_mesh`, without unused points.
 
-    The messages begin with the name `source`. Clockwise triangles are reversed by `reorient`;
-    otherwise they are refused.
+    The messages begin with the name `source`. Clockwise triangles are turned.
     """
     used, cells = np.unique(mesh.cells, return_inverse=True)
     xy, cells = mesh.xy[used], cells.reshape(-1, 3)
-    cells = _counterclockwise(xy, cells, source, reorient)
+    cells = _counterclockwise(xy, cells, source)
     ends = cells[:, [[1, 2], [2, 0], [0, 1]]]
     keys = _keys(ends.reshape(-1, 2), len(xy))
     values, first, of_side, count = np.unique(
@@ -55,8 +52,8 @@ def _keys(ends: np.ndarray, count: int) -> np.ndarray:
     return ends[:, 0] * count + ends[:, 1]
 
 
-def _counterclockwise(xy: np.ndarray, cells: np.ndarray, source: str, reorient: bool) -> np.ndarray:
-    """Cells with counterclockwise corners; InvalidInput if one is flat or may not be reversed."""
+def _counterclockwise(xy: np.ndarray, cells: np.ndarray, source: str) -> np.ndarray:
+    """Cells with counterclockwise corners; InvalidInput if one is flat."""
     corner = xy[cells]
     u, v = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     doubled = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
@@ -67,15 +64,7 @@ def _counterclockwise(xy: np.ndarray, cells: np.ndarray, source: str, reorient: 
             f"{source}: {flat.size} of {len(cells)} triangles have no area, the first at "
             f"{coordinates(corner[flat[0]].mean(axis=0))}"
         )
-    clockwise = doubled < 0
-    if clockwise.any() and not reorient:
-        centre = corner[np.argmax(clockwise)].mean(axis=0)
-        raise InvalidInput(
-            f"{source}: {np.count_nonzero(clockwise)} of {len(cells)} triangles are clockwise, "
-            f"the first at {coordinates(centre)}; set shape.reorient = true if the mesh is "
-            "right but for the order of its points"
-        )
-    return np.where(clockwise[:, None], cells[:, [0, 2, 1]], cells)
+    return np.where(doubled[:, None] < 0, cells[:, [0, 2, 1]], cells)
 
 
 def _refuse_folds(

@@ -147,7 +147,7 @@ def read_mesh(folder: str | Path) -> "MeshFilm":
     file = read_file(path)
     triangles = triangles_of(file, path, 1.0, GroupNames())
     gap = _array(file.point_data, "gap", (len(triangles.xy),), path)
-    mesh = shape_mesh(*labelled(triangles, path.name, reorient=False))
+    mesh = shape_mesh(*labelled(triangles, path.name))
     # `shape_mesh` has cut the mesh open again: points may be doubled and have other numbers.
     distance, at = cKDTree(triangles.xy).query(mesh.xy)
     if distance.any():

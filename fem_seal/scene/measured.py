@@ -89,9 +89,7 @@ class FileSurface(FieldFile):
     detrend: Literal["mean", "plane", "quadratic"] | None = Field(
         None, description="least-squares trend that is subtracted"
     )
-    fill: Literal["harmonic", "linear"] | None = Field(
-        None, description="how missing points are filled"
-    )
+    fill: Literal["harmonic"] | None = Field(None, description="how missing points are filled")
     max_missing: Number = Field(
         0.1, ge=0, lt=1, description="largest fraction of missing points that is filled"
     )

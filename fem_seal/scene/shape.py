@@ -16,7 +16,7 @@ from pydantic import (
 from fem_seal.errors import InvalidInput
 from fem_seal.scene.measured import LengthUnit
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import Count, InputFile, Length, Section, Truth
+from fem_seal.scene.sections import Count, InputFile, Length, Section
 from fem_seal.units import to_si
 
 Angle = Annotated[float, BeforeValidator(partial(to_si, unit="rad")), Field(gt=0, lt=2 * pi)]
@@ -227,7 +227,6 @@ class MeshFile(Shape):
     inlet: Group = Field("inlet", description="name or number of the group")
     outlet: Group = Field("outlet", description="name or number of the group")
     wall: Group = Field("wall", description="name or number of the group")
-    reorient: Truth = Field(False, description="turn clockwise triangles instead of refusing them")
     mesh_size: Length | None = Field(None, description="longest edge; .geo only")
 
     @property

@@ -1,21 +1,17 @@
 """Missing points of a measured map, filled from their neighbours."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
-from fem_seal.registry import require_known
 
 
-def fill(heights: FieldMap, method: str, max_missing: float) -> FieldMap:
+def fill(heights: FieldMap, max_missing: float) -> FieldMap:
     """Fill the missing points (NaN) of a map, of which at most a part may be missing.
 
-    "harmonic": the heights of least gradient, like a soap film over each hole, with no slope across
-    the border of the map. "linear": on the Delaunay triangles of the points around the holes.
+    They get the heights of least gradient, like a soap film over each hole, with no slope across
+    the border of the map.
     """
-    require_known(METHODS, method, "fill")
     missing = np.isnan(heights.values)
     fraction = missing.mean()
     if fraction == 1:
@@ -27,7 +23,7 @@ def fill(heights: FieldMap, method: str, max_missing: float) -> FieldMap:
         )
     values = heights.values.copy()
     if fraction > 0:
-        values[missing] = METHODS[method](values, missing, heights.spacing)
+        values[missing] = _harmonic(values, missing, heights.spacing)
     return FieldMap(values, heights.spacing, heights.periodic)
 
 
@@ -56,29 +52,3 @@ def _harmonic(values: np.ndarray, missing: np.ndarray, spacing: tuple[float, flo
     ).tocsc()
     A, right = D[:, hole], -D[:, ~hole] @ values[~missing]
     return spsolve((A.T @ A).tocsc(), A.T @ right, permc_spec="MMD_AT_PLUS_A")
-
-
-def _linear(values: np.ndarray, missing: np.ndarray, spacing: tuple[float, float]) -> np.ndarray:
-    from scipy.interpolate import LinearNDInterpolator
-    from scipy.ndimage import binary_dilation
-    from scipy.spatial import QhullError
-
-    around = binary_dilation(missing, np.ones((3, 3))) & ~missing
-    try:
-        interpolant = LinearNDInterpolator(np.argwhere(around), values[around])
-    except QhullError:
-        raise InvalidInput(
-            "the points around the holes span no triangle; use fill = 'harmonic'"
-        ) from None
-    filled = interpolant(np.argwhere(missing))
-    outside = np.count_nonzero(np.isnan(filled))
-    if outside:
-        raise InvalidInput(
-            f"{outside} missing points lie at the border, beyond all triangles; crop the map, or "
-            "use fill = 'harmonic'"
-        )
-    return filled
-
-
-Filler = Callable[[np.ndarray, np.ndarray, tuple[float, float]], np.ndarray]
-METHODS: dict[str, Filler] = {"harmonic": _harmonic, "linear": _linear}

@@ -10,6 +10,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import HEIGHT_NAMES, FieldMap, Stated, read_map
 from fem_seal.grid import GridField
+from fem_seal.registry import require_known
 from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.missing import fill
@@ -33,7 +34,7 @@ class Preparation:
     outliers: str | None = None  #: "missing": points far from all their neighbours become so
     #: "mean", "plane" or "quadratic", fitted to the points that are not missing and subtracted
     detrend: str | None = None
-    fill: str | None = None  #: "harmonic" or "linear", see `fill`
+    fill: str | None = None  #: "harmonic", see `fill`
     max_missing: float = 0.1  #: largest part of the points that may be filled
     make_periodic: str | None = None  #: "cut", "mirror", "hann" or "tukey", see `periodic_cell`
     #: seed of the random phases of a `twin` of the map after all other steps
@@ -122,7 +123,7 @@ def prepare(field_map: FieldMap, preparation: Preparation) -> PreparedSurface:
     if field_map.missing:
         raise InvalidInput(
             f"{field_map.missing} of {field_map.values.size} points are missing; say how to fill "
-            "them (fill = 'harmonic' or 'linear'), or crop to where there are none"
+            "them (fill = 'harmonic'), or crop to where there are none"
         )
     if field_map.periodic and preparation.make_periodic is not None:
         raise InvalidInput("the map repeats already; leave make_periodic out")
@@ -151,7 +152,8 @@ def _on_maps(heights: FieldMap, plan: Preparation) -> Iterator[tuple[str, FieldM
         heights = detrended(heights, plan.detrend)
         yield f"detrend {plan.detrend}", heights
     if plan.fill is not None:
-        heights = fill(heights, plan.fill, plan.max_missing)
+        require_known(("harmonic",), plan.fill, "fill")
+        heights = fill(heights, plan.max_missing)
         yield f"fill {plan.fill}", heights
 
 

@@ -28,7 +28,7 @@ def levelled_map(heights: FieldMap) -> GridField:
     """Heights [m] without tilt, unless the map repeats, and without holes."""
     if not heights.periodic:
         heights = detrended(heights, "plane")
-    filled = fill(heights, "harmonic", 1.0)
+    filled = fill(heights, 1.0)
     return GridField(filled.values, filled.spacing, bool(filled.periodic))
 
 

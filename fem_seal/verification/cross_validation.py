@@ -1,8 +1,8 @@
 """Every method on the same gap over ever finer grids: sign, size and order of each error.
 
 A row is one method on one grid. Linear elements give three rows: both bounds and their geometric
-mean. Quadratic elements give an upper bound. Finite differences give a number; its change from the
-grid before is taken as its error band. The reference does not depend on finite differences: it is
+mean. Finite differences give a number; its change from the grid before is taken as its error band.
+The reference does not depend on finite differences: it is
 the exact leak rate where that is known, otherwise the narrowest certified bracket of the same gap.
 """
 
@@ -22,7 +22,7 @@ from fem_seal.points import Chain, RecordFolder, StudyTask, Work, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 from fem_seal.verification.exact_cases import ExactCase, finer_film
-from fem_seal.verification.methods import METHODS, QUADRATIC, Answer, Setting
+from fem_seal.verification.methods import METHODS, Answer, Setting
 
 SMOOTH_ORDER = 2.0  # order in the energy of linear elements and of central differences
 EXACT = 1e-7  # smaller relative errors count as none: CG stops at 1e-8 of the energy
@@ -80,8 +80,6 @@ class StudiedGap:
     grids: dict[int, tuple[tuple[GridFilm, ...], int]]
     exact: float | None = None  #: leak rate; None: the narrowest certified bracket is the reference
     order: float | None = SMOOTH_ORDER  #: expected of each bound
-    #: expected of quadratic elements. They lose their order at samples, where kinks of a gap meet
-    quadratic_order: float | None = None
 
     @classmethod
     def of_film(cls, film: GridFilm, setting: Setting, grids: int = 3) -> "StudiedGap":
@@ -93,8 +91,7 @@ class StudiedGap:
     def of_case(cls, case: ExactCase, squares: Sequence[int]) -> "StudiedGap":
         """A case whose leak rate is known, sampled anew on each grid."""
         grids = {n: (case.films(n), 0) for n in squares}
-        quadratic = case.quadratic_order or case.order
-        return cls(Setting(1 / 12, 1.0, 0.01), grids, case.exact, case.order, quadratic)
+        return cls(Setting(1 / 12, 1.0, 0.01), grids, case.exact, case.order)
 
 
 def compare(
@@ -149,7 +146,7 @@ def compare(
             for n, group in by_grid.items()
         }
         reference = _bracket(series) if gap.exact is None else Reference(gap.exact, gap.exact)
-        rows = tuple(_rows(series, reference, gap.order, gap.quadratic_order))
+        rows = tuple(_rows(series, reference, gap.order))
         if gap.exact is not None:
             rows = tuple(replace(row, verdict=_side(row.error)) for row in rows)
         compared.append((rows, reference))
@@ -199,13 +196,10 @@ def answers_on(films: Sequence[GridFilm], setting: Setting, times: int, method: 
     )
 
 
-def _rows(
-    series: Series, reference: Reference, expected: float | None, quadratic: float | None
-) -> Iterator[Row]:
-    """Rows of each method over the grids; the expected order of quadratic elements is their own."""
+def _rows(series: Series, reference: Reference, expected: float | None) -> Iterator[Row]:
+    """Rows of each method over the grids, by its expected order."""
     names = dict.fromkeys(answer.method for group in series.values() for answer in group)
     doubt = relative_half_width(reference.lower, reference.upper)
-    orders = {"adaptive": None, QUADRATIC.partition(" ")[0]: quadratic}
     for name in names:
         answers = [(n, a) for n, group in series.items() for a in group if a.method == name]
         errors = [answer.value / reference.value - 1 for _, answer in answers]
@@ -221,7 +215,7 @@ def _rows(
                 error=errors[k],
                 band=band,
                 order=_observed(errors[k - 1], errors[k], reference) if k else None,
-                expected=orders.get(name.partition(" ")[0], expected),
+                expected=None if name.startswith("adaptive") else expected,
                 effectivity=effectivity,
                 distance=distance,
                 verdict=judge(answer, band, reference),

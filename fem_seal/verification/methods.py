@@ -1,4 +1,4 @@
-"""Methods to compare: finite differences by link rule, linear, quadratic and adaptive elements."""
+"""Methods to compare: finite differences by link rule, linear elements, adaptive ones."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -6,13 +6,12 @@ from functools import partial
 from math import nan
 from time import process_time
 
-from fem_seal.errors import NotConverged, present
+from fem_seal.errors import NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.limits import Limits
 
-QUADRATIC = "P2 upper"
 # Most samples for the letter's relaxation: it takes 2 to 10 s on 256², half a minute or more on
 # 512².
 CASCADE_UNKNOWNS = 70_000
@@ -62,15 +61,6 @@ def _bounds(
     yield Answer(f"{name} √(lo·hi)", leak.value, "", *shared)
 
 
-def _quadratic(film: GridFilm, setting: Setting) -> Iterator[Answer]:
-    from fem_seal.verification.quadratic import quadratic_upper
-
-    start = process_time()
-    leak = quadratic_upper(film, viscosity=setting.viscosity, pressure_drop=setting.pressure_drop)
-    upper = present(leak.upper, "upper bound of quadratic elements")
-    yield Answer(QUADRATIC, upper, "above", leak.unknowns, process_time() - start)
-
-
 def _finite_differences(
     film: GridFilm, setting: Setting, links: str, cascade: bool = False
 ) -> Iterator[Answer]:
@@ -100,6 +90,5 @@ METHODS: dict[str, Method] = {
     "cascade": partial(_finite_differences, links="linear-gap", cascade=True),
     # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
     "uniform": partial(_bounds, method="uniform", name="FE", limits=Limits(unknowns=1)),
-    "quadratic": _quadratic,
     "adaptive": partial(_bounds, method="adaptive", name="adaptive"),
 }

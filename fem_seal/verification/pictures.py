@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 INSIDE = "0.88"
 MOST_APART = 4.0  # distance at the rim of the picture
-COLOURS = {"FE": "#b2452b", "P2": "#6b8e23", "adaptive": "#2654a4"}
+COLOURS = {"FE": "#b2452b", "adaptive": "#2654a4"}
 MARKERS = {"finite-difference": "s", "uniform": "^", "adaptive": "o"}
 
 

@@ -27,7 +27,6 @@ from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
 from fem_seal.surface.resampling import resample
 from fem_seal.theory import closed_forms
-from fem_seal.verification.quadratic import quadratic_upper
 
 SIDES = "periodic"
 SETTING = {"viscosity": 1 / 12, "pressure_drop": 1.0}
@@ -71,7 +70,6 @@ def ours(film: GridFilm) -> dict[str, float]:
         "P1 upper": bounds.upper,
         "P1 lower": bounds.lower,
         "√(lo·hi)": bounds.value,
-        "P2 upper": quadratic_upper(film, **SETTING).value,
     }
 
 

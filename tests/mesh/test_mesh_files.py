@@ -94,14 +94,11 @@ def test_xdmf(tmp_path, monkeypatch):
         gap_of(path, inlet=1, outlet=2, wall=3)
 
 
-def test_clockwise_triangles_are_refused_or_turned(tmp_path):
-    """A mesh may be right and only its points in another order; but it may be folded, too."""
-    path = write_msh(tmp_path / "a.msh", cells=[c[::-1] for c in CELLS])
-    with pytest.raises(
-        InvalidInput, match=r"a.msh: 4 of 4 triangles are clockwise, .*; set shape.reorient = true"
-    ):
-        gap_of(path)
-    assert side_lengths(gap_of(path, reorient=True)) == WHOLE
+@pytest.mark.parametrize("clockwise", [4, 1])
+def test_clockwise_triangles_are_turned(clockwise, tmp_path):
+    """A mesh may be right and only its points in another order."""
+    cells = [c[::-1] if k < clockwise else c for k, c in enumerate(CELLS)]
+    assert side_lengths(gap_of(write_msh(tmp_path / "a.msh", cells=cells))) == WHOLE
 
 
 def halved(point):
@@ -153,6 +150,10 @@ BROKEN = {
     "folded": (
         {"points": np.vstack([CORNERS, [0.6, 0.5]]), "cells": [*CELLS[:3], [3, 0, 4], [1, 5, 4]]},
         "1 edges belong to more than two triangles",
+    ),
+    "turned over": (
+        {"points": np.vstack([CORNERS[:4], [0.5, -0.5]])},
+        "the mesh is folded: two triangles lie on the same side",
     ),
     "point missing": ({"cells": [*CELLS, [0, 1, 11]]}, "is not a whole .msh mesh"),
     "not finite": ({"points": np.where(CORNERS == 0.5, np.nan, CORNERS)}, "not finite"),

@@ -71,7 +71,7 @@ BAD = {
     "unit": ("kg", "surface.unit = 'kg' is no unit of length such as 'nm', 'um' or 'mm'"),
     "size": (["1 mm"], r"surface.size\[1\] is missing"),
     "crop": ([[0, 1e-6], ["2 um", "1 um"]], "crop in y must end after 2e-06 m, not 1e-06"),
-    "fill": ("nearest", "choose from 'harmonic' or 'linear'"),
+    "fill": ("nearest", "choose from 'harmonic'"),
     "detrend": ("cubic", "choose from 'mean', 'plane' or 'quadratic'"),
     "make_periodic": ("wrap", "choose from 'cut', 'mirror', 'hann' or 'tukey'"),
     "max_missing": (1, "surface.max_missing = 1 should be less than 1"),
