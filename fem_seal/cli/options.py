@@ -7,8 +7,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.errors import InvalidInput
-
 if TYPE_CHECKING:
     from fem_seal.points import Work
     from fem_seal.scene import Scene
