@@ -19,8 +19,10 @@ from fem_seal.coupling.lifted import lifted_from
 from fem_seal.patch import Known, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
+from fem_seal.sensitivity import ROUGHLY, ByLoad
 from fem_seal.solved import solve
 
+LOAD, STEP = 1.4e5, 1e-4  # Pa, and its relative step
 FIRST = Path(__file__).parents[1] / "demos" / "scenes" / "first.toml"
 
 
@@ -42,6 +44,12 @@ def scene(*settings: str) -> Scene:
 
 def touching(patch: Patch) -> int:
     return int(np.count_nonzero(patch.film_contact.contact))
+
+
+def pressures(patch: Patch) -> np.ndarray:
+    """Contact pressures of a patch whose flow has been solved [Pa]."""
+    assert patch.leak_rate.converged
+    return patch.film_contact.pressure.values
 
 
 def asked_for(patch: Patch, samples: float) -> Patch:
@@ -71,16 +79,32 @@ def passed_at(patch: Patch, samples: float, side: int) -> Patch:
     return far
 
 
+LIFTED = [
+    *("surface.shape=[32, 32]", "surface.short_wavelength=15 um"),
+    *("flow.lift=resolved", "flow.pressure_drop=112 kPa", "flow.rtol=1e-3"),
+]
+# Open through a corner of two samples, which the network of every second sample does not see.
+NARROW = [
+    *("surface.shape=[64, 64]", "surface.short_wavelength=7.5 um", "surface.seed=5"),
+    *("flow.method=adaptive", "flow.rtol=0.02"),
+]
+
+
 @pytest.mark.parametrize(
-    ("pressure", "lift", "more"),
+    ("pressure", "settings", "more"),
     [
-        *((pressure, "none", more) for pressure in (0.05, 0.18) for more in (-5.4, -0.4, 0.0, 5.4)),
-        *((0.17, "resolved", more) for more in (-5.4, 5.4)),
+        *((pressure, ["flow.lift=none"], k) for pressure in (0.05, 0.18) for k in (-5.4, 0.0, 5.4)),
+        *((0.14, LIFTED, k) for k in (-5.4, 5.4)),
+        (0.2, ["flow.lift=none", *NARROW], -0.4),
     ],
 )
-def test_the_leak_rate_at_the_asked_area_is_enclosed(pressure, lift, more):
-    """Far from closing and next to it; a whole number of samples holds in a range of loads."""
-    known = Patch(scene(f"contact.pressure={pressure} MPa", f"flow.lift={lift}", "flow.rtol=1e-3"))
+def test_the_leak_rate_at_the_asked_area_is_enclosed(pressure, settings, more):
+    """Far from closing and next to it; a whole number of samples holds in a range of loads.
+
+    The error is below its claim, and the claim below 2.5 times the error, or it would be of no use:
+    1.2 to 2.4 times it was seen.
+    """
+    known = Patch(scene(f"contact.pressure={pressure} MPa", *settings))
     asked = touching(known) + more
     error = area_error(asked_for(known, asked))
     for side, factor in ((1, error.lower), (-1, error.upper)):
@@ -89,6 +113,23 @@ def test_the_leak_rate_at_the_asked_area_is_enclosed(pressure, lift, more):
             continue
         true = passed_at(known, asked, side).leak_rate.value / known.leak_rate.value
         assert 1 <= log(factor) / log(true) <= 2.5
+
+
+def test_contact_pressure_follows_the_load():
+    """∂p_c/∂P of a lifted contact against a difference quotient, in which no sample changes."""
+
+    def at(part: float) -> Patch:
+        return Patch(scene(*LIFTED, "flow.rtol=1e-6", f"contact.pressure={part * LOAD} Pa"))
+
+    here, more, less = (at(1 + step) for step in (0, STEP, -STEP))
+    quotient = (pressures(more) - pressures(less)) / (2 * STEP * LOAD)
+    problem = problem_of(here.scene, here.surface)
+    by = ByLoad(problem, here.film_contact, here.lifted, here.film.constriction.gap)
+    touches = here.film_contact.contact
+    assert np.array_equal(touches, more.film_contact.contact | less.film_contact.contact)
+    off = np.linalg.norm((by.pressure - quotient)[touches])
+    # The tolerance of its linear solves; the fluid's own share in it is 0.07.
+    assert off < ROUGHLY * np.linalg.norm(quotient)
 
 
 def test_a_sealed_film_that_opens():
