@@ -72,28 +72,40 @@ def series(rows, method):
     return chosen
 
 
+def assert_order(rows, method, expected, within):
+    """The order between the finer two of three grids; that of the coarser two is further off.
+
+    The next term of the error is smaller by some power of the spacing, and so is the distance of an
+    observed order from the expected one: at most two thirds on grids twice as fine. Where the first
+    pair of grids has it to 1 % by chance, nothing of this shows.
+    """
+    first, coarse, fine = (row.order for row in series(rows, method))
+    assert first is None
+    assert abs(fine - expected) < within, (method, coarse, fine)
+    assert abs(fine - expected) < max(2 / 3 * abs(coarse - expected), 0.01), (method, coarse, fine)
+
+
 @pytest.mark.parametrize("name", ["cosine-across", "cosine-along", "smooth-checkerboard"])
 def test_smooth_cases_converge_at_second_order(name):
     """Order 2 in the spacing for both bounds, from sampling and from elements alike."""
-    rows = on_case(CASES[name], (32, 64), ("uniform",))
-    for method in ("FE upper", "FE √(lo·hi)"):
-        coarse, fine = series(rows, method)
-        assert fine.order == pytest.approx(2, abs=0.15), (method, coarse.error, fine.error)
-        assert fine.expected == 2
+    rows = on_case(CASES[name], (16, 32, 64), ("uniform",))
+    assert {row.expected for row in rows} == {2}
+    for method in ("FE upper", "FE lower", "FE √(lo·hi)"):
+        assert_order(rows, method, 2, 0.05)
 
 
 def test_checkerboard_shows_the_order_of_its_corner():
     """Bounds converge as h^(2a), a = (4/π) atan √(K1/K2) < 1, and enclose √(K1 K2)."""
     case = CASES["checkerboard"]
-    rows = on_case(case, (16, 32), ("uniform", "harmonic", "arithmetic"))
+    rows = on_case(case, (8, 16, 32), ("uniform", "harmonic", "arithmetic"))
     for method, side in (("FE upper", "high"), ("FE lower", "low")):
-        row = series(rows, method)[-1]
-        assert row.verdict == side
-        assert row.order == pytest.approx(case.order, abs=0.05)
+        assert series(rows, method)[-1].verdict == side
+        assert_order(rows, method, case.order, 0.03)
     # Halves in series break every path, halves side by side open every one.
     assert series(rows, "FD harmonic")[-1].verdict == "low"
     assert series(rows, "FD arithmetic")[-1].verdict == "high"
-    # Turned by a right angle the board is its own inverse: the geometric mean is exact.
+    # Turned by a right angle the board is its own inverse: the geometric mean is exact, but for
+    # the root of CG's 1e-8 times the correction of the bounds.
     assert series(rows, "FE √(lo·hi)")[-1].error == pytest.approx(0, abs=1e-5)
 
 
