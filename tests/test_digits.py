@@ -8,6 +8,10 @@ from hypothesis import strategies as st
 from fem_seal.digits import (
     bracket_digits,
     in_digits,
+    number_of,
+    per_cent,
+    rounded_down,
+    rounded_up,
     with_error,
     with_prefix,
 )
@@ -41,6 +45,7 @@ def test_rounded_bounds_enclose_and_are_hardly_wider(middle, half, sign):
         ((86.328, 85.476, 87.1886), ("86.33", "85.476", "87.189")),
         ((1e-15, 0.0, 3e-15), ("1e-15", "0", "3e-15")),
         ((0.0, 0.0, 0.0), ("0", "0", "0")),
+        ((1 / 3,) * 3, ("0.333333333333333", "0.333333333333333", "0.333333333333334")),
         ((1.389e-15, 0.0, 1.389e-15), ("1.39e-15", "0", "1.39e-15")),  # not 1.4, beyond the bound
     ],
 )
@@ -59,6 +64,8 @@ def test_number_of_digits_follows_from_the_width(bracket, texts):
         (2e6, "Pa", "2 MPa"),
         (3e9, "Pa", "3 GPa"),
         (4e-15, "m", "4 fm"),
+        (7e-12, "m", "7 pm"),
+        (1e12, "Pa", "1e+12 Pa"),  # no prefix of ours
     ],
 )
 def test_prefixes(number, unit, text):
@@ -101,10 +108,18 @@ def test_representation_leaves_the_arrays_out():
     ("number", "text"),
     [
         *((1e-9, "1e-9"), (0.25, "0.25"), (100.0, "100"), (1 / 3, "0.3333"), (2.5e7, "2.5e+7")),
-        *((0.0, "0"), (-1e-12, "-1e-12"), (float("inf"), "inf")),
+        *((0.0, "0"), (-1e-12, "-1e-12"), (float("inf"), "inf"), (1e-5, "1e-5"), (1e6, "1e+6")),
     ],
 )
 def test_number_without_zeros(number, text):
     """No zeros behind the last digit, nor in front of an exponent; it reads back."""
     assert in_digits(number) == text
     assert float(text) == pytest.approx(number, rel=5e-4)
+
+
+def test_words_with_numbers():
+    assert [number_of(n, noun) for n, noun in ((1, "patch"), (2, "patch"), (4, "seed"))] == [
+        *("1 patch", "2 patches", "4 seeds")
+    ]
+    assert [per_cent(part) for part in (0.0412, 0.985, 0.995)] == ["4.1 %", "98 %", "100 %"]
+    assert (rounded_down(1.23456), rounded_up(1.23456)) == ("1.234", "1.235")

@@ -12,7 +12,7 @@ from contact_campaign import campaign, case, compare, wrong
 from contact_cases import E_STAR, check_equilibrium, rough_surface
 from plain_contact import influence, plain_contact
 
-from fem_seal.contact import METHODS, ElasticSolid, Load, load_path, press
+from fem_seal.contact import METHODS, ElasticSolid, press
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.problem import Problem
 from fem_seal.errors import NotConverged
@@ -59,26 +59,6 @@ def test_ridge_has_its_closed_form(solver, n, pressure):
     # Two certificates of 1e-6 and, where the ridge's pressure varies along it, its displacement.
     off = np.roll(state.gap.values, -(n // 2), axis=0) - exact[:, None]
     assert np.abs(off).max() < 1e-5 * rms_height(ridge(n))
-
-
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
-def test_loose_tolerance_keeps_the_contact_set(tolerance):
-    state = press(ridge(32), MODULUS, pressure=LIGHT, tolerance=tolerance)
-    assert state.contact_area_fraction == 1 / 32
-
-
-@pytest.mark.parametrize(
-    ("kind", "values"),
-    [
-        ("pressure", [LIGHT, 2 * LIGHT, LIGHT]),
-        ("mean_gap", [0.9687 * MICRON, 0.968 * MICRON, 0.9687 * MICRON]),
-        ("area_fraction", [1 / 32, 1 / 32]),
-    ],
-)
-def test_ridge_along_paths(kind, values):
-    loads = [Load(kind, value) for value in values]
-    for state in load_path(ridge(32), ElasticSolid(MODULUS), loads):
-        assert state.contact_area_fraction == 1 / 32
 
 
 def test_area_between_the_ridge_and_the_floor():

@@ -16,18 +16,6 @@ def under(values, kind="pressure"):
     return [Load(kind, float(value)) for value in values]
 
 
-def test_path_is_reversible(rough):
-    """An elastic contact forgets: loading, unloading and single loads give the same states."""
-    stopping = ContactStopping(tolerance=1e-8)
-    up = list(load_path(rough, SOLID, under(PRESSURES), stopping))
-    down = list(load_path(rough, SOLID, under(PRESSURES[::-1]), stopping))[::-1]
-    for pressure, loaded, unloaded in zip(PRESSURES, up, down, strict=True):
-        alone = press(rough, E_STAR, pressure=pressure, tolerance=1e-8)
-        assert np.array_equal(loaded.contact, alone.contact)
-        assert np.array_equal(unloaded.contact, alone.contact)
-        assert loaded.mean_gap == pytest.approx(unloaded.mean_gap, abs=1e-7 * rms_height(rough))
-
-
 def test_warm_starts_save_work():
     height = rough_surface((128, 128), short=1)
     pressures = np.linspace(0.15, 0.3, 8) * E_STAR * SLOPE
