@@ -7,9 +7,7 @@ A thousand times as many: `closed_forms.py`, which draws the gaps.
 import numpy as np
 import pytest
 from closed_forms import ROUNDING, Case, across, along
-from gaps import bracketed
 
-from fem_seal.film import GridFilm
 from fem_seal.flow import Limits
 from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.grid import GridField
@@ -28,22 +26,6 @@ def test_any_gap(seed):
     assert not case.faults(case.solve(UNKNOWNS))
 
 
-@pytest.mark.parametrize(
-    ("on", "sides"),
-    [("linear", "wall"), ("linear", "periodic"), ("constant", "periodic"), ("mesh", "wall")],
-)
-@pytest.mark.parametrize("aspect", ASPECTS)
-@pytest.mark.parametrize("method", ["adaptive", "uniform"])
-def test_stripes_of_contact_along_the_flow(aspect, on, sides, method):
-    """Beside contact the lower bound rests on power traces. Of slender cells along contact their
-    resistivities differ by the square of the aspect, from which nothing must be subtracted.
-    Channels of several samples of one height, at which the upper bound is exact and both could
-    cross."""
-    heights = np.array([1.0, 1, 1, 0, 0, 1, 1, 1, 0, 1, 1, 1])
-    case = Case("along", heights, 8, (aspect * 1e-6, 1e-6), sides, on, method)
-    assert not case.faults(case.solve(UNKNOWNS))
-
-
 def test_in_series_until_the_bounds_agree():
     """Layers of a linear gap over twelve decades: bounds 5 % apart, by cells far below a pixel."""
     heights = 10 ** (-12 * np.random.default_rng(5).random(8))
@@ -51,16 +33,6 @@ def test_in_series_until_the_bounds_agree():
     flow = case.solve(60_000)
     assert flow.converged
     assert not case.faults(flow)
-
-
-@pytest.mark.parametrize("aspect", [1e-6, 1e6])
-def test_rough_gap_of_slender_pixels(aspect):
-    """Where nothing is a closed form: the bounds of coarse and fine meshes all overlap."""
-    values = np.maximum(np.random.default_rng(2).normal(0.5, 0.5, (12, 12)), 0)
-    gap = GridField(values, (aspect, 1.0))
-    flows = [bracketed(GridFilm(gap), unknowns=4000, method=m) for m in ("adaptive", "uniform")]
-    levels = [level for flow in flows for level in flow.levels]
-    assert max(level.lower for level in levels) <= min(level.upper for level in levels)
 
 
 @pytest.mark.parametrize("on", ["linear", "constant"])

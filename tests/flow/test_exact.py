@@ -12,7 +12,6 @@ import pytest
 from gaps import assert_enclosed, bracketed
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.theory.closed_forms import piecewise_linear_channel
 
@@ -24,28 +23,6 @@ ROUNDING = 1e-11  # ten times what the bounds are widened by
 def orders(errors: list[float]) -> np.ndarray:
     """Observed order of convergence between meshes, each twice as fine as the one before."""
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-
-
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("sides", SIDES)
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_uniform_gap_is_exact_on_the_first_mesh(method, sides, representation):
-    """Q = Ly g³ Δp / (12 η Lx) in SI units, pixels three times as long as wide."""
-    gap = GridField(np.full((40, 36), 2e-6), (3e-6, 1e-6), periodic=True)
-    flow = leak_rate(
-        GridFilm(gap, sides=sides, representation=representation),
-        viscosity=1e-3,
-        pressure_drop=1e5,
-        method=method,
-        rtol=1e-10,
-    )
-    exact = (36e-6 / 120e-6) * (2e-6) ** 3 / (12 * 1e-3) * 1e5
-    assert [flow.lower, flow.upper] == pytest.approx([exact, exact], rel=ROUNDING)
-    assert [flow.inflow, flow.outflow, flow.value] == pytest.approx([exact] * 3, rel=ROUNDING)
-    assert flow.state == "leaking"
-    assert flow.converged
-    assert len(flow.levels) == 1
-    assert_enclosed(flow, exact)
 
 
 def series(gap: GridField) -> float:

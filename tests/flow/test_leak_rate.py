@@ -11,7 +11,6 @@ from fem_seal.finite_difference import by_differences
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.stopping import LONG, MOST_UNKNOWNS
 from fem_seal.grid import GridField
-from fem_seal.verification.exact_cases import vertex_gap
 
 METHODS = ["uniform", "adaptive"]
 GAP = rough_gap((16, 16), 0.3, 6)
@@ -245,16 +244,6 @@ def test_flow_field_carries_the_leak_rate(method, sides, representation):
     assert ((field.flux * slope).sum(axis=1) <= 0).all()
     assert field.pressure.min() == 0
     assert field.pressure.max() == WATER["pressure_drop"]
-
-
-def test_gap_of_the_field():
-    """The samples at the vertices of pixels, linear between them."""
-    gap = vertex_gap(lambda x, y: 1e-6 * (1 + x + 2 * y), (8, 8), (1e-5, 1e-5))
-    field = field_of(GridFilm(gap), method="uniform").field
-    x, y = field.points.T
-    assert field.gap == pytest.approx(1e-6 * (1 + x + 2 * y), rel=1e-12, abs=0)
-    assert field.points.max(axis=0) == pytest.approx((1e-5, 1e-5), rel=1e-12, abs=0)
-    assert len(np.unique(field.points.round(12), axis=0)) == len(field.points)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -102,11 +102,6 @@ def test_stiff_cells_that_touch_have_one_pressure():
     assert len(np.unique(np.concatenate(between))) == 1
 
 
-def test_single_contact_vertex_does_not_part_the_pressure():
-    case = Topology((5, 5), [(2, 2)])
-    assert case.primal().count == case.points_inside()
-
-
 def test_pressure_is_given_at_open_ends_only():
     """Where the inlet is in contact nothing enters, and the pressure there is an unknown."""
     case = Topology((5, 5), [(0, 0), (0, 1), (0, 2), (1, 2)])
@@ -275,37 +270,6 @@ def test_values_from_corners():
         at = np.argwhere(numbering.of_corner == number)
         noise[tuple(at[0])], noise[tuple(at[1])] = 1, -1
     assert numbering.from_corners(1 - x + noise) == pytest.approx([0.5] * 3)
-
-
-@pytest.mark.parametrize("periodic", [False, True])
-def test_minima_are_admissible(periodic):
-    """The solutions keep the jumps and values that the numberings promise."""
-    values = np.ones((9, 9))
-    values[3:6, 3:5] = 0
-    values[2:6, 6] = 0
-    gap = represented(GridField(values, (1.0, 1.0)))
-    problem = level_problem(gap, periodic_sides=periodic)
-    mesh, kept = problem.mesh, problem.kept
-    vertex = mesh.cells[kept]
-    found, stream = solved(problem)
-    pressure, psi = found.corner_values, stream.psi[vertex]
-    assert (pressure[mesh.inlet[vertex]] == 1).all()
-    assert (pressure[mesh.outlet[vertex]] == 0).all()
-    # Of ψ there is one value at each vertex, which all its corners have by their numbers.
-    numbering = dual_numbering(mesh, gap.cell_data(mesh, problem.values), kept, merge_blocked=True)
-    for v in np.unique(vertex):
-        at = vertex == v
-        assert len(set(zip(numbering.of_corner[at], numbering.offset[at], strict=True))) == 1
-    patch = (mesh.xy[vertex] // PIXEL == np.array([3, 3])).all(-1)
-    other = (mesh.xy[vertex] // PIXEL == np.array([5, 4])).all(-1)
-    assert np.ptp(psi[patch | other]) < 1e-12
-    if periodic:
-        top, low = np.flatnonzero(mesh.top), mesh.twin[mesh.top]
-        jump = [psi[vertex == t][0] - psi[vertex == b][0] for t, b in zip(top, low, strict=True)]
-        assert jump == pytest.approx([1] * len(top), abs=1e-12)
-    else:
-        assert (psi[mesh.bottom[vertex]] == 0).all()
-        assert (psi[mesh.top[vertex]] == 1).all()
 
 
 @pytest.mark.parametrize("periodic", [False, True])
