@@ -94,7 +94,7 @@ def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
     else:
         shift = present(contact if isinstance(contact, BearingState) else None, "bearing").shift
         narrowing = easing = np.ones(gap.shape)
-        kept = height.values - (height.values.max() - shift)
+        kept = np.maximum(height.values - (height.values.max() - shift), 0.0)
     closes, opens = (gap > 0) & (narrowing > 0), (gap == 0) & (easing > 0)
     closed = _smallest(gap[closes] / narrowing[closes], closing)
     opened = _smallest(kept[opens] / easing[opens], opening)

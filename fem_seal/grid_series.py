@@ -157,7 +157,7 @@ def _from_coarser(patch: Patch, coarse: Patch) -> EstimatedError:
     sentence = "what half of the samples of the map change"
     if change == inf:
         return EstimatedError(None, None, f"{sentence}: they are sealed")
-    return EstimatedError(exp(-change), exp(change), sentence)
+    return EstimatedError(exp(-change), exp(min(change, 700)), sentence)
 
 
 def _of_sealed(patch: Patch, coarse: Patch) -> EstimatedError:
@@ -177,7 +177,7 @@ def change_of(coarse: OnGrid, fine: OnGrid) -> float:
 
 
 def _ln(one: float, other: float) -> float:
-    """Ln of a ratio; infinite if only the denominator is 0."""
+    """Logarithm of a ratio; infinite if only the denominator is 0."""
     if one <= 0:
         return 0.0 if other <= 0 else -inf
     return log(one) - log(other) if other > 0 else inf

@@ -3,15 +3,17 @@
 from dataclasses import dataclass, field
 from enum import IntEnum
 from math import inf, log
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
 from fem_seal.digits import bracket_digits, per_cent
 from fem_seal.errors import Inconsistent
+from fem_seal.registry import require_known
 from fem_seal.tables import html_table
 
 FlowState: TypeAlias = Literal["leaking", "sealed", "lifted off"]
+ROUNDING = 1e-12  # relative, of the geometric mean of two bounds
 
 
 def relative_width(lower: float, upper: float) -> float:
@@ -123,6 +125,7 @@ class LeakRate:
     slip_interval: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        require_known(get_args(FlowState), self.state, "state")
         if self.lower is None:
             return
         lower, upper = self.bounds
@@ -131,6 +134,8 @@ class LeakRate:
                 f"the bounds cross: lower {lower:.6e} > upper {upper:.6e} m^3/s; "
                 "this is a defect of the solver, please report the gap"
             )
+        if not lower * (1 - ROUNDING) <= self.value <= upper * (1 + ROUNDING):
+            raise Inconsistent(f"{self.value:.6e} is not between {lower:.6e} and {upper:.6e} m^3/s")
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -184,10 +189,15 @@ class EstimatedError:
     sentence: str  #: where the estimate comes from
     upper_rate: float | None = None  #: largest true leak rate [m³/s] where a sealed one may leak
 
+    def __post_init__(self) -> None:
+        lower, upper = self.lower, self.upper
+        if not (lower is None or 0 <= lower <= 1) or not (upper is None or upper >= 1):
+            raise Inconsistent(f"factors of an estimated error: {lower} and {upper}")
+
     @property
     def part(self) -> float:
         """Largest |ln| of true over computed leak rate; infinite if a side is open."""
-        if self.lower is None or self.upper is None:
+        if not self.lower or self.upper is None:
             return inf
         return max(-log(self.lower), log(self.upper))
 

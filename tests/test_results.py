@@ -46,7 +46,7 @@ def spy(monkeypatch):
         state="leaking",
         method="finite-difference",
         value=np.pi * 1e-14,
-        lower=1e-13 / 3,
+        lower=1e-13 / 6,
         upper=2e-13 / 3,
         unknowns=25,
         levels=LEVELS,

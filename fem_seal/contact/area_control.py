@@ -42,7 +42,7 @@ HIGHEST = 1e12  # pressure over the first guess at which the search gives up
 FIRST_GUESS = 0.7
 
 
-def pressure_for_area(
+def contact_of_area(
     pair: ContactPair,
     area_fraction: float,
     stopping: ContactStopping,

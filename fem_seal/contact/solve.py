@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_seal.contact.area_control import pressure_for_area
+from fem_seal.contact.area_control import contact_of_area
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.methods import METHODS, ContactStopping, Progress
@@ -122,7 +122,7 @@ def load_to(
     reach = {
         "pressure": pair.under_pressure,
         "mean_gap": pair.at_mean_gap,
-        "area_fraction": lambda *args: pressure_for_area(pair, *args),
+        "area_fraction": lambda *args: contact_of_area(pair, *args),
     }[load.kind]
     if start is None and load.kind == "pressure" and METHODS[stopping.solver].starts_coarse:
         start = coarse_start(pair, load.value)

@@ -16,7 +16,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import LIFT, Kind, Uncertainty
 
-# Key of the entry if flow.lift is "none", and otherwise.
+# Key of the entry if flow.lift is "none"; else it is `LIFT`.
 KEY = "fluid_pressure"
 # The fluid's pressure is neglected below this part of the contact pressure.
 NEGLIGIBLE = 1e-3

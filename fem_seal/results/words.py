@@ -187,7 +187,7 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
 
 
 def sensitivity_words(by_input: dict[str, float]) -> str:
-    """D ln Q/d ln of each input, the largest first."""
+    """Derivatives of ln Q by ln of each input, the largest first."""
     ordered = sorted(by_input, key=lambda name: -abs(by_input[name]))
     parts = (f"{name} {in_digits(by_input[name], 2)}" for name in ordered)
     return f"per cent of leak rate per per cent of input: {', '.join(parts)}"

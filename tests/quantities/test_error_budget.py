@@ -10,7 +10,7 @@ from project import scene_of_samples
 from fem_seal import run
 from fem_seal.accuracy import chosen_patch
 from fem_seal.errors import Inconsistent
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import EstimatedError, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
     Uncertainty,
@@ -60,6 +60,19 @@ def test_products_enclose_errors_of_any_dependence():
 def test_factors_out_of_order_are_refused(lower, upper):
     with pytest.raises(Inconsistent, match="factors of grid"):
         Uncertainty("grid", "estimated", "", lower, upper)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: LeakRate("leaking", "uniform", 2.0, 3.0, 1.0), "bounds cross"),
+        (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
+        (lambda: EstimatedError(2.0, 0.5, ""), "factors of an estimated error: 2.0 and 0.5"),
+    ],
+)
+def test_leak_rates_and_errors_that_cannot_be_are_refused(make, message):
+    with pytest.raises(Inconsistent, match=message):
+        make()
 
 
 @pytest.mark.parametrize(
