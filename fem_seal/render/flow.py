@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import FlowField, LeakRate
@@ -24,13 +23,12 @@ from fem_seal.render.page import (
     page,
     window_of,
 )
-from fem_seal.render.scale import Scale, isoline_levels, logarithmic_scale
+from fem_seal.render.scale import Scale, logarithmic_scale, pressure_scale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FLOW_COLOURS = "flow"
-PRESSURE_COLOURS = "pressure"
 DECADES = 4  # length of the colour bar
 DETAIL = 1 / 8  # sides of the enlarged part of a mesh, over those of the seal
 
@@ -66,17 +64,6 @@ def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
 def flow_layer(field: FlowField, scale: Scale) -> DrawnTriangles:
     """Triangles of a field in the colours of its flow density."""
     return DrawnTriangles(field.points, field.cells, values=flow_density(field), scale=scale)
-
-
-def pressure_scale(field: FlowField) -> Scale:
-    """Scale of the pressure in a readable unit, with its isobars."""
-    low, high = float(field.pressure.min()), float(field.pressure.max())
-    factor, unit = readable(max(abs(low), abs(high)), "Pa")
-    low, high = low * factor, high * factor
-    lines = isoline_levels(low, high)
-    return Scale(
-        f"pressure [{unit}]", low, high, colours=PRESSURE_COLOURS, lines=lines, per_si=factor
-    )
 
 
 def _draw_below_contact(
@@ -132,7 +119,7 @@ def flow_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
 def pressure_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
     """Picture of the pressure, linear on each triangle, with isobars; see `flow_picture`."""
     field = flow_of(leak)
-    scale = pressure_scale(field)
+    scale = pressure_scale("pressure", field.pressure)
     with page(window_of(film), path, key=(CONTACT, NO_FLOW)) as axes:
         draw_pressure(axes[0, 0], field, film, scale)
         add_bar(axes[0, 0], scale)

@@ -157,17 +157,13 @@ def frame_film(
             )
     critical = film.constriction if marked else None
     if critical is not None:
+        from matplotlib.patheffects import withStroke
+
         x, y = critical.position
         if window.x0 <= x <= window.x1 and window.y0 <= y <= window.y1:
-            ring: dict[str, Any] = {
-                "markersize": RING,
-                "markerfacecolor": "none",
-                "ls": "",
-                "clip_on": False,
-            }
-            axes.plot(x, y, "o", markeredgecolor="white", markeredgewidth=3.2, **ring)
-            name = "critical constriction"
-            axes.plot(x, y, "o", markeredgecolor="black", markeredgewidth=1.4, label=name, **ring)
+            black: dict[str, Any] = {"mfc": "none", "mec": "black", "mew": 1.4, "clip_on": False}
+            (ring,) = axes.plot(x, y, "o", ms=RING, label="critical constriction", **black)
+            ring.set_path_effects([withStroke(linewidth=3.2, foreground="white")])
     return window
 
 

@@ -15,12 +15,12 @@ from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT_COLOUR, OPEN, Swatch
 from fem_seal.render.gap import CONTACT, draw_gap, gap_scale
 from fem_seal.render.page import ISOLINES, add_bar, draw_samples, frame_film, page, window_of
-from fem_seal.render.scale import Scale, isoline_levels, logarithmic_scale, step_above
+from fem_seal.render.scale import Scale, logarithmic_scale, pressure_scale, step_above
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-CONTACT_PRESSURE_COLOURS, PRESSURE_COLOURS = "contact pressure", "pressure"
+CONTACT_PRESSURE_COLOURS = "contact pressure"
 POCKET = Swatch("pocket: its fluid pressure is assumed", (246, 222, 150))
 # Part of the contact whose pressure lies within the colour bar; single peaks lie above it.
 SHOWN = 0.999
@@ -72,27 +72,15 @@ def draw_fluid_pressure(axes: "Axes", film: GridFilm, pressure: GridField, title
     Pockets have a colour of their own: no fluid moves there, and nothing determines its pressure.
     """
     samples = on_samples(film, pressure)
-    factor, unit = readable(float(np.abs(samples).max()), "Pa")
-    low, high = factor * float(samples.min()), factor * float(samples.max())
-    if not high > low:
-        low, high = low - 0.5, high + 0.5
-    levels = isoline_levels(low, high)
-    scale = Scale(
-        f"fluid pressure [{unit}]",
-        low,
-        high,
-        colours=PRESSURE_COLOURS,
-        lines=levels,
-        per_si=factor,
-    )
+    scale = pressure_scale("fluid pressure", samples)
     frame_film(axes, film, None, title, marked=True)
     wet = (film.sites.on_samples(film.sites.gap) > 0) & ~film.pockets
     colours = scale.paint(samples, wet, CONTACT_COLOUR)
     colours[film.pockets] = (*POCKET.colour, 255)
     draw_samples(axes, film, colours)
     add_bar(axes, scale)
-    shown = np.where(wet, factor * samples, np.nan)
-    lines = [level for level in levels if (shown < level).any() and (shown > level).any()]
+    shown = np.where(wet, scale.per_si * samples, np.nan)
+    lines = [level for level in scale.lines if (shown < level).any() and (shown > level).any()]
     if lines and min(shown.shape) > 1:
         (x0, y0), (dx, dy), (nx, ny) = film.sites.origin, film.sites.spacing, shown.shape
         x, y = x0 + dx * np.arange(nx), y0 + dy * np.arange(ny)

@@ -5,10 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.digits import readable
 from fem_seal.render.colours import colour_map
 
 if TYPE_CHECKING:
     from matplotlib.colors import Normalize
+
+
+PRESSURE_COLOURS = "pressure"
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,18 @@ def logarithmic_scale(
         low = min(1 / step_above(1 / least), high / 10.0)
     beyond = "min" if least < low else "neither"
     return Scale(label, low, high, True, colours, beyond, per_si=per_si)
+
+
+def pressure_scale(label: str, pressure: np.ndarray) -> Scale:
+    """Linear scale of a pressure [Pa] in a readable unit, with its isobars."""
+    factor, unit = readable(float(np.abs(pressure).max()), "Pa")
+    low, high = factor * float(pressure.min()), factor * float(pressure.max())
+    if not high > low:
+        low, high = low - 0.5, high + 0.5
+    lines = isoline_levels(low, high)
+    return Scale(
+        f"{label} [{unit}]", low, high, colours=PRESSURE_COLOURS, lines=lines, per_si=factor
+    )
 
 
 def step_above(number: float) -> float:

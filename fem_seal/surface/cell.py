@@ -1,16 +1,14 @@
 """Cropping of height maps, and periodic cells made of maps that are not periodic."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
-from fem_seal.registry import choose
+from fem_seal.registry import require_known
 
-# Part of each side over which the Tukey window rises (half of it) and falls (the other half).
-TUKEY_TAPER = 0.25
+# By name, as SciPy has it. The Tukey window rises and falls over an eighth of each side.
+WINDOWS = {"hann": "hann", "tukey": ("tukey", 0.25)}
 # A Hann window w correlates neighbouring waves: the variance of a mean over many waves grows by the
 # factor mean w⁴ / (mean w²)² along each axis (P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 70
 # (1967)).
@@ -51,38 +49,18 @@ def periodic_cell(field: GridField, how: str) -> GridField:
     times this window, which is 0 at the border; the Tukey window is 1 except on an eighth of the
     length at each end.
     """
-    make = choose(CELLS, how, "make_periodic")
-    return GridField(make(field.values), field.spacing, periodic=True)
+    require_known(("cut", "mirror", *WINDOWS), how, "make_periodic")
+    values = field.values
+    if how == "mirror":
+        # The first and last rows lie on the mirror lines and are not doubled: 2 (n - 1) samples.
+        values = np.pad(values, [(0, max(n - 2, 0)) for n in values.shape], mode="reflect")
+    elif how in WINDOWS:
+        values = values.mean() + (values - values.mean()) * window(how, field.shape)
+    return GridField(values, field.spacing, periodic=True)
 
 
 def window(name: str, shape: tuple[int, int]) -> np.ndarray:
     """Weights (nx, ny) of a periodic window: 0 in the first row and column, 1 in the middle."""
-    from scipy.signal.windows import hann, tukey
+    from scipy.signal import get_window
 
-    windows = {
-        "hann": lambda n: hann(n, sym=False),
-        "tukey": lambda n: tukey(n, TUKEY_TAPER, sym=False),
-    }
-    return np.multiply.outer(*(windows[name](n) for n in shape))
-
-
-def _mirror(values: np.ndarray) -> np.ndarray:
-    # The first and last rows lie on the mirror lines and are not doubled: 2 (n - 1) samples.
-    return np.pad(values, [(0, max(n - 2, 0)) for n in values.shape], mode="reflect")
-
-
-def _windowed(name: str) -> Callable[[np.ndarray], np.ndarray]:
-    def weigh(values: np.ndarray) -> np.ndarray:
-        """Deviation from the mean times the window."""
-        mean, (nx, ny) = values.mean(), values.shape
-        return mean + (values - mean) * window(name, (nx, ny))
-
-    return weigh
-
-
-CELLS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "cut": lambda values: values,
-    "mirror": _mirror,
-    "hann": _windowed("hann"),
-    "tukey": _windowed("tukey"),
-}
+    return np.multiply.outer(*(get_window(WINDOWS[name], n) for n in shape))

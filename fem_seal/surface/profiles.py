@@ -84,6 +84,8 @@ def profile_spectrum(
         Whether sample 0 repeats behind the last one. If not, a Hann window is applied, and the two
         lowest wavenumbers, which it mixes with the trend, are left out.
     """
+    from scipy.signal import get_window
+
     heights = np.atleast_2d(np.asarray(profiles, dtype=float))
     k, n = heights.shape
     if n < FEWEST_SAMPLES:
@@ -96,7 +98,7 @@ def profile_spectrum(
     degree, x = choose(DEGREES, detrend, "detrend"), np.linspace(-1, 1, n)
     basis = np.polynomial.legendre.legvander(x, 0 if periodic else degree)
     heights = heights - (basis @ np.linalg.lstsq(basis, heights.T, rcond=None)[0]).T
-    window = np.ones(n) if periodic else 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)
+    window = get_window("boxcar" if periodic else "hann", n)
     window /= np.mean(window**2) ** 0.5
     powers = np.abs(np.fft.rfft(heights * window)) ** 2 / n**2
     C1 = np.mean(powers, axis=0) * n * step / (2 * np.pi)

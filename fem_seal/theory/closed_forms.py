@@ -8,17 +8,6 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 
 
-def series(conductivity: np.ndarray) -> float:
-    """Conductivity of equally thick layers across the flow: the harmonic mean of K."""
-    K = np.asarray(conductivity, dtype=float)
-    return float(K.size / np.sum(1 / K)) if np.all(K > 0) else 0.0
-
-
-def parallel(conductivity: np.ndarray) -> float:
-    """Conductivity of equally thick layers along the flow: the arithmetic mean of K."""
-    return float(np.mean(conductivity))
-
-
 def piecewise_linear_channel(gap: np.ndarray) -> float:
     """Cube of the equivalent uniform gap, 1/<g⁻³>, of a channel whose gap varies along the flow.
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem_seal.render import contact, flow, gap, pressures, shape
+from fem_seal.render import contact, flow, gap, pressures, scale, shape
 from fem_seal.render.colours import CONTACT, CONTACT_COLOUR, NO_FLOW, OPEN_COLOUR, colour_map
 
 # Rec. 709: how light a printed colour is, 0 to 1.
@@ -17,7 +17,7 @@ def lightness(colours):
 @pytest.mark.parametrize(
     "name",
     [
-        *(flow.FLOW_COLOURS, flow.PRESSURE_COLOURS, gap.GAP_COLOURS),
+        *(flow.FLOW_COLOURS, scale.PRESSURE_COLOURS, gap.GAP_COLOURS),
         pressures.CONTACT_PRESSURE_COLOURS,
     ],
 )

@@ -19,7 +19,7 @@ from fem_seal.render import flow
 from fem_seal.render.colours import CONTACT, NO_FLOW
 from fem_seal.render.offscreen import DrawnTriangles, draw_layers
 from fem_seal.render.page import Window
-from fem_seal.render.scale import Scale
+from fem_seal.render.scale import Scale, pressure_scale
 
 pytestmark = pytest.mark.render
 OPEN = GridFilm(GridField(np.ones((21, 11)), (1e-6, 1e-6)))  # 20 by 10 µm
@@ -101,7 +101,7 @@ def test_contact_covers_flow_cells_and_pockets_are_pale():
 def test_pressure_is_interpolated_before_it_is_coloured():
     """On one cell from 1 to 0 the colours follow the map, not the line between its two ends."""
     field = structured_flow(1, 1, SIZE, lambda x: 1 + 0 * x, lambda x: 1e5 * (1 - x))
-    scale = flow.pressure_scale(field)
+    scale = pressure_scale("pressure", field.pressure)
     assert scale.label == "pressure [kPa]"
     assert (scale.low, scale.high) == pytest.approx((0.0, 100.0))
     values = field.pressure * scale.per_si
@@ -117,7 +117,7 @@ def test_pressure_is_interpolated_before_it_is_coloured():
 def test_isobars_lie_where_the_pressure_has_their_level():
     """Pressure falls evenly from 1 to 0: lines at equal steps, as many as the bar shows."""
     field = structured_flow(20, 10, SIZE, lambda x: 1 + 0 * x, lambda x: 1e5 * (1 - x))
-    scale = flow.pressure_scale(field)
+    scale = pressure_scale("pressure", field.pressure)
     assert scale.lines == pytest.approx(np.arange(10, 100, 10))
     axes = Figure().subplots()
     flow.draw_pressure(axes, field, OPEN, scale)

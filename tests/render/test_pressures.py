@@ -13,13 +13,13 @@ from fem_seal.render.pressures import (
     LIFT_SIDE,
     OPEN,
     POCKET,
-    PRESSURE_COLOURS,
     contact_pressure_picture,
     contact_pressure_scale,
     draw_contact_pressure,
     draw_fluid_pressure,
     lift_picture,
 )
+from fem_seal.render.scale import PRESSURE_COLOURS
 
 
 def pressed(gap):

@@ -49,7 +49,7 @@ def test_piecewise_linear_channel_by_quadrature():
 @given(conductivity, conductivity)
 def test_four_phases_include_layers_and_the_checkerboard(a, b):
     """Equal neighbours are layers across or along the flow; equal diagonals a checkerboard."""
-    series, parallel = closed_forms.series([a, b]), closed_forms.parallel([a, b])
+    series, parallel = 2 * a * b / (a + b), (a + b) / 2
     assert closed_forms.four_phase_checkerboard(a, b, b, a) == approx((series, parallel))
     assert closed_forms.four_phase_checkerboard(a, a, b, b) == approx((parallel, series))
     board = closed_forms.checkerboard(a, b)
@@ -102,13 +102,6 @@ def test_sparse_discs_conduct_alike_in_any_arrangement():
         assert closed_forms.disc_array(f) < (1 - f) / (1 + f)  # Hashin-Shtrikman
     with pytest.raises(InvalidInput, match="π/4"):
         closed_forms.disc_array(0.8)
-
-
-def test_means_are_ordered():
-    """Series ≤ geometric mean ≤ parallel, for any layers."""
-    K = np.random.default_rng(0).lognormal(size=50)
-    assert closed_forms.series(K) < np.exp(np.log(K).mean()) < closed_forms.parallel(K)
-    assert closed_forms.series([1.0, 0.0]) == 0
 
 
 def test_smooth_checkerboard_shifted_by_half_a_period_is_its_reciprocal():
