@@ -28,7 +28,7 @@ import numpy as np
 
 from fem_seal.contact import press
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import FlowSettings, Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import Level, relative_width
 from fem_seal.render.bounds import draw_bounds
@@ -63,8 +63,10 @@ def near_percolation(n: int) -> GridField:
 def compare(gap: GridField, rtol: float, grids: int) -> tuple[tuple[Level, ...], tuple[Level, ...]]:
     """Levels of the adaptive mesh, refined to `rtol`, and of `grids` uniform ones."""
     film, most = GridFilm(gap, SIDES), 4 ** (grids - 1) * gap.values.size
-    adaptive = leak_rate(film, rtol=rtol, every_dual=True, **WATER)
-    uniform = leak_rate(film, method="uniform", rtol=rtol, limits=Limits(unknowns=most), **WATER)
+    adaptive = leak_rate(film, FlowSettings(rtol=rtol, **WATER), every_dual=True)
+    uniform = leak_rate(
+        film, FlowSettings(method="uniform", rtol=rtol, limits=Limits(unknowns=most), **WATER)
+    )
     return adaptive.levels, uniform.levels
 
 
@@ -72,8 +74,9 @@ def refined_at(contrast: float, n: int = 64) -> tuple[Level, ...]:
     """Meshes of n², 4 n² and 16 n² squares of a smooth gap whose K = g³ spans a contrast."""
     wave = np.cos(2 * np.pi * np.arange(n) / n)
     gap = GridField(1e-6 * contrast ** (np.outer(wave, wave) / 6), (1e-6, 1e-6), periodic=True)
-    meshes = {"method": "uniform", "limits": Limits(unknowns=17 * n**2), "every_dual": True}
-    return leak_rate(GridFilm(gap, SIDES), rtol=1e-6, **meshes, **WATER).levels
+    limits = Limits(unknowns=17 * n**2)
+    settings = FlowSettings(method="uniform", rtol=1e-6, limits=limits, **WATER)
+    return leak_rate(GridFilm(gap, SIDES), settings, every_dual=True).levels
 
 
 def draw(adaptive: tuple[Level, ...], uniform: tuple[Level, ...], path: Path) -> None:

@@ -25,7 +25,7 @@ from scipy.optimize import curve_fit
 from fem_seal import fenicsx  # noqa: F401 (DOLFINx has to be loaded before VTK)
 from fem_seal.contact import press
 from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate
+from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.render.plot import new_figure
 
@@ -76,8 +76,8 @@ def saddle(samples: int) -> Saddle:
         leaking, sealed = (leaking, middle) if tight else (middle, sealed)
     closing = float(0.5 * (leaking + sealed))
     gaps = [pressed(samples, closing * (1 - distance)) for distance in DISTANCES]
-    options = {"viscosity": 1 / 12, "pressure_drop": 1.0, "rtol": 0.01}
-    bounds = tuple(leak_rate(GridFilm(gap, "periodic"), **options).bounds for gap in gaps)
+    settings = FlowSettings(viscosity=1 / 12, pressure_drop=1.0, rtol=0.01)
+    bounds = tuple(leak_rate(GridFilm(gap, "periodic"), settings).bounds for gap in gaps)
     tightest = tuple(float(gap.values[samples // 2, samples // 2]) for gap in gaps)
     return Saddle(samples, closing, tightest, bounds)
 

@@ -27,7 +27,7 @@ from matplotlib.collections import LineCollection
 from fem_seal.contact import press
 from fem_seal.fenicsx import PETSc, fem, functionspace, ufl
 from fem_seal.film import GridFilm
-from fem_seal.flow import FlowFunctions, Tuning, flow_functions, leak_rate
+from fem_seal.flow import FlowFunctions, FlowSettings, Tuning, flow_functions, leak_rate
 from fem_seal.flow.forms import energy, film_conductivity, reynolds
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FacetTag, FlowField, LeakRate
@@ -126,8 +126,8 @@ def main(out: Path = Path("out"), n: int = 64) -> tuple[LeakRate, dict[int, floa
     """Draw `ordinary_dolfinx.png`; return bounds, and leak rates [m³/s] by degree of elements."""
     from_samples = Tuning(coarsest=n)  # begin with the mesh of the samples
     gap = rough_contact(n)
-    setting = {"viscosity": ETA, "pressure_drop": DROP, "rtol": 0.03, "tuning": from_samples}
-    leak = leak_rate(GridFilm(gap), field=True, **setting)
+    settings = FlowSettings(viscosity=ETA, pressure_drop=DROP, rtol=0.03, field=True)
+    leak = leak_rate(GridFilm(gap), settings, tuning=from_samples)
     draw(leak.field, out / "ordinary_dolfinx.png")
     flow = flow_functions(leak.field)
     ordinary = {degree: ordinary_energy(flow, degree) / DROP for degree in (1, 2)}

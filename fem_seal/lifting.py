@@ -1,5 +1,6 @@
 """The coupled problem of contact and flow in a scene whose fluid lifts the solid."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -12,12 +13,11 @@ from fem_seal.coupling import LiftProblem
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.film_pressure import eliminated
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
-from fem_seal.scene.scene import FlowSettings
-from fem_seal.steps import FLOWS, elastic_contact, finite_elements
+from fem_seal.steps import FLOWS, elastic_contact
 
 
 def lifting_problem(
@@ -79,7 +79,9 @@ def lifting_problem(
         film=lambda gap: GridFilm(
             gap, scene.flow.sides_of(gap.periodic), scene.flow.representation
         ),
-        flow=lambda film, error: _flow(settings, film, error, report, comm),
+        flow=lambda film, error: FLOWS[settings.method](
+            replace(settings, margin=error), film, report, comm
+        ),
         cubes=cubes,
         pressure_of=pressure_of,
         slips=slip is not None,
@@ -93,14 +95,3 @@ def lifting_problem(
         negligible=12 * settings.viscosity * settings.negligible / settings.pressure_drop,
         comm=comm,
     )
-
-
-def _flow(
-    settings: FlowSettings, film: GridFilm, error: float, report: Report, comm: parallel.Comm
-) -> LeakRate:
-    """Leak rate of a film to the tolerance of the result."""
-    if film.sealed:
-        return LeakRate.sealed(settings.method)
-    if settings.method == "finite-difference":
-        return FLOWS[settings.method](settings, film, report, comm)
-    return finite_elements(settings, film, report, comm, margin=error)

@@ -13,12 +13,13 @@ from fem_seal import parallel
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput, present
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffine
-from fem_seal.scene.scene import FlowSettings, require_scene
+from fem_seal.scene.scene import require_scene
 from fem_seal.scene.sections import Lift
 from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, spectrum_of_profiles

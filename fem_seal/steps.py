@@ -14,12 +14,12 @@ from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file import HEIGHT_NAMES, read_map
 from fem_seal.field_file.profiles import read_profiles
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import refuse_too_large
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, ProfileSurface, Scene
-from fem_seal.scene.scene import FlowSettings
 from fem_seal.surface import (
     IsotropicSpectrum,
     cropped,
@@ -108,36 +108,18 @@ ContactModel = Callable[[Scene, GridField, np.ndarray | None, Load, Report], Gap
 CONTACTS: dict[str, ContactModel] = {"gfmd": elastic_contact, "bearing": _bearing}
 
 
-def finite_elements(
-    settings: FlowSettings,
-    film: "GridFilm | MeshFilm",
-    report: Report,
-    comm: parallel.Comm,
-    margin: float = 0.0,
+def _finite_elements(
+    settings: FlowSettings, film: "GridFilm | MeshFilm", report: Report, comm: parallel.Comm
 ) -> LeakRate:
-    """Leak rate of a film by finite elements.
-
-    A decision against a limit counts an error of ln Q, `margin`, beside the bounds.
-    """
+    if film.sealed:
+        # Without FEniCSx.
+        return LeakRate.sealed(settings.method)
     from fem_seal.flow import leak_rate
 
     def progress(level: Level) -> None:
         report("flow", f"{level.unknowns} unknowns, ±{per_cent(level.half_width)}")
 
-    return leak_rate(
-        film,
-        viscosity=settings.viscosity,
-        pressure_drop=settings.pressure_drop,
-        slip=settings.slip,
-        method=settings.method,
-        rtol=settings.rtol,
-        decide=settings.decide,
-        margin=margin,
-        limits=settings.limits,
-        progress=progress,
-        field=settings.field,
-        comm=parallel.communicator(comm),
-    )
+    return leak_rate(film, settings, progress=progress, comm=parallel.communicator(comm))
 
 
 def _finite_differences(
@@ -162,7 +144,7 @@ def _finite_differences(
 
 Method = Callable[[FlowSettings, "GridFilm | MeshFilm", Report, parallel.Comm], LeakRate]
 FLOWS: dict[str, Method] = {
-    "adaptive": finite_elements,
-    "uniform": finite_elements,
+    "adaptive": _finite_elements,
+    "uniform": _finite_elements,
     "finite-difference": _finite_differences,
 }

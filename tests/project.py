@@ -6,10 +6,16 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from fem_seal.parallel import OF_MPI
+
+if TYPE_CHECKING:
+    from fem_seal.film import Film
+    from fem_seal.leak_rate import LeakRate
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "fem_seal"
@@ -22,6 +28,15 @@ MPI_ENVIRONMENT = {
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
     "OMP_NUM_THREADS": "1",
 }
+
+
+def leak_rate(film: "Film", **options: Any) -> "LeakRate":
+    """`flow.leak_rate` with the fields of its settings beside its own options."""
+    from fem_seal import flow
+
+    names = {field.name for field in fields(flow.FlowSettings)}
+    own = {name: options.pop(name) for name in names.intersection(options)}
+    return flow.leak_rate(film, flow.FlowSettings(**own), **options)
 
 
 @cache
@@ -93,9 +108,9 @@ def leak_scene(**sections: dict) -> dict:
 def toml(scene: dict) -> str:
     """Numbers, strings, lists and tables as TOML, sections below the other keys."""
     lines = [f"{key} = {_toml(one)}" for key, one in scene.items() if not isinstance(one, dict)]
-    for section, fields in scene.items():
-        if isinstance(fields, dict):
-            lines += [f"[{section}]", *(f"{key} = {_toml(one)}" for key, one in fields.items())]
+    for section, content in scene.items():
+        if isinstance(content, dict):
+            lines += [f"[{section}]", *(f"{key} = {_toml(one)}" for key, one in content.items())]
     return "\n".join(lines) + "\n"
 
 

@@ -5,10 +5,10 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from project import printed_by
+from project import leak_rate, printed_by
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate, linear
+from fem_seal.flow import linear
 from fem_seal.grid import GridField
 
 DRAWING = {"pyvista", "vtkmodules", "matplotlib"}

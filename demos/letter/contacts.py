@@ -77,13 +77,10 @@ def at_area(surface: GridField, model: str, area_fraction: float) -> GapState:
 
 def certified(gap: GridField, rtol: float, field: bool = False) -> LeakRate:
     """Leak rate with bounds, computed by this process alone."""
-    from fem_seal.flow import leak_rate
+    from fem_seal.flow import FlowSettings, leak_rate
 
     return leak_rate(
         GridFilm(gap, sides=SIDES),
-        viscosity=VISCOSITY,
-        pressure_drop=PRESSURE_DROP,
-        rtol=rtol,
-        field=field,
+        FlowSettings(viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, rtol=rtol, field=field),
         comm=communicator(alone()),
     )

@@ -4,11 +4,13 @@ from fem_seal.flow.exchange import FlowFunctions, film_from_dolfinx, flow_functi
 from fem_seal.flow.leak import METHODS, leak_rate
 from fem_seal.flow.marking import Tuning
 from fem_seal.flow.solution import Start
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.limits import Limits
 
 __all__ = [
     "METHODS",
     "FlowFunctions",
+    "FlowSettings",
     "Limits",
     "Start",
     "Tuning",

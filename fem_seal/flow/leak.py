@@ -17,13 +17,13 @@ from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
 from fem_seal.flow.solution import LevelSolution, Start
 from fem_seal.flow.stopping import Decision, SolvedLevel, Stopping, Tolerance
-from fem_seal.fluid import Slip
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
-from fem_seal.limits import USUAL_GROWTH, Limits
+from fem_seal.limits import USUAL_GROWTH
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.nested import coarsest_width, uniform_mesh
-from fem_seal.registry import require_known, require_not_negative, require_positive
+from fem_seal.registry import require_known
 
 METHODS = ("adaptive", "uniform")
 NARROWEST = 1e-60  # smallest critical constriction, as a part of the largest gap
@@ -32,17 +32,9 @@ NARROWEST = 1e-60  # smallest critical constriction, as a part of the largest ga
 @explained_compilation()
 def leak_rate(
     film: Film,
+    settings: FlowSettings,
     *,
-    viscosity: float,
-    pressure_drop: float,
-    slip: Slip | None = None,
-    method: str = "adaptive",
-    rtol: float = 0.05,
-    decide: float | None = None,
-    margin: float = 0.0,
-    limits: Limits | None = None,
     progress: Callable[[Level], None] | None = None,
-    field: bool = False,
     every_dual: bool = False,
     tuning: Tuning | None = None,
     start: Start | None = None,
@@ -60,28 +52,10 @@ def leak_rate(
     film
         A gap on a grid with its sides (flow along the first axis), or on the mesh of a shape, which
         is refined as it is.
-    viscosity
-        η [Pa s].
-    pressure_drop
-        p_in - p_out [Pa]; for a gas that of the liquid that leaks as much without slip.
-    slip
-        Slip of a gas at the walls; None if there is none.
-    method
-        "adaptive" or "uniform" (the pixel or given mesh and its uniform refinements).
-    rtol
-        Stop when upper - lower ≤ rtol √(lower upper); for a gas that slips this holds for the
-        bounds at the mean pressure, since no mesh closes the rest.
-    decide
-        In place of rtol, a leak rate [m³/s]: stop when it does not lie between the bounds.
-    margin
-        Error of ln Q beside the bounds, such as that of the lift; it widens them for `decide`.
-    limits
-        Limits on unknowns, time and memory; if one ends the refinement, the result has `converged`
-        False and a `reason`.
+    settings
+        Fluid, pressures, method ("adaptive" or "uniform") and accuracy.
     progress
         Called with every Level, in m³/s.
-    field
-        Keep the flow on the last mesh.
     every_dual
         Compute bounds from both sides on every level, to show how they close.
     tuning
@@ -107,20 +81,17 @@ def leak_rate(
     Where the linear solver cannot reach its tolerance, the functions it has reached still give
     bounds; they are returned, with `converged` False if they are further apart than asked for.
     """
-    require_positive(viscosity=viscosity, pressure_drop=pressure_drop, rtol=rtol)
-    require_not_negative(margin=margin)
-    if decide is not None:
-        require_positive(decide=decide)
+    method, slip, decide = settings.method, settings.slip, settings.decide
     require_known(METHODS, method, "method")
     require_film(film, (GridFilm, MeshFilm))
     if film.sealed:
         return LeakRate.sealed(method)
-    rate = leak_rate_of_square(film.highest, viscosity, pressure_drop)
+    rate = leak_rate_of_square(film.highest, settings.viscosity, settings.pressure_drop)
     slipping = None if slip is None else SlippingFilm(slip, film)
     slip_factor = slipping.slip_factor if slipping else 1.0
-    units = _Units(film, pressure_drop, rate * slip_factor)
-    criterion = Tolerance(rtol) if decide is None else Decision(decide, units.rate, margin)
-    stopping = _stopping(film, criterion, limits or Limits(), method, comm)
+    units = _Units(film, settings.pressure_drop, rate * slip_factor)
+    criterion = _criterion(settings, units.rate)
+    stopping = _stopping(film, criterion, settings, comm)
     # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
     strategy = Strategy(
         uniform=method == "uniform",
@@ -143,7 +114,7 @@ def leak_rate(
         if progress is not None:
             progress(levels[-1])
         result = units.leak_rate(solution, method, levels)
-        drawn = units.field(solution) if field else None
+        drawn = units.field(solution) if settings.field else None
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
             keep(MeshedFlow(film, solution, slip_factor))
         # Free this mesh before the next one is made.
@@ -155,8 +126,14 @@ def leak_rate(
     return replace(result, converged=not reason, reason=reason, field=drawn)
 
 
+def _criterion(settings: FlowSettings, unit: float) -> Tolerance | Decision:
+    if settings.decide is None:
+        return Tolerance(settings.rtol)
+    return Decision(settings.decide, unit, settings.margin)
+
+
 def _stopping(
-    film: Film, criterion: Tolerance | Decision, limits: Limits, method: str, comm: MPI.Comm
+    film: Film, criterion: Tolerance | Decision, settings: FlowSettings, comm: MPI.Comm
 ) -> Stopping:
     narrowest = present(film.constriction, "constriction").gap / film.highest
     require_conducting("the critical constriction", narrowest)
@@ -164,8 +141,8 @@ def _stopping(
         f" (the critical constriction is {narrowest:.0e} of the largest gap: set such gaps to "
         "0 if they are contact)"
     )
-    growth = 4.0 if method == "uniform" else USUAL_GROWTH
-    return Stopping(criterion, limits, growth, narrowest, comm, advice)
+    growth = 4.0 if settings.method == "uniform" else USUAL_GROWTH
+    return Stopping(criterion, settings.limits, growth, narrowest, comm, advice)
 
 
 def require_conducting(tightest: str, narrowest: float) -> None:

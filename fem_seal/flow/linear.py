@@ -363,6 +363,7 @@ def by_multigrid(
     x, b = whole.createVecs()
 
     def solve(right_side: np.ndarray, tolerance: float) -> np.ndarray:
+        """Solution by CG, or by elimination where CG breaks down."""
         b.setArray(right_side)
         solver.setTolerances(rtol=tolerance, atol=0.0, max_it=2 * MAX_ITERATIONS)
         solver.solve(b, x)

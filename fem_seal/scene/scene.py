@@ -1,7 +1,6 @@
 """Scene: the content of a scene file, read and checked, and what follows from several sections."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -9,8 +8,8 @@ from pydantic import Field, ValidationError, model_validator
 
 from fem_seal.contact.settings import Load
 from fem_seal.errors import InvalidInput, InvalidScene, present
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Drive, Slip
-from fem_seal.limits import Limits
 from fem_seal.scene.checks import check
 from fem_seal.scene.files import override, read_toml, replaced
 from fem_seal.scene.fluid import Fluid
@@ -32,24 +31,6 @@ from fem_seal.scene.sections import (
 from fem_seal.scene.shape import AnyShape, MeshFile
 from fem_seal.scene.tolerances import Tolerances
 from fem_seal.tables import html_table
-
-
-@dataclass(frozen=True)
-class FlowSettings:
-    """What a solver of the flow is told beside the film."""
-
-    method: str
-    viscosity: float  #: [Pa s]
-    pressure_drop: float  #: of the linear problem [Pa]
-    slip: Slip | None
-    rtol: float  #: largest (upper - lower) / √(lower upper)
-    decide: float | None  #: leak rate [m³/s] against which the flow decides
-    limits: Limits
-    field: bool  #: whether the flow itself is wanted, and not only its leak rate
-    links: str  #: of finite differences
-    #: leak rate [m³/s] that counts as none: a lift ends, unsettled, where it falls below
-    negligible: float = 0.0
-
 
 Surface = Annotated[SelfAffine | FileSurface | ProfileSurface, Field(discriminator="kind")]
 

@@ -39,6 +39,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.digits import per_cent, with_prefix
 from fem_seal.errors import present
 from fem_seal.film import GridFilm, film_conductivity
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level, half_width_of, relative_width
@@ -251,14 +252,17 @@ class LoadedPatch:
             while len(self._flows) > max(1, KEPT // film.samples.size):
                 del self._flows[next(iter(self._flows))]
 
-        return leak_rate(
-            film,
-            viscosity=scene.viscosity,
-            pressure_drop=scene.drive.pressure_drop,
+        settings = FlowSettings(
+            scene.viscosity,
+            scene.drive.pressure_drop,
             slip=at_mean_pressure(scene.slip),
             method=scene.flow.method,
             rtol=self.rtol,
             limits=scene.flow.limits,
+        )
+        return leak_rate(
+            film,
+            settings,
             progress=progress,
             comm=parallel.communicator(self.patch.comm),
             start=self._nearest(load) if nearby else None,

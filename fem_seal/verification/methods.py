@@ -10,6 +10,7 @@ from fem_seal.errors import NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.limits import Limits
 
 # Most samples for the letter's relaxation: it takes 2 to 10 s on 256², half a minute or more on
@@ -46,14 +47,14 @@ def _bounds(
     from fem_seal.flow import leak_rate
 
     start = process_time()
-    leak = leak_rate(
-        film,
-        viscosity=setting.viscosity,
-        pressure_drop=setting.pressure_drop,
+    settings = FlowSettings(
+        setting.viscosity,
+        setting.pressure_drop,
         method=method,
         rtol=setting.rtol,
-        limits=limits,
+        limits=limits or Limits(),
     )
+    leak = leak_rate(film, settings)
     shared = leak.unknowns, process_time() - start
     lower, upper = leak.bounds
     yield Answer(f"{name} upper", upper, "above", *shared)

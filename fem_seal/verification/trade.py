@@ -22,6 +22,7 @@ from fem_seal.accuracy import relative_error
 from fem_seal.errors import InvalidInput, present
 from fem_seal.files import temporary_folder
 from fem_seal.film import GridFilm
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.grid_series import LEAST_SAMPLES, OnGrid, grid_error
 from fem_seal.leak_rate import FlowState, relative_half_width
@@ -223,7 +224,7 @@ def warm_up() -> None:
     """Import the libraries, and compile the forms, before the time of the first point is taken."""
     from fem_seal.flow import leak_rate
 
-    leak_rate(GridFilm(GridField(np.ones((8, 8)), (1.0, 1.0))), viscosity=1.0, pressure_drop=1.0)
+    leak_rate(GridFilm(GridField(np.ones((8, 8)), (1.0, 1.0))), FlowSettings(1.0, 1.0))
 
 
 def trade_grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:

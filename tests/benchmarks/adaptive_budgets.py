@@ -34,12 +34,12 @@ def press(case: Case, connection) -> None:
 def measure(case: Case, rtol: float, connection) -> None:
     """Print one row for the gap that `connection` holds."""
     from fem_seal.film import GridFilm
-    from fem_seal.flow import leak_rate
+    from fem_seal.flow import FlowSettings, leak_rate
     from fem_seal.memory import peak_memory
 
     gap = connection.recv()
     started = time.process_time()
-    leak = leak_rate(GridFilm(gap), viscosity=1e-3, pressure_drop=1e5, rtol=rtol)
+    leak = leak_rate(GridFilm(gap), FlowSettings(viscosity=1e-3, pressure_drop=1e5, rtol=rtol))
     cpu = time.process_time() - started
     seconds = [sum(level.seconds.values()) for level in leak.levels]
     last = leak.levels[-1].seconds

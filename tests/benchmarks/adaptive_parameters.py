@@ -11,7 +11,7 @@ import numpy as np
 from rough_gaps import VARIETY
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow import FlowSettings, Limits, Tuning, leak_rate
 
 CHOICES = {
     "as shipped": {},
@@ -48,10 +48,12 @@ def main() -> None:
             started = time.process_time()
             leak = leak_rate(
                 GridFilm(gap, sides="periodic"),
-                viscosity=1e-3,
-                pressure_drop=1e5,
-                rtol=arguments.rtol,
-                limits=Limits(unknowns=arguments.max_unknowns),
+                FlowSettings(
+                    viscosity=1e-3,
+                    pressure_drop=1e5,
+                    rtol=arguments.rtol,
+                    limits=Limits(unknowns=arguments.max_unknowns),
+                ),
                 tuning=replace(Tuning(), **CHOICES[name]),
             )
             seconds = time.process_time() - started

@@ -9,7 +9,7 @@ import time
 from rough_gaps import VARIETY
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, hierarchical, leak_rate
+from fem_seal.flow import FlowSettings, Limits, hierarchical, leak_rate
 from fem_seal.flow.level import LevelProblem
 
 STEPS = (0, 1, 2, 3, 4, 8)
@@ -34,7 +34,8 @@ def main() -> None:
         LevelProblem.corrected = corrected
         limits = Limits(unknowns=200_000)
         leak = leak_rate(
-            GridFilm(case.gap()), viscosity=1e-3, pressure_drop=1e5, rtol=0.04, limits=limits
+            GridFilm(case.gap()),
+            FlowSettings(viscosity=1e-3, pressure_drop=1e5, rtol=0.04, limits=limits),
         )
         if not last:
             continue

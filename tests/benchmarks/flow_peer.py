@@ -22,13 +22,14 @@ OURS = """
 import json, sys, time
 import numpy as np
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import FlowSettings, Limits, leak_rate
 from fem_seal.grid import GridField
 file = np.load(sys.argv[1])
 gap = GridField(file["gap"], file["spacing"], True)
 base, started = peak(), time.perf_counter()
-leak = leak_rate(GridFilm(gap, "periodic"), viscosity=1 / 12, pressure_drop=1.0, method=sys.argv[2],
-                 rtol=float(sys.argv[3]), limits=Limits(unknowns=int(sys.argv[4])))
+settings = FlowSettings(1 / 12, 1.0, method=sys.argv[2], rtol=float(sys.argv[3]),
+                        limits=Limits(unknowns=int(sys.argv[4])))
+leak = leak_rate(GridFilm(gap, "periodic"), settings)
 seconds = time.perf_counter() - started
 print(json.dumps({"levels": [(s.unknowns, s.lower, s.upper) for s in leak.levels],
                   "value": leak.value, "unknowns": leak.unknowns, "seconds": seconds,

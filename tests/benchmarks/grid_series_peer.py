@@ -22,7 +22,7 @@ from rough_gaps import Case
 from fem_seal.contact import press
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import FlowSettings, Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
 from fem_seal.surface.resampling import resample
@@ -63,7 +63,9 @@ def at_centres(gap: Callable, n: int) -> np.ndarray:
 
 def ours(film: GridFilm) -> dict[str, float]:
     """Leak rates of one grid."""
-    bounds = leak_rate(film, method="uniform", rtol=1e-9, limits=Limits(unknowns=1), **SETTING)
+    bounds = leak_rate(
+        film, FlowSettings(method="uniform", rtol=1e-9, limits=Limits(unknowns=1), **SETTING)
+    )
     return {
         "FD harmonic": by_differences(film, links="harmonic", **SETTING).value,
         "FD linear-gap": by_differences(film, **SETTING).value,
@@ -109,14 +111,14 @@ def rough_case(n: int, area: float, finest: int) -> None:
     gap = Case(n, 0.8, 4, area, 3).gap()
     unit = GridField(gap.values / gap.values.max(), (1 / n, 1 / n), True)
     film = GridFilm(unit, SIDES)
-    bracket = leak_rate(film, rtol=0.01, **SETTING)
+    bracket = leak_rate(film, FlowSettings(rtol=0.01, **SETTING))
     rows = {
         n * 2**k: {"reynoldsflow": flow(linear_samples(unit.values, 2**k))["value"]}
         | ours(finer_film(film, k))
         for k in range(finest)
     }
     series(f"elastic contact, A/A0 = {area:g}", rows, bracket.value, 0.005)
-    loose = leak_rate(film, rtol=0.1, **SETTING)
+    loose = leak_rate(film, FlowSettings(rtol=0.1, **SETTING))
     off = 100 * (loose.value / bracket.value - 1)
     print(f"adaptive, rtol 0.1: {off:+.2g} % with {loose.unknowns} unknowns, certified ±5 %")
 
@@ -133,7 +135,10 @@ def contacts(n: int, load: float) -> None:
         pressure, _ = contact("tamaas", here, load, 1e-8)
         gap, _ = gap_of(pressure, here, load)
         theirs = GridField(np.where(pressure > 0, 0, np.maximum(gap, 0)), here.spacing, True)
-        leaks = [leak_rate(GridFilm(gap), rtol=0.02, **SETTING).value for gap in (own, theirs)]
+        leaks = [
+            leak_rate(GridFilm(gap), FlowSettings(rtol=0.02, **SETTING)).value
+            for gap in (own, theirs)
+        ]
         rows.append((m, *(float(np.mean(g.values == 0)) for g in (own, theirs)), *leaks))
     for m, a, b, q, r in rows:
         print(f"| {m}² | {a:.4f} | {b:.4f} | {100 * (r / q - 1):+.2g} % | {q / rows[-1][3]:.3f} |")

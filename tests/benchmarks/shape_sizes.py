@@ -12,7 +12,7 @@ from fem_seal.contact import press
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.film.shaped import shaped_film
-from fem_seal.flow import leak_rate
+from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.scene import Scene
 from fem_seal.surface import Spectrum, self_affine
@@ -44,7 +44,7 @@ def shape(largest: float, smallest: float | None) -> Scene:
 
 def row(name: str, gap, reference: float) -> None:
     """Unknowns where the tolerance is reached, and the estimate."""
-    flow = leak_rate(GridFilm(gap), rtol=RTOL, every_dual=True, **FLUID)
+    flow = leak_rate(GridFilm(gap), FlowSettings(rtol=RTOL, **FLUID), every_dual=True)
     first, last = flow.levels[0], flow.levels[-1]
     difference = flow.value / reference - 1
     print(
@@ -59,7 +59,7 @@ def main() -> None:
     pixel = L / n
     for area in (0.1, 0.3):
         grid = contact(n, area)
-        exact = leak_rate(GridFilm(grid), rtol=0.01, **FLUID)
+        exact = leak_rate(GridFilm(grid), FlowSettings(rtol=0.01, **FLUID))
         print(f"\ncontact area {area:g}, {n} samples, pixel triangulation {exact.value:.4e} m³/s")
         print(f"{'mesh':34} {'first':>8} {'last':>8} {'±%':>7} {'m³/s':>11} {'off %':>7}")
         row("pixel triangulation", grid, exact.value)

@@ -12,7 +12,7 @@ import time
 from rough_gaps import Case
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate
+from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.flow.cell_tensor import conductivity_tensor
 
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5
@@ -28,9 +28,7 @@ def main(n: int) -> None:
             between = time.process_time()
             leak = leak_rate(
                 GridFilm(gap, sides="periodic"),
-                viscosity=VISCOSITY,
-                pressure_drop=PRESSURE_DROP,
-                rtol=rtol,
+                FlowSettings(viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, rtol=rtol),
             )
             ended = time.process_time()
             print(

@@ -1,7 +1,9 @@
 """Adaptive leak rates of extreme gaps, and the conditions that their bounds must fulfil."""
 
+from project import leak_rate
+
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import Limits
 from fem_seal.leak_rate import LeakRate
 
 MOST_UNKNOWNS = 6000

@@ -8,12 +8,12 @@ from closed_forms import SERIES_DECADES, Case
 from extreme_gaps import MOST_UNKNOWNS, ROUNDING, adaptive
 from gaps import assert_enclosed
 from nonlinear import in_series
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap, striped_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
-from fem_seal.flow import leak_rate
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.rarefied import LAWS

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from extreme_gaps import adaptive
+from project import leak_rate
 from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate
 from fem_seal.flow.marking import Tuning
 from fem_seal.grid import GridField
 from fem_seal.limits import Limits

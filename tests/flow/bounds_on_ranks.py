@@ -10,7 +10,7 @@ from sample_gaps import FLUID
 
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import FlowSettings, Limits, leak_rate
 from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.grid import GridField
 
@@ -33,11 +33,9 @@ def solve(gaps: dict[str, np.ndarray]) -> dict[str, dict]:
                     sides=sides,
                     representation=representation,
                 ),
-                method=method,
-                rtol=0.2,
-                limits=Limits(unknowns=1500),
-                field=True,
-                **FLUID,
+                FlowSettings(
+                    method=method, rtol=0.2, limits=Limits(unknowns=1500), field=True, **FLUID
+                ),
             )
             found[f"{name} {method} {sides} {representation}"] = {
                 "bounds": [flow.lower, flow.upper],

@@ -13,11 +13,12 @@ from dataclasses import dataclass
 from math import fsum
 
 import numpy as np
+from project import leak_rate
 from triangulations import grid_mesh
 
 from fem_seal.errors import FemSealError
 from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import Limits
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.theory.closed_forms import piecewise_linear_channel

@@ -3,12 +3,13 @@
 from collections.abc import Callable
 
 import numpy as np
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 from triangulations import ring_parts, scattered_square
 
 from fem_seal.fenicsx import MPI, cell_facets, create_triangle_mesh, fem, functionspace, mesh, ufl
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, film_from_dolfinx, flow_functions, leak_rate
+from fem_seal.flow import Limits, film_from_dolfinx, flow_functions
 from fem_seal.leak_rate import FacetTag
 
 COARSE = {"method": "uniform", "limits": Limits(unknowns=1), "rtol": 1e-9}

@@ -1,12 +1,13 @@
 """Gaps on meshes, discrete problems and their solutions that the flow tests share."""
 
 import numpy as np
+from project import leak_rate
 from sample_gaps import FLUID
 from scipy.sparse import coo_matrix, csc_matrix
 
 from fem_seal.fenicsx import MPI
 from fem_seal.film import Film
-from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum

@@ -4,11 +4,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from project import leak_rate
 
 from fem_seal.contact import press
 from fem_seal.fenicsx import HAS_HYPRE
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import Limits
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
 

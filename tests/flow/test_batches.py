@@ -4,10 +4,11 @@ the next begins must not show in the bounds."""
 import numpy as np
 import pytest
 from gaps import level_problem, represented, solved
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, hierarchical, leak_rate
+from fem_seal.flow import Limits, hierarchical
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.theory.closed_forms import piecewise_linear_channel
 from fem_seal.verification.exact_cases import vertex_gap

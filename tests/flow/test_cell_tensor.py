@@ -6,12 +6,13 @@ With η = 1/12 the film conductivity is gap³.
 import numpy as np
 import pytest
 from gaps import represented
+from project import leak_rate
 from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.bounds import TensorBounds, geometric_mean
 from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
 from fem_seal.flow.cell_tensor import conductivity_tensor

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from project import leak_rate
 from sample_gaps import FLUID
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import Limits
 from fem_seal.grid import GridField
 from fem_seal.theory.closed_forms import piecewise_linear_channel
 

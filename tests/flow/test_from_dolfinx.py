@@ -13,12 +13,13 @@ from dolfinx_meshes import (
     tagged,
     unstructured,
 )
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
-from fem_seal.flow import film_from_dolfinx, flow_functions, leak_rate
+from fem_seal.flow import film_from_dolfinx, flow_functions
 from fem_seal.leak_rate import FacetTag
 
 SAME = 2 * np.sqrt(0.3 * 4e-8)  # bounds of one mesh, as in test_mpi

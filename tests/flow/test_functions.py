@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dolfinx_meshes import COARSE, function, lengths, ring, slanted
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.fenicsx import MPI, fem, ufl, vector_functionspace
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, film_from_dolfinx, flow_functions, leak_rate
+from fem_seal.flow import Limits, film_from_dolfinx, flow_functions
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FacetTag
 

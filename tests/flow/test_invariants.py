@@ -12,13 +12,14 @@ import pytest
 from gaps import DUALITY, TIGHT, level_problem, plain_bounds, represented
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from project import leak_rate
 from sample_gaps import FLUID
 from slow_reference import spans
 
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import Limits
 from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh

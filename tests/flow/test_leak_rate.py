@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from gaps import bracketed
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import Limits
 from fem_seal.flow.stopping import LONG, MOST_UNKNOWNS
 from fem_seal.grid import GridField
 

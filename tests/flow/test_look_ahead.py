@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from gaps import level_problem, represented
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 from triangulations import square_with_hole
 
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
-from fem_seal.flow import Tuning, leak_rate
+from fem_seal.flow import Tuning
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.integrals import batch

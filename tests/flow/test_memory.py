@@ -7,7 +7,7 @@ MOST = 1.2e3  # bytes an unknown
 MEASURED = """
 import numpy as np
 from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate
+from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.memory import peak_memory
 
@@ -15,7 +15,8 @@ def solve(n):
     x, y = np.meshgrid(*2 * [np.linspace(0, 1, n + 1)], indexing="ij")
     film = GridFilm(GridField(1 + 0.5 * np.sin(9 * x) * np.sin(7 * y), (1 / n, 1 / n)))
     seen = []
-    leak_rate(film, viscosity=1, pressure_drop=1, method="uniform", rtol=1, progress=seen.append)
+    settings = FlowSettings(1.0, 1.0, method="uniform", rtol=1)
+    leak_rate(film, settings, progress=seen.append)
     return len(seen), seen[-1].unknowns
 
 solve(16)

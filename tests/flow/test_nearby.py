@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from project import leak_rate
 
 from fem_seal.film import GridFilm
 from fem_seal.film.law import leak_rate_of_square
-from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
 

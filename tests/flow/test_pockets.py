@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from project import leak_rate
 from sample_gaps import FLUID
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Tuning, leak_rate
+from fem_seal.flow import Tuning
 from fem_seal.grid import GridField
 
 

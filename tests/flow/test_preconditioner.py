@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from gaps import level_problem, represented, solved
-from project import scene_of_samples
+from project import leak_rate, scene_of_samples
 from sample_gaps import FLUID
 
 from fem_seal.fenicsx import HAS_HYPRE, PETSc
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate, linear
+from fem_seal.flow import Limits, linear
 from fem_seal.grid import GridField
 from fem_seal.results.words import flow_words
 from fem_seal.scene import Scene

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 from triangulations import scattered_square
 
 from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow import Limits, Tuning
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.verification.exact_cases import vertex_gap

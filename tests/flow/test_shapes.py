@@ -10,6 +10,7 @@ import pytest
 from gaps import bracketed, solved
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 from triangulations import (
     ends_of_square,
@@ -25,7 +26,7 @@ from triangulations import (
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.film.mesh_film import MeshFilm
-from fem_seal.flow import Tuning, leak_rate
+from fem_seal.flow import Tuning
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.topology import dual_numbering, open_cells

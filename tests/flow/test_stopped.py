@@ -5,10 +5,11 @@ import time
 import numpy as np
 import pytest
 from gaps import Random, bracketed, level_problem, represented
+from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.adapt import width_ratio
 from fem_seal.flow.bounds import Bounds
 from fem_seal.grid import GridField

@@ -7,10 +7,11 @@ vertex do not: marking by shares alone would refine along the flow without end.
 import numpy as np
 import pytest
 from gaps import level_problem, represented, solved
+from project import leak_rate
 from sample_gaps import FLUID
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.joints import wrongly_joined_cells
 from fem_seal.grid import GridField
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from project import leak_rate
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.quantities.constriction import (

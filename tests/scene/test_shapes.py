@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mesh_files import CORNERS, scene_of, write_msh
-from project import ROOT, printed_by, unwrapped, write_toml
+from project import ROOT, leak_rate, printed_by, unwrapped, write_toml
 from scipy.integrate import trapezoid
 
 from fem_seal import run
@@ -11,7 +11,7 @@ from fem_seal.cli import main
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.film import GridFilm
 from fem_seal.film.shaped import shaped_film
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import Limits
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import quantities

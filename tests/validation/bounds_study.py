@@ -25,7 +25,7 @@ from validation_rows import (
 
 from fem_seal.contact import press
 from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate
+from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.render.plot import new_figure
 from fem_seal.tables import markdown
@@ -57,7 +57,7 @@ def brackets(film: GridFilm, truth: Number) -> list[Bracket]:
     """Runs to several tolerances, as far as the truth can tell their errors."""
     doubt, runs = truth.half / truth.value, []
     for rtol in TOLERANCES:
-        leak = leak_rate(film, rtol=rtol, **UNIT)
+        leak = leak_rate(film, FlowSettings(rtol=rtol, **UNIT))
         half_width = relative_half_width(*leak.bounds)
         if half_width > 4 * doubt:
             error = abs(leak.value / truth.value - 1)
@@ -83,7 +83,7 @@ def rough_case(seed: int, share: float, samples: int) -> Case:
     sealing = threshold(elastic).pressure_leaking
     contact = press(elastic.surface, 1e7, pressure=share * sealing)
     film = GridFilm(contact.gap, "periodic")
-    truth = of_bounds(leak_rate(film, rtol=0.004, **UNIT))
+    truth = of_bounds(leak_rate(film, FlowSettings(rtol=0.004, **UNIT)))
     rows, _ = compare(
         [StudiedGap.of_film(film, Setting(**UNIT, rtol=0.1))], ("linear-gap", "adaptive")
     )[0]

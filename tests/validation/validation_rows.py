@@ -22,7 +22,7 @@ from fem_seal import Patch, Scene
 from fem_seal import solve as solve_scene
 from fem_seal.contact import press
 from fem_seal.film import GridFilm
-from fem_seal.flow import leak_rate
+from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.surface import Spectrum, rms_slope, self_affine
@@ -130,7 +130,9 @@ def of_bounds(leak: LeakRate) -> Number:
 
 def on_squares(name: str, squares: int, rtol: float) -> Number:
     """Leak rate of an exact case: geometric mean over its films, and of their bounds."""
-    leaks = [leak_rate(film, rtol=rtol, **UNIT) for film in CASES[name].films(squares)]
+    leaks = [
+        leak_rate(film, FlowSettings(rtol=rtol, **UNIT)) for film in CASES[name].films(squares)
+    ]
     ends = zip(*((leak.value, *leak.bounds) for leak in leaks), strict=True)
     return Number(*(prod(values) ** (1 / len(leaks)) for values in ends))
 
@@ -243,7 +245,7 @@ def westergaard_leak(page: bool) -> Row:
 
     def leak(samples: int) -> Number:
         gap = press(wave(samples), 1.0, pressure=load * pi).gap
-        leak = leak_rate(GridFilm(gap, "periodic"), rtol=0.01, **UNIT)
+        leak = leak_rate(GridFilm(gap, "periodic"), FlowSettings(rtol=0.01, **UNIT))
         of_a_square = gap.size[0] / gap.size[1]
         return Number(*(of_a_square * end for end in (leak.value, *leak.bounds)))
 
@@ -465,7 +467,7 @@ def skewness(page: bool) -> Row:
     for sign in (1, -1):
         heights = GridField(sign * (peaks - peaks.mean()), (1, 1), True)
         film = GridFilm(press(heights, 1.0, pressure=load * rms_slope(heights)).gap, "periodic")
-        leaks.append(of_bounds(leak_rate(film, rtol=0.05 if page else 0.3, **UNIT)))
+        leaks.append(of_bounds(leak_rate(film, FlowSettings(rtol=0.05 if page else 0.3, **UNIT))))
     up, down = leaks
     return Row(
         LAWS,
@@ -694,7 +696,7 @@ def peer_contact(code: str, name: str) -> Callable[[bool], Row]:
 def peer_flow(page: bool) -> Row:
     """reynoldsflow on its own grids of the same gap; its error is the change from half of them."""
     film = rough_film(64, 0.2)
-    leak = leak_rate(film, rtol=0.02 if page else 0.1, **UNIT)
+    leak = leak_rate(film, FlowSettings(rtol=0.02 if page else 0.1, **UNIT))
     coarse, fine = (flow(linear_samples(film.gap.values, k))["value"] for k in (4, 8))
     return Row(
         PEERS,

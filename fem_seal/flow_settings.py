@@ -1,0 +1,40 @@
+"""What a solver of the flow is told beside the film."""
+
+from dataclasses import dataclass
+
+from fem_seal.fluid import Slip
+from fem_seal.limits import Limits
+from fem_seal.registry import require_not_negative, require_positive
+
+NO_LIMITS = Limits()
+
+
+@dataclass(frozen=True)
+class FlowSettings:
+    """Fluid, pressures, method and accuracy of a flow."""
+
+    viscosity: float  #: η [Pa s]
+    #: p_in - p_out [Pa]; for a gas that of the liquid that leaks as much without slip
+    pressure_drop: float
+    slip: Slip | None = None  #: of a gas at the walls
+    #: "adaptive", "uniform" (the pixel or given mesh and its uniform refinements) or
+    #: "finite-difference"
+    method: str = "adaptive"
+    #: largest (upper - lower) / √(lower upper); for a gas that slips it holds for the bounds at the
+    #: mean pressure, since no mesh closes the rest
+    rtol: float = 0.05
+    #: in place of rtol, a leak rate [m³/s]: refine until it does not lie between the bounds
+    decide: float | None = None
+    #: error of ln Q beside the bounds, such as that of the lift; it widens them for `decide`
+    margin: float = 0.0
+    limits: Limits = NO_LIMITS  #: a refinement that one of them ends has not converged
+    field: bool = False  #: whether the flow on the last mesh is wanted, and not only its leak rate
+    links: str = "linear-gap"  #: of finite differences
+    #: leak rate [m³/s] that counts as none: a lift ends, unsettled, where it falls below
+    negligible: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_positive(viscosity=self.viscosity, pressure_drop=self.pressure_drop, rtol=self.rtol)
+        require_not_negative(margin=self.margin)
+        if self.decide is not None:
+            require_positive(decide=self.decide)
