@@ -78,35 +78,16 @@ def sensitivity(
             "step function of the load; name the pressure that the result of this scene has"
         )
     problem = lifting_problem(scene, load, scene.flow_settings, height, silent)
-    if problem.film(contact.gap).sealed:
+    film, gap = problem.film(contact.gap), contact.gap.values
+    if film.sealed:
         raise InvalidInput("the sensitivity is that of a leak rate, and the patch is sealed")
-    constriction = present(problem.film(contact.gap).constriction, "constriction")
-    gap, epsilon = contact.gap.values, _epsilon(problem, constriction.gap)
-    tangent = problem.contact_tangent(contact)
-    grid = problem.first_grid if lifted is None else present(lifted.network, "network")
-    flow = problem.film_pressure(gap, grid, epsilon)
-    # The links that dissipate most are halved until they are half as long as the samples are apart.
-    for _ in range(1 - problem.first_level if lifted is None and problem.refines else 0):
-        grid = grid.refined(flow.dissipation, HALVED)
-        flow = problem.film_pressure(gap, grid, epsilon)
-    critical = constriction.gap if problem.slips else 0.0
-    q = flow.log_rate_by_gap
-    adjoint, weight = np.zeros_like(gap), q
+    critical = present(film.constriction, "constriction").gap
+    tangent, epsilon = problem.contact_tangent(contact), _epsilon(problem, critical)
+    grid, flow = _network_flow(problem, gap, epsilon, lifted)
+    critical = critical if problem.slips else 0.0
+    adjoint, weight = np.zeros_like(gap), flow.log_rate_by_gap
     if lifted is not None:
-        by_u = problem.pressure_by(flow.on_samples, critical)
-        solution = gmres(
-            lambda one: one - tangent.change(flow.transposed(by_u * one, TOLERANCE), TOLERANCE),
-            tangent.change(q, TOLERANCE),
-            TOLERANCE,
-            MOST_ITERATIONS,
-        )
-        if not solution.converged:
-            raise NotConverged(
-                f"the adjoint system of the sensitivity is not solved after {MOST_ITERATIONS} "
-                "iterations of GMRES; leave it out of output.products"
-            )
-        adjoint = solution.x
-        weight = q + flow.transposed(by_u * adjoint, TOLERANCE)
+        adjoint, weight = _adjoint(tangent, flow, problem.pressure_by(flow.on_samples, critical))
     z = tangent.change(weight, TOLERANCE)
     by_height = -problem.stiffness * problem.solid.pressure(z)
     by_input = {"heights": float(np.vdot(by_height, height.values))}
@@ -118,8 +99,9 @@ def sensitivity(
         by_modulus -= by_input["contact.pressure"]
     by_input[f"solid.{modulus}"] = by_modulus
 
-    def at(other: Scene) -> tuple[float, np.ndarray]:
-        """Ln Q and the fluid's pressure on the solid [Pa] in another fluid, at the same gap."""
+    def at(name: str, factor: float) -> tuple[float, np.ndarray]:
+        """Ln Q and the fluid's pressure on the solid [Pa] of a changed input, at the same gap."""
+        other = scene.scaled({name: factor})
         settings = other.flow_settings
         there = lifting_problem(other, load, settings, height, silent)
         through = there.film_pressure(gap, grid, epsilon) if there.slips else flow
@@ -127,12 +109,42 @@ def sensitivity(
         return log(rate), there.pressure_of(through.on_samples, critical)
 
     for name in _of_fluid(scene):
-        (more, above), (less, below) = (
-            at(scene.scaled({name: 1 + step})) for step in (STEP, -STEP)
-        )
+        (more, above), (less, below) = at(name, 1 + STEP), at(name, 1 - STEP)
         by_pressure = float(np.vdot(adjoint, above - below))
         by_input[name] = (more - less + by_pressure) / (2 * STEP)
     return Sensitivity(by_input, problem.field(by_height))
+
+
+def _network_flow(
+    problem: LiftProblem, gap: np.ndarray, epsilon: float, lifted: LiftedState | None
+) -> tuple[PressureGrid, FilmPressure]:
+    """Network on which the leak rate is differentiated, and the flow on it."""
+    grid = problem.first_grid if lifted is None else present(lifted.network, "network")
+    flow = problem.film_pressure(gap, grid, epsilon)
+    # The links that dissipate most are halved until they are half as long as the samples are apart.
+    for _ in range(1 - problem.first_level if lifted is None and problem.refines else 0):
+        grid = grid.refined(flow.dissipation, HALVED)
+        flow = problem.film_pressure(gap, grid, epsilon)
+    return grid, flow
+
+
+def _adjoint(
+    tangent: ContactTangent, flow: FilmPressure, by_u: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """λ and w of the equations above, where `by_u` is dp/du of the solution u of the network."""
+    q = flow.log_rate_by_gap
+    solution = gmres(
+        lambda one: one - tangent.change(flow.transposed(by_u * one, TOLERANCE), TOLERANCE),
+        tangent.change(q, TOLERANCE),
+        TOLERANCE,
+        MOST_ITERATIONS,
+    )
+    if not solution.converged:
+        raise NotConverged(
+            f"the adjoint system of the sensitivity is not solved after {MOST_ITERATIONS} "
+            "iterations of GMRES; leave it out of output.products"
+        )
+    return solution.x, q + flow.transposed(by_u * solution.x, TOLERANCE)
 
 
 @dataclass(frozen=True, eq=False)
