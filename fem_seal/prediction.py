@@ -33,6 +33,9 @@ FLOW = 0.75, 0.8e8
 PICTURES = 5.5, 8.8e8
 # CPU time of a flow that follows the grid [s/sample].
 OF_SAMPLE = {"finite-difference": 3e-6, "uniform": 9e-6}
+BY_AREA = 1.2  # time of the search for a contact area, over that of a contact under its pressure
+# Time of the entry "contact area", over that of the contact, or of the flow that lifts it.
+OF_CONTACT, OF_LIFT = 0.5, 0.2
 LIFT_OF_SAMPLE = 6e-6  # CPU time of the networks of a flow that lifts [s/sample]
 BYTES_OF_SAMPLE = 85  # memory of heights and contact [bytes/sample]
 BYTES_OF_LIFT = 600  # memory of the networks of a flow that lifts [bytes/sample]
@@ -92,29 +95,11 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
     if scene.shape is not None:
         raise InvalidInput("time and memory of a [shape] depend on its mesh and are not predicted")
     shape, channels = _grid(scene, surface)
-    pace, samples = _fft_seconds() / REFERENCE, prod(shape)
-    threads = parallel.cores() if samples >= THREADED_FROM else 1
-    processes = parallel.processes()
-    rtol = scene.total_error or scene.flow.rtol
-    pressed = scene.contact is not None and scene.contact.is_elastic
-    lifted = scene.lift == "resolved"
+    laws, pace, samples = _Laws(scene, channels), _fft_seconds() / REFERENCE, prod(shape)
+    rtol, lifted = scene.total_error or scene.flow.rtol, scene.lift == "resolved"
     estimated = scene.accuracy is None or scene.accuracy.contact_grid
-    coarse = half(shape) if pressed and estimated and scene.seal is None else None
-
-    def contact(samples: float) -> float:
-        # Two threads take 0.6 of the time of one.
-        return contact_seconds(samples) / threads**0.75 if pressed else 0.0
-
-    def flow(samples: float, rtol: float) -> float:
-        each = OF_SAMPLE.get(scene.flow.method, 0.0) * samples
-        each = each or flow_seconds(samples, channels, rtol)
-        # A gas that slips takes two flows.
-        each = 2 * each if lifted or scene.slip is not None else each
-        # Above 1024² samples the tangents of the contact take more iterations.
-        more = LIFT_OF_SAMPLE * samples * max(1.0, samples / 1024**2) ** 0.4
-        return (each + more * lifted) / sqrt(processes)
-
-    patches, together, parts = 1, 1, {"contact": contact(samples)}
+    coarse = half(shape) if laws.pressed and estimated and scene.seal is None else None
+    patches, together, parts = 1, 1, {"contact": laws.contact(samples)}
     unknowns, kept = unknowns_of(channels, rtol), 0.0
     if scene.seal is not None:
         patches, rtol, loads = scene.seal.patches, scene.seal.rtol, loads_of(scene)
@@ -126,14 +111,17 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
         unknowns = unknowns_of(channels, rtol / 2)
         kept = min(loads, KEPT / samples) * (KEPT_OF_UNKNOWN * unknowns + KEPT_OF_SAMPLE * samples)
     if scene.needs_flow:
-        parts["flow and lift" if lifted else "flow"] = flow(samples, rtol)
+        parts["flow and lift" if lifted else "flow"] = laws.flow(samples, rtol)
         if scene.lift == "range":
-            parts["range"] = contact(samples) + flow(samples, rtol)
+            parts["range"] = laws.contact(samples) + laws.flow(samples, rtol)
+        if laws.by_area:
+            of_lift = OF_LIFT * laws.flow(samples, rtol) if lifted else 0.0
+            parts["contact area"] = OF_CONTACT * laws.contact(samples) + of_lift
         if coarse is not None:
             loose = min(LOOSER * rtol, LOOSEST)
-            parts["contact grid"] = contact(prod(coarse)) + flow(prod(coarse), loose)
+            parts["contact grid"] = laws.contact(prod(coarse)) + laws.flow(prod(coarse), loose)
     if "conductivity_tensor" in scene.output.products:
-        parts["tensor"] = 2 * flow(samples, rtol)
+        parts["tensor"] = 2 * laws.flow(samples, rtol)
     if scene.tolerances is not None:
         parts["tolerances"] = 2 * sum(parts.values())
     parts = {name: pace * seconds for name, seconds in parts.items()}
@@ -144,7 +132,7 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
         memory += BYTES_OF_LIFT * samples
     if flows:
         memory += BYTES_OF_UNKNOWN * unknowns + kept
-    memory *= max(together, processes)
+    memory *= max(together, parallel.processes())
     start = sum(seconds for seconds, _ in libraries)
     if "pictures" in scene.output.products:
         # What the flow took is free again by then.
@@ -154,6 +142,41 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
     seconds = sum(parts.values())
     each_patch, advice = parts.get("patches", 0.0) / patches, _advice(scene, seconds, memory)
     return Prediction(shape, patches, parts, each_patch, memory, advice)
+
+
+@dataclass(frozen=True)
+class _Laws:
+    """CPU time [s] of the steps of a scene on some samples."""
+
+    scene: Scene
+    channels: float  #: of the gap, as of `_grid`
+
+    @property
+    def pressed(self) -> bool:
+        """Whether the contact is elastic."""
+        return self.scene.contact is not None and self.scene.contact.is_elastic
+
+    @property
+    def by_area(self) -> bool:
+        """Whether the load of the contact is its area."""
+        return self.pressed and self.scene.load.kind == "area_fraction"
+
+    def contact(self, samples: float) -> float:
+        """Time of the dry contact; two threads take 0.6 of the time of one."""
+        threads = parallel.cores() if samples >= THREADED_FROM else 1
+        each = contact_seconds(samples) * (BY_AREA if self.by_area else 1.0)
+        return each / threads**0.75 if self.pressed else 0.0
+
+    def flow(self, samples: float, rtol: float) -> float:
+        """Time of the flow, and of its equilibrium with the contact."""
+        scene, lifted = self.scene, self.scene.lift == "resolved"
+        each = OF_SAMPLE.get(scene.flow.method, 0.0) * samples
+        each = each or flow_seconds(samples, self.channels, rtol)
+        # A gas that slips takes two flows.
+        each = 2 * each if lifted or scene.slip is not None else each
+        # Above 1024² samples the tangents of the contact take more iterations.
+        more = LIFT_OF_SAMPLE * samples * max(1.0, samples / 1024**2) ** 0.4
+        return (each + more * lifted) / sqrt(parallel.processes())
 
 
 def _short(seconds: float) -> str:

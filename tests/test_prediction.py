@@ -44,6 +44,7 @@ def test_more_work_takes_longer(small_scene, monkeypatch):
         {"flow.lift": "resolved"},
         {"tolerances.heights": "2 %"},
         {"output.products": [*base.output.products, "conductivity_tensor"]},
+        {"contact.pressure": None, "contact.area_fraction": 0.2},
     ]
     for change in changes:
         assert predicted(base.with_(change)).seconds > predicted(base).seconds

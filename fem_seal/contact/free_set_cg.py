@@ -227,6 +227,7 @@ def _restrict_gap(
     """Write the free set into `free`, and g - level on it into r; return its size and Σ r."""
 
     def restrict(rows: slice) -> tuple[int, float]:
+        """Free samples of some rows, and the sum of their residual."""
         # Subtract in float64, so that the small residuals of pressed samples keep their digits.
         above, residual = g[rows] - level, r[rows]
         mask = above < 0

@@ -31,6 +31,7 @@ class Halving:
         """Write the restriction of `fine`, multiplied by `weights` if not None, into `out`."""
 
         def pass_over(rows: slice) -> None:
+            """Coarse rows, each from four fine ones."""
             first, last = 2 * rows.start - 1, 2 * rows.stop + 1
             block = _rows(fine, first, last, 2 * self.coarse[0])
             if weights is not None:
@@ -49,6 +50,7 @@ class Halving:
         """Write base + weights × interpolation of `coarse` into `out`; no weights: ones."""
 
         def pass_over(rows: slice) -> None:
+            """Fine rows, two for each coarse one."""
             wide = _double_columns(
                 _rows(coarse, rows.start - 1, rows.stop + 1, len(coarse)), self.shape[1]
             )

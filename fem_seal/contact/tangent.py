@@ -76,24 +76,29 @@ class ContactTangent:
             return moved
 
         def begin(rows: slice) -> np.ndarray:
+            """Residual at the start, and its sums."""
             np.multiply(pressure[rows], opened[rows] / unit, out=left[rows])
             return _sums(left[rows], solid.steer.values[rows])
 
         def soften(rows: slice) -> float:
+            """Preconditioned residual, and its product with the residual."""
             soft = solid.steer.values[rows]
             soft += level
             soft *= opened[rows]
             return _product(left[rows], soft)
 
         def turn(rows: slice) -> None:
+            """Next direction, conjugate to the last one."""
             direction[rows] *= turned
             direction[rows] += solid.steer.values[rows]
             solid.exact.values[rows] = direction[rows]
 
         def resist(rows: slice) -> float:
+            """Energy of the direction."""
             return _product(direction[rows], solid.exact.values[rows])
 
         def advance(rows: slice) -> np.ndarray:
+            """Step along the direction, the residual after it, and its sums."""
             moved[rows] += (part * unit / self._stiffness) * direction[rows]
             resisted = solid.exact.values[rows]
             resisted *= opened[rows]
