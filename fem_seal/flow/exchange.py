@@ -158,7 +158,7 @@ def flow_functions(field: FlowField, comm: MPI.Comm = MPI.COMM_WORLD) -> FlowFun
     Parameters
     ----------
     field
-        Field of `leak_rate(..., field=True)`, the same on every rank.
+        Field of a `leak_rate` whose settings have `field=True`, the same on every rank.
     comm
         The ranks over which the mesh is distributed.
     """

@@ -10,7 +10,6 @@ stated). Enclosure must hold for any value of the latter, and is tested without 
 import numpy as np
 import pytest
 from gaps import assert_enclosed, bracketed
-from project import leak_rate
 
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from project import leak_rate
 from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow import Limits
 from fem_seal.grid import GridField
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
