@@ -295,6 +295,18 @@ def test_version_is_that_of_the_package():
     assert version("fem_seal") == fem_seal.__version__
 
 
+@pytest.mark.parametrize(
+    "command",
+    [["letter", "--size", "3"], ["percolation"], ["study", "saddle"], ["study", "closing"]],
+)
+def test_commands_that_are_scripts_now_name_them(command, capsys):
+    """Whatever stands behind them."""
+    assert run(*command) == 2
+    script = re.search(r"python (?:-m )?(demos[^ ,]+)", capsys.readouterr().err)[1]
+    path = script if script.endswith(".py") else script.replace(".", "/") + ".py"
+    assert (Path(fem_seal.__file__).parents[1] / path).exists()
+
+
 def test_every_help_says_what_for_and_how(capsys):
     for command in cli.COMMANDS:
         name = command.__name__.rpartition(".")[2]

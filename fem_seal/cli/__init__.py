@@ -28,10 +28,15 @@ with ended_silently():
         surface,
         sweep,
     )
+    from fem_seal.cli.options import add_moved
     from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, printable
     from fem_seal.files import use_writable_cache
     from fem_seal.installed import why_not_imported
 
+MOVED = {
+    "letter": "python -m demos.letter.reproduce --size 256",
+    "percolation": "python -m demos.letter.reproduce --only thresholds",
+}
 COMMANDS = (new, run, leak, sweep, render, surface, mesh, study, doctor)
 INTERRUPTED = 130
 
@@ -94,6 +99,7 @@ def parser(whole: bool = True) -> argparse.ArgumentParser:
     subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     for command in COMMANDS:
         command.add(subparsers)
+    add_moved(subparsers, MOVED)
     if whole:
         for name in subparsers.choices:
             subparsers.choices[name].fill()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from fem_seal import parallel
 from fem_seal.cli.options import (
     add_command,
+    add_moved,
     add_scene,
     add_work,
     prepare_workers,
@@ -29,6 +30,10 @@ if TYPE_CHECKING:
     from fem_seal.patch import Patch
     from fem_seal.scene import Scene
 
+MOVED = {
+    "saddle": "python demos/closing_saddle.py",
+    "closing": "python demos/closing_contact.py",
+}
 Command = Callable[[argparse.Namespace], int]
 
 
@@ -64,6 +69,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     add_scene(trade)
     add_work(trade, "contact grid")
     trade.set_defaults(command=_shared(_trade))
+    add_moved(studies, MOVED)
 
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
