@@ -82,12 +82,6 @@ def staging_name(suffix: str = "") -> str:
     return f"{PREFIX}{owner.place}-{owner.process}-{owner.start}-{token}{suffix}"
 
 
-def owner_of(name: str) -> Owner | None:
-    """Owner of a staging file or folder; None for other names."""
-    match = _NAME.fullmatch(name)
-    return match and Owner(match[1], int(match[2]), int(match[3]))
-
-
 def clear_abandoned(folder: Path) -> None:
     """Remove the staging files that ended processes of this host and user left in a folder."""
     try:
@@ -95,8 +89,8 @@ def clear_abandoned(folder: Path) -> None:
     except OSError:
         return  # no such folder, hence nothing to clear
     for name in names:
-        owner = owner_of(name)
-        if owner is None or not owner.gone():
+        match = _NAME.fullmatch(name)
+        if not match or not Owner(match[1], int(match[2]), int(match[3])).gone():
             continue
         path = folder / name
         with suppress(OSError):
