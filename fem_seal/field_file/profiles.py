@@ -28,10 +28,11 @@ class Profiles:
 
 def holds_profiles(path: Path) -> bool:
     """Whether a text file has one or two columns, or titles of x and heights without y."""
-    recorded = read_own_layout(path)
-    if recorded is not None:
-        return recorded.values.shape[1] == 1
-    table = read_table(path)
+    with within_available_memory(str(path)):
+        recorded = read_own_layout(path)
+        if recorded is not None:
+            return recorded.values.shape[1] == 1
+        table = read_table(path)
     header = statements(table, path)
     return table.values.shape[1] <= 2 or header.titled_as_profiles
 
