@@ -6,6 +6,8 @@ import signal
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -60,30 +62,27 @@ def test_rows_are_the_same_for_jobs_and_parts(capsys):
     assert "2 of 8 points are not computed yet" in capsys.readouterr().err
 
 
-def test_rows_are_the_same_for_any_executor(scene_file):
-    axes = [Axis.parse(text) for text in VARY[1::2]]
-    sweep(scene_file, axes, Path("one"))
-    with ThreadPoolExecutor(1) as executor:
-        tally = sweep(scene_file, axes, Path("other"), work=Work(executor=executor))
-    assert (tally.points, tally.computed, tally.failed) == (6, 6, 0)
-    assert rows("other") == rows("one")
-
-
-def test_rows_are_the_same_on_a_dask_cluster(scene_file):
+@contextmanager
+def dask_cluster():
     """Two processes that talk over loopback."""
     distributed = pytest.importorskip("distributed")
-    axes = [Axis.parse(text) for text in VARY[1::2]]
-    sweep(scene_file, axes, Path("one"))
     options = {"n_workers": 2, "threads_per_worker": 1, "host": "127.0.0.1"}
     with (
         distributed.LocalCluster(**options, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
     ):
-        executor = client.get_executor()
-        tally = sweep(scene_file, axes, Path("dask"), work=Work(executor=executor))
+        yield client.get_executor()
         assert len(client.scheduler_info()["workers"]) == 2
+
+
+@pytest.mark.parametrize("begun", [partial(ThreadPoolExecutor, 1), dask_cluster])
+def test_rows_are_the_same_for_any_executor(begun, scene_file):
+    axes = [Axis.parse(text) for text in VARY[1::2]]
+    sweep(scene_file, axes, Path("one"))
+    with begun() as executor:
+        tally = sweep(scene_file, axes, Path("other"), work=Work(executor=executor))
     assert (tally.points, tally.computed, tally.failed) == (6, 6, 0)
-    assert rows("dask") == rows("one")
+    assert rows("other") == rows("one")
 
 
 MPI_SCRIPT = """

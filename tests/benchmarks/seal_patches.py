@@ -6,6 +6,8 @@ A uniform profile of 0.6 MPa against 2 bar of water, under which K falls sixtyfo
 """
 
 import argparse
+import sys
+from pathlib import Path
 from time import process_time
 
 import numpy as np
@@ -15,33 +17,25 @@ from fem_seal.upscaling import solved_patches
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.realizations import realizations
 
+sys.path.append(str(Path(__file__).parents[1]))
+from project import scene_of_samples
+
 
 def scene(samples: int, patches: int, rtol: float) -> Scene:
-    """Eight long waves along a patch, four samples in the shortest wave."""
-    side, pitch = 0.512, 0.512 / samples  # mm
+    """Eight long waves along a patch of 0.512 mm, four samples in the shortest wave."""
+    side = 0.512  # mm
+    sections = scene_of_samples(samples, f"{4 * side / samples} mm")
+    sections["surface"] |= {"size": [f"{side} mm", f"{side} mm"], "rms_slope": 0.3}
+    sections["surface"] |= {"long_wavelength": f"{side / 8} mm"}
     return Scene.from_mapping(
-        {
-            "surface": {
-                "kind": "self-affine",
-                "shape": [samples, samples],
-                "size": [f"{side} mm", f"{side} mm"],
-                "hurst": 0.8,
-                "long_wavelength": f"{side / 8} mm",
-                "short_wavelength": f"{4 * pitch} mm",
-                "rms_slope": 0.3,
-                "seed": 1,
-            },
-            "solid": {"contact_modulus": "10 MPa"},
+        sections
+        | {
             "contact": {"pressure": "0.6 MPa"},
-            "fluid": {"viscosity": "1 mPa s"},
             "flow": {"inlet_pressure": "3 bar", "outlet_pressure": "1 bar"},
             "output": {"products": ["seal"]},
             "seal": {
-                "leak_path": "4 mm",
-                "circumference": "100 mm",
-                "pressure_profile": "uniform",
-                "patches": patches,
-                "rtol": rtol,
+                **{"leak_path": "4 mm", "circumference": "100 mm", "pressure_profile": "uniform"},
+                **{"patches": patches, "rtol": rtol},
             },
         }
     )

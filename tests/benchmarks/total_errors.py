@@ -7,13 +7,18 @@ the same pressure on 512² samples, whose flow is certified to 1 %.
 """
 
 import argparse
+import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 from fem_seal.accuracy import chosen_patch
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
+
+sys.path.append(str(Path(__file__).parents[1]))
+from project import scene_of_samples
 
 TOTALS = (0.3, 0.1, 0.05)
 PRESSURES = ("0.05 MPa", "0.12 MPa", "0.165 MPa")  # A/A0 of about 0.1, 0.25 and 0.34
@@ -21,24 +26,12 @@ PRESSURES = ("0.05 MPa", "0.12 MPa", "0.165 MPa")  # A/A0 of about 0.1, 0.25 and
 
 def scene(seed: int, pressure: str) -> Scene:
     """A rubber on one of the surfaces."""
+    sections = scene_of_samples(32)
+    sections["surface"] |= {"long_wavelength": "8 um", "seed": seed}
+    flow = {"pressure_drop": "1 bar", "sides": "periodic", "lift": "none"}
+    output = {"products": ["leak_rate"]}
     return Scene.from_mapping(
-        {
-            "surface": {
-                "kind": "self-affine",
-                "shape": [32, 32],
-                "size": ["32 um", "32 um"],
-                "hurst": 0.8,
-                "long_wavelength": "8 um",
-                "short_wavelength": "4 um",
-                "rms_slope": 0.1,
-                "seed": seed,
-            },
-            "solid": {"contact_modulus": "10 MPa"},
-            "contact": {"pressure": pressure},
-            "fluid": {"viscosity": "1 mPa s"},
-            "flow": {"pressure_drop": "1 bar", "sides": "periodic", "lift": "none"},
-            "output": {"products": ["leak_rate"]},
-        }
+        sections | {"contact": {"pressure": pressure}, "flow": flow, "output": output}
     )
 
 

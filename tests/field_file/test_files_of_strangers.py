@@ -185,33 +185,24 @@ def test_printable(text):
 EVIL = "\x1b]0;owned\x07\x1b[2J\r\u202e\x9b31m"
 
 
-def evil_name(folder):
-    return folder / f"a{EVIL}\n.npz", {"gap": GAP}, []
+# Name of a file, its arrays, and options of the command.
+WHOLE = {"gap": GAP, "spacing": (1, 1)}
+HOSTILE = {
+    "name": (f"a{EVIL}\n.npz", {"gap": GAP}, []),
+    "array": ("a.npz", {f"gap{EVIL}": GAP}, []),
+    "unit": ("a.npz", WHOLE | {"unit": EVIL}, []),
+    "option": ("a.npz", WHOLE, ["--sides", EVIL]),
+    "number": ("a.npz", WHOLE, ["--rtol", EVIL]),
+}
 
 
-def evil_array(folder):
-    return folder / "a.npz", {f"gap{EVIL}": GAP}, []
-
-
-def evil_unit(folder):
-    return folder / "a.npz", {"gap": GAP, "spacing": (1, 1), "unit": EVIL}, []
-
-
-def evil_option(folder):
-    return folder / "a.npz", {"gap": GAP, "spacing": (1, 1)}, ["--sides", EVIL]
-
-
-def evil_number(folder):
-    return folder / "a.npz", {"gap": GAP, "spacing": (1, 1)}, ["--rtol", EVIL]
-
-
-@pytest.mark.parametrize("case", [evil_name, evil_array, evil_unit, evil_option, evil_number])
+@pytest.mark.parametrize("case", HOSTILE)
 def test_terminal_obeys_no_file(case, tmp_path, capsys):
-    path, arrays, options = case(tmp_path)
-    with path.open("wb") as file:
+    name, arrays, options = HOSTILE[case]
+    with (tmp_path / name).open("wb") as file:
         np.savez(file, **arrays)
     with pytest.raises(SystemExit) as end:
-        raise SystemExit(cli.main(["leak", str(path), *options]))
+        raise SystemExit(cli.main(["leak", str(tmp_path / name), *options]))
     said = capsys.readouterr()
     assert end.value.code == 2
     assert said.out == ""

@@ -127,18 +127,30 @@ def test_bounds_of_patches_are_bounds_of_the_seal():
 
 
 @pytest.mark.parametrize(
-    ("sigma", "leaking", "patches"),
-    # In the last case hardly anything but the share of sealed patches scatters.
-    [(0.4, 1.0, 20), (0.9, 1.0, 20), (1.9, 0.85, 20), (0.9, 1.0, 8), (0.1, 0.7, 20)],
+    ("along", "sigma", "leaking", "patches"),
+    # In the last of single patches hardly anything but the share of sealed ones scatters.
+    [
+        *((1, 0.4, 1.0, 20), (1, 0.9, 1.0, 20), (1, 1.9, 0.85, 20), (1, 0.9, 1.0, 8)),
+        (1, 0.1, 0.7, 20),
+        *(
+            pytest.param(4, *case, 20, marks=pytest.mark.slow)
+            for case in ((0.4, 1.0), (0.9, 1.0), (1.9, 0.85))
+        ),
+    ],
 )
-def test_intervals_cover(sigma, leaking, patches):
-    """Of 200 intervals of 95 % at least 0.95 - 3 √(0.95 × 0.05/200) = 0.90 hold the mean."""
-    rng = np.random.default_rng(10)
+def test_intervals_cover(along, sigma, leaking, patches):
+    """Of 200 intervals of 95 % at least 0.95 - 3 √(0.95 × 0.05/200) = 0.90 hold the mean; of four
+    patches along the path the truth is the mean of 300 blocks."""
+    rng = np.random.default_rng(10 if along == 1 else 11)
     exact = leaking * np.exp(sigma**2 / 2)
+    if along > 1:
+        blocks = (lognormal_patches((along, 16), sigma, leaking, rng) for _ in range(300))
+        exact = np.mean([network_conductivity(block) for block in blocks])
     covered = []
     for repeat in range(200):
         sample = lognormal_patches((patches, 1), sigma, leaking, rng).ravel()
-        lower, upper = generalised_interval(sample, draws=2000, seed=repeat)
+        draws = 2000 if along == 1 else 100
+        lower, upper = generalised_interval(sample, along, draws=draws, seed=repeat)
         covered.append(lower <= exact <= upper)
     assert np.mean(covered) >= 0.90
 
@@ -166,22 +178,6 @@ def test_interval_is_that_of_the_likelihood(patches):
     lower, upper = generalised_interval(rates)
     assert below(lower) == pytest.approx(0.025, abs=0.0045)
     assert below(upper) == pytest.approx(0.975, abs=0.0045)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("sigma", "leaking"), [(0.4, 1.0), (0.9, 1.0), (1.9, 0.85)])
-def test_intervals_of_networks_cover(sigma, leaking):
-    """The same for four patches along the path; the truth from 300 blocks."""
-    rng = np.random.default_rng(11)
-    exact = np.mean(
-        [network_conductivity(lognormal_patches((4, 16), sigma, leaking, rng)) for _ in range(300)]
-    )
-    covered = []
-    for repeat in range(200):
-        sample = lognormal_patches((20, 1), sigma, leaking, rng).ravel()
-        lower, upper = generalised_interval(sample, 4, draws=100, seed=repeat)
-        covered.append(lower <= exact <= upper)
-    assert np.mean(covered) >= 0.90
 
 
 def test_too_few_leaking_patches_have_no_interval():
