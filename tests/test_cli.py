@@ -124,12 +124,6 @@ def test_leak_without_a_folder_writes_nothing(wedge, tmp_path, capsys):
     assert "m^3/s" in capsys.readouterr().out
 
 
-def test_files_that_are_no_npz(wedge, refused):
-    for content in (b"", b"gap", b"PK\x03\x04 cut off", wedge.read_bytes()[:-30]):
-        wedge.write_bytes(content)
-        refused("leak", wedge, "--out", "out")
-
-
 def test_periodic_sides_need_a_periodic_gap(refused):
     gap = np.ones((5, 5)) * 1e-6 * np.arange(1, 6)
     save_gap("gap.npz", gap)

@@ -5,7 +5,6 @@ import pytest
 from project import write_toml
 
 from fem_seal.errors import InvalidInput
-from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.units import RateUnit, StatedRate
@@ -90,23 +89,6 @@ def test_one_gas_in_every_unit(scene):
     assert shown["l/min"].value == pytest.approx(normal_litres, rel=1e-12, abs=0)
     assert result.gas.mass_rate.value == shown["kg/s"].value
     assert result.leak_rate.value == pytest.approx(shown["l/min"].value / 60e3, rel=1e-12, abs=0)
-
-
-def test_units_of_the_scene_do_not_matter(scene):
-    """SI numbers and customary units give the same leak rate to the last digit."""
-    plain = scene()
-    customary = scene(
-        {
-            "kind": "gas",
-            "viscosity": "18 uPa s",
-            "temperature": "20 degC",
-            "molar_mass": "29 g/mol",
-        },
-        inlet_pressure="2 bar",
-        outlet_pressure="1000 hPa",
-    )
-    first, second = (Patch(Scene.from_mapping(data)).leak_rate for data in (plain, customary))
-    assert (first.value, first.lower, first.upper) == (second.value, second.lower, second.upper)
 
 
 BAD = {

@@ -28,24 +28,6 @@ def leak(values, spacing=(1.0, 1.0), periodic=False, links="linear-gap", **choic
     return by_differences(film, links=links, **FLUID).value
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("sides", SIDES)
-@pytest.mark.parametrize("links", RULES)
-def test_uniform_gap_is_exact(representation, sides, links):
-    """Q = Ly g³ Δp / (12 η Lx) in SI, for every rule."""
-    gap = GridField(np.full((6, 9), 2e-6), (3e-6, 1e-6), periodic=True)
-    flow = by_differences(
-        GridFilm(gap, sides=sides, representation=representation),
-        viscosity=1e-3,
-        pressure_drop=1e5,
-        links=links,
-    )
-    exact = 9e-6 * (2e-6) ** 3 * 1e5 / (12 * 1e-3 * 18e-6)
-    assert flow.value == approx(exact, rel=1e-13)
-    assert flow.lower is None
-    assert flow.upper is None
-
-
 @pytest.mark.parametrize("sides", SIDES)
 def test_linear_gap_links_are_exact_for_the_piecewise_linear_series_channel(sides):
     """Gap of x only: the P1 gap's own closed form, to rounding."""

@@ -39,12 +39,6 @@ def test_two_phases_of_contact_and_one_gap(contact, n):
     assert approx(2 * max(0.0, 1 - contact * n / (n - 1)), rel=1e-12, abs=1e-14) == K
 
 
-def test_samples_in_contact_equal_a_contact_weight():
-    k = np.random.default_rng(1).lognormal(size=60)
-    with_zeros = effective_conductivity(np.concatenate([k, np.zeros(40)]))
-    assert with_zeros == approx(effective_conductivity(k, contact=0.4), rel=1e-12)
-
-
 def test_dimensions_one_and_infinity_are_series_and_parallel():
     k = np.random.default_rng(2).uniform(1, 3, 20)
     assert effective_conductivity(k, dimension=1) == approx(1 / np.mean(1 / k), rel=1e-12)
@@ -85,13 +79,6 @@ def test_denormal_conductivities_act_like_contact(least, n):
     exact = max(0.0, 1 - 0.1 * n / (n - 1)) if n > 1 else 0.0
     tiny = 20 * max(least, np.finfo(float).tiny)
     assert pytest.approx(exact, rel=1e-12, abs=tiny) == K
-
-
-def test_many_media_at_once():
-    k = np.random.default_rng(4).lognormal(size=(3, 4, 25))
-    together = effective_conductivity(k)
-    assert together.shape == (3, 4)
-    assert together[1, 2] == approx(effective_conductivity(k[1, 2]), rel=1e-12)
 
 
 def test_effective_dimension_of_the_letter():

@@ -80,21 +80,6 @@ def test_an_unknown_area_law_lists_those_there_are():
         state_at(1e-3, area="hertz")
 
 
-def test_area_falls_with_magnification_and_grows_with_load():
-    light, heavy = state_at(1e-3), state_at(1e-2)
-    for state in (light, heavy):
-        assert state.area[0] == 1
-        assert (np.diff(state.area) <= 0).all()
-    assert (heavy.area >= light.area).all()
-
-
-def test_full_contact_closes_the_gap():
-    state = state_at(1.0)
-    assert state.area[-1] == 1
-    assert state.mean_gap[0] < 1e-30
-    assert effective_film_conductivity(state, viscosity=1e-3) == 0
-
-
 @pytest.mark.parametrize("y", [0.5, 3.0, 1e4])
 def test_inner_integral_by_adaptive_quadrature(y):
     """Its tables have steps of 2·10⁻⁴; between them they are linear, which is good to 10⁻⁷."""

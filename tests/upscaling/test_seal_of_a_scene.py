@@ -130,25 +130,6 @@ def test_verdict_counts_flow_loads_and_patches(outcome):
     assert scatter > 1.1  # or nothing is shown
 
 
-@pytest.mark.render
-def test_bounds_are_those_of_the_patches(outcome):
-    """A network of patches conducts no more than its best patch, and no less than its worst."""
-    seal = outcome[0].seal
-    assert min(p.lower for p in seal.patches) <= seal.leak_rate.lower
-    assert seal.leak_rate.upper <= max(p.upper for p in seal.patches)
-
-
-def test_a_limit_between_the_ends_is_undecided():
-    small = scene(seal={"patches": 1})
-    patch = Patch(small)
-    leak = solve_seal(patch).value
-    asked = scene(seal={"patches": 1}, limit={"leak_rate": f"{leak * 3.6e9} ml/h"})
-    result = solve(asked).result()
-    assert result.verdict.decision == "undecided"
-    assert "seal.patches" in result.verdict.sentence
-    assert "1.0e+02" not in result.verdict.sentence
-
-
 def test_undecided_names_the_range_that_is_held_against_the_limit():
     """The range of the budget encloses the limit, and the sentence says what to change."""
     leak = solve_seal(Patch(scene())).value * 3.6e9
