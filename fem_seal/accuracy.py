@@ -45,37 +45,29 @@ class Trial:
     upper: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Choice:
-    """The contact grid and the flow tolerance that keep a total error.
+    """The contact grid and the flow tolerance that keep a total error, and its parts.
 
-    The leak rate of the patch has `converged` False if no allowed grid keeps the total error.
+    An error that is not known is None. The leak rate of the patch has `converged` False if no
+    allowed grid keeps the total error.
     """
 
     total: float  #: relative error that the scene allows
-    patch: Patch  #: on the chosen grid, solved
+    samples: tuple[int, int]
+    rtol: float  #: of the flow
     contact_error: float | None  #: relative, estimated; None where sealed
-    flow_error: float  #: relative half-width of the guaranteed bounds
-    lift_error: float | None  #: relative, estimated; None where the fluid lifts nothing
-    area_error: float | None  #: relative, estimated; None unless a contact area is prescribed
+    flow_error: float | None  #: relative half-width of the guaranteed bounds
     trials: tuple[Trial, ...]  #: grids tried, from coarse to fine; the last one was chosen
-
-    @property
-    def samples(self) -> tuple[int, int]:
-        """Samples of the chosen grid."""
-        return present(self.patch.surface, "surface").shape
-
-    @property
-    def rtol(self) -> float:
-        """Tolerance of the flow."""
-        return self.patch.flow_settings.rtol
+    lift_error: float | None = None  #: relative, estimated; None where the fluid lifts nothing
+    area_error: float | None = None  #: the same; None unless a contact area is prescribed
 
 
 def chosen_grid(
     first: Patch,
     max_refinement: int,
     error_of: Callable[[Sequence[Patch]], EstimatedError],
-) -> Choice:
+) -> tuple[Patch, Choice]:
     """Refine the contact grid until its error is small; flow and lift get the rest of the budget.
 
     A sealed grid has no error of its leak rate: it is refined until it surely stays sealed.
@@ -141,15 +133,23 @@ def chosen_grid(
         leak = replace(leak, converged=False, reason=words)
     errors = {estimated_error: grid_error, area_error: area}
     known = Known(solved.contact, solved.lifted, leak, errors)
-    return Choice(
+    chosen = first.with_(surface=solved.surface, known=known, flow_settings=solved.flow_settings)
+    return chosen, Choice(
         total=total,
-        patch=first.with_(surface=solved.surface, known=known, flow_settings=solved.flow_settings),
-        contact_error=None if leak.state == "sealed" else relative_error(grid_error.part),
-        flow_error=relative_error(flow_part(leak)),
-        lift_error=relative_error(lift) if lifts else None,
-        area_error=None if area is None else relative_error(area.part),
+        samples=present(solved.surface, "surface").shape,
+        rtol=solved.flow_settings.rtol,
+        contact_error=None if leak.state == "sealed" else _known(grid_error.part),
+        flow_error=_known(flow_part(leak)),
         trials=tuple(trials),
+        lift_error=_known(lift) if lifts else None,
+        area_error=None if area is None else _known(area.part),
     )
+
+
+def _known(part: float) -> float | None:
+    """Relative error of |ln| of a ratio of leak rates; None if it is not known."""
+    error = relative_error(part)
+    return error if error < inf else None
 
 
 def chosen_patch(
@@ -176,9 +176,9 @@ def chosen_patch(
         shortest = 2 * max(present(first.surface, "surface").spacing)  # that measured samples hold
         if isinstance(scene.surface, SelfAffine):
             shortest = scene.surface.short_wavelength
-        choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
-    choice.patch.seconds.update(first.seconds)
-    return choice.patch, choice
+        patch, choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
+    patch.seconds.update(first.seconds)
+    return patch, choice
 
 
 def error_of_sealed(tried: Sequence[Patch], shortest: float) -> EstimatedError:

@@ -99,15 +99,15 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
     rtol, lifted = scene.total_error or scene.flow.rtol, scene.lift == "resolved"
     estimated = scene.accuracy is None or scene.accuracy.contact_grid
     coarse = half(shape) if laws.pressed and estimated and scene.seal is None else None
-    patches, together, parts = 1, 1, {"contact": laws.contact(samples)}
+    patches, at_once, parts = 1, 1, {"contact": laws.contact(samples)}
     unknowns, kept = unknowns_of(channels, rtol), 0.0
     if scene.seal is not None:
         patches, rtol, loads = scene.seal.patches, scene.seal.rtol, loads_of(scene)
-        together = min(jobs, patches)
+        at_once = min(jobs, patches)
         # At each load: contact, flow, and bounds between loads.
         each = 0.5 * contact_seconds(samples) + 0.03
         each += 1.4 * flow_seconds(samples, channels, rtol / 2)
-        parts["patches"] = ceil(patches / together) * loads * each
+        parts["patches"] = ceil(patches / at_once) * loads * each
         unknowns = unknowns_of(channels, rtol / 2)
         kept = min(loads, KEPT / samples) * (KEPT_OF_UNKNOWN * unknowns + KEPT_OF_SAMPLE * samples)
     if scene.needs_flow:
@@ -132,7 +132,7 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
         memory += BYTES_OF_LIFT * samples
     if flows:
         memory += BYTES_OF_UNKNOWN * unknowns + kept
-    memory *= max(together, parallel.processes())
+    memory *= max(at_once, parallel.processes())
     start = sum(seconds for seconds, _ in libraries)
     if "pictures" in scene.output.products:
         # What the flow took is free again by then.

@@ -165,7 +165,7 @@ class Solved:
             **parts,
             state=self.state,
             percolates=not patch.sealed,
-            together=self.headline,
+            headline=self.headline,
             leak_rate_shown=self._shown(),
             gas=GasRecord.of(patch, self.leak_rate),
             verdict=self.verdict,

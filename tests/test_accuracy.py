@@ -99,14 +99,14 @@ class Fake:
 
 
 def chosen_grid(total, error, max_refinement=4, claims=0.0):
-    """The choice with an error of the grid of 1.5 times the last change of ln Q; what it asked."""
+    """Patch and choice, the grid's error 1.5 times the last change of ln Q; what was asked."""
 
     def error_of(tried):
         one, other = (log(solved.leak_rate.value) for solved in tried[-2:])
         return EstimatedError(exp(-1.5 * abs(one - other)), exp(1.5 * abs(one - other)), "")
 
     first = Fake(error, Bracket(total), claims)
-    return chosen_grid_of(first, max_refinement, error_of), first.asked
+    return *chosen_grid_of(first, max_refinement, error_of), first.asked
 
 
 @pytest.fixture
@@ -166,9 +166,9 @@ def test_grids_double_up_to_the_limit():
 
 def test_first_order_contact_is_refined_until_it_suffices():
     """ln Q off by 2/n: changes of 2/n, times 1.5; two thirds of ln(1.1) are reached at n = 64."""
-    choice, asked = chosen_grid(0.1, lambda n: 2 / n)
+    patch, choice, asked = chosen_grid(0.1, lambda n: 2 / n)
     assert choice.samples == (64, 64)
-    assert choice.patch.contact == "contact 64"
+    assert patch.contact == "contact 64"
     part = 1.5 * 2 / 64
     assert choice.contact_error == pytest.approx(exp(part) - 1, rel=1e-9)
     # rtol 0.1 is already narrow enough: ln(1.1) = 0.0953 = 0.0469 + 0.0484 > 0.0469 + 0.05.
@@ -179,19 +179,19 @@ def test_first_order_contact_is_refined_until_it_suffices():
     assert [samples[0] for samples, *_ in asked] == [32, 64, 64]
     total = log1p(choice.contact_error) + log1p(choice.flow_error)
     assert total == pytest.approx(log(1.1), rel=1e-9)
-    assert choice.patch.leak_rate.converged
+    assert patch.leak_rate.converged
 
 
 def test_no_solve_more_than_needed():
     """A contact that is exact on every grid: the bracket of the coarse runs already is enough."""
-    choice, asked = chosen_grid(0.1, lambda n: 0.0)
+    _, choice, asked = chosen_grid(0.1, lambda n: 0.0)
     assert (choice.contact_error, choice.rtol) == (0, 0.1)
     assert [samples[0] for samples, *_ in asked] == [32, 64]
 
 
 def test_a_total_that_no_grid_keeps_is_not_converged():
-    choice, _ = chosen_grid(0.01, lambda n: 2 / n, max_refinement=2)
-    leak = choice.patch.leak_rate
+    patch, choice, _ = chosen_grid(0.01, lambda n: 2 / n, max_refinement=2)
+    leak = patch.leak_rate
     assert choice.samples == (128, 128)
     assert not leak.converged
     assert "part of the error is about 2.4 % on 128 x 128" in leak.reason
@@ -273,11 +273,13 @@ def test_less_load_only_opens(lift):
 def test_a_lift_is_not_solved_to_any_tolerance():
     """The grid takes 95 % of the total: passes to the rest of it, about 0.003, may not settle."""
     part = 0.95 * log1p(0.1)
-    choice, asked = chosen_grid(0.1, lambda n: part / 1.5 * 128 / n, max_refinement=2, claims=1.2)
+    patch, choice, asked = chosen_grid(
+        0.1, lambda n: part / 1.5 * 128 / n, max_refinement=2, claims=1.2
+    )
     assert log1p(choice.contact_error) == pytest.approx(0.95 * log1p(0.1), rel=1e-9)
     assert {rtol for _, rtol, _ in asked} == {0.1}
-    assert not choice.patch.leak_rate.converged
-    assert "accuracy.max_refinement" in choice.patch.leak_rate.reason
+    assert not patch.leak_rate.converged
+    assert "accuracy.max_refinement" in patch.leak_rate.reason
 
 
 @pytest.mark.parametrize("total", [0.3, 0.1])
@@ -301,12 +303,12 @@ def test_a_smaller_total_costs_a_finer_grid_or_a_narrower_bracket(accurate_scene
     found = []
     for total in (0.5, 0.1):
         accurate_scene["accuracy"] = {"total": total, "max_refinement": 8}
-        found.append(chosen_patch(Scene.from_mapping(accurate_scene))[1])
-    loose, tight = found
-    assert tight.patch.leak_rate.converged
+        found.append(chosen_patch(Scene.from_mapping(accurate_scene)))
+    (coarse, loose), (fine, tight) = found
+    assert fine.leak_rate.converged
     assert tight.rtol < loose.rtol
     assert tight.samples >= loose.samples
-    assert tight.patch.leak_rate.unknowns > loose.patch.leak_rate.unknowns
+    assert fine.leak_rate.unknowns > coarse.leak_rate.unknowns
 
 
 def test_run_says_what_it_chose(accurate_scene, tmp_path, capsys):

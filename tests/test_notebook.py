@@ -77,7 +77,7 @@ def test_completion_shows_no_names_of_pydantic(solved):
 def test_save_writes_what_run_writes(solved, tmp_path):
     saved, ran = solved.save(tmp_path / "saved"), run(solved.patch.scene, tmp_path / "ran")
     assert saved.files == ran.files
-    assert (saved.leak_rate, saved.together) == (ran.leak_rate, ran.together)
+    assert (saved.leak_rate, saved.headline) == (ran.leak_rate, ran.headline)
     assert rows(solved)["leak rate"] == rows(ran)["leak rate"] == str(solved)
     assert Result.from_folder(tmp_path / "saved").verdict == solved.verdict
     assert solved.verdict.decision == "within limit"

@@ -303,7 +303,7 @@ def test_an_unsettled_point_has_a_range_and_no_leak_rate(small_scene):
     numbers = dict(_numbers(moving))
     assert numbers["state"] == UNSETTLED
     assert [numbers[key] for key in ("leak_rate", "lower", "upper")] == [None] * 3
-    assert numbers["together.upper"] == result.together.upper
+    assert numbers["together.upper"] == result.headline.upper
 
 
 def test_equal_points_are_one(tmp_path, capsys):

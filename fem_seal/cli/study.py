@@ -163,14 +163,15 @@ def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
 
 def _cross_validation(options: argparse.Namespace) -> int:
     from fem_seal.film import GridFilm
+    from fem_seal.flow_settings import FlowSettings
     from fem_seal.verification.cross_validation import StudiedGap, compare
-    from fem_seal.verification.methods import Setting
     from fem_seal.verification.pictures import claims_figure, cross_validation_figure
 
     patches, gaps = _gaps(options), []
     for patch in patches.values():
         scene, gap = patch.scene, patch.grid_gap
-        setting = Setting(scene.viscosity, scene.drive.pressure_drop, scene.flow.rtol)
+        drop, rtol = scene.drive.pressure_drop, scene.flow.rtol
+        setting = FlowSettings(scene.viscosity, drop, rtol=rtol)
         film = GridFilm(gap, scene.flow.sides_of(gap.periodic), scene.flow.representation)
         gaps.append(StudiedGap.of_film(film, setting, options.grids))
     with Display() as report:

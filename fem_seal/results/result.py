@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from fem_seal import parallel
-from fem_seal.accuracy import Trial
+from fem_seal.accuracy import Choice
 from fem_seal.errors import InvalidInput
 from fem_seal.files import digest
 from fem_seal.leak_rate import FlowState, LeakRate, Level
@@ -21,7 +21,6 @@ from fem_seal.quantities.headline import Headline, Shown, headline
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.records import (
-    Finite,
     GasRecord,
     LiftRecord,
     Rate,
@@ -53,22 +52,6 @@ def _beside(name: str) -> str:
 
 
 FileName = Annotated[str, AfterValidator(_beside)]
-
-
-class AccuracyRecord(Record):
-    """Contact grid and tolerance that were chosen for accuracy.total.
-
-    An error that is not known is null, and so is the contact error of a sealed grid.
-    """
-
-    total: float
-    samples: tuple[int, int]
-    rtol: float
-    contact_error: Finite
-    flow_error: Finite
-    trials: tuple[Trial, ...]
-    lift_error: Finite = None
-    area_error: Finite = None
 
 
 @dataclass(frozen=True)
@@ -120,7 +103,7 @@ class Result(Record):
     schema_version: Literal[2] = Field(2, alias="schema")
     state: FlowState
     percolates: bool
-    together: Headline | None = None
+    headline: Headline | None = Field(None, alias="together")
     leak_rate: Rate | None = None
     leak_rate_shown: Rate | None = None
     gas: GasRecord | None = None
@@ -147,7 +130,7 @@ class Result(Record):
     penetration: float | None = None
     contact_iterations: int | None = None
     levels: tuple[Level, ...] = ()
-    accuracy: AccuracyRecord | None = None
+    accuracy: Choice | None = None
     preparation: tuple[StepRecord, ...] | None = None
     files: tuple[FileName, ...]
     seconds: dict[str, float]

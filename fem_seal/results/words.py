@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from fem_seal.accuracy import Choice
 from fem_seal.digits import (
     bracket_digits,
     in_digits,
@@ -35,7 +36,7 @@ from fem_seal.quantities.error_budget import (
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.results.records import GasRecord, LiftRecord, SealRecord, StepRecord
-from fem_seal.results.result import AccuracyRecord, Result
+from fem_seal.results.result import Result
 from fem_seal.threshold import Threshold
 from fem_seal.units import RateUnit
 
@@ -48,8 +49,8 @@ WALLS = (
 def summary_of(result: Result) -> list[tuple[str, str]]:
     """Labels and texts of a result, with units; result.json has all digits."""
     lines: list[tuple[str, str]] = [("state", result.state)]
-    if result.together is not None:
-        lines.append(("leak rate", result.together.sentence))
+    if result.headline is not None:
+        lines.append(("leak rate", result.headline.sentence))
     if result.leak_rate:
         lines.append(("flow", flow_words(result)))
         if result.gap_is_periodic and result.flow().sides == "wall":
@@ -71,7 +72,7 @@ def first_sentence(result: Result) -> str:
 
     Of a contact alone the part of the area in contact.
     """
-    judged, head = result.verdict, result.together
+    judged, head = result.verdict, result.headline
     if head is None:
         text = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact"
         if result.state == "lifted off":
@@ -149,7 +150,7 @@ def contact_words(result: Result) -> str:
     return text if result.seal is None else f"{text}; of the first patch, dry"
 
 
-def accuracy_words(accuracy: AccuracyRecord, state: FlowState) -> str:
+def accuracy_words(accuracy: Choice, state: FlowState) -> str:
     """Contact grid and tolerance that were chosen for the total error."""
     nx, ny = accuracy.samples
     chosen = f"chosen for {100 * accuracy.total:g} %: contact on {nx} x {ny}"

@@ -31,7 +31,7 @@ UNSETTLED = "unsettled"  # state of a point whose contact and flow reach no equi
 # Parts of a result that are not numbers of the point, or are in COLUMNS under another name.
 _LEFT_OUT = {
     *("schema_version", "leak_rate", "verdict", "levels", "files", "seconds", "provenance"),
-    *("preparation", "error_budget", "together"),
+    *("preparation", "error_budget", "headline"),
 }
 # Products that are files.
 _FILES = ("mesh", "pictures")
@@ -135,7 +135,7 @@ def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
     """
     # State and decision are those of the seal as well.
     leak = result.leak_rate if result.seal is None else result.seal.leak_rate
-    together, unsettled = result.together, result.lift is not None and not result.lift.settled
+    head, unsettled = result.headline, result.lift is not None and not result.lift.settled
     if unsettled:
         leak = None
     own = {
@@ -144,14 +144,14 @@ def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
         "leak_rate": leak.value if leak else None,
         "lower": leak.lower if leak else None,
         "upper": leak.upper if leak else None,
-        "together.lower": together.lower if together else None,
-        "together.upper": together.upper if together else None,
+        "together.lower": head.lower if head else None,
+        "together.upper": head.upper if head else None,
         "seconds": result.seconds["total"],
     }
     for name in COLUMNS:
         yield name, own[name] if name in own else getattr(result, name)
-    if together is not None:
-        yield "headline", together.sentence
+    if head is not None:
+        yield "headline", head.sentence
     rest = result.model_dump(exclude=_LEFT_OUT.union(COLUMNS))
     quantities = rest.pop("quantities", None) or {}
     yield from _flat(rest | quantities)

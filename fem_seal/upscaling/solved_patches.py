@@ -53,41 +53,33 @@ class PatchTask(Task[SolvedPatch]):
     part: float = 1.0  #: of its load
 
     def compute(self, handed_on: None, report: Report, comm: Comm) -> SolvedPatch:
-        """Solve the patch; nothing is handed on from patch to patch."""
-        return solved_patch(self.scene, report, comm, self.part)
-
-
-def solved_patch(scene: Scene, report: Report, comm: Comm, part: float = 1.0) -> SolvedPatch:
-    """Conductivity of the patch of a realization that does not lift off, under a part of its load.
-
-    It is refined in load.
-    """
-    seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
-    profile = profile.times(part)
-    ends = EndPressures.of(scene.drive, scene.gauge_pressures)
-    table_report = _TableReport(report)
-    patch = Patch(scene, table_report, comm=comm)
-    loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)
-    outcome = refined_table(
-        loaded,
-        profile,
-        path,
-        ends,
-        tolerance=seal.rtol,
-        most_loads=seal.max_loads,
-        max_seconds=seal.max_seconds,
-        progress=table_report.begin,
-    )
-    table_report.begin("error of the contact's grid")
-    table = present(outcome.table, "table of the patch")
-    load = _load_that_matters(outcome, table)
-    return SolvedPatch(
-        StoredTable.of(table),
-        outcome.converged,
-        outcome.reason,
-        None if load is None else _contact_error(loaded, load),
-        None if load is None else loaded.critical_gap(load),
-    )
+        """Conductivity of the patch, refined in load; nothing is handed on to the next one."""
+        seal, (profile, path) = present(self.scene.seal, "[seal]"), profile_of(self.scene)
+        profile = profile.times(self.part)
+        ends = EndPressures.of(self.scene.drive, self.scene.gauge_pressures)
+        table_report = _TableReport(report)
+        patch = Patch(self.scene, table_report, comm=comm)
+        loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)
+        outcome = refined_table(
+            loaded,
+            profile,
+            path,
+            ends,
+            tolerance=seal.rtol,
+            most_loads=seal.max_loads,
+            max_seconds=seal.max_seconds,
+            progress=table_report.begin,
+        )
+        table_report.begin("error of the contact's grid")
+        table = present(outcome.table, "table of the patch")
+        load = _load_that_matters(outcome, table)
+        return SolvedPatch(
+            StoredTable.of(table),
+            outcome.converged,
+            outcome.reason,
+            None if load is None else _contact_error(loaded, load),
+            None if load is None else loaded.critical_gap(load),
+        )
 
 
 class _TableReport:

@@ -17,12 +17,13 @@ from fem_seal import __version__
 from fem_seal.errors import present
 from fem_seal.files import temporary_folder
 from fem_seal.film import GridFilm
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.points import Chain, RecordFolder, StudyTask, Work, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 from fem_seal.verification.exact_cases import ExactCase, finer_film
-from fem_seal.verification.methods import METHODS, Answer, Setting
+from fem_seal.verification.methods import METHODS, Answer
 
 SMOOTH_ORDER = 2.0  # order in the energy of linear elements and of central differences
 EXACT = 1e-7  # smaller relative errors count as none: CG stops at 1e-8 of the energy
@@ -74,7 +75,7 @@ Series = dict[int, list[Answer]]  # by squares of the grid along the flow
 class StudiedGap:
     """A gap on ever finer grids, the fluid in it, and what is known of its leak rate."""
 
-    setting: Setting
+    settings: FlowSettings
     #: by squares of each grid along the flow, twice those of the grid before: films, and how many
     #: times their spacing is halved
     grids: dict[int, tuple[tuple[GridFilm, ...], int]]
@@ -82,16 +83,16 @@ class StudiedGap:
     order: float | None = SMOOTH_ORDER  #: expected of each bound
 
     @classmethod
-    def of_film(cls, film: GridFilm, setting: Setting, grids: int = 3) -> "StudiedGap":
+    def of_film(cls, film: GridFilm, settings: FlowSettings, grids: int = 3) -> "StudiedGap":
         """A film that leaks; each further grid halves the spacing of the same gap."""
         first = film.gap.shape[0]
-        return cls(setting, {first * 2**times: ((film,), times) for times in range(grids)})
+        return cls(settings, {first * 2**times: ((film,), times) for times in range(grids)})
 
     @classmethod
     def of_case(cls, case: ExactCase, squares: Sequence[int]) -> "StudiedGap":
         """A case whose leak rate is known, sampled anew on each grid."""
         grids = {n: (case.films(n), 0) for n in squares}
-        return cls(Setting(1 / 12, 1.0, 0.01), grids, case.exact, case.order)
+        return cls(FlowSettings(1 / 12, 1.0, rtol=0.01), grids, case.exact, case.order)
 
 
 def compare(
@@ -126,7 +127,7 @@ def compare(
         tasks.append(
             {
                 n: [
-                    _task(films, gap.setting, times, method)
+                    _task(films, gap.settings, times, method)
                     for method in methods
                     if method != "adaptive" or n == once
                 ]
@@ -163,11 +164,11 @@ def _bracket(series: Series) -> Reference:
 
 
 def _task(
-    films: tuple[GridFilm, ...], setting: Setting, times: int, method: str
+    films: tuple[GridFilm, ...], settings: FlowSettings, times: int, method: str
 ) -> StudyTask[Answers]:
     """Task of one method on films whose spacing is halved a number of times."""
     choose(METHODS, method, "method")
-    inputs = sha256(repr((setting, times, method, __version__)).encode())
+    inputs = sha256(repr((settings, times, method, __version__)).encode())
     for film in films:
         gap = film.gap
         read = film.sides, film.representation, gap.shape, gap.spacing, gap.periodic
@@ -178,13 +179,15 @@ def _task(
         f"{method}-{squares}-{inputs.hexdigest()[:24]}",
         f"grid {squares}, {method}",
         answers_on,
-        (films, setting, times, method),
+        (films, settings, times, method),
     )
 
 
-def answers_on(films: Sequence[GridFilm], setting: Setting, times: int, method: str) -> Answers:
+def answers_on(
+    films: Sequence[GridFilm], settings: FlowSettings, times: int, method: str
+) -> Answers:
     """Answers of a method; for several films geometric means (that of bounds is a bound)."""
-    runs = [list(METHODS[method](finer_film(film, times), setting)) for film in films]
+    runs = [list(METHODS[method](finer_film(film, times), settings)) for film in films]
     return tuple(
         replace(
             group[0],

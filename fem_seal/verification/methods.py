@@ -1,7 +1,7 @@
 """Methods to compare: finite differences by link rule, linear elements, adaptive ones."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import nan
 from time import process_time
@@ -10,21 +10,12 @@ from fem_seal.errors import NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
-from fem_seal.flow_settings import FlowSettings
+from fem_seal.flow_settings import NO_LIMITS, FlowSettings
 from fem_seal.limits import Limits
 
 # Most samples for the letter's relaxation: it takes 2 to 10 s on 256², half a minute or more on
 # 512².
 CASCADE_UNKNOWNS = 70_000
-
-
-@dataclass(frozen=True)
-class Setting:
-    """Fluid, drive and tolerance for all methods."""
-
-    viscosity: float  #: viscosity η [Pa s]
-    pressure_drop: float  #: pressure drop Δp [Pa]
-    rtol: float  #: largest relative width (upper - lower) / √(lower upper) of the adaptive bracket
 
 
 @dataclass(frozen=True)
@@ -42,19 +33,12 @@ class Answer:
 
 
 def _bounds(
-    film: GridFilm, setting: Setting, method: str, name: str, limits: Limits | None = None
+    film: GridFilm, settings: FlowSettings, method: str, name: str, limits: Limits = NO_LIMITS
 ) -> Iterator[Answer]:
     from fem_seal.flow import leak_rate
 
     start = process_time()
-    settings = FlowSettings(
-        setting.viscosity,
-        setting.pressure_drop,
-        method=method,
-        rtol=setting.rtol,
-        limits=limits or Limits(),
-    )
-    leak = leak_rate(film, settings)
+    leak = leak_rate(film, replace(settings, method=method, limits=limits))
     shared = leak.unknowns, process_time() - start
     lower, upper = leak.bounds
     yield Answer(f"{name} upper", upper, "above", *shared)
@@ -63,7 +47,7 @@ def _bounds(
 
 
 def _finite_differences(
-    film: GridFilm, setting: Setting, links: str, cascade: bool = False
+    film: GridFilm, settings: FlowSettings, links: str, cascade: bool = False
 ) -> Iterator[Answer]:
     name = "FD cascade" if cascade else f"FD {links}"
     samples = film.gap.values.size
@@ -73,8 +57,8 @@ def _finite_differences(
     try:
         leak = by_differences(
             film,
-            viscosity=setting.viscosity,
-            pressure_drop=setting.pressure_drop,
+            viscosity=settings.viscosity,
+            pressure_drop=settings.pressure_drop,
             links=links,
             cascade=cascade,
         )
@@ -85,7 +69,7 @@ def _finite_differences(
         yield Answer(name, leak.value, "", leak.unknowns, process_time() - start)
 
 
-Method = Callable[[GridFilm, Setting], Iterator[Answer]]
+Method = Callable[[GridFilm, FlowSettings], Iterator[Answer]]
 METHODS: dict[str, Method] = {
     **{links: partial(_finite_differences, links=links) for links in LINKS},
     "cascade": partial(_finite_differences, links="linear-gap", cascade=True),

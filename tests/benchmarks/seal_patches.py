@@ -76,7 +76,8 @@ def main(samples: int, patches: int, rtol: float) -> None:
     for number, one in enumerate(realizations(scene(samples, patches, rtol)), 1):
         spent.clear()
         start = process_time()
-        solved = solved_patches.solved_patch(one, lambda stage, detail: None, None)
+        task = solved_patches.PatchTask("", "", one)
+        solved = task.compute(None, lambda stage, detail: None, None)
         whole = process_time() - start
         table = solved.stored.table
         parts = ", ".join(

@@ -259,8 +259,7 @@ def test_a_total_error_of_the_lifted_leak_rate():
     mapping = scene().to_mapping()
     mapping["flow"].pop("rtol", None)
     mapping["accuracy"] = {"total": 0.5, "max_refinement": 1}
-    patch, choice = chosen_patch(Scene.from_mapping(mapping))
-    assert patch is choice.patch
+    patch, _ = chosen_patch(Scene.from_mapping(mapping))
     assert patch.film.gap is patch.lifted.contact.gap
 
 
@@ -282,7 +281,7 @@ def test_an_error_of_the_lift_that_is_not_known(monkeypatch):
     monkeypatch.setattr(LiftPoint, "finer", lambda point, allowed: None)
     result = solve(scene()).result()
     assert (result.converged, result.lift.lowest, result.lift.highest) == (False, 0.0, None)
-    assert (result.together.lower, result.together.upper) == (None, None)
+    assert (result.headline.lower, result.headline.upper) == (None, None)
     sentence = (
         "the error of the fluid's pressure is not known: it may be any leak rate; compare a finer "
         "grid (surface.shape)"

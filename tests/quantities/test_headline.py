@@ -68,6 +68,6 @@ def test_a_result_of_the_first_schema_gets_the_headline(tmp_path):
     old["verdict"]["headline"] = f"leaking: {old['verdict'].pop('comparison')}"
     (tmp_path / "result.json").write_text(json.dumps(old))
     read = Result.from_folder(tmp_path)
-    assert read.together == result.together
+    assert read.headline == result.headline
     assert read.error_budget == result.error_budget
     assert (read.schema_version, read.certificate) == (2, result.certificate)

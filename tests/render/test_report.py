@@ -193,14 +193,14 @@ def test_the_first_sentence_is_the_headline_and_what_the_limit_makes_of_it(small
     small_scene["limit"] = {"leak_rate": "1 ml/h"}
     small_scene["output"]["leak_rate_unit"] = "nl/h"
     result = run(Scene.from_mapping(small_scene), tmp_path / "out")
-    assert first_sentence(result).startswith(f"Within limit: {result.together}; at most ")
+    assert first_sentence(result).startswith(f"Within limit: {result.headline}; at most ")
     assert first_sentence(result).endswith(" % of the 1e+6 nl/h allowed.")
     unfinished = result.model_copy(update={"converged": False, "reason": "max_seconds"})
     assert remarks(unfinished)[0].endswith("not reached: max_seconds.")
 
 
 def test_verdict_of_a_contact_alone(folder):
-    alone = changed(folder, together=None, leak_rate=None, contact_area_fraction=0.1)
+    alone = changed(folder, headline=None, leak_rate=None, contact_area_fraction=0.1)
     assert first_sentence(alone) == "10 % of the nominal area is in contact."
 
 

@@ -361,7 +361,7 @@ def test_a_sweep_of_seals_has_their_leak_rates():
     ]
     row = dict(zip(COLUMNS, Group((), (point, point)).row(), strict=True))
     assert (row["leaking"], row["sealed"], row["median"]) == (2, 0, leak.value)
-    assert result.together.sentence in _summary(point)
+    assert result.headline.sentence in _summary(point)
     assert "at 0 degC, 1.013 bar" in _summary(point)
     # One patch says nothing about the scatter of others.
     assert result.seal.scatter is None

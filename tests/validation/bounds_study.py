@@ -31,7 +31,6 @@ from fem_seal.render.plot import new_figure
 from fem_seal.tables import markdown
 from fem_seal.threshold import threshold
 from fem_seal.verification.cross_validation import StudiedGap, compare
-from fem_seal.verification.methods import Setting
 
 TOLERANCES = (0.8, 0.4, 0.2, 0.1, 0.05, 0.025)
 SHARES = (0.5, 0.8, 0.95, 0.99)  # loads over that which seals
@@ -85,7 +84,7 @@ def rough_case(seed: int, share: float, samples: int) -> Case:
     film = GridFilm(contact.gap, "periodic")
     truth = of_bounds(leak_rate(film, FlowSettings(rtol=0.004, **UNIT)))
     rows, _ = compare(
-        [StudiedGap.of_film(film, Setting(**UNIT, rtol=0.1))], ("linear-gap", "adaptive")
+        [StudiedGap.of_film(film, FlowSettings(**UNIT, rtol=0.1))], ("linear-gap", "adaptive")
     )[0]
     network = [row for row in rows if row.method == "FD linear-gap"][-1].value
     others = {"finite differences, 4n": network / truth.value - 1}

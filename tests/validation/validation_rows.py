@@ -30,7 +30,6 @@ from fem_seal.theory.persson import contact_area
 from fem_seal.threshold import threshold
 from fem_seal.verification.cross_validation import StudiedGap, compare
 from fem_seal.verification.exact_cases import CASES
-from fem_seal.verification.methods import Setting
 
 sys.path.extend(str(Path(__file__).parents[1] / name) for name in ("", "benchmarks"))
 
@@ -191,7 +190,7 @@ def rough_film(n: int, area: float, seed: int = 3) -> GridFilm:
 def finite_differences(page: bool) -> Row:
     """A network of resistors, whose error is its change from the grid before."""
     film = rough_film(64, 0.2)
-    setting = Setting(**UNIT, rtol=0.02 if page else 0.1)
+    setting = FlowSettings(**UNIT, rtol=0.02 if page else 0.1)
     rows, bracket = compare([StudiedGap.of_film(film, setting)], ("linear-gap", "adaptive"))[0]
     theirs = [row for row in rows if row.method == "FD linear-gap"][-1]
     return Row(

@@ -10,16 +10,16 @@ from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits
+from fem_seal.flow import FlowSettings, Limits
 from fem_seal.grid import GridField
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification import methods
 from fem_seal.verification.cross_validation import Reference, StudiedGap, compare, judge
 from fem_seal.verification.exact_cases import CASES, finer_film
-from fem_seal.verification.methods import METHODS, Answer, Setting
+from fem_seal.verification.methods import METHODS, Answer
 
-SETTING = Setting(1 / 12, 1.0, 0.05)
+SETTING = FlowSettings(1 / 12, 1.0, rtol=0.05)
 GAP = rough_gap((16, 16), 0.3, 4)
 FILM = GridFilm(GAP, sides="periodic")
 
