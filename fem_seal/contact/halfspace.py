@@ -89,6 +89,10 @@ class HalfSpace:
         The work arrays, in double and in the steering precision.
     pairs
         FFT pairs (forward and backward) spent so far.
+    point_stiffness
+        Pressure on one sample over the displacement it causes there.
+    rms_compliance
+        Rms of 1/k over all modes: the rms displacement under white noise of rms 1.
     """
 
     def __init__(
@@ -111,36 +115,36 @@ class HalfSpace:
         self.softest = float(np.min(stiffness, initial=np.inf, where=stiffness > 0))
         self.stiffest = float(stiffness.max())
         samples = shape[0] * shape[1]
-        self._steering_stiffness = (stiffness / samples).astype(self.steering)
+        steering_stiffness = (stiffness / samples).astype(self.steering)
         # Stiffness of the mean, used only under mean-gap control. The mean pressure is then free
         # and costs no energy, so its stiffness must be large; around this value the number of
         # iterations changes little.
-        self._steering_stiffness[0, 0] = self.stiffest / (2 * samples)
-        waves = stiffness > 0
-        self._compliance = np.divide(1 / samples, stiffness, out=stiffness, where=waves)
-        self._energy_weights = np.multiply(
-            self._compliance, multiplicity(shape[1]), dtype=self.steering, casting="same_kind"
+        steering_stiffness[0, 0] = self.stiffest / (2 * samples)
+        self._steering_stiffness = self.steer.in_blocks(steering_stiffness)
+        compliance = np.divide(1 / samples, stiffness, out=stiffness, where=stiffness > 0)
+        weights = np.multiply(
+            compliance, multiplicity(shape[1]), dtype=self.steering, casting="same_kind"
         )
-
-    @cached_property
-    def point_stiffness(self) -> float:
-        """Pressure on one sample over the displacement it causes there."""
-        return 1 / float(self._energy_weights.sum(dtype=float))
-
-    @cached_property
-    def rms_compliance(self) -> float:
-        """Rms of 1/k over all modes: the rms displacement under white noise of rms 1."""
-        samples = self.shape[0] * self.shape[1]
+        self.point_stiffness = 1 / float(weights.sum(dtype=float))
         # Both factors carry 1 / samples.
-        return float(np.sqrt(samples * np.vdot(self._energy_weights, self._compliance)))
+        self.rms_compliance = float(np.sqrt(samples * np.vdot(weights, compliance)))
+        self._energy_weights = self.steer.in_blocks(weights)
+        self._compliance = self.exact.in_blocks(compliance)
 
     @cached_property
-    def _stiffness(self) -> np.ndarray:
+    def _stiffness(self) -> list[np.ndarray]:
         """k(q) over the number of samples, in double; only damped and FISTA need it."""
-        waves = self._compliance > 0
         samples = self.shape[0] * self.shape[1]
-        inverse = np.zeros_like(self._compliance)
-        return np.divide(samples**-2, self._compliance, out=inverse, where=waves)
+        return [
+            np.divide(samples**-2, block, out=np.zeros_like(block), where=block > 0)
+            for block in self._compliance
+        ]
+
+    @cached_property
+    def _steering_compliance(self) -> list[np.ndarray]:
+        """1/k(q) over the number of samples in the steering precision; only the lift needs it."""
+        compliance = np.concatenate(self._compliance, axis=1)
+        return self.steer.in_blocks(compliance.astype(self.steering))
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement of zero mean [a view of the work array, until the next call]."""
@@ -158,7 +162,7 @@ class HalfSpace:
 
     def displace_in_steer(self) -> np.ndarray:
         """Turn the pressure in ``steer.values`` into its displacement, in place."""
-        return self._apply(self.steer, self._compliance)
+        return self._apply(self.steer, self._steering_compliance)
 
     def displace(self) -> np.ndarray:
         """Turn the pressure in ``exact.values`` into its displacement, in place."""
@@ -174,18 +178,16 @@ class HalfSpace:
         Half an FFT pair; the work array is destroyed.
         """
         self.pairs += 0.5
-        modes = self.steer.modes
 
-        def energy(columns: slice) -> float:
-            block = modes[:, columns]
-            power = block.real**2 + block.imag**2
-            power *= self._energy_weights[:, columns]
+        def energy(modes: np.ndarray, weights: np.ndarray) -> float:
+            power = modes.real**2 + modes.imag**2
+            power *= weights
             return float(power.sum())
 
-        return sum(self.steer.forward(energy))
+        return sum(self.steer.forward(energy, self._energy_weights))
 
-    def _apply(self, work: RealTransform, multiplier: np.ndarray) -> np.ndarray:
-        work.multiply(multiplier)
+    def _apply(self, work: RealTransform, factors: list[np.ndarray]) -> np.ndarray:
+        work.multiply(factors)
         self.pairs += 1
         return work.values
 

@@ -76,26 +76,37 @@ class RealTransform:
             (block, both_ways(modes[:, block], modes[:, block], 0)) for block in columns
         ]
 
-    def forward(self, look: Callable[[slice], Answer]) -> list[Answer]:
-        """Transform to modes; call `look` for every block of their columns."""
+    def in_blocks(self, factors: np.ndarray) -> list[np.ndarray]:
+        """Factors (nx, ny // 2 + 1) of the modes as `forward` and `multiply` read them.
 
-        def transform(block: slice, plans: Plans) -> Answer:
+        Each block of columns is an array of its own: strided ones take twice as long to read.
+        """
+        return [np.ascontiguousarray(factors[:, columns]) for columns, _ in self._columns]
+
+    def forward(
+        self, look: Callable[[np.ndarray, np.ndarray], Answer], factors: list[np.ndarray]
+    ) -> list[Answer]:
+        """Transform to modes; call `look` for every block of them, with its factors."""
+
+        def transform(columns: slice, plans: Plans, factor: np.ndarray) -> Answer:
             plans[0]()
-            return look(block)
+            return look(self.modes[:, columns], factor)
 
         self._passes.each(self._rows, lambda plans: plans[0](), STRIP)
-        return self._passes.each(self._columns, lambda columns: transform(*columns))
+        blocks = list(zip(self._columns, factors, strict=True))
+        return self._passes.each(blocks, lambda block: transform(*block[0], block[1]))
 
-    def multiply(self, multiplier: np.ndarray) -> None:
-        """Multiply the modes by an array (nx, ny // 2 + 1): `values` to `values`."""
+    def multiply(self, factors: list[np.ndarray]) -> None:
+        """Multiply the modes by factors: `values` to `values`."""
 
-        def transform(block: slice, plans: Plans) -> None:
+        def transform(columns: slice, plans: Plans, factor: np.ndarray) -> None:
             plans[0]()
-            self.modes[:, block] *= multiplier[:, block]
+            self.modes[:, columns] *= factor
             plans[1]()
 
         self._passes.each(self._rows, lambda plans: plans[0](), STRIP)
-        self._passes.each(self._columns, lambda columns: transform(*columns))
+        blocks = list(zip(self._columns, factors, strict=True))
+        self._passes.each(blocks, lambda block: transform(*block[0], block[1]))
         self._passes.each(self._rows, lambda plans: plans[1](), STRIP)
 
 
