@@ -25,6 +25,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.coupling.constants import (
     FIRST_EPSILON,
     FIRST_ORDER,
+    MOST_PASSES,
     MOST_STAGES,
     MOST_STEPS,
     PART,
@@ -202,7 +203,11 @@ class _Stages:
             point = newton(_floating(point), allowed, log)
         if point.step.negative is not None and not self._left:
             self._left = True
-            point = newton(_leaving(point), allowed, log)
+            left = _leaving(point)
+            if left is None:
+                log.failure = "plain passes do not come away from a state that does not last"
+            else:
+                point = newton(left, allowed, log)
         self._point, self._change = point, point.step.log_rate
         self._error = self._change + point.by_epsilon + self._differs
 
@@ -243,18 +248,21 @@ def _floating(point: LiftPoint) -> LiftPoint:
     return present(FloatingPoint.at(problem, point.stage, point.pressure, level), "level")
 
 
-def _leaving(point: LiftPoint) -> LiftPoint:
+def _leaving(point: LiftPoint) -> LiftPoint | None:
     """The point to which plain passes lead from an equilibrium that they leave.
 
     Where R' G' has a real eigenvalue above 1, a pass through contact and flow grows every deviation
-    along its eigenvector: no such state lasts.
+    along its eigenvector: no such state lasts. None if F still grows after many passes.
     """
     away = present(point.step.negative, "direction")
     away = away * (PART * point.problem.drop / np.abs(away).max())
     step = replace(point.step, pressure=away if away.mean() >= 0 else -away, gap=None)
-    while (other := point.after(step)) is not None and other.size > point.size:
+    for _ in range(MOST_PASSES):
+        other = point.after(step)
+        if other is None or other.size <= point.size:
+            return point
         point, step = other, replace(step, pressure=other.residual)
-    return point
+    return None
 
 
 def _opened(problem: LiftProblem, contact: ContactState) -> GridFilm | None:

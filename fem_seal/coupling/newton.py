@@ -135,17 +135,17 @@ class LiftPoint:
     def _tangent(self) -> ContactTangent:
         return self.problem.contact_tangent(self.contact)
 
-    def _gap_change(self, pressure: np.ndarray) -> np.ndarray:
+    def _gap_change(self, pressure: np.ndarray, tolerance: float = PART**2) -> np.ndarray:
         """Change of the gap [m] with a change of the pressure; this operator is symmetric."""
-        return self._tangent.change(pressure, PART**2)
+        return self._tangent.change(pressure, tolerance)
 
     def _response(self, gap: np.ndarray) -> np.ndarray:
         """R' of a change of the gap."""
         return self._by_u * self.flow.change(gap, PART**2)
 
-    def _response_transposed(self, weight: np.ndarray) -> np.ndarray:
+    def _response_transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
         """R'ᵀ of weights of the pressure."""
-        return self.flow.transposed(self._by_u * weight, PART**2)
+        return self.flow.transposed(self._by_u * weight, tolerance)
 
     @property
     def adjoint(self) -> np.ndarray:
@@ -159,10 +159,18 @@ class LiftPoint:
 
     @cached_property
     def _adjoint(self) -> LinearSolution:
+        """Solution λ of (I - G'ᵀ R'ᵀ) λ = ∂ln Q/∂p_f.
+
+        Solved more exactly than Newton's step, which the next step mends. λ is large next to
+        closing: what GMRES leaves of the right side, times the step, is an error of λ·F.
+        """
+        exact = PART**3
         return gmres(
-            lambda weight: weight - self._gap_change(self._response_transposed(weight)),
-            self._log_rate_by_pressure,
-            PART,
+            lambda weight: (
+                weight - self._gap_change(self._response_transposed(weight, exact), exact)
+            ),
+            self._gap_change(self.flow.log_rate_by_gap, exact),
+            PART**2,
             MOST_STEPS,
         )
 
@@ -219,7 +227,8 @@ class LiftPoint:
             epsilon /= FALL
         if self.problem.refines:
             weight = self._by_u * self.adjoint
-            grid = grid.refined(self.flow.by_links(weight, PART**2), 1 - PART)
+            by_links = self.flow.by_links(weight, PART**2)
+            grid = grid.refined(by_links, 1 - PART, self.flow.varies)
         most = min(MOST_NODES, MOST_PER_SAMPLE * self.pressure.size)
         return Stage(grid, epsilon) if len(grid.free) <= most else None
 
@@ -292,7 +301,7 @@ class FloatingPoint(LiftPoint):
         """Estimated error of ln Q at this point."""
         return self.step.log_rate
 
-    def _gap_change(self, pressure: np.ndarray) -> np.ndarray:
+    def _gap_change(self, pressure: np.ndarray, tolerance: float = 0.0) -> np.ndarray:
         return self.problem.displacement(pressure)
 
     @cached_property

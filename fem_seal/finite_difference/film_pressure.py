@@ -61,7 +61,8 @@ class FilmPressure:
     ):
         self._grid, self._slope = grid, slope
         self._unit = float(gap.max())
-        links, self._by_sides = grid.conductances(grid.to_places @ (gap.ravel() / self._unit))
+        places = grid.to_places @ (gap.ravel() / self._unit)
+        links, self._by_sides = grid.conductances(places)
         (a, b), nodes = grid.ends, len(grid.free)
         entries = (np.append(links, links), (np.append(a, b), np.append(b, a)))
         between = sparse.csr_array(sparse.coo_array(entries, (nodes, nodes)))
@@ -72,6 +73,9 @@ class FilmPressure:
         self._links, self._drop = links, u[a] - u[b]
         self.on_samples = np.clip(self._to_samples(u), 0.0, 1.0)  #: (nx, ny)
         self.dissipation = links * self._drop**2  #: (links,), in a unit of its own
+        one, other = places[grid.sides]
+        #: (links,), square of (c - c')/(c + c') with the gaps c, c' at the two sides of each link
+        self.varies = ((one - other) / (one + other)) ** 2
 
     @property
     def conductance(self) -> float:

@@ -24,6 +24,8 @@ from fem_seal.mesh.bisection import refine
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
 
 EDGE = 1e-9  # of a triangle, within which a point is on its edge
+# Relative error of a link one sample long in a uniform gap, over that of one whose gap varies.
+SMOOTH = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,19 +129,33 @@ class PressureGrid:
         """Conductances (links,) with a gap at the places, times 12 η."""
         return self.weight * LINKS[self.rule](*gap[self.sides])
 
-    def refined(self, of_links: np.ndarray, share: float) -> "PressureGrid":
+    def refined(
+        self, of_links: np.ndarray, share: float, varies: np.ndarray | None = None
+    ) -> "PressureGrid":
         """The network on half as wide triangles where a share of a sum over its links is.
 
         A link's error falls with the square of its length: each triangle counts by its area. Where
         pixels are not square, triangles between those of different sizes have no right angle; then
         all are halved.
+
+        Parameters
+        ----------
+        of_links : (links,)
+        share
+            Part of the sum over triangles that those to be halved hold.
+        varies : (links,)
+            Square of the relative variation of the gap along each link, if it is to count.
+            Triangles within a pixel then count by its largest value on their legs, which falls
+            with their area where the gap is smooth, and hardly where it closes.
         """
         mesh, legs = present(self.mesh, "mesh"), present(self.legs, "legs")
         times = np.full(len(legs), 2, dtype=np.int8)
         if np.isclose(*self.film.gap.spacing):
             a, b = (mesh.xy[corner] / PIXEL for corner in mesh.cells.T[:2])
             of_cells = (of_links / np.bincount(legs.ravel()))[legs].sum(axis=1)
-            of_cells *= ((b - a) ** 2).sum(axis=1)
+            area = ((b - a) ** 2).sum(axis=1)
+            inside = area if varies is None else varies[legs].max(axis=1) + SMOOTH * area
+            of_cells *= np.where(area > 1, area, inside)
             order = np.argsort(-of_cells)
             most = np.searchsorted(np.cumsum(of_cells[order]), share * of_cells.sum()) + 1
             times[order[most:]] = 0

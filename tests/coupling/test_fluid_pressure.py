@@ -88,7 +88,7 @@ def test_smaller_triangles_where_they_matter():
     """A wall with a gate one sample wide: most of the mean pressure's error is made there.
 
     Three refinements near it come as close to the limit as three of the whole patch, with half as
-    many nodes.
+    many nodes. Three where the gap varies as well come closer than as many nodes everywhere.
     """
     gap = np.full(SHAPE, 0.5)
     gap[5] = 1e-3
@@ -97,15 +97,19 @@ def test_smaller_triangles_where_they_matter():
 
     def solved(grid):
         flow = pressure_in(film, grid, gap)
-        return flow.on_samples.mean(), flow.by_links(np.ones(SHAPE), 1e-6)
+        return flow.on_samples.mean(), flow.by_links(np.ones(SHAPE), 1e-6), flow.varies
 
-    local = PressureGrid.uniform(film, 0)
+    local = varied = PressureGrid.uniform(film, 0)
     for _ in range(3):
         local = local.refined(solved(local)[1], 0.9)
-    whole, limit = (PressureGrid.uniform(film, level) for level in (3, 4))
+        _, by_links, varies = solved(varied)
+        varied = varied.refined(by_links, 0.9, varies)
+    halved, whole, limit = (PressureGrid.uniform(film, level) for level in (1, 3, 4))
     exact = solved(limit)[0]
     assert abs(solved(local)[0] - exact) < 1.2 * abs(solved(whole)[0] - exact)
     assert 2 * local.free.sum() < whole.free.sum()
+    assert abs(solved(varied)[0] - exact) < abs(solved(halved)[0] - exact)
+    assert varied.free.sum() < halved.free.sum()
 
 
 @pytest.mark.parametrize("make", [mixed, partial(PressureGrid.of_stencil, rule="linear-gap")])
