@@ -19,6 +19,7 @@
 
 # %%
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -85,7 +86,7 @@ def draw(states: dict[str, ContactState], cut: GridField, path: Path) -> None:
     """Left: convergence; middle and right: elastic and bearing contact of one area."""
     with new_figure((13, 4.2), path) as figure:
         history, elastic, plane = figure.subplots(1, 3)
-        for (name, state), dash in zip(states.items(), ("-", "--", "-.", ":"), strict=True):
+        for (name, state), dash in zip(states.items(), cycle(("-", "--", "-.", ":"))):
             steps = np.linspace(0, state.iterations, len(state.residuals))
             history.loglog(steps + 1, np.maximum(state.residuals, 1e-9), dash, label=name)
         history.axhline(1e-6, color="0.6", lw=0.8)

@@ -60,7 +60,7 @@ TABLE = [(2, 0.25), (5, 0.10), (40, 0.06)]
 
 @pytest.mark.parametrize(("along", "share"), TABLE)
 def test_patches_along_the_path(along, share):
-    """Log-normal patches with σ = 1.9, 15 % sealed, conduct 0.25, 0.10, 0.06 of the mean.
+    """Log-normal patches with σ = 1.9, 15 % sealed, conduct what an independent program found.
 
     One along the path conducts the mean itself: `test_layers`.
     """
