@@ -200,7 +200,9 @@ class _Stages:
         log, allowed = self._log, self._allowed
         point = newton(self._point, allowed, log)
         if log.failure and point.problem.may_float and point.contact.contact.any():
-            point = newton(_floating(point), allowed, log)
+            failure, floating = log.failure, newton(_floating(point), allowed, log)
+            # A film that rises for ever carries less than the load: the solid is in contact.
+            point, log.failure = (point, failure) if log.failure else (floating, "")
         if point.step.negative is not None and not self._left:
             self._left = True
             left = _leaving(point)

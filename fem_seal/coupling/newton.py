@@ -318,7 +318,14 @@ class FloatingPoint(LiftPoint):
         return NewtonStep(pressure, abs(change), iterations, solved, None, level)
 
     def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
-        """The point a part of a step further on; None if the solid would touch."""
+        """The point a part of a step further on; None if the solid would touch.
+
+        The film at most doubles: p_f hardly depends on the level of a high one, whose step may
+        therefore be as long as one likes.
+        """
+        rise, most = part * step.level, float(self.contact.gap.values.mean())
+        if rise > most:
+            part *= most / rise
         pressure = self.problem.between_ends(self.pressure + part * step.pressure)
         return self.at(self.problem, self.stage, pressure, self.level + part * step.level)
 

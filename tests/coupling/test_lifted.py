@@ -1,5 +1,7 @@
 """Contact and flow in one equilibrium, against closed forms, theorems and other solvers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from lifted_scenes import E_STAR, problem_of, scene, wave
@@ -336,6 +338,25 @@ def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_level(rise):
     assert not log.failure
     assert end.level < start.level if rise > 1 else end.level > start.level
     assert end.contact.gap.values.mean() == pytest.approx(gap.mean(), rel=0.01)
+
+
+def test_a_film_that_rises_at_most_doubles():
+    """Without an equilibrium above: no level carries more than the film of first touch does.
+
+    Each of 20 steps at most doubles the film. Its p_f does not depend on the level of a high film,
+    so that a whole step may leave double precision.
+    """
+    problem = problem_of(scene(9.5e4))
+    stage = Stage(problem.first_grid, 1e-4 * problem.height.values.std())
+    pressure = problem.uniform_pressure
+    level = 1.1 * float((problem.height.values - problem.displacement(pressure)).max())
+    start = FloatingPoint.at(problem, stage, pressure, level)
+    gap = start.contact.gap.values.mean()
+    high = start.after(replace(start.step, level=1e300))
+    assert high.contact.gap.values.mean() == pytest.approx(2 * gap, rel=1e-9)
+    end = newton(start, 0.01, log := Log(silent))
+    assert log.failure
+    assert end.contact.gap.values.mean() < 2**21 * gap
 
 
 def wedge_carries(n, level=0.0):
