@@ -125,7 +125,7 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
     if scene.tolerances is not None:
         parts["tolerances"] = 2 * sum(parts.values())
     parts = {name: pace * seconds for name, seconds in parts.items()}
-    flows = scene.needs_rates or "tensor" in parts
+    flows = scene.leaks != "nothing" or "tensor" in parts
     libraries = [CONTACT] + [FLOW] * flows
     memory = sum(size for _, size in libraries) + BYTES_OF_SAMPLE * samples
     if lifted:

@@ -30,7 +30,7 @@ def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False)
     """Raise MissingPackage before any work if a package is missing that the work needs later."""
     require_scene(scene)
     # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
-    by_elements = flow and scene.needs_rates and scene.flow.method != "finite-difference"
+    by_elements = flow and scene.leaks != "nothing" and scene.flow.method != "finite-difference"
     if pictures and (by_elements or scene.shape is not None):
         from fem_seal.render.offscreen import require_gl
 

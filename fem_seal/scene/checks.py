@@ -199,7 +199,7 @@ def _finite_differences(scene: "Scene") -> Iterator[str]:
 def _rates(scene: "Scene") -> Iterator[str]:
     """Pressures, units and limits that do not fit the fluid or the products."""
     unit, limit, flow = scene.output.leak_rate_unit, scene.limit, scene.flow
-    if not scene.needs_rates:
+    if scene.leaks == "nothing":
         for name, value in (("[limit]", limit), ("output.leak_rate_unit", unit)):
             if value is not None:
                 yield f"{name} is about the leak rate, which output.products does not name"
@@ -237,7 +237,7 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
     """Tolerances of inputs that the scene does not give, and of 100 % or more."""
     if scene.tolerances is None:
         return
-    if not scene.needs_rates:
+    if scene.leaks == "nothing":
         yield "[tolerances] is about the leak rate, which output.products does not name"
     given = dict(scene.tolerances.given())
     if not given:
@@ -262,7 +262,7 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
 
 def _ambient_and_lift(scene: "Scene") -> Iterator[str]:
     """An ambient pressure that is missing or contradicts the scene, and a lift of nothing."""
-    if not scene.needs_rates or scene.fluid is None:
+    if scene.leaks == "nothing" or scene.fluid is None:
         return
     flow, contact, lift = scene.flow, scene.contact, scene.flow.lift
     if flow.ambient_pressure is not None and flow.pressure_drop is not None:

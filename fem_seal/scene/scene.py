@@ -187,11 +187,6 @@ class Scene(Section):
         return "patch" if self.needs_flow else "nothing"
 
     @property
-    def needs_rates(self) -> bool:
-        """Whether some product is a leak rate, of the patch or of the seal."""
-        return self.leaks != "nothing"
-
-    @property
     def needs_field(self) -> bool:
         """Whether some product needs the flow itself and not only its leak rate."""
         products = {"pictures", "mesh", "constriction"}

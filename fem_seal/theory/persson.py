@@ -123,7 +123,6 @@ def persson_state(
     pressure: float,
     contact_modulus: float,
     area: str = "persson",
-    gamma: float = GAMMA,
     cells_per_octave: int = 12,
 ) -> PerssonState:
     """Contact area, mean gap and gap of the opened area at all magnifications.
@@ -138,8 +137,6 @@ def persson_state(
     area
         "persson" or "wang-mueser": law of the contact area, see `AREA_LAWS`. The mean gap is that
         of Yang and Persson with the pressure p0 A0/A of this law.
-    gamma
-        γ of the mean gap.
     cells_per_octave
         Number of magnifications between a wavenumber and its double.
     """
@@ -159,7 +156,7 @@ def persson_state(
     scaled_pressure = strain / np.sqrt(energy)
     in_contact = np.concatenate([[1.0], erf(scaled_pressure)])
     opened_area = np.diff(erfc(scaled_pressure), prepend=0.0)
-    mean_gap = _mean_gap(edges, half_slope, strain / in_contact, gamma)
+    mean_gap = _mean_gap(edges, half_slope, strain / in_contact)
     opens = opened_area > SMALLEST_AREA
     opened_gap = np.zeros_like(opened_area)
     np.divide(-np.diff(in_contact * mean_gap), opened_area, out=opened_gap, where=opens)
@@ -189,9 +186,7 @@ def cumulative(integrand: Callable[[np.ndarray], np.ndarray], edges: np.ndarray)
     return np.append(0.0, np.cumsum((half * q * integrand(q)).sum(axis=0)))
 
 
-def _mean_gap(
-    edges: np.ndarray, half_slope: np.ndarray, strain: np.ndarray, gamma: float
-) -> np.ndarray:
+def _mean_gap(edges: np.ndarray, half_slope: np.ndarray, strain: np.ndarray) -> np.ndarray:
     """Mean gap ū(ζ) at each magnification; `strain` is p(ζ)/E*.
 
     With s = 1/w, 2 s ds = π q³ C dq and the integral becomes ū = 2/√π ∫ I(p/(E* s)) ds/q, where I
@@ -204,11 +199,11 @@ def _mean_gap(
         # Mean over s of ln q in a cell, where s² grows in proportion to q.
         place = (s[1:] + 2 * s[:-1]) / (3 * (s[1:] + s[:-1]))
         q = edges[:-1][cells] * ratio[cells] ** place
-        gap[k] = strain[k] * np.sum(np.diff(inner_integral(s / strain[k], gamma)) / q)
+        gap[k] = strain[k] * np.sum(np.diff(inner_integral(s / strain[k])) / q)
     return 2 / np.sqrt(np.pi) * gap
 
 
-def inner_integral(y: np.ndarray, gamma: float = GAMMA) -> np.ndarray:
+def inner_integral(y: np.ndarray) -> np.ndarray:
     """∫_0^y dz ∫_(1/z)^∞ dt/t [γ + 3(1-γ) erf²(t)] exp(-t²), for y >= 0.
 
     The order of integration is changed: the range of z is y - 1/t for t > x = 1/y. The part with γ
@@ -223,7 +218,7 @@ def inner_integral(y: np.ndarray, gamma: float = GAMMA) -> np.ndarray:
     t, first, second = _tables()
     even = y * exp1(x**2) / 2 - (np.exp(-(x**2)) / x - np.sqrt(np.pi) * erfc(x))
     rest: np.ndarray = y * np.interp(x, t, first) - np.interp(x, t, second)
-    return np.where(y > 1 / FAR, gamma * even + 3 * (1 - gamma) * rest, 0.0)
+    return np.where(y > 1 / FAR, GAMMA * even + 3 * (1 - GAMMA) * rest, 0.0)
 
 
 @cache
