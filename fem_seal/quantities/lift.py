@@ -7,6 +7,7 @@ gaps, and the flow grows with the gap. On a grid, and for a layer of finite thic
 of the stiffness have the wrong sign for the proof. So the factors are called estimates here.
 """
 
+from collections.abc import Callable
 from math import exp, isfinite, isinf
 
 from fem_seal.coupling import most_claimed
@@ -38,11 +39,15 @@ def lift_entry(patch: Patch) -> Uncertainty | None:
     contact = patch.scene.contact
     if contact is None or not contact.is_elastic:
         return None
-    if patch.scene.lift == "resolved":
-        return _resolved(patch)
-    if patch.scene.lift == "range":
-        return _range(patch)
-    inlet, outlet = patch.scene.gauge_pressures
+    return LIFTS[patch.scene.lift](patch)
+
+
+def _neglected(patch: Patch) -> Uncertainty | None:
+    """Entry of a fluid pressure that is left out."""
+    contact, (inlet, outlet) = (
+        present(patch.scene.contact, "[contact]"),
+        patch.scene.gauge_pressures,
+    )
     load = patch.elastic.mean_pressure if contact.pressure is None else contact.pressure
     lifts, presses = (pressure > NEGLIGIBLE * load for pressure in (inlet, -outlet))
     if not lifts and not presses:
@@ -222,3 +227,10 @@ def _ratio(pressure: float, load: float) -> str:
 
 def _pressure(pressure: float) -> str:
     return with_prefix(pressure, "Pa")
+
+
+LIFTS: dict[str, Callable[[Patch], Uncertainty | None]] = {
+    "none": _neglected,
+    "range": _range,
+    "resolved": _resolved,
+}
