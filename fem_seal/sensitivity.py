@@ -141,8 +141,8 @@ def _adjoint(
     )
     if not solution.converged:
         raise NotConverged(
-            f"the adjoint system of the sensitivity is not solved after {MOST_ITERATIONS} "
-            "iterations of GMRES; leave it out of output.products"
+            f"the adjoint system of the sensitivity is not solved: {MOST_ITERATIONS} iterations of "
+            f"GMRES leave {solution.residuals[-1]:.1e} of it; leave it out of output.products"
         )
     return solution.x, q + flow.transposed(by_u * solution.x, TOLERANCE)
 

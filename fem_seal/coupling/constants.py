@@ -7,9 +7,6 @@ PART = 0.1
 # that so little ε has not opened says no more with less. Steps of Newton's method in a stage, and
 # of GMRES in a step: most scenes need two to five.
 MOST_STAGES, MOST_STEPS = 10, 20
-# Plain passes away from a state that does not last: even an eigenvalue of 1.1 grows a tenth of the
-# pressure drop to all of it in 24 of them.
-MOST_PASSES = 100
 # Divisor of ε from stage to stage: half as wide triangles lessen the error of linear elements so.
 FALL = 4
 # Certificate of the contacts on the way, ten times that of the result, and the part of a load that

@@ -11,12 +11,18 @@ class LinearSolution:
     """Solution of a linear system A x = b by GMRES."""
 
     x: np.ndarray
-    iterations: int
     converged: bool  #: whether the residual is below the tolerance
+    #: (iterations,), |A x - b| over |b| after each
+    residuals: tuple[float, ...]
     #: (iterations,), parts of x along the vectors to which A was applied, in their order
     parts: np.ndarray
     #: eigenvector of A with a negative real eigenvalue, if one was found
     negative: np.ndarray | None = None
+
+    @property
+    def iterations(self) -> int:
+        """How often A was applied."""
+        return len(self.residuals)
 
 
 def gmres(
@@ -35,8 +41,9 @@ def gmres(
     """
     size = float(np.linalg.norm(b))
     if size == 0:
-        return LinearSolution(np.zeros_like(b), 0, True, np.empty(0))
+        return LinearSolution(np.zeros_like(b), True, (), np.empty(0))
     basis, hessenberg = [b / size], np.zeros((most + 1, most))
+    residuals: list[float] = []
     for k in range(most):
         following = apply(basis[k])
         for i, vector in enumerate(basis):
@@ -45,13 +52,14 @@ def gmres(
         hessenberg[k + 1, k] = np.linalg.norm(following)
         whole, right_side = hessenberg[: k + 2, : k + 1], size * np.eye(k + 2)[0]
         y = np.linalg.lstsq(whole, right_side, rcond=None)[0]
-        converged = bool(np.linalg.norm(whole @ y - right_side) <= tolerance * size)
+        residuals.append(float(np.linalg.norm(whole @ y - right_side)) / size)
+        converged = residuals[-1] <= tolerance
         if converged or k + 1 == most:
             break
         basis.append(following / hessenberg[k + 1, k])
     negative = _negative(whole)
     away = None if negative is None else weighted_sum(negative, basis)
-    return LinearSolution(weighted_sum(y, basis), k + 1, converged, y, away)
+    return LinearSolution(weighted_sum(y, basis), converged, tuple(residuals), y, away)
 
 
 def _negative(hessenberg: np.ndarray) -> np.ndarray | None:

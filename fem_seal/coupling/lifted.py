@@ -25,7 +25,6 @@ from fem_seal.contact.state import ContactState
 from fem_seal.coupling.constants import (
     FIRST_EPSILON,
     FIRST_ORDER,
-    MOST_PASSES,
     MOST_STAGES,
     MOST_STEPS,
     PART,
@@ -146,12 +145,15 @@ class _Stages:
         report: Report,
     ):
         self._problem, self._allowed, self._log = problem, SETTLED * rtol, Log(report)
-        self._left, self._sealed, self._differs = False, 0, inf
+        self._left = False  # whether plain passes have left a state
+        self._sealed = 0  # stages in a row with a sealed film
+        self._change = self._differs = self._error = inf  # of ln Q: last step, last stage, all
         thinned = problem.thinned
         stage = Stage(thinned.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
         every = problem.height.shape[0] // thinned.height.shape[0]
         start = None if contact is None else contact.pressure.values[::every, ::every]
-        self._go_to(LiftPoint.under(thinned, stage, pressure[::every, ::every], start))
+        self._point = LiftPoint.under(thinned, stage, pressure[::every, ::every], start)
+        self._log.add(self._point)
         self._solve()
         #: equilibrium of the first stage, if it was found
         self.first = None if self._log.failure else self._point
@@ -204,8 +206,8 @@ class _Stages:
             # A film that rises for ever carries less than the load: the solid is in contact.
             point, log.failure = (point, failure) if log.failure else (floating, "")
         if point.step.negative is not None and not self._left:
-            self._left = True
             left = _leaving(point)
+            self._left = left is not None
             if left is None:
                 log.failure = "plain passes do not come away from a state that does not last"
             else:
@@ -254,12 +256,13 @@ def _leaving(point: LiftPoint) -> LiftPoint | None:
     """The point to which plain passes lead from an equilibrium that they leave.
 
     Where R' G' has a real eigenvalue above 1, a pass through contact and flow grows every deviation
-    along its eigenvector: no such state lasts. None if F still grows after many passes.
+    along its eigenvector: no such state lasts. None if F still grows after as many
+    passes as all stages together may take steps.
     """
     away = present(point.step.negative, "direction")
     away = away * (PART * point.problem.drop / np.abs(away).max())
     step = replace(point.step, pressure=away if away.mean() >= 0 else -away, gap=None)
-    for _ in range(MOST_PASSES):
+    for _ in range(MOST_STAGES * MOST_STEPS):
         other = point.after(step)
         if other is None or other.size <= point.size:
             return point
@@ -292,7 +295,10 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     leak = problem.flow(problem.film(found.contact.gap), min(found.error, most_claimed(rtol)))
     error, reason, steps = found.error, "", len(found.residuals) - 1
     known = leak.state == "sealed" or error <= MOST_ERROR
-    lowest, highest = leak.value * exp(-error), leak.value * exp(error) if known else inf
+    lowest, highest = (
+        leak.value * exp(-error),
+        leak.value * exp(min(error, MOST_ERROR)) if known else inf,
+    )
     if leak.state == "sealed":
         opened = None
         if not found.certain:

@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 from math import inf, log
+from typing import get_args
 
 from fem_seal.contact.state import ContactState
+from fem_seal.errors import Inconsistent
 from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import FlowState, LeakRate
+from fem_seal.registry import require_known
 
 # An equilibrium has settled if its ln Q errs by at most this part of the flow's rtol.
 SETTLED = 1 / 2
@@ -19,7 +22,7 @@ class LiftedState:
     Lifted off: the fluid carries the whole load, and no equilibrium keeps the solids together.
     """
 
-    state: str  #: "leaking", "sealed" or "lifted off"
+    state: FlowState
     #: its pressure is the excess p_c over the fluid's, 0 if the solid floats; None if lifted off
     contact: ContactState | None
     fluid_pressure: GridField  #: p_f on the contact's samples [Pa], above ambient
@@ -33,6 +36,19 @@ class LiftedState:
     residuals: tuple[float, ...] = ()  #: rms of F over the pressure drop, at each step's start
     network: PressureGrid | None = None  #: on which p_f was solved; None if lifted off
     reason: str = ""  #: sentence on why it has not settled; empty if it has
+
+    def __post_init__(self) -> None:
+        require_known(get_args(FlowState), self.state, "state")
+        value = self.lowest if self.leak_rate is None else self.leak_rate.value
+        faults = {
+            "contact": (self.state == "lifted off") != (self.contact is None),
+            "leak rate": self.leak_rate is not None and self.leak_rate.state != self.state,
+            "ends": not self.lowest <= value <= self.highest,
+            "reason": self.converged != (not self.reason),
+        }
+        if any(faults.values()):
+            wrong = ", ".join(name for name, fault in faults.items() if fault)
+            raise Inconsistent(f"a lifted state that is {self.state} with a wrong {wrong}")
 
     @property
     def fluid_load(self) -> float:

@@ -11,6 +11,7 @@ from fem_seal.contact import press
 from fem_seal.coupling import lifted
 from fem_seal.coupling.lifted import lifted_from
 from fem_seal.coupling.newton import FloatingPoint, Log, Stage, newton
+from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -137,6 +138,23 @@ def test_both_starts_come_to_one_state(seed):
     assert high.converged
     claimed = low.claimed + high.claimed + 0.02  # and the flows' own bounds
     assert abs(np.log(low.leak_rate.value / high.leak_rate.value)) <= claimed
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"state": "lifted off"},  # with a contact
+        {"state": "sealed"},  # with a leak rate
+        {"highest": 0.0},  # below it
+        {"converged": False},  # without a reason
+    ],
+    ids=lambda wrong: next(iter(wrong)),
+)
+def test_what_a_state_does_not_allow(wrong):
+    state = lifted(problem_of(scene(inlet=1e4, n=16)), 0.05)
+    assert state.converged
+    with pytest.raises(Inconsistent):
+        replace(state, **wrong)
 
 
 def test_a_loose_tolerance_claims_what_the_first_order_tells():
