@@ -213,18 +213,6 @@ def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
     np.testing.assert_allclose(field.pressure, exact, rtol=1e-6)
 
 
-def test_bounds_of_a_gas_are_those_of_the_liquid(gap_scene):
-    """The leak rates of one gap for a gas and for a liquid differ by a known factor."""
-    gap = 1e-6 * (1 + 0.9 * np.random.default_rng(3).random((17, 17)))
-    gas = Patch(Scene.from_mapping(gap_scene(gap))).leak_rate
-    flow = {"pressure_drop": 1.0}
-    liquid = Patch(Scene.from_mapping(gap_scene(gap, {"viscosity": VISCOSITY}, flow))).leak_rate
-    mean_squares = (P_IN**2 - P_OUT**2) / 2
-    for bound in ("lower", "upper", "value"):
-        throughput = getattr(gas, bound) * air().rates["throughput"]
-        assert throughput == pytest.approx(mean_squares * getattr(liquid, bound), rel=1e-12, abs=0)
-
-
 def test_rates_of_a_gas_agree():
     """One kilomole at 0 degC and 1 atm fills 22.414 m³ (CODATA molar volume) and weighs M."""
     rates = air().rates

@@ -52,21 +52,6 @@ def observed_orders(errors) -> np.ndarray:
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
 
-def test_face_seal_is_enclosed_and_both_bounds_close_at_second_order():
-    """Q = 2πK Δp/ln(r_out/r_in). Linear elements: energy error h²; polygons: area error h²."""
-    exact = 2 * np.pi / np.log(2.0)
-    errors = []
-    for n in (1, 2, 4):
-        nr, nt = 4 * n, 36 * n
-        wider = 1 / np.cos(np.pi / nt)  # sides touch the circle instead of corners
-        lower, _ = bounds_on(uniform(ring(nr, nt, 1.0, 2.0 * wider)))
-        _, upper = bounds_on(uniform(ring(nr, nt, 1.0 * wider, 2.0)))
-        assert lower < exact < upper
-        errors.append([exact - lower, upper - exact])
-    assert (observed_orders(errors) > 1.9).all(), errors
-    assert np.array(errors)[-1].max() < 2e-3 * exact
-
-
 @pytest.mark.parametrize("method", ["uniform", "adaptive"])
 def test_refining_closes_the_bracket_of_one_polygon(method):
     """All brackets enclose the same number. Corners of the hole cost a little of the order:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gaps import level_problem, plain_bounds, represented, solved
+from gaps import level_problem, plain_bounds, represented
 
 from fem_seal.flow.topology import _winding, dual_numbering, open_cells, primal_numbering
 from fem_seal.grid import GridField
@@ -125,21 +125,6 @@ def test_two_seals_side_by_side():
     values = 0.5 + np.random.default_rng(0).random((9, 13))
     values[:, 6] = 0
     assert solved(values) == pytest.approx(solved(values[:, :7]) + solved(values[:, 6:]), rel=6e-8)
-
-
-def test_bubbles_on_both_sides_of_a_contact_line():
-    """Each side of the line has its own bubbles, as on a wall, and the corrected upper bounds add
-    as well. First order of the correction in the error of CG."""
-
-    def corrected(samples):
-        gap = represented(GridField(samples, (1.0, 1.0)))
-        problem = level_problem(gap, tolerance=1e-12, markings=[lambda mesh: mesh.cells[:, 0] >= 0])
-        return problem.corrected(*solved(problem))[1]
-
-    values = 0.5 + np.random.default_rng(1).random((9, 13))
-    values[:, 6] = 0
-    whole, parts = corrected(values), corrected(values[:, :7]) + corrected(values[:, 6:])
-    assert whole == pytest.approx(parts, rel=3 * np.sqrt(0.3 * 2e-12))
 
 
 @pytest.mark.parametrize("periodic", [False, True])
