@@ -119,25 +119,6 @@ def test_refinement_stops_when_the_bounds_decide(rough, truth, part, decision):
     assert before.lower <= part * truth.value < before.upper
 
 
-def test_undecided_at_the_limit_of_unknowns(rough, truth):
-    patch = Patch(rough(truth.value, decide=True, max_unknowns=1000))
-    result = answer(patch).result()
-    assert result.verdict.decision == "undecided"
-    assert not result.converged
-    assert "times the limit" in result.reason
-    assert result.unknowns <= 1000
-
-
-def test_advice_decides(rough, truth):
-    """A limit inside a wide bracket; the tolerance advised is within half of one that decides."""
-    limit = 1.15 * truth.value
-    first = solve(rough(limit, rtol=0.6)).result().verdict
-    assert first.decision == "undecided"
-    # √(lower upper) of a wide bracket is off by some per cent, and so is the advice.
-    second = solve(rough(limit, rtol=first.needed_rtol / 2)).result()
-    assert second.verdict.decision == "within limit"
-
-
 @pytest.mark.parametrize("written", ["{} m^3/s", "{} ml/h", "{} l/min", "{} mm^3/day"])
 def test_verdict_does_not_depend_on_the_unit(rough, written):
     """Unit neutrality: one limit, many spellings, one decision; the sentence shows the unit."""
