@@ -12,9 +12,9 @@ from fem_seal.contact.state import ContactState
 from fem_seal.coupling import LiftProblem
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference.film_pressure import eliminated
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
+from fem_seal.network.film_pressure import eliminated
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.steps import FLOWS, elastic_contact

@@ -25,10 +25,10 @@ from fem_seal.coupling.krylov import gmres
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput, NotConverged, present
-from fem_seal.finite_difference.film_pressure import FilmPressure
-from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
+from fem_seal.network.film_pressure import FilmPressure
+from fem_seal.network.pressure_grid import PressureGrid
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
 

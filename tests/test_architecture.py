@@ -13,7 +13,7 @@ LAYERS = """
 errors installed interrupts files tables registry digits grid leak_rate memory limits parallel
 progress units expression rarefied fluid flow_settings field_file gap_file
 surface contact scene new_scene
-fenicsx mesh film theory finite_difference
+fenicsx mesh film theory finite_difference network
 flow coupling
 points steps lifting sensitivity patch threshold grid_series area_error accuracy upscaling
 prediction quantities results
@@ -68,6 +68,18 @@ def test_imports_point_backwards():
         names = {name for name in imported(tree) if downstream(source, name)}
         wrong |= {str(path.relative_to(PACKAGE)): names} if names else {}
     assert not wrong
+
+
+def test_finite_differences_and_finite_elements_share_nothing():
+    """Or their agreement would prove less: neither imports the other, nor what only it is made of."""
+    apart = {"finite_difference": ("mesh", "flow", "fenicsx"), "flow": ("finite_difference",)}
+    shared = {
+        (layer(path), name)
+        for path, tree in trees().items()
+        for name in imported(tree)
+        if name.startswith(tuple(f"fem_seal.{part}." for part in apart.get(layer(path), ("-",))))
+    }
+    assert shared == set()
 
 
 def test_a_public_name_is_that_of_one_function_or_class():

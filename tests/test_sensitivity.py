@@ -13,9 +13,9 @@ import pytest
 from fem_seal.contact.settings import Load
 from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput
-from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
+from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
 from fem_seal.results.arrays import read_log_rate_by_height

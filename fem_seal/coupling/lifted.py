@@ -35,7 +35,7 @@ from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import SETTLED, LiftedState, most_claimed, spread
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference.pressure_grid import PressureGrid
+from fem_seal.network.pressure_grid import PressureGrid
 from fem_seal.progress import Report, silent
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite

@@ -6,7 +6,7 @@ a gap, an equilibrium is a zero of F(p) = R(G(p)) - p. One step solves
     (I - R' G') δ = F
 
 by GMRES; a plain pass, p = R(G(p)), would compute contact and flow in turn. G' is the tangent of
-the contact (`contact.tangent`), R' that of the flow (`finite_difference.film_pressure`).
+the contact (`contact.tangent`), R' that of the flow (`network.film_pressure`).
 
 A solid that floats on its fluid has no contact that fixes its level. The level t is then an unknown
 of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
@@ -32,8 +32,8 @@ from fem_seal.coupling.constants import (
 )
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.finite_difference.film_pressure import FilmPressure
-from fem_seal.finite_difference.pressure_grid import PressureGrid
+from fem_seal.network.film_pressure import FilmPressure
+from fem_seal.network.pressure_grid import PressureGrid
 from fem_seal.progress import Report
 
 

@@ -12,10 +12,10 @@ from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
 from fem_seal.coupling.constants import FIRST_NODES, ROUGH
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference.film_pressure import FilmPressure, Solver
-from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+from fem_seal.network.film_pressure import FilmPressure, Solver
+from fem_seal.network.pressure_grid import PressureGrid
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,9 @@ from typing import get_args
 
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import Inconsistent
-from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowState, LeakRate
+from fem_seal.network.pressure_grid import PressureGrid
 from fem_seal.registry import require_known
 
 # An equilibrium has settled if its ln Q errs by at most this part of the flow's rtol.

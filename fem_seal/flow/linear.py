@@ -22,11 +22,11 @@ import numpy as np
 from scipy import sparse
 
 from fem_seal.fenicsx import HAS_HYPRE, MPI, PETSc
-from fem_seal.finite_difference.film_pressure import eliminated
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.integrals import AT_ONCE, batch
 from fem_seal.flow.numbering import Numbering
 from fem_seal.mesh.grouping import parts
+from fem_seal.network.film_pressure import eliminated
 from fem_seal.progress import NOTE, Report, silent
 
 MAX_ITERATIONS = 100

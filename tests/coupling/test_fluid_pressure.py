@@ -7,12 +7,12 @@ import pytest
 from lifted_scenes import problem_of, scene
 
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference.film_pressure import FilmPressure, eliminated
-from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.finite_difference.solver import by_differences
 from fem_seal.flow.linear import by_multigrid
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL
+from fem_seal.network.film_pressure import FilmPressure, eliminated
+from fem_seal.network.pressure_grid import PressureGrid
 
 SHAPE = 16, 24
 FILMS = [(sides, kind) for sides in ("wall", "periodic") for kind in ("linear", "constant")]

@@ -18,7 +18,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from fem_seal.finite_difference.pressure_grid import PressureGrid
+from fem_seal.network.pressure_grid import PressureGrid
 
 # Right side and relative tolerance -> solution.
 Solve = Callable[[np.ndarray, float], np.ndarray]
