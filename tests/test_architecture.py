@@ -71,7 +71,7 @@ def test_imports_point_backwards():
 
 
 def test_finite_differences_and_finite_elements_share_nothing():
-    """Or their agreement would prove less: neither imports the other, nor what only it is made of."""
+    """Or their agreement would prove less."""
     apart = {"finite_difference": ("mesh", "flow", "fenicsx"), "flow": ("finite_difference",)}
     shared = {
         (layer(path), name)
