@@ -293,7 +293,7 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     """The state at the end of the steps, with its leak rate to the tolerance of the result."""
     leak = problem.flow(problem.film(found.contact.gap), min(found.error, most_claimed(rtol)))
     error, reason, steps = found.error, "", len(found.residuals) - 1
-    known = leak.state == "sealed" or error <= MOST_ERROR
+    known = leak.state == "sealed" or (leak.value > 0 and error <= MOST_ERROR)
     lowest = leak.value * exp(-error)
     highest = leak.value * exp(min(error, MOST_ERROR)) if known else inf
     if leak.state == "sealed":
@@ -313,7 +313,7 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
     elif found.failure:
         reason = f"contact and flow have not settled: {found.failure}"
     elif not known:
-        reason = "the error of the fluid's pressure is not known"
+        reason = leak.reason or "the error of the fluid's pressure is not known"
     elif error > SETTLED * rtol:
         reason = (
             f"the fluid's pressure leaves an error of {error:.2g} in the logarithm of the leak "
