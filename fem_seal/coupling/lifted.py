@@ -200,6 +200,9 @@ class _Stages:
     def _solve(self) -> None:
         """Find a stable equilibrium of a stage, in contact or floating."""
         log, allowed = self._log, self._allowed
+        if self.difficult or self._left:
+            # What the next step changes to first order is then no measure of what it changes.
+            allowed *= PART
         point = newton(self._point, allowed, log)
         if log.failure and point.problem.may_float and point.contact.contact.any():
             failure, floating = log.failure, newton(_floating(point), allowed, log)
