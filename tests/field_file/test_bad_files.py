@@ -263,7 +263,7 @@ BAD_SURFACES = {
     ),
     "too many missing": (
         {"heights": np.where(GAP == 0, np.nan, GAP)},
-        {"fill": "linear", "max_missing": 0.05},
+        {"fill": "harmonic", "max_missing": 0.05},
         "2 of 24 points are missing (8.3 %), more than max_missing = 0.05",
     ),
     "crop leaves the map": (
