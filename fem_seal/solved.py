@@ -375,8 +375,11 @@ def _reserved(
     REQUIREMENTS[scene.leaks](scene, work)
     folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, file_names(scene))
     with ExitStack() as held:
-        # `and None`: the open folder of the first process must not be sent to the others.
-        parallel.on_root(lambda: held.enter_context(folder) and None, comm)
+
+        def hold() -> None:
+            held.enter_context(folder)
+
+        parallel.on_root(hold, comm)
         yield folder
 
 
