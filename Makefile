@@ -2,7 +2,6 @@
 # make test   install what is missing and run the tests, on all cores
 # make quick  the same for the physics and the pages: no pictures, commands, demos or mpirun
 # make lint   install what is missing and check style and types
-# make limits install what is missing, try the extremes and write docs/measurements/limits.md
 # make docs   install what is missing and build the pages into docs/_build; warnings are errors
 # make links  the same, and ask the other end of every external link; needs the internet
 # make validation   compute docs/validation.md and its figure; make peers before it adds other codes
@@ -11,7 +10,7 @@
 # make debian13, make sid   run demo and tests on that Debian, in a clean root (as root)
 # make release   build wheel and source distribution into dist/, run demo and tests from each
 # make image   build the image of Dockerfile from Debian's packages alone, and run it (as root)
-.PHONY: demo test quick lint limits validation peers docs links setup clean debian13 sid release image
+.PHONY: demo test quick lint validation peers docs links setup clean debian13 sid release image
 
 # One thread a process, caches inside the checkout, compiled modules kept, EGL instead of X, mpirun
 # also as root.
@@ -46,9 +45,6 @@ quick: .venv/ready
 lint: .venv/ready
 	.venv/bin/ruff check .
 	.venv/bin/mypy
-
-limits: .venv/ready
-	.venv/bin/python tests/extremes/limits_page.py docs/measurements/limits.md
 
 validation: .venv/ready
 	.venv/bin/python tests/validation/validation_page.py docs/validation.md

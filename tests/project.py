@@ -146,8 +146,7 @@ def _toml(value: object) -> str:
 
 def marks(part: str) -> tuple[str, str]:
     """Comments of a page between which its target of the Makefile writes a part."""
-    target = "limits" if part == "limits" else "validation"
-    return f"<!-- {part}: written by make {target} -->", f"<!-- end of {part} -->"
+    return f"<!-- {part}: written by make validation -->", f"<!-- end of {part} -->"
 
 
 def with_part(page: str, part: str, text: str) -> str:

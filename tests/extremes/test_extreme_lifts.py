@@ -8,7 +8,6 @@ from lifted_scenes import scene
 from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
 
-PART = "Fluid that lifts the solid"
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 LOAD = 1.5e5  # Pa, what solid and fluid carry together
@@ -30,7 +29,7 @@ SHARES = (1e-6, 1e-4, 1e-2, 0.1, 0.5, 0.9, 0.99, 1 - 1e-6)
 
 
 @pytest.mark.parametrize("number", range(len(SHARES)), ids=lambda number: f"{SHARES[number]:.6g}")
-def test_shares(number, show):
+def test_shares(number):
     """Inlet pressures in parts of the load, from 1e-6 to 1."""
     patch = lifted(SHARES[number])
     assert patch.lifted.converged
@@ -43,20 +42,18 @@ def test_shares(number, show):
     before = lifted(SHARES[max(number - 1, 0)])
     share = SHARES[number] / SHARES[max(number - 1, 0)]
     assert leak.upper >= share * before.leak_rate.lower
-    show("right", "loads balance, leak rate inside the range and growing")
 
 
-def test_range_next_to_lift_off(show):
+def test_range_next_to_lift_off():
     """The range where the inlet's pressure leaves a millionth of the load to the solid."""
     low, high = lift_range(Patch(scene(LOAD, inlet=(1 - 1e-6) * LOAD, lift="range")))
     assert low.converged
     assert high.converged
     assert high.lower > 100 * low.upper
-    show("right", "both ends have bounds")
 
 
 @pytest.mark.parametrize("share", [1.0, 1.1, 1.3, 2.0, 10.0, 1e6], ids=lambda share: f"{share:g}")
-def test_inlet_above_the_load(share, show):
+def test_inlet_above_the_load(share):
     """Inlet pressures at and above the load, from 1 to 1e6 times."""
     patch = lifted(share)
     state = patch.lifted
@@ -64,14 +61,12 @@ def test_inlet_above_the_load(share, show):
     assert lift_range(Patch(scene(LOAD, inlet=share * LOAD, lift="range")))[1].state == "lifted off"
     if patch.lifted_off:
         assert state.fluid_load >= LOAD
-        show("right", "lifted off: the fluid carries the load and more")
         return
     assert_loads_balance(patch)
-    show("right", "the fluid's pressure falls along the film and leaves some load to the solid")
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1e9], ids=lambda unit: f"{unit:g}")
-def test_lift_units(unit, show):
+def test_lift_units(unit):
     """Pressures and moduli in other units."""
 
     def solved(unit):
@@ -83,4 +78,3 @@ def test_lift_units(unit, show):
     value = reference.leak_rate.value * unit
     # Rounding moves single samples at the rim of contact.
     assert scaled.leak_rate.value == pytest.approx(value, rel=reference.lifted.claimed)
-    show("right", "the same steps, leak rate in proportion to the pressures")
