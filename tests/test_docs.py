@@ -1,15 +1,14 @@
 """Documentation and program have the same keys, options and files."""
 
 import argparse
-import inspect
+import ast
 import re
 import runpy
 import tomllib
-from importlib import import_module
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
-from project import ROOT
+from project import ROOT, trees
 from pydantic import BaseModel
 
 from fem_seal import cli
@@ -189,66 +188,6 @@ def test_files_that_the_pages_name_are_there():
     assert not [name for name in names if not list(ROOT.glob(name))]
 
 
-def test_every_page_is_reached_from_the_first_one():
-    """README for who reads the files; docs/index.md for the site."""
-    index = PAGES["docs/index.md"]
-    trees = re.findall(r"```{toctree}\n(?::[^\n]*\n)*(.*?)```", index, re.DOTALL)
-    listed = {f"docs/{name}.md" for tree in trees for name in tree.split()}
-    assert listed - {"docs/gallery/index.md"} == PAGES.keys() - {"README.md", "docs/index.md"}
-    for page in PAGES.keys() - {"README.md", "docs/index.md"}:
-        assert f"({page})" in PAGES["README.md"] or page.startswith("docs/reference/"), page
-
-
-def test_imports_of_the_pages_work():
-    found = re.findall(
-        r"^(?:    )?from (fem_seal[\w.]*) import ([\w, ]+)$", EVERYTHING, re.MULTILINE
-    )
-    assert found
-    for module, names in found:
-        for name in names.split(", "):
-            assert hasattr(import_module(module), name), (module, name)
-
-
-def test_formulas_theorems_and_references_of_the_mathematics_are_numbered():
-    """In order, each theorem in the table of all, and each number that is cited exists."""
-    page = PAGES["docs/theory/mathematics.md"]
-    formulas = [int(n) for n in re.findall(r"^\$\$ \((\d+)\)$", page, re.MULTILINE)]
-    theorems = [int(n) for n in re.findall(r"^### [A-Z]\w+ (\d+) ", page, re.MULTILINE)]
-    rows = [int(n) for n in re.findall(r"^\| \[(\d+)\]\(#", page, re.MULTILINE)]
-    text, _, listed = page.partition("## References")
-    references = [int(n) for n in re.findall(r"^(\d+)\. ", listed, re.MULTILINE)]
-    for numbers in (formulas, theorems, references):
-        assert numbers == list(range(1, len(numbers) + 1))
-    assert rows == theorems
-    assert {int(n) for n in re.findall(r"(?<=[\s(\[])\((\d+)\)", text)} <= set(formulas)
-    cited = re.findall(r" \[([\d, ]+)\](?!\()", text)
-    assert {int(n) for group in cited for n in group.split(",")} == set(references)
-
-
-# Sphinx reads |g| as the name of a substitution, and a * that begins a word as emphasis.
-LITERAL = re.compile(r"``.*?``|`[^`]*`", re.DOTALL)
-SUBSTITUTION = re.compile(r"(?<![\w|])\|\w[^|\n]*\|")
-EMPHASIS = re.compile(r"(?:^|[\s'\"(/<:-])\*[^\s*]")
-
-
-def test_docstrings_of_the_reference_name_no_substitution():
-    assert SUBSTITUTION.search("at most |g| there")
-    assert not SUBSTITUTION.search(LITERAL.sub("", "at most ``|p g|`` there"))
-    for module in re.findall(r"automodule:: (fem_seal[\w.]*)", PAGES["docs/reference/python.md"]):
-        public = import_module(module)
-        for name in public.__all__:
-            text = inspect.getdoc(getattr(public, name)) or ""
-            assert not SUBSTITUTION.search(LITERAL.sub("", text)), f"{module}.{name}"
-
-
-def test_help_of_commands_has_no_emphasis():
-    assert EMPHASIS.search("a pattern, maps/*.npz")
-    assert not EMPHASIS.search("a pattern, maps/m*.npz")
-    for words, parser in PARSERS.items():
-        for action in parser._actions:
-            assert not EMPHASIS.search(action.help or ""), (words, action.dest)
-
-
 def test_every_picture_of_the_pages_has_its_command():
     """Those of docs/images in make.py, which is named beside them; others by a command of ours."""
     made = runpy.run_path(str(ROOT / "docs/images/make.py"))["PICTURES"]
@@ -267,3 +206,24 @@ def test_every_picture_of_the_pages_has_its_command():
 def test_every_picture_is_explained():
     for name in set(pictures) - {"require_gl"}:
         assert f"`{name}(" in PAGES["docs/guide/pictures.md"]
+
+
+def names_in(tree):
+    """Names that a module defines: functions, classes and their members, arguments, variables."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.FunctionDef(name=name) | ast.arg(arg=name) | ast.Name(name, ast.Store()):
+                yield name
+            case ast.ClassDef(name=name, body=body):
+                yield name
+                fields = [one.target for one in body if isinstance(one, ast.AnnAssign)]
+                members = [one.name for one in body if isinstance(one, ast.FunctionDef)]
+                yield from (f"{name}.{member}" for member in [*(f.id for f in fields), *members])
+
+
+def test_identifiers_of_the_glossary_exist():
+    symbols = PAGES["docs/reference/glossary.md"].partition("## Terms")[0]
+    rows = [line.split("|")[1:-1] for line in symbols.splitlines() if line.startswith("| ")]
+    assert {len(row) for row in rows} == {4}  # symbol, identifier, meaning, unit
+    named = {name for row in rows for name in re.findall(r"`([\w.]+)`", row[1])}
+    assert named - {name for tree in trees().values() for name in names_in(tree)} == set()

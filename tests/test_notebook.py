@@ -129,26 +129,3 @@ def test_pictures_at_a_prompt_are_those_of_a_run(tmp_path):
         assert picture.save(tmp_path / "copy.png").read_bytes() == picture.png
         ran = Image.open(tmp_path / "out" / f"{name}.png")
         assert np.array_equal(np.asarray(Image.open(tmp_path / "copy.png")), np.asarray(ran))
-
-
-@pytest.mark.slow
-@pytest.mark.render
-def test_a_notebook_shows_tables_and_pictures(tmp_path):
-    """Run as people run it, by Jupyter's own machine."""
-    nbformat = pytest.importorskip("nbformat", reason="pip install nbconvert ipykernel")
-    preprocessors = pytest.importorskip("nbconvert.preprocessors", reason="pip install nbconvert")
-    pytest.importorskip("ipykernel", reason="pip install ipykernel")
-    cells = [
-        "import fem_seal",
-        f"solved = fem_seal.solve(fem_seal.Scene.from_mapping({SCENE!r}))\nsolved",
-        "solved.leak_rate",
-        "fem_seal.pictures(solved)['gap']",
-    ]
-    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(c) for c in cells])
-    kernel = preprocessors.ExecutePreprocessor(timeout=300, kernel_name="python3")
-    done, _ = kernel.preprocess(notebook, {"metadata": {"path": str(tmp_path)}})
-    # A cell may print beside its value, such as the progress of a long step.
-    shown = [{kind for out in cell.outputs for kind in out.get("data", {})} for cell in done.cells]
-    assert "text/html" in shown[1]
-    assert "text/html" in shown[2]
-    assert "image/png" in shown[3]
