@@ -1,17 +1,13 @@
 """The plot of the bounds shows every level, except lower bounds and half-widths of zero."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
-from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Level
 from fem_seal.render import bounds_plot
 from fem_seal.render.bounds import draw_bounds
-from fem_seal.render.plot import DPI, FONT_POINTS
 
 LEVELS = tuple(
     Level(unknowns=n, cells=2 * n, lower=lower, upper=upper)
@@ -64,23 +60,3 @@ def test_bad_input_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match="end in"):
         bounds_plot(LEVELS, tmp_path / "bounds.jpg")
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("growth", [1.05, 4.0, 25.0, 150.0, 3e7])
-def test_axes_have_labels_that_do_not_touch(growth):
-    """For any span: at least two numbers on each axis, which do not overlap."""
-    sizes = [round(1000 * growth ** (k / 3)) for k in range(4)]
-    levels = [Level(n, n, 1 - 1 / n, 1 + 10 / n) for n in sizes]
-    figure = Figure(figsize=(7.5, 3.4), dpi=DPI, layout="constrained")
-    with rc_context({"font.size": FONT_POINTS}):
-        draw_bounds(figure, levels)
-        figure.draw_without_rendering()
-    for axes in figure.axes:
-        for axis, side in ((axes.xaxis, "x"), (axes.yaxis, "y")):
-            low, high = axis.get_view_interval()
-            ticks = [*axis.get_major_ticks(), *axis.get_minor_ticks()]
-            texts = [t.label1 for t in ticks if t.label1.get_text() and low <= t.get_loc() <= high]
-            assert len(texts) >= 2
-            boxes = [text.get_window_extent() for text in texts]
-            spans = sorted((getattr(b, f"{side}0"), getattr(b, f"{side}1")) for b in boxes)
-            assert all(a[1] < b[0] for a, b in pairwise(spans)), (axis, texts)

@@ -69,13 +69,3 @@ def test_closed_gap_is_all_contact(tmp_path):
     assert (pixels == CONTACT.colour).all(axis=2).mean() > 0.6
     with pytest.raises(InvalidInput, match="zero everywhere"):
         gap_scale(closed.values)
-
-
-def test_file_has_a_fixed_size_and_is_not_blank(tmp_path):
-    sizes = set()
-    for seed in (1, 2):
-        path = gap_picture(GridFilm(smooth_gap((40, 40), 0.3, seed=seed)), tmp_path / f"{seed}.png")
-        with Image.open(path) as image:
-            sizes.add(image.size)
-            assert len(image.convert("RGB").getcolors(maxcolors=2_000_000)) > 100
-    assert len(sizes) == 1

@@ -47,14 +47,6 @@ def test_window_follows_the_library(monkeypatch, library, window):
     assert os.environ[VARIABLE] == window
 
 
-@pytest.mark.usefixtures("no_window_chosen")
-def test_macos_needs_no_library(monkeypatch):
-    monkeypatch.setattr(sys, "platform", "darwin")
-    install(monkeypatch)
-    require_gl()
-    assert VARIABLE not in os.environ
-
-
 def test_the_users_window_is_kept_and_checked(monkeypatch):
     monkeypatch.setenv(VARIABLE, "vtkOSOpenGLRenderWindow")
     install(monkeypatch, "EGL", "OSMesa")

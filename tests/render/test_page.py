@@ -9,7 +9,7 @@ from project import printed_by
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.render.colours import INLET, OUTLET, Swatch, colour_map
+from fem_seal.render.colours import INLET, OUTLET
 from fem_seal.render.page import Window, add_bar, draw_samples, frame, frame_film, page, window_of
 from fem_seal.render.scale import Scale
 
@@ -79,32 +79,6 @@ def test_a_sample_is_drawn_around_its_place(tmp_path, representation, length):
     assert blue[:, 0].max() == height - 1
 
 
-def test_bar_runs_through_the_colours_of_its_scale(tmp_path):
-    with page(WINDOW, tmp_path / "page.png") as axes:
-        frame(axes[0, 0], WINDOW)
-        add_bar(axes[0, 0], SCALE)
-    written = read(tmp_path / "page.png")
-    for level in (0.1, 0.5, 0.9):
-        colour = 255 * np.array(colour_map(SCALE.colours)(level)[:3])
-        assert (np.abs(written - colour).max(axis=2) < 2).any()
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.5, 500.0), (2e-11, 1e-9), (0.9, 1000.0), (1.0, 10.0)])
-def test_logarithmic_bars_have_numbers(low, high):
-    """Two at least, plain ones where they are short."""
-    axes = framed(film())
-    add_bar(axes, Scale("s", low, high, True))
-    axes.figure.draw_without_rendering()
-    (bar,) = axes.child_axes
-    shown = [
-        label.get_text()
-        for label, at in zip(bar.get_yticklabels(), bar.get_yticks(), strict=True)
-        if low * (1 - 1e-9) <= at <= high * (1 + 1e-9) and label.get_text()
-    ]
-    assert len(shown) >= 2
-    assert any("$" in text for text in shown) == (low < 1e-3)
-
-
 def test_inlet_and_outlet_are_coloured_and_named_where_they_are_shown():
     """A part in the middle of a seal shows neither."""
     whole = window_of(film())
@@ -132,17 +106,6 @@ def test_the_constriction_has_a_ring_and_an_entry_in_the_key(tmp_path, window, s
     assert [*axes[0, 0].figure.legends] != [] if shown else axes[0, 0].figure.legends == []
 
 
-def test_panels_with_bars_of_their_own_do_not_overlap():
-    """The neighbour begins to the right of the bar and its label."""
-    panels = Figure(figsize=(12, 5), layout="constrained").subplots(1, 2)
-    for axes in panels:
-        frame_film(axes, film())
-        add_bar(axes, SCALE)
-    panels[0].figure.draw_without_rendering()
-    first, second = (axes.get_tightbbox() for axes in panels)
-    assert first.x1 < second.x0
-
-
 @pytest.mark.parametrize(
     ("window", "title", "heading"),
     [
@@ -155,33 +118,6 @@ def test_a_stretched_drawing_says_so(window, title, heading):
     axes = Figure().subplots()
     frame(axes, window, title)
     assert axes.get_title() == heading
-
-
-def test_narrow_pages_hold_their_key(tmp_path):
-    key = [Swatch(f"a rather long name number {k}", (40 * k, 0, 0)) for k in range(5)]
-    window = Window(0, 1, 0, 4)
-    with page(window, tmp_path / "page.png", side=2.0, key=key) as axes:
-        frame(axes[0, 0], window)
-    written = read(tmp_path / "page.png")
-    for edge in (written[:, :3], written[:, -3:], written[:3], written[-3:]):
-        assert (edge == 255).all()
-    for swatch in key:
-        assert (written == swatch.colour).all(axis=2).sum() > 50
-
-
-def test_a_failed_picture_leaves_the_old_one_and_no_rubbish(tmp_path, monkeypatch):
-    path = tmp_path / "page.png"
-    path.write_bytes(b"old")
-
-    def half_written(figure, target, **options):
-        target.write_bytes(b"half")
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Figure, "savefig", half_written)
-    with pytest.raises(KeyboardInterrupt), page(WINDOW, path):
-        pass
-    assert path.read_bytes() == b"old"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_bad_paths_are_refused(tmp_path):

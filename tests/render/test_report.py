@@ -166,11 +166,6 @@ def test_folders_of_the_sender_are_not_told(scene_of_gap, tmp_path):
     assert str(tmp_path) not in text
 
 
-def test_reports_can_be_repeated(folder):
-    first = report(folder).read_bytes()
-    assert report(folder).read_bytes() == first
-
-
 def test_bounds_are_drawn_and_listed(small_scene, tmp_path):
     """Each mesh a line whose bounds enclose those of the result."""
     small_scene["flow"] |= {"method": "uniform", "rtol": 0.02}

@@ -71,11 +71,6 @@ def test_command_says_that_a_map_cannot_be_pressed(capsys):
     assert "make_periodic" not in capsys.readouterr().out
 
 
-def test_command_writes_nothing_unless_asked(tmp_path, here):
-    assert cli.main(["surface", str(BLASTED)]) == 0
-    assert not list(tmp_path.iterdir())
-
-
 def test_spectrum_as_csv(tmp_path, capsys):
     """∫ C d²q over the rings is Sq² of a periodic surface without power beyond them (Parseval)."""
     np.savez(tmp_path / "a.npz", heights=ROUGH.values, spacing=ROUGH.spacing, periodic=True)
@@ -96,24 +91,6 @@ def test_spectrum_as_csv(tmp_path, capsys):
     assert (np.diff(q) > 0).all()
     cell = (2 * np.pi) ** 2 / np.prod(ROUGH.size)  # of each wave in the plane of q
     assert np.sum(C * modes) * cell == pytest.approx(heights.var(), rel=1e-9)
-
-
-def test_made_surface(capsys):
-    assert cli.main(["surface", str(ROOT / "demos" / "scenes" / "first.toml")]) == 0
-    assert capsys.readouterr().out.splitlines()[1].split()[0] == "made"
-
-
-@pytest.mark.render
-def test_surface_without_a_power_law(tmp_path, capsys):
-    """Grooves of one wave: statistics and heights are shown without a fit."""
-    groove = np.sin(2 * np.pi * np.arange(8) / 8)
-    np.savez(tmp_path / "a.npz", heights=np.outer(groove, np.ones(8)), spacing=[1, 1])
-    path = scene_of(tmp_path, {"kind": "file", "path": "a.npz"})
-    assert cli.main(["surface", str(path), "--out", str(tmp_path / "a.txt")]) == 2
-    assert "must end in .png" in capsys.readouterr().err
-    assert cli.main(["surface", str(path), "--out", str(tmp_path / "a.png")]) == 0
-    assert "shows no power law" in capsys.readouterr().out
-    assert (tmp_path / "a.png").is_file()
 
 
 def test_no_exponent_is_printed_for_a_poor_fit(tmp_path, capsys):

@@ -1,7 +1,5 @@
 """The picture of a sweep: every point is in it, its bounds and names where they can be read."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -36,10 +34,6 @@ def drawn(keys, table):
     picture._name_places(axes, places, unit)
     figure.canvas.draw()
     return axes
-
-
-def names(axis):
-    return [label for label in axis.get_ticklabels() if label.get_text()]
 
 
 def test_line_and_band_are_leak_rates_and_bounds():
@@ -146,29 +140,6 @@ def test_seeds_alone_are_not_joined():
     table = [point(str(k), leak=k * 1e-16, lower=k * 0.9e-16, upper=k * 1.1e-16) for k in (1, 2, 3)]
     axes = drawn((SEED,), table)
     assert [line.get_linestyle() for line in axes.lines] == ["None"]
-
-
-@pytest.mark.parametrize(
-    "values",
-    [
-        [f"{k * 0.05:g} MPa" for k in range(1, 30)],
-        ["1 um", "1.01 um", "2 um", "3 um"],
-        ["0.001", "0.0011", "1", "10"],
-        [f"{2**k} nm" for k in range(12)],
-        [f"maps/a-very-long-folder/measured-{k}.npz" for k in range(8)],
-    ],
-)
-def test_names_under_the_axis_do_not_collide(values):
-    table = [point(value, leak=1e-16, lower=0.9e-16, upper=1.1e-16) for value in values]
-    labels = names(drawn((PRESSURE,), table).xaxis)
-    assert len(labels) >= 2
-    if not any(label.get_rotation() for label in labels):
-        boxes = [label.get_window_extent() for label in labels]
-        assert all(one.x1 < other.x0 for one, other in pairwise(boxes))
-    else:
-        # Turned names are parallel: they are apart if their ends are by more than a line's height.
-        ends = [label.get_window_extent().x1 for label in labels]
-        assert min(np.diff(ends)) > 2 * labels[0].get_fontsize()
 
 
 @pytest.mark.parametrize(
