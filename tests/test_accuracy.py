@@ -299,18 +299,6 @@ def test_the_lift_is_part_of_the_total(accurate_scene, total):
     assert 1 + max(parts) <= upper <= 1 + total
 
 
-def test_a_smaller_total_costs_a_finer_grid_or_a_narrower_bracket(accurate_scene):
-    found = []
-    for total in (0.5, 0.1):
-        accurate_scene["accuracy"] = {"total": total, "max_refinement": 8}
-        found.append(chosen_patch(Scene.from_mapping(accurate_scene)))
-    (coarse, loose), (fine, tight) = found
-    assert fine.leak_rate.converged
-    assert tight.rtol < loose.rtol
-    assert tight.samples >= loose.samples
-    assert fine.leak_rate.unknowns > coarse.leak_rate.unknowns
-
-
 def test_run_says_what_it_chose(accurate_scene, tmp_path, capsys):
     """The result records choice and parts; its scene reads again; a sweep takes it as well."""
     path = write_toml(tmp_path / "scene.toml", accurate_scene)

@@ -319,15 +319,6 @@ def test_result_is_printed_where_the_terminal_knows_no_plus_minus(wedge, monkeyp
     assert b"leak rate" in terminal.buffer.getvalue()
 
 
-def test_report(wedge, tmp_path, capsys):
-    assert run("leak", wedge, "--out", "out") == 0
-    capsys.readouterr()
-    assert run("report", "out") == 0
-    assert capsys.readouterr().out.split() == [str(Path("out") / "report.html")]
-    assert (tmp_path / "out" / "report.html").is_file()
-    assert run("report", tmp_path / "nothing") == 2
-
-
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_reader_of_the_output_may_go(wedge, unbuffered):
     """As `head` does: no message, no crash report of a library, and no error, neither where Python

@@ -10,7 +10,6 @@ from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
 import pytest
 from project import RING, alone, started, write_toml
 
@@ -22,7 +21,6 @@ from fem_seal.files import (
     locked_folder,
     staging_folder,
     temporary_folder,
-    write_npz,
     write_text,
 )
 from fem_seal.files.lock import LOCK_FILE
@@ -64,19 +62,6 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path):
         raise RuntimeError
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_npz_is_read_back_exactly(tmp_path):
-    arrays = {
-        "gap": np.random.default_rng(1).random((3, 4)),
-        "spacing": (1.0, 2.0),
-        "periodic": True,
-    }
-    for compressed in (False, True):
-        write_npz(tmp_path / "a.npz", arrays, compressed=compressed)
-        with np.load(tmp_path / "a.npz") as data:
-            assert set(data) == set(arrays)
-            assert all(np.array_equal(data[name], arrays[name]) for name in arrays)
 
 
 def test_one_of_many_creates_a_file(tmp_path):

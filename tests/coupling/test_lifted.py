@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lifted_scenes import E_STAR, problem_of, scene, wave
+from lifted_scenes import E_STAR, problem_of, scene
 
 import fem_seal as fs
 from fem_seal.contact import press
@@ -31,42 +31,6 @@ def test_uniform_fluid_pressure_is_a_dry_contact_under_the_rest_of_the_load():
     np.testing.assert_allclose(patch.film.gap.values, dry.gap.values, atol=atol)
     assert patch.lifted.converged
     assert patch.lifted.contact.mean_pressure == pytest.approx(load - fluid, rel=1e-5)
-
-
-@pytest.mark.parametrize("share", [0.3, 0.6])
-def test_waves_along_the_flow_under_uniform_pressure(share):
-    """Westergaard: contact fraction (2/π) arcsin √((P₀ - p_f)/(π E* Δ/λ)), to a sample or two."""
-    n, length, height = 128, 1e-4, 1e-6
-    full = np.pi * E_STAR * height / length
-    load = 0.7 * full
-    fluid = share * load
-    flow = {"inlet_pressure": fluid * (1 + 1e-6), "outlet_pressure": fluid, "ambient_pressure": 0}
-    state = lifted(problem_of(scene(load, **flow), wave(n, length, height)), 0.05)
-    exact = 2 / np.pi * np.arcsin(np.sqrt((load - fluid) / full))
-    assert state.contact.contact_area_fraction == pytest.approx(exact, abs=2 / n)
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_bump_under_uniform_pressure(seed):
-    """Hertz: a³ = 3 F R/(4 E*), F = (P₀ - p_f) L²; a bump of radius R in every cell of side L.
-
-    Half a sample around the patch is 1/a of its area; the neighbours' pressure is (a/L)³ or so.
-    """
-    n, length, radius = 128, 1e-4, 1e-3
-    rng = np.random.default_rng(seed)
-    share = rng.uniform(0.3, 0.7)  # of the fluid in the load
-    contact_radius = 16 * length / n
-    left = 4 * E_STAR * contact_radius**3 / (3 * radius * length**2)
-    fluid = share / (1 - share) * left
-    x = (np.arange(n) / n - 0.5) * length
-    bump = GridField(-(x[:, None] ** 2 + x**2) / (2 * radius), (length / n, length / n), True)
-    flow = {"inlet_pressure": fluid * (1 + 1e-6), "outlet_pressure": fluid, "ambient_pressure": 0}
-    state = lifted(problem_of(scene(left + fluid, **flow), bump), 0.05)
-    area = state.contact.contact_area_fraction * length**2
-    assert state.converged
-    assert area == pytest.approx(np.pi * contact_radius**2, rel=1 / 16)
-    peak = 1.5 * left * length**2 / (np.pi * contact_radius**2)
-    assert state.contact.pressure.values.max() == pytest.approx(peak, rel=0.02)
 
 
 def test_vanishing_fluid_pressure_gives_the_dry_answer():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from project import ROOT
 
-from fem_seal import Patch, Scene
 from fem_seal.field_file import HEIGHT_NAMES, read_map
 
 SCENES = ROOT / "demos" / "scenes"
@@ -33,13 +32,3 @@ def test_map_is_that_of_the_script(script, name, step, spacing, tmp_path):
         # Half a step of rounding against the heights themselves, x first.
         np.testing.assert_allclose(kept.values, module["heights"]() * 1e-6, rtol=0, atol=1.51e-9)
         assert 0.029 < kept.missing / kept.values.size < 0.033
-
-
-def test_twin_of_the_scene_has_its_spectrum():
-    of_map, of_twin = (
-        Patch(Scene.from_file(SCENES / f"{name}.toml")).surface.values
-        for name in ("blasted", "blasted_twin")
-    )
-    powers = [np.abs(np.fft.rfft2(values)) ** 2 for values in (of_map, of_twin)]
-    np.testing.assert_allclose(powers[1], powers[0], rtol=1e-9, atol=1e-13 * powers[0].max())
-    assert np.abs(of_map - of_twin).max() > of_map.std()

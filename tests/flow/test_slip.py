@@ -57,13 +57,6 @@ def mass_bounds(gap, slip: Slip | None, representation="constant", spacing=(1.0,
     return found, found.lower * per, found.upper * per
 
 
-@pytest.mark.parametrize("B", [1e-6, 0.3, 1e6])
-def test_a_channel_is_that_of_arkilic(B):
-    """(g³ (p_in² - p_out²)/2 + B g² (p_in - p_out))/L, which the other closed forms rest on."""
-    arkilic = (0.7**3 * (2.0**2 - 0.5**2) / 2 + B * 0.7**2 * (2.0 - 0.5)) / 3
-    assert channel(Slip(2.0, 0.5, B), 0.7, 3.0, 2.0, 0.5) == pytest.approx(arkilic, rel=1e-12)
-
-
 @LAWS
 @pytest.mark.parametrize(("representation", "p_out"), [("linear", 0.0), ("constant", 1.999)])
 @pytest.mark.parametrize("B", [1e-6, 0.3, 1e9])

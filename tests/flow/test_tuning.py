@@ -14,7 +14,7 @@ from fem_seal.verification.exact_cases import vertex_gap
 
 SIDES = ["wall", "periodic"]
 REPRESENTATIONS = ["linear", "constant"]
-# Each side and each representation once; all four together are in `test_exact.py`.
+# Each side and each representation once.
 BOTH = pytest.mark.parametrize(
     ("representation", "sides"), [("linear", "periodic"), ("constant", "wall")]
 )

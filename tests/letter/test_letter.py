@@ -290,16 +290,3 @@ def test_bad_input_is_one_line(options, message, tmp_path, capsys):
     assert message in error
     assert error.count("\n") == 1
     assert not out.exists()
-
-
-@pytest.mark.parametrize(
-    ("command", "script"),
-    [
-        ("letter --size 256 --seeds 2", "demos.letter.reproduce"),
-        ("percolation --n 64,128", "demos.letter.reproduce --only thresholds"),
-        ("study saddle --samples 64 128", "demos/closing_saddle.py"),
-        ("study closing scene.toml", "demos/closing_contact.py"),
-    ],
-)
-def test_commands_that_have_moved_name_their_script(command, script, refused):
-    assert script in refused(*command.split())

@@ -54,27 +54,6 @@ def test_duality():
     assert all(fine < coarse for coarse, fine in pairwise(errors))
 
 
-# (m, conductivity over the mean), σ = 1.9 and 15 % sealed, patches of one node.
-TABLE = [(2, 0.25), (5, 0.10), (40, 0.06)]
-
-
-@pytest.mark.parametrize(("along", "share"), TABLE)
-def test_patches_along_the_path(along, share):
-    """Log-normal patches with σ = 1.9, 15 % sealed, conduct what an independent program found.
-
-    One along the path conducts the mean itself: `test_layers`.
-    """
-    rng = np.random.default_rng(1)
-    mean = 0.85 * np.exp(1.9**2 / 2)
-    across, repeats = (400, 10) if along < 40 else (80, 3)
-    seals = [
-        network_conductivity(lognormal_patches((along, across), 1.9, 0.85, rng), nodes=1) / mean
-        for _ in range(repeats)
-    ]
-    # The table's two digits, and what 8000 patches or fewer scatter.
-    assert np.mean(seals) == pytest.approx(share, rel=0.12, abs=0.011)
-
-
 def test_many_patches_none_sealed():
     """exp<ln K> is exact for many; finite nodes stay below it, less so the finer they are."""
     rng = np.random.default_rng(2)

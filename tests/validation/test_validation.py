@@ -6,9 +6,8 @@ from math import inf
 
 import pytest
 from bounds_study import brackets
-from project import ROOT, marks, with_part
-from validation_page import tables
-from validation_rows import PEER_ROWS, ROWS, Number, Row
+from project import ROOT, marks
+from validation_rows import PEER_ROWS, ROWS, Number
 
 from fem_seal.verification.exact_cases import CASES
 
@@ -51,35 +50,6 @@ def test_rows_of_the_page_are_those_of_the_program():
     begin, end = marks("rows")
     table = PAGE.partition(begin)[2].partition(end)[0]
     assert re.findall(r"^\| `([\w-]+)` \|", table, re.MULTILINE)[: len(ROWS)] == list(ROWS)
-
-
-def test_distance():
-    """In units of both half-widths; one-sided references; numbers without errors."""
-    row = Row("", "", Number.within(3.0, 1.0), Number.within(2.0, 0.5), "", "", "")
-    assert row.distance == pytest.approx(1 / 1.5)
-    assert replace(row, reference=Number(inf, 1.0, inf)).distance == 0
-    assert replace(row, reference=Number(inf, 2.5, inf)).distance == -inf
-    same = replace(row, ours=Number.exact(2.0), reference=Number.exact(2.0))
-    assert same.distance == 0
-    assert replace(same, ours=Number.exact(2.1)).distance > 1e9
-
-
-def test_digits_follow_the_error():
-    assert str(Number.exact(2 / 3)) == "0.666667"
-    assert str(Number.within(1.23456789, 0.001)) == "1.2346 (1.2336 to 1.2356)"
-    assert str(Number(inf, 1.0, inf)) == "above 1"
-
-
-def test_tables_and_the_rest_of_the_page():
-    row = Row("part", "a claim", Number.exact(1.0), Number.exact(1.0), "a source", "none", "tests")
-    text = tables({"name": row})
-    assert "## Part\n" in text
-    assert "| `name` | a claim | 1 | 1 | +0.00 | 0 % | a source | none | `tests` |" in text
-    begin, end = marks("rows")
-    page = f"by hand\n{begin}\nold\n{end}\nalso by hand\n"
-    assert with_part(page, "rows", "new") == f"by hand\n{begin}\n\nnew\n\n{end}\nalso by hand\n"
-    with pytest.raises(ValueError, match="unpack"):
-        with_part("no marks", "rows", "new")
 
 
 @pytest.mark.parametrize("name", ["series-channel", "four-phases"])
