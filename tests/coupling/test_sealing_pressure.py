@@ -9,7 +9,7 @@ Q = (W/L) ∫ K(P₀ - p) dp; pressures below P₀ - p* add nothing to it.
 import numpy as np
 import pytest
 from lifted_scenes import problem_of, scene
-from test_waves_along_the_flow import FULL, HEIGHT, LENGTH, conductivity
+from test_waves_along_the_flow import VISCOSITY, WAVE
 
 from fem_seal.coupling import lifted
 from fem_seal.grid import GridField
@@ -23,16 +23,18 @@ def leak_rate(load, inlet, outlet):
     nodes, weights = np.polynomial.legendre.leggauss(40)
     first = max(outlet, load - 1)
     pressures = first + (inlet - first) * (nodes + 1) / 2
-    values = [conductivity((load - p) * FULL) for p in pressures]
-    return (inlet - first) / 2 * FULL * float(weights @ values) / WAVES
+    values = [WAVE.conductivity((load - p) * WAVE.full, VISCOSITY) for p in pressures]
+    return (inlet - first) / 2 * WAVE.full * float(weights @ values) / WAVES
 
 
 def state_at(load, inlet, outlet, nx=NX, **flow):
-    heights = HEIGHT * np.cos(2 * np.pi * np.arange(NY) / NY)
-    spacing = (WAVES * LENGTH / nx, LENGTH / NY)
+    heights = WAVE.height * np.cos(2 * np.pi * np.arange(NY) / NY)
+    spacing = (WAVES * WAVE.length / nx, WAVE.length / NY)
     surface = GridField(np.tile(heights, (nx, 1)), spacing, periodic=True)
-    ends = {"inlet_pressure": inlet * FULL, "outlet_pressure": outlet * FULL}
-    problem = problem_of(scene(load * FULL, **ends, ambient_pressure=0, rtol=0.05, **flow), surface)
+    ends = {"inlet_pressure": inlet * WAVE.full, "outlet_pressure": outlet * WAVE.full}
+    problem = problem_of(
+        scene(load * WAVE.full, **ends, ambient_pressure=0, rtol=0.05, **flow), surface
+    )
     return lifted(problem, 0.05)
 
 

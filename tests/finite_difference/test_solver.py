@@ -13,7 +13,7 @@ from fem_seal.finite_difference.links import LINKS
 from fem_seal.finite_difference.slipping import node_pressure
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
-from fem_seal.theory.closed_forms import piecewise_linear_channel
+from fem_seal.theory.closed_forms import cosine_channel, piecewise_linear_channel
 
 # No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
@@ -60,12 +60,9 @@ def test_gap_of_y_only_is_the_sum_of_its_columns(representation):
 
 
 def cosine_channel_error(links, a, n):
-    """Relative error for g = 1 + a cos 2πx on n squares: Q = (1 - a²)^{5/2} / (1 + a²/2) exactly.
-
-    The channel is one long and wide (Sommerfeld).
-    """
+    """Relative error for g = 1 + a cos 2πx on n squares, in a channel one long and wide."""
     g = 1 + a * np.cos(2 * np.pi * np.arange(n + 1) / n)
-    exact = (1 - a**2) ** 2.5 / (1 + a**2 / 2)
+    exact = cosine_channel(a, across=True)
     return abs(leak(np.repeat(g[:, None], 2, 1), (1 / n, 1.0), links=links) / exact - 1)
 
 

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from known_answers import Wave
 from project import scene_of_samples
 from scipy.integrate import quad
-from westergaard import exact_table, waves_along_the_flow
+from test_seal_flow import exact_table
 
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
@@ -21,9 +22,7 @@ from fem_seal.upscaling import (
 )
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, _errors, refined_table
 
-AMPLITUDE, WAVELENGTH, E_STAR = 1e-6, 64e-6, 1e7
-FULL = np.pi * E_STAR * AMPLITUDE / WAVELENGTH
-WAVES = {"amplitude": AMPLITUDE, "wavelength": WAVELENGTH, "full": FULL, "viscosity": 1e-3}
+WAVE = Wave(1e-6, 64e-6, 1e7)
 STRIP = StraightPath(2e-3, 0.15)
 
 
@@ -39,9 +38,9 @@ RTOL = 0.01  # of the flow at each load
 
 def waves(samples):
     """Patch of one wave along the flow, with so many samples across it."""
-    spacing = WAVELENGTH / samples
-    y = spacing * np.arange(samples)
-    heights = np.tile(AMPLITUDE * np.cos(2 * np.pi * y / WAVELENGTH), (4, 1))
+    spacing = WAVE.length / samples
+    phase = 2 * np.pi * np.arange(samples) / samples
+    heights = np.tile(WAVE.height * np.cos(phase), (4, 1))
     surface = GridField(heights, (spacing, spacing), periodic=True)
     return LoadedPatch(Patch(scene(), surface=surface), RTOL)
 
@@ -54,8 +53,8 @@ def fine_waves():
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.4])
 def test_conductivity_of_waves(fine_waves, share):
     """The open width is known to a sample: K, which falls faster than its third power, to 3 %."""
-    lower, upper = fine_waves.bounds(share * FULL)
-    exact = waves_along_the_flow(share * FULL, **WAVES)
+    lower, upper = fine_waves.bounds(share * WAVE.full)
+    exact = WAVE.conductivity(share * WAVE.full, 1e-3)
     assert lower == pytest.approx(exact, rel=0.03)
     assert lower <= upper <= 1.011 * lower
 
@@ -63,18 +62,18 @@ def test_conductivity_of_waves(fine_waves, share):
 @pytest.mark.parametrize("kind", [uniform, Hertz])
 def test_seal_of_waves(fine_waves, kind):
     """A seal of waves along the flow: quadrature of Westergaard's K, in a table as fine as 400."""
-    P, ends = 0.5 * FULL, EndPressures(0.3 * FULL)
+    P, ends = 0.5 * WAVE.full, EndPressures(0.3 * WAVE.full)
     profile = kind(P, 2e-3)
 
     outcome = refined_table(fine_waves, profile, STRIP, ends, tolerance=0.2)
     assert outcome.converged
     assert outcome.seal_flow.upper < 1.23 * outcome.seal_flow.lower
     if kind is uniform:
-        exact, _ = quad(lambda p: waves_along_the_flow(P - p, **WAVES), 0, ends.inlet)
+        exact, _ = quad(lambda p: WAVE.conductivity(P - p, 1e-3), 0, ends.inlet)
         exact *= 75
     else:
         loads = np.linspace(0, P, 401)
-        table = exact_table(loads, [waves_along_the_flow(load, **WAVES) for load in loads])
+        table = exact_table(loads, [WAVE.conductivity(load, 1e-3) for load in loads])
         exact = seal_flow(table, profile, STRIP, ends).value
     assert outcome.seal_flow.lower * 0.97 < exact < outcome.seal_flow.upper * 1.03
     # ln K is interpolated, and K itself is off by up to 3 %.

@@ -33,6 +33,7 @@ from fem_seal.verification.exact_cases import CASES
 
 sys.path.extend(str(Path(__file__).parents[1] / name) for name in ("", "benchmarks"))
 
+from known_answers import Wave
 from peer_codes import (
     CONTACT_PYTHON,
     FLOW_PYTHON,
@@ -205,6 +206,7 @@ def finite_differences(page: bool) -> Row:
 
 
 CONTACT = "closed forms of the contact, dry"
+UNIT_WAVE = Wave(1.0, 1.0, 1.0)  # p* = π
 
 
 def wave(n: int) -> GridField:
@@ -220,22 +222,11 @@ def westergaard_area(page: bool) -> Row:
         CONTACT,
         "wave under 0.35 of the pressure that flattens it: contact area fraction",
         Number.within(state.contact_area_fraction, 1.3 / n),
-        Number.exact(2 / pi * np.arcsin(sqrt(load))),
+        Number.exact(UNIT_WAVE.area(load * UNIT_WAVE.full)),
         "Westergaard, *J. Appl. Mech.* **6**, 49 (1939)",
         "0.65 of a sample at each edge; exact",
         "tests/contact/test_contact_known_answers.py",
     )
-
-
-def valley_cube(load: float) -> float:
-    """Mean of (g/Δ)³, g = 2Δ (v √(v² - s²) - s² arcosh(v/s)), v = sin ψ, s² = load = p/p*."""
-
-    def cubed(psi: float) -> float:
-        v = np.sin(psi)
-        root = sqrt(max(v * v - load, 0))
-        return (2 * (v * root - load * np.log((v + root) / sqrt(load)))) ** 3
-
-    return quad(cubed, np.arcsin(sqrt(load)), pi / 2)[0] / (pi / 2)
 
 
 def westergaard_leak(page: bool) -> Row:
@@ -254,7 +245,8 @@ def westergaard_leak(page: bool) -> Row:
         CONTACT,
         "flow along the same wave: conductance over that of a channel as high as the wave",
         Number(fine.value, fine.lower - change, fine.upper + change),
-        Number.exact(valley_cube(load)),
+        # Over K of a channel of height 1, 1/(12 η).
+        Number.exact(UNIT_WAVE.conductivity(load * UNIT_WAVE.full, 1 / 12)),
         "mean of g³ of Westergaard's gap",
         "guaranteed bounds and the change from half as many samples; exact",
         "tests/coupling/test_waves_along_the_flow.py",
@@ -569,12 +561,12 @@ def lifted_channel(page: bool) -> Row:
 
     coarse, fine = gain(16), gain(32)
     change = abs(fine.value - coarse.value)
-    total, _ = quad(lambda p: valley_cube(load - p), 0, inlet)
+    total, _ = quad(lambda p: UNIT_WAVE.conductivity((load - p) * pi, 1 / 12), 0, inlet)
     return Row(
         LIFT,
         "the same channel, P₀ = 0.5 p*, p_in = 0.4 p*: leak rate over that without lift",
         Number(fine.value, fine.lower - change, fine.upper + change),
-        Number.exact(total / (inlet * valley_cube(load))),
+        Number.exact(total / (inlet * UNIT_WAVE.conductivity(load * pi, 1 / 12))),
         "∫ K(P₀ - p) dp with Westergaard's gap (docs/theory/lift.md)",
         "guaranteed bounds, estimated error of the lift and the change from half as many samples; "
         "exact for a channel far longer than its waves",
