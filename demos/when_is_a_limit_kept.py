@@ -4,10 +4,11 @@
 # A verdict compares the limit L with an interval, never with the computed leak rate Q alone:
 #
 #     Π f_lower · Q_lower <= true leak rate <= Π f_upper · Q_upper,
+#     Q_lower <= Q <= Q_upper,   Q = ∫ K ∂p/∂n ds over the inlet,   ∇·(K ∇p) = 0,   K = g³/(12 η),
 #
-# where Q_lower and Q_upper are the guaranteed bounds of the flow, and the factors f are those of
-# all other entries of the error budget that have a number, such as the lift by the fluid's pressure
-# (docs/guide/verdict.md).
+# where Q_lower and Q_upper are the guaranteed bounds of the flow through the computed gap g, and
+# the factors f are those of all other entries of the error budget that have a number, such as the
+# lift by the fluid's pressure (docs/guide/verdict.md).
 #
 # * within limit: the upper end is at most L;
 # * above limit: the lower end is above L;

@@ -1,10 +1,15 @@
 # %% [markdown]
 # # Where must I polish?
 #
-# A tenth of a rough face may be smoothed. Which tenth changes the leak rate Q most? The product
-# `sensitivity` knows ∂ ln Q/∂h at every sample by one adjoint solve (`fem_seal/sensitivity.py`).
-# A smoothing changes the heights by δ, and to first order ln Q by Σ ∂ ln Q/∂h δ. The tenth with the
-# largest |∂ ln Q/∂h δ| is smoothed here, and then tenths chosen at random.
+# A tenth of a rough face may be smoothed. Which tenth changes the leak rate Q most? With contact
+# pressure p_c and fluid pressure p over heights h, p_c >= 0, g >= 0, p_c g = 0, Q is the flux of
+#
+#     g = S (p_c + p) - h + const,   ∇·(g³/(12 η) ∇p) = 0.
+#
+# The product `sensitivity` knows ∂ ln Q/∂h at every sample by one solve of the adjoint equations
+# (`fem_seal/sensitivity.py`). A smoothing changes the heights by δ, and to first order ln Q by
+# Σ ∂ ln Q/∂h δ. The tenth with the largest |∂ ln Q/∂h δ| is smoothed, and then tenths at random.
+#
 # It runs in one process, since its flows are small.
 
 # %%

@@ -13,7 +13,6 @@ from project import write_toml
 from fem_seal import cli
 from fem_seal.accuracy import chosen_grid as chosen_grid_of
 from fem_seal.accuracy import chosen_patch, stays_sealed
-from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.grid_series import (
     OF_CHANGE,
@@ -317,30 +316,3 @@ def test_run_says_what_it_chose(accurate_scene, tmp_path, capsys):
         assert contact["gap"].shape == (nx, ny)
     scene = Scene.from_mapping(record["provenance"]["scene"])
     assert scene.accuracy.total == 0.2
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"accuracy": {"total": 1.0}}, "accuracy.total = 1.0 should be less than 1"),
-        ({"accuracy": {"total": 0.0}}, "accuracy.total = 0.0 should be greater than 0"),
-        ({"accuracy": {"totl": 0.1}}, "did you mean total"),
-        ({"output": {"products": ["contact"]}}, "output.products does not name"),
-        ({"flow": {"pressure_drop": 1.0, "rtol": 0.05}}, "chooses flow.rtol itself"),
-        ({"flow": {"pressure_drop": 1.0, "method": "finite-difference"}}, "needs bounds"),
-    ],
-)
-def test_what_contradicts_a_total_error(accurate_scene, change, message):
-    with pytest.raises(InvalidInput, match=message):
-        Scene.from_mapping(accurate_scene | change)
-
-
-def test_a_given_gap_has_no_contact_grid(accurate_scene, tmp_path):
-    np.savez(tmp_path / "gap.npz", gap=np.ones((9, 9)), spacing=(1.0, 1.0))
-    for name in ("surface", "solid", "contact"):
-        del accurate_scene[name]
-    strip = {"kind": "strip", "length": 1.0, "width": 1.0, "mesh_size": 0.1, "gap": 1e-6}
-    accurate_scene["flow"] = {"pressure_drop": 1.0}
-    for given in ({"gap": {"path": str(tmp_path / "gap.npz")}}, {"shape": strip}):
-        with pytest.raises(InvalidInput, match="set flow"):
-            Scene.from_mapping(accurate_scene | given)

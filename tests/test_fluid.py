@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from project import write_toml
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive
@@ -263,46 +262,3 @@ def test_caution_where_the_gas_slips(gap_scene, rtol, slips):
     entry = next(entry for entry in result.error_budget if entry.name == "slip")
     kn = result.gas.mean_free_path / 1e-5
     assert (entry.lower, entry.upper) == (1.0, None if slips else pytest.approx(1 + 6 * kn))
-
-
-BAD = {
-    "flow.pressure_drop=1 bar": "does not fix the flow of a gas, which goes as p_in² - p_out²",
-    "flow.inlet_pressure=": "flow.inlet_pressure is missing: fluid.kind = 'gas' needs both",
-    "flow.outlet_pressure=": "flow.outlet_pressure is missing",
-    "flow.outlet_pressure=3 bar": "must be above flow.outlet_pressure",
-    "flow.outlet_pressure=-1 bar": "flow.outlet_pressure = '-1 bar' should be greater",
-    "fluid.molar_mass=": "fluid: molar_mass is missing: kind = 'gas' needs it",
-    "fluid.temperature=": "fluid: temperature is missing",
-    "fluid.temperature=-300 degC": "fluid.temperature = '-300 degC' should be greater than 0",
-    "fluid.temperature=20 K m": "is not in a unit of K",
-    "fluid.molar_mass=29 g": "is not in a unit of kg/mol",
-    "fluid.kind=steam": "fluid.kind = 'steam' is not allowed; choose from 'liquid' or 'gas'",
-    "fluid.accommodation=0": "fluid.accommodation = 0 should be greater than 0",
-    "fluid.accommodation=1.1": "fluid.accommodation = 1.1 should be less than or equal to 1",
-    "fluid.accommodation=0.5": "fluid: accommodation is for a gas that slips: leave out slip",
-    "fluid.slip=second": "fluid.slip = 'second' is not allowed; choose from 'first-order'",
-    "fluid.kind=liquid": "fluid: molar_mass is for kind = 'gas' only; this is a liquid",
-}
-
-
-@pytest.mark.parametrize("assignment", BAD)
-def test_bad_gas(assignment, gap_scene, tmp_path):
-    path = write_toml(tmp_path / "scene.toml", gap_scene(np.ones((3, 3))))
-    with pytest.raises(InvalidInput, match=BAD[assignment]) as caught:
-        Scene.from_file(path, [assignment])
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("flow", "words"),
-    [
-        ({"pressure_drop": 1, "inlet_pressure": 2}, "not both"),
-        ({"inlet_pressure": 2}, "flow.outlet_pressure is missing"),
-        ({"outlet_pressure": 2}, "flow.inlet_pressure is missing"),
-        ({}, "flow.pressure_drop is missing"),
-        ({"inlet_pressure": 2, "outlet_pressure": 2}, "must be above"),
-    ],
-)
-def test_bad_pressures_of_a_liquid(flow, words, gap_scene):
-    with pytest.raises(InvalidInput, match=words):
-        Scene.from_mapping(gap_scene(np.ones((3, 3)), {"viscosity": 1e-3}, flow))

@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from project import write_toml
 
-from fem_seal.errors import InvalidInput
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.units import RateUnit, StatedRate
@@ -89,49 +87,3 @@ def test_one_gas_in_every_unit(scene):
     assert shown["l/min"].value == pytest.approx(normal_litres, rel=1e-12, abs=0)
     assert result.gas.mass_rate.value == shown["kg/s"].value
     assert result.leak_rate.value == pytest.approx(shown["l/min"].value / 60e3, rel=1e-12, abs=0)
-
-
-BAD = {
-    "output.leak_rate_unit=m/s": "output.leak_rate_unit = 'm/s' does not measure a leak rate",
-    "output.leak_rate_unit=litre": "output.leak_rate_unit = 'litre' does not measure a leak rate",
-    "output.leak_rate_unit=mol/s": "output.leak_rate_unit in 'mol/s' is an amount per time, but a",
-    "output.leak_rate_unit=mbar l/s": "'mbar l/s' is a pressure times a volume per time, but a liq",
-    "limit.leak_rate=1 g/h": "limit.leak_rate in 'g/h' is a mass per time, but a liquid leaks",
-    "limit.leak_rate=1 m": "limit.leak_rate = '1 m' does not measure a leak rate",
-    "limit.leak_rate=1e300 m^3/s": r"limit.leak_rate = 1e\+300 m\^3/s cannot be a leak rate; check",
-    "limit.leak_rate=1": "limit.leak_rate = 1 has no unit; a leak rate is written such as '1 ml/h'",
-    "limit.leak_rate=1e-200 ml/h": "limit.leak_rate = 1e-200 ml/h cannot be a leak rate; check",
-    "limit.leak_rate=0 ml/h": "limit.leak_rate = '0 ml/h' should be greater than 0",
-    "limit.leak_rate=": "limit.leak_rate is missing",
-    "limit.decide=1": "limit.decide = 1 should be a valid boolean",
-    "limit.decide=true": "limit.decide needs flow.max_unknowns",
-    "flow.method=finite-difference": r"\[limit\] is decided by bounds",
-    "output.products=['contact']": r"\[limit\] is about the leak rate",
-}
-
-
-@pytest.mark.parametrize("assignment", BAD)
-def test_bad_unit_or_limit(assignment, scene, tmp_path):
-    data = scene({"viscosity": 1e-3}, pressure_drop=1e5)
-    data["limit"] = {"leak_rate": "1 ml/h", "decide": False}
-    path = write_toml(tmp_path / "scene.toml", data)
-    with pytest.raises(InvalidInput, match=BAD[assignment]) as caught:
-        Scene.from_file(path, [assignment])
-    assert "\n" not in str(caught.value)
-
-
-def test_a_unit_without_a_leak_rate_is_refused(scene):
-    """A scene without a leak rate has nothing to show in the unit."""
-    data = scene({"viscosity": 1e-3}, pressure_drop=1e5)
-    data["output"] = {"products": ["contact", "trapped_volume"], "leak_rate_unit": "ml/h"}
-    with pytest.raises(InvalidInput, match=r"output.leak_rate_unit is about the leak rate, which"):
-        Scene.from_mapping(data)
-
-
-def test_a_decision_and_a_total_error_exclude_each_other(small_scene):
-    del small_scene["flow"]["method"]
-    small_scene["flow"]["max_unknowns"] = 1000
-    small_scene["accuracy"] = {"total": 0.1}
-    small_scene["limit"] = {"leak_rate": "1 ml/h", "decide": True}
-    with pytest.raises(InvalidInput, match="both say when to stop"):
-        Scene.from_mapping(small_scene)

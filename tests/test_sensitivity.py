@@ -173,15 +173,3 @@ def test_product(tmp_path):
     assert np.array_equal(read.values, solved.patch.sensitivity.by_height.values)
     sealed = solve(Scene.from_file(FIRST, [*plain, "contact.pressure=0.6 MPa"]))
     assert sealed.quantities.sensitivity is None
-
-
-@pytest.mark.parametrize("setting", ["contact.model=bearing", "contact.area_fraction=0.2"])
-def test_scene_without_a_load_is_refused(setting):
-    with pytest.raises(InvalidInput, match="names 'sensitivity'"):
-        scene(
-            "contact.pressure=",
-            setting,
-            "contact.area_fraction=0.2",
-            "flow.lift=none",
-            'output.products=["sensitivity"]',
-        )

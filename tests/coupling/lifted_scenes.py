@@ -1,8 +1,5 @@
 """Small scenes for the tests of lifted contacts."""
 
-import numpy as np
-
-from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -32,14 +29,6 @@ def scene(
             "accuracy": {"contact_grid": False},
         }
     )
-
-
-def wave(n, length=1e-4, height=1e-6, across=True):
-    """Heights Δ cos(2πy/λ), or along x if not `across`, on n² samples."""
-    phase = 2 * np.pi * np.arange(n) / n
-    ridges = height * np.cos(phase)
-    values = np.broadcast_to(ridges if across else ridges[:, None], (n, n)).copy()
-    return GridField(values, (length / n, length / n), periodic=True)
 
 
 def problem_of(scene, surface=None):

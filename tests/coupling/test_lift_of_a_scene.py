@@ -6,13 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lifted_scenes import scene
-from project import write_toml
 
-from fem_seal import cli, run
+from fem_seal import run
 from fem_seal.accuracy import chosen_patch
 from fem_seal.coupling.newton import LiftPoint
 from fem_seal.drawing import draw
-from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
 from fem_seal.results import Result, read_contact, read_lift
@@ -23,60 +21,6 @@ from fem_seal.solved import answer, solve
 
 def entry(result):
     return next(entry for entry in result.error_budget if entry.name == "lift")
-
-
-@pytest.mark.parametrize(
-    ("settings", "reason"),
-    [
-        ({"lift": "range", "solid": {"layer_thickness": 1e-5}}, "half-space"),
-        ({"lift": "range", "contact": {"area_fraction": 0.1}}, "contact.area_fraction"),
-        ({"lift": "range", "contact": {"mean_gap": 1e-7}}, "contact.mean_gap"),
-        ({"contact": {"model": "bearing", "area_fraction": 0.1}}, "no elasticity"),
-        ({"lift": "some"}, "choose from 'none', 'range' or 'resolved'"),
-        ({"inlet_pressure": 1e5, "outlet_pressure": -1.0}, "outlet_pressure = -1.0 should be"),
-        ({"inlet_pressure": -1e5, "outlet_pressure": 1.0}, "inlet_pressure = -1.*should be"),
-        (
-            {"inlet_pressure": 2e5, "outlet_pressure": 1e5, "ambient_pressure": -1.0},
-            "ambient_pressure = -1.0 should be",
-        ),
-        ({"inlet_pressure": 2e5, "outlet_pressure": 5e4}, "ambient_pressure is missing"),
-    ],
-)
-def test_lift_that_means_nothing_is_refused(settings, reason):
-    with pytest.raises(InvalidInput, match=reason):
-        scene(**settings)
-
-
-@pytest.mark.parametrize("lift", ["range", "resolved"])
-def test_a_shape_is_not_lifted(lift):
-    mapping = scene(lift=lift).to_mapping()
-    mapping["flow"]["sides"] = "wall"
-    mapping["shape"] = {"kind": "rectangle", "length": 1e-4, "width": 1e-4, "mesh_size": 1e-5}
-    with pytest.raises(InvalidInput, match="needs the grid of a contact"):
-        Scene.from_mapping(mapping)
-
-
-def test_a_refused_lift_ends_with_status_2_and_writes_nothing(tmp_path, capsys):
-    """One sentence on standard error."""
-    mapping = scene().to_mapping()
-    mapping["flow"]["lift"] = "range"
-    mapping["solid"]["layer_thickness"] = 1e-5
-    path = write_toml(tmp_path / "scene.toml", mapping)
-    assert cli.main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"fem-seal: {path}: flow.lift = 'range' holds for a half-space")
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_given_gap_has_nothing_to_lift(tmp_path):
-    np.savez(tmp_path / "gap.npz", gap=np.ones((8, 8)), spacing=np.array([1.0, 1.0]))
-    mapping = {
-        "gap": {"path": str(tmp_path / "gap.npz")},
-        "fluid": {"viscosity": 1e-3},
-        "flow": {"pressure_drop": 1.0, "lift": "resolved"},
-    }
-    with pytest.raises(InvalidInput, match="nothing to lift"):
-        Scene.from_mapping(mapping)
 
 
 def test_a_scene_without_a_leak_rate_is_dry():

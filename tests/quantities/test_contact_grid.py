@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from project import scene_of_samples
 
-from fem_seal.errors import InvalidInput
 from fem_seal.grid_series import on_half
 from fem_seal.patch import Patch
 from fem_seal.quantities.uncertainties import error_budget
@@ -80,17 +79,3 @@ def test_a_measured_map_says_what_half_of_its_samples_change(tmp_path):
 def test_no_other_grid_is_solved_where_none_is_wanted(sections, monkeypatch):
     monkeypatch.setattr(Patch, "with_", lambda self, **other: pytest.fail("another grid"))
     assert entry(Patch(scene(**sections))).kind == "not covered"
-
-
-@pytest.mark.parametrize(
-    ("accuracy", "words"),
-    [
-        ({"total": 0.1, "contact_grid": False}, "accuracy.contact_grid = false leaves it out"),
-        ({"max_refinement": 2}, "accuracy.max_refinement limits the grids that accuracy.total"),
-    ],
-)
-def test_settings_that_contradict_each_other(accuracy, words):
-    mapping = scene().to_mapping()
-    del mapping["flow"]["rtol"]
-    with pytest.raises(InvalidInput, match=words):
-        Scene.from_mapping(mapping | {"accuracy": accuracy})

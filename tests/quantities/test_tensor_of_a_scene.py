@@ -55,13 +55,6 @@ def test_tensor_that_does_not_converge_ends_the_run_with_its_bounds(scene, tmp_p
     assert found.xx.upper > found.xx.lower
 
 
-@pytest.mark.parametrize("method", ["finite-difference", "uniform"])
-def test_methods_that_do_not_compute_it(scene, method):
-    scene["flow"]["method"] = method
-    with pytest.raises(InvalidInput, match="does not compute; choose adaptive"):
-        Scene.from_mapping(scene)
-
-
 def test_viscosity_is_needed(scene):
     del scene["fluid"]
     with pytest.raises(InvalidInput, match=r"tensor needs fluid\.viscosity"):
@@ -87,12 +80,10 @@ def test_angle_of_the_easiest_direction(angle):
     assert (found.easiest, found.hardest) == pytest.approx((4, 1))
 
 
-def test_tensor_of_a_gas_that_slips_needs_its_pressures(scene):
+def test_tensor_of_a_gas_that_slips(scene):
     scene["fluid"] = {
         **{"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0},
     }
-    with pytest.raises(InvalidInput, match="inlet_pressure is missing: the conductivity tensor"):
-        Scene.from_mapping(scene)
     plain = Scene.from_mapping(scene | {"fluid": scene["fluid"] | {"slip": False}})
     scene["flow"] |= {"inlet_pressure": 2e5, "outlet_pressure": 1e5}
     slipping = Scene.from_mapping(scene)

@@ -281,39 +281,6 @@ def test_tables_of_any_bytes_are_read_or_refused(tmp_path_factory, content):
     assert profile.length > 0
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"output": {"products": ["contact"]}}, "does not name 'seal'"),
-        ({"output": {"products": ["seal", "leak_rate"]}}, "'leak_rate' beside 'seal'"),
-        ({"flow": {"lift": "resolved"}}, "flow.lift = 'resolved' is for a single patch"),
-        ({"flow": {"method": "finite-difference"}}, "needs bounds"),
-        ({"flow": {"sides": "wall"}}, "walls between them"),
-        ({"accuracy": {"total": 0.1}}, r"\[accuracy\] does not go with \[seal\]"),
-        ({"limit": {"leak_rate": "1 ml/h", "decide": True}}, "set seal.rtol"),
-        ({"seal": {"pressure_profile": "parabola"}}, "uniform"),
-        ({"seal": {"pressure_profile": "missing.csv"}}, "is not a file"),
-        ({"seal": {"patches": 0}}, "patches"),
-    ],
-)
-def test_bad_scenes(changes, words):
-    with pytest.raises(InvalidInput, match=words):
-        scene(**changes)
-
-
-def test_more_bad_scenes():
-    with pytest.raises(InvalidInput, match="leak_path is missing"):
-        Scene.from_mapping(without("seal", "leak_path"))
-    data = without("contact", "pressure")
-    data["contact"]["area_fraction"] = 0.2
-    with pytest.raises(InvalidInput, match=r"needs contact\.pressure"):
-        Scene.from_mapping(data)
-    data = sections()
-    del data["seal"]
-    with pytest.raises(InvalidInput, match=r"\[seal\] is missing"):
-        Scene.from_mapping(data)
-
-
 def gas(**fluid):
     data = sections()
     data["fluid"] = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
@@ -442,37 +409,6 @@ def test_table_on_a_ring(tmp_path):
     short = Scene.from_mapping(ring(pressure_profile=str(path), outlet_radius="2.2 mm"))
     with pytest.raises(InvalidInput, match=r"0\.0001 m long, but from seal\.inlet_radius"):
         profile_of(short)
-
-
-@pytest.mark.parametrize(
-    ("data", "words"),
-    [
-        (ring(circumference="1 mm"), "circumference must be left out: the radii of the ring"),
-        (ring(leak_path="1 mm"), "leak_path must be left out"),
-        (ring(outlet_radius="2 mm"), "must differ"),
-        ({"seal": {"inlet_radius": "2 mm"}}, "outlet_radius is missing: inlet_radius needs it"),
-        (hertz(maximum_pressure="1 MPa", pressure_profile="uniform"), "is of a cylinder"),
-        (hertz(line_load="1 kN/m"), "cylinder_radius is missing"),
-        (hertz(line_load="1 kN/m", cylinder_radius="2 mm"), "line_load and cylinder_radius give"),
-        (
-            hertz(maximum_pressure="1 MPa", line_load="1 kN/m", cylinder_radius="2 mm"),
-            "both give the pressure",
-        ),
-        (
-            hertz(maximum_pressure="1 MPa") | {"contact": {"pressure": 1e5}},
-            r"seal\.maximum_pressure gives the contact pressure, and so does contact\.pressure",
-        ),
-        (hertz(), "exactly one of pressure, area_fraction, mean_gap; got none"),
-        ({"seal": {"window": ["10 um", "10 um"]}}, "for a random surface leave it out"),
-    ],
-)
-def test_contradictions_of_profile_and_path(data, words):
-    whole = sections()
-    merged = whole | data
-    if set(data) == {"seal"}:
-        merged["seal"] = whole["seal"] | data["seal"]
-    with pytest.raises(InvalidInput, match=words):
-        Scene.from_mapping(merged)
 
 
 @pytest.fixture

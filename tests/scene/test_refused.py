@@ -1,0 +1,304 @@
+"""What a scene may not say: one sentence for each, from the file to the message."""
+
+import numpy as np
+import pytest
+from lifted_scenes import scene as lifted_scene
+from project import leak_scene, scene_of_samples, write_toml
+
+from fem_seal.errors import InvalidInput
+from fem_seal.scene import Scene
+
+GAS = {"kind": "gas", "viscosity": 1.8e-5, "temperature": 293.15, "molar_mass": 0.029}
+DRIVE = {"inlet_pressure": 2.5e5, "outlet_pressure": 1e5}
+PRESSED = {"contact": {"model": "bearing", "mean_gap": 1e-6}, "output": {"products": ["contact"]}}
+RING = {"kind": "face-seal", "inner_radius": 1, "outer_radius": 2, "mesh_size": 0.25}
+SEAL = {"leak_path": "0.1 mm", "circumference": "10 mm", "patches": 3, "rtol": 0.9}
+GAP = {"gap": {"path": "gap.npz"}}
+BY_BOUNDS = {"flow": {"pressure_drop": "1 bar", "sides": "periodic"}}
+TENSOR = {"output": {"products": ["conductivity_tensor"]}, "flow": {"rtol": 0.2}}
+
+# Scenes that are right, to each of which something is done below.
+SCENES = {
+    "contact": scene_of_samples(32),
+    "map": {"surface": {"kind": "file", "path": "surface.npz"}} | PRESSED,
+    "gas": leak_scene(fluid=GAS | {"slip": False}, flow=DRIVE, **GAP),
+    "liquid": leak_scene(limit={"leak_rate": "1 ml/h", "decide": False}, **GAP),
+    "lifted": lifted_scene().to_mapping(),
+    "total": scene_of_samples(32) | BY_BOUNDS | {"accuracy": {"total": 0.2}},
+    "shape": leak_scene(shape=RING),
+    "seal": scene_of_samples(32)
+    | BY_BOUNDS
+    | {"contact": {"pressure": "0.2 MPa"}, "seal": SEAL, "output": {"products": ["seal"]}},
+    "tensor": scene_of_samples(32)
+    | {"contact": {"model": "bearing", "area_fraction": 0.1}}
+    | TENSOR,
+}
+MODULI = "solid.contact_modulus= & solid.youngs_modulus="
+LAYER = "solid.layer_thickness=1"
+ENDS = "flow.pressure_drop= & flow.inlet_pressure={} & flow.outlet_pressure={}"
+NO_RADII = "shape.inner_radius= & shape.outer_radius= & shape.length=2 & shape.width=1"
+BOX = f"shape.kind=rectangle & {NO_RADII} & shape.mesh_size="
+PLATE = f"shape.kind=plate-with-holes & {NO_RADII} & shape.holes=[2, 1] & shape.gap=1 & "
+POLAR = "gap.path=gap.npz & shape.grid=polar & shape.grid_origin="
+WITHOUT_LOAD = "output.products=['sensitivity'] & contact.pressure= & contact.area_fraction=0.2 & "
+RADII = "seal.inlet_radius=2 mm & seal.outlet_radius=2.1 mm"
+HERTZ = "contact.pressure= & seal.pressure_profile=hertz & "
+CYLINDER = "seal.line_load=1 kN/m & seal.cylinder_radius=2 mm"
+# Assignments, with & between them, and what is said of them.
+BAD = {
+    "contact": {
+        "flow.rtoll=1": "flow.rtoll is not a known key; did you mean rtol",
+        "flows.rtol=1": "flows is not a known key; did you mean flow",
+        "surface.hurts=1": "did you mean hurst",
+        "contact.area=1": "did you mean area_fraction",
+        "contact.gap=1": r"it belongs in \[shape\], or did you mean mean_gap",
+        "solid.xyz=1": "known are contact_modulus, youngs_modulus, poisson_ratio",
+        "surface.hurst=": "surface.hurst is missing",
+        "surface.hurst=0": "surface.hurst = 0 should be greater than 0",
+        "surface.hurst=1.1": "surface.hurst = 1.1 should be less than or equal to 1",
+        "surface.kind=wavy": "surface.kind = 'wavy' is not allowed; choose from 'self-affine', 'fi",
+        "surface.kind=": "surface.kind is missing",
+        "surface.shape=[32]": r"surface.shape\[1\] is missing",
+        "surface.shape=[32, 32, 32]": "surface.shape = .* at most 2",
+        "surface.shape=[32, 0]": r"surface.shape\[1\] = 0 should be greater",
+        "surface.shape=[32, 31.5]": r"surface.shape\[1\] = 31.5 should be a valid integer",
+        "surface.shape=32": "surface.shape = 32 should be a list",
+        "surface.size=[1e-5, '1 s']": r"surface.size\[1\] = '1 s' is not in a unit of m",
+        "surface.short_wavelength=0.9 um": "short_wavelength = 9e-07 m is finer than the grid",
+        "surface.short_wavelength=20 um": "must be below long_wavelength",
+        "surface.long_wavelength=33 um": "does not fit into the cell",
+        "surface.rolloff_wavelength=17 um": "rolloff_wavelength = 1.7e-05 m must lie above",
+        "surface.rolloff_wavelength=4 um": "rolloff_wavelength = 4e-06 m must lie above",
+        "surface.rms_height=1 um": "exactly one of rms_height, rms_slope; got rms_height and rms_s",
+        "surface.rms_slope=": "exactly one of rms_height, rms_slope; got none",
+        "surface.scaling=exactly": "choose from 'exact' or 'ensemble'",
+        "surface.seed=-1": "surface.seed = -1",
+        "surface.seed=1.5": "surface.seed = 1.5",
+        "solid.contact_modulus=-1 MPa": "solid.contact_modulus = '-1 MPa' should be greater than 0",
+        "solid.contact_modulus=inf": "solid.contact_modulus = inf should be a finite number",
+        "solid.contact_modulus=": "exactly one of contact_modulus, youngs_modulus; got none",
+        "solid.poisson_ratio=[0.3, 0.3]": "belong together",
+        "contact.area_fraction=1": "contact.area_fraction = 1 should be less than 1",
+        "contact.area_fraction=-0.1": "contact.area_fraction = -0.1 should be greater than or equa",
+        "contact.area_fraction=nan": "contact.area_fraction = nan",
+        "contact.pressure=1 MPa": "exactly one of pressure, area_fraction, mean_gap; got pressure",
+        "contact.area_fraction=": "exactly one of pressure, area_fraction, mean_gap; got none",
+        "contact.model=elastic": "contact.model = 'elastic' is not allowed; choose from 'gfmd' or",
+        "contact.solver=cg": "contact.solver = 'cg' is not allowed; choose from 'free-set-cg'",
+        "contact.tolerance=0": "contact.tolerance = 0",
+        "contact.threads=5000": "contact.threads = 5000 should be less than or equal to 1024",
+        "fluid.viscosity=-1 mPa s": "fluid.viscosity = '-1 mPa s' should be greater than 0",
+        "fluid.viscosity=1 um": "fluid.viscosity = '1 um' is not in a unit of Pa s",
+        "flow.pressure_drop=0": "flow.pressure_drop = 0 should be greater than 0",
+        "flow.pressure_drop=": "flow.pressure_drop is missing",
+        "flow.sides=open": "flow.sides = 'open' is not allowed; choose from 'wall' or 'periodic'",
+        "flow.rtol=0": "flow.rtol = 0 should be greater than or equal to 0.000000001",
+        "flow.rtol=1e-301": "flow.rtol = 1e-301 is closer to 0 than 1e-300",
+        "solid.contact_modulus=1e-305 Pa": "solid.contact_modulus = '1e-305 Pa' is closer to 0",
+        "flow.rtol=1e-300": "flow.rtol = 1e-300 should be greater than or equal to 0.000000001",
+        "flow.rtol=true": "flow.rtol = True should be a number",
+        "flow.rtol=five": "flow.rtol = 'five' should be a number",
+        "flow.representation=quadratic": "choose from 'linear' or 'constant'",
+        "flow.method=fem": "choose from 'adaptive', 'uniform' or 'finite-difference'",
+        "flow.links=mean": "flow.links = 'mean' is not allowed",
+        "flow.max_unknowns=0": "flow.max_unknowns = 0",
+        "flow.max_seconds=5 s": "max_seconds ends a refinement, and method = 'finite-difference' d",
+        "output.products=[]": "output.products = .* at least 1 item",
+        "output.products=['leak']": r"output.products\[0\] = 'leak' is not allowed",
+        "output.products=['mesh']": "finite-difference",
+        "tolerances.heights='5 %'": "tolerances. compares bounds",
+        "gap.path=none.npz": "gap.path = 'none.npz' is not a file",
+        "contact.pressure.unit=3": "contact.pressure = .*Pa",
+        "rtol=3": "not of the form section.key=value",
+        "flow.rtol": "not of the form section.key=value",
+        "contact.model=bearing & contact.area_fraction= & contact.pressure=1 MPa": "no elasticity",
+        "flow.method= & flow.links=harmonic": "flow: links = 'harmonic' is for method = 'finite-di",
+        MODULI + "[1, 2] & solid.poisson_ratio=[0.5, 0.3] & " + LAYER: "is for one solid",
+        MODULI + "1e7 & solid.poisson_ratio=[0.5, 0.3]": "is that of one solid, and",
+        MODULI + "1 & solid.poisson_ratio=0.4 & " + LAYER + " & solid.layer_poisson_ratio=0.5": (
+            "layer_poisson_ratio = 0.5 and poisson_ratio = 0.4 are those of one layer"
+        ),
+        "solid.layer_base=sliding": "give its layer_thickness",
+        "solid.layer_poisson_ratio=0.4": "give its layer_thickness",
+        "output.leak_rate=1 ml/h": r"output\.leak_rate is not .* belongs in \[limit\]",
+        "output.products=['seal']": r"\[seal\] is missing",
+        # There is nothing to show in the unit.
+        "output.leak_rate_unit=ml/h & output.products=['contact']": "is about the leak rate, which",
+    },
+    "gas": {
+        "flow.pressure_drop=1 bar": "does not fix the flow of a gas, which goes as p_in² - p_out²",
+        "flow.inlet_pressure=": "flow.inlet_pressure is missing: fluid.kind = 'gas' needs both",
+        "flow.outlet_pressure=": "flow.outlet_pressure is missing",
+        "flow.outlet_pressure=3 bar": "must be above flow.outlet_pressure",
+        "flow.outlet_pressure=-1 bar": "flow.outlet_pressure = '-1 bar' should be greater",
+        "fluid.molar_mass=": "fluid: molar_mass is missing: kind = 'gas' needs it",
+        "fluid.temperature=": "fluid: temperature is missing",
+        "fluid.temperature=-300 degC": "fluid.temperature = '-300 degC' should be greater than 0",
+        "fluid.temperature=20 K m": "is not in a unit of K",
+        "fluid.molar_mass=29 g": "is not in a unit of kg/mol",
+        "fluid.kind=steam": "fluid.kind = 'steam' is not allowed; choose from 'liquid' or 'gas'",
+        "fluid.accommodation=0": "fluid.accommodation = 0 should be greater than 0",
+        "fluid.accommodation=1.1": "fluid.accommodation = 1.1 should be less than or equal to 1",
+        "fluid.accommodation=0.5": "fluid: accommodation is for a gas that slips: leave out slip",
+        "fluid.slip=second": "fluid.slip = 'second' is not allowed; choose from 'first-order'",
+        "fluid.kind=liquid": "fluid: molar_mass is for kind = 'gas' only; this is a liquid",
+    },
+    "liquid": {
+        "output.leak_rate_unit=m/s": "output.leak_rate_unit = 'm/s' does not measure a leak rate",
+        "output.leak_rate_unit=litre": "output.leak_rate_unit = 'litre' does not measure a leak ra",
+        "output.leak_rate_unit=mol/s": "output.leak_rate_unit in 'mol/s' is an amount per time, bu",
+        "output.leak_rate_unit=mbar l/s": "'mbar l/s' is a pressure times a volume per time, but a",
+        "limit.leak_rate=1 g/h": "limit.leak_rate in 'g/h' is a mass per time, but a liquid leaks",
+        "limit.leak_rate=1 m": "limit.leak_rate = '1 m' does not measure a leak rate",
+        "limit.leak_rate=1e300 m^3/s": r"limit.leak_rate = 1e\+300 m\^3/s cannot be a leak rate; c",
+        "limit.leak_rate=1": "limit.leak_rate = 1 has no unit; a leak rate is written such as '1 m",
+        "limit.leak_rate=1e-200 ml/h": "limit.leak_rate = 1e-200 ml/h cannot be a leak rate; check",
+        "limit.leak_rate=0 ml/h": "limit.leak_rate = '0 ml/h' should be greater than 0",
+        "limit.leak_rate=": "limit.leak_rate is missing",
+        "limit.decide=1": "limit.decide = 1 should be a valid boolean",
+        "limit.decide=true": "limit.decide needs flow.max_unknowns",
+        "flow.method=finite-difference": r"\[limit\] is decided by bounds",
+        "output.products=['contact']": r"\[limit\] is about the leak rate",
+        "flow.inlet_pressure=2": "not both",
+        "flow.pressure_drop= & flow.inlet_pressure=2": "flow.outlet_pressure is missing",
+        "flow.pressure_drop= & flow.outlet_pressure=2": "flow.inlet_pressure is missing",
+        "flow.pressure_drop=": "flow.pressure_drop is missing",
+        "flow.pressure_drop= & flow.inlet_pressure=2 & flow.outlet_pressure=2": "must be above",
+        "flow.lift=resolved": "nothing to lift",
+        "accuracy.total=0.1": "set flow",
+    },
+    "map": {
+        "surface.unit=kg": "surface.unit = 'kg' is no unit of length such as 'nm', 'um' or 'mm'",
+        "surface.size=['1 mm']": r"surface.size\[1\] is missing",
+        "surface.crop=[[0, 1e-6], ['2 um', '1 um']]": "crop in y must end after 2e-06 m, not 1e-06",
+        "surface.fill=nearest": "choose from 'harmonic'",
+        "surface.detrend=cubic": "choose from 'mean', 'plane' or 'quadratic'",
+        "surface.make_periodic=wrap": "choose from 'cut', 'mirror', 'hann' or 'tukey'",
+        "surface.max_missing=1": "surface.max_missing = 1 should be less than 1",
+        "surface.twin_seed=-1": "surface.twin_seed = -1 should be greater than or equal to 0",
+        "surface.periodic=no": "surface.periodic = 'no' should be a valid boolean",
+        "surface.shape=[8, 8]": "surface.shape is not a known key; known are path, array, unit, si",
+        "surface.periodic=true & surface.make_periodic=cut": "needs no make_periodic",
+    },
+    "lifted": {
+        "flow.lift=range & solid.layer_thickness=1e-5": "half-space",
+        "flow.lift=range & contact.pressure= & contact.area_fraction=0.1": "contact.area_fraction",
+        "flow.lift=range & contact.pressure= & contact.mean_gap=1e-7": "contact.mean_gap",
+        "contact.model=bearing & contact.pressure= & contact.area_fraction=0.1": "no elasticity",
+        "flow.lift=some": "choose from 'none', 'range' or 'resolved'",
+        ENDS.format(1e5, -1.0): "outlet_pressure = -1.0 should be",
+        ENDS.format(-1e5, 1.0): "inlet_pressure = -1.*should be",
+        ENDS.format(2e5, 1e5)
+        + " & flow.ambient_pressure=-1.0": "ambient_pressure = -1.0 should be",
+        ENDS.format(2e5, 5e4): "ambient_pressure is missing",
+        "flow.ambient_pressure=1e5": "leave it out",
+        BOX + "0.1 & flow.sides=wall": "needs the grid of a contact",
+        BOX + "0.1 & flow.sides=wall & flow.lift=range": "needs the grid of a contact",
+        # No derivative of an area, nor of a face that is cut.
+        WITHOUT_LOAD + "flow.lift=none": "names 'sensitivity'",
+        WITHOUT_LOAD + "flow.lift=none & contact.model=bearing": "names 'sensitivity'",
+        "tolerances.contact.pressure=0 %": "leave out what you know exactly",
+        "tolerances.contact.pressure=100 %": "below 100 %",
+        "tolerances.contact.pressure=0.2 MPa": "100 % of the value or more",
+        "tolerances.contact.area_fraction=1 %": "not a known key",
+        "tolerances.contact.pressure=1 um": "not in a unit of Pa",
+        "tolerances.contact.pressure=0.1": "'10 %'",
+        "tolerances.heights=1 um": "'10 %'",
+        "tolerances.flow.inlet_pressure=1 %": "the scene does not give",
+        "tolerances.seal.line_load=1 %": "the scene does not give",
+        # Higher ridges across the flow close the film, along it they open it: K is the mean of g³.
+        "flow.lift=none & contact.pressure= & contact.mean_gap=3 um & tolerances.heights=5 %": (
+            "may open or close the film"
+        ),
+    },
+    "total": {
+        "accuracy.total=1.0": "accuracy.total = 1.0 should be less than 1",
+        "accuracy.total=0.0": "accuracy.total = 0.0 should be greater than 0",
+        "accuracy.totl=0.1": "did you mean total",
+        "output.products=['contact']": "output.products does not name",
+        "flow.rtol=0.05": "chooses flow.rtol itself",
+        "flow.method=finite-difference": "needs bounds",
+        "accuracy.contact_grid=false": "accuracy.contact_grid = false leaves it out",
+        "accuracy.total= & accuracy.max_refinement=2": "limits the grids that accuracy.total",
+        "limit.leak_rate=1 ml/h & limit.decide=true & flow.max_unknowns=9": "both say when to stop",
+    },
+    "seal": {
+        "output.products=['contact']": "does not name 'seal'",
+        "output.products=['seal', 'leak_rate']": "'leak_rate' beside 'seal'",
+        "flow.lift=resolved": "flow.lift = 'resolved' is for a single patch",
+        "flow.method=finite-difference": "needs bounds",
+        "flow.sides=wall": "walls between them",
+        "accuracy.total=0.1": r"\[accuracy\] does not go with \[seal\]",
+        "limit.leak_rate=1 ml/h & limit.decide=true": "set seal.rtol",
+        "seal.pressure_profile=parabola": "uniform",
+        "seal.pressure_profile=missing.csv": "is not a file",
+        "seal.patches=0": "patches",
+        "seal.leak_path=": "leak_path is missing",
+        "contact.pressure= & contact.area_fraction=0.2": r"needs contact\.pressure",
+        "seal.window=['10 um', '10 um']": "for a random surface leave it out",
+        "seal.leak_path= & " + RADII: "circumference must be left out: the radii of the ring",
+        "seal.circumference= & " + RADII: "leak_path must be left out",
+        "seal.leak_path= & seal.circumference= & " + RADII.replace("2.1", "2"): "must differ",
+        "seal.inlet_radius=2 mm": "outlet_radius is missing: inlet_radius needs it",
+        "contact.pressure= & seal.maximum_pressure=1 MPa": "is of a cylinder",
+        HERTZ + "seal.line_load=1 kN/m": "cylinder_radius is missing",
+        HERTZ + CYLINDER: "line_load and cylinder_radius give",
+        HERTZ + "seal.maximum_pressure=1 MPa & " + CYLINDER: "both give the pressure",
+        HERTZ + "seal.maximum_pressure=1 MPa & contact.pressure=1e5": (
+            r"seal\.maximum_pressure gives the contact pressure, and so does contact\.pressure"
+        ),
+        HERTZ + "seal.patches=3": "exactly one of pressure, area_fraction, mean_gap; got none",
+    },
+    "tensor": {
+        "flow.method=uniform": "does not compute; choose adaptive",
+        "flow.method=finite-difference": "does not compute; choose adaptive",
+        "fluid.kind=gas & fluid.molar_mass=29 g/mol & fluid.temperature=293": (
+            "inlet_pressure is missing: the conductivity tensor"
+        ),
+    },
+    "shape": {
+        "flow.rtol=0.1": r"\[surface\] is missing; give \[surface\] and \[contact\], or \[gap\]",
+        "shape.gap=1 & shape.gap_expression=x": "gap and gap_expression are both given",
+        "shape.gap=1 & gap.path=gap.npz": r"gap and so does \[gap\]",
+        "shape.gap=1 & shape.grid=polar": "grid and grid_origin belong to a gap on a grid",
+        "shape.gap_expression=x +": "is not an expression",
+        "shape.gap_expression=open(x)": r"'open\(x\)' in .* is not allowed",
+        "shape.gap=1 & shape.outer_radius=0.5": "1 m must be below outer_radius = 0.5 m",
+        "shape.gap=1 & shape.smallest_size=3": "must not exceed mesh_size = 0.25 m",
+        "shape.gap=1 & flow.sides=periodic": "flow.sides = 'periodic' is for a gap on a grid",
+        "shape.gap=1 & flow.representation=constant": "'constant' is for a gap",
+        "shape.gap=1 & flow.method=finite-difference": "'finite-difference' needs a grid",
+        "shape.gap=1 & output.products=['conductivity_tensor']": "only a periodic cell has",
+        "shape.gap=1 & accuracy.total=0.1": "set flow",
+        "shape.kind=ring & shape.gap=1": "'ring' is not allowed; choose from 're",
+        "shape.kind= & shape.gap=1": "shape.kind is missing; choose from 'rectangle' or 'strip' or",
+        BOX + "0.1 & shape.gap=1 & shape.smallest_size=0.1": "squares are equal",
+        PLATE + "shape.radius=0.6": "radius = 0.6 m does not fit",
+        "shape.gap=1 & shape.mesh_size=1e-300": "would take about inf triangles",
+        "shape.gap=1 & shape.outer_radius=1e30": r"would take about 1e\+62 triangles",
+        POLAR + "[1, '17 mm']": r"\[1\] = '17 mm' is not in a unit of rad",
+        POLAR + "['1 rad', 0]": r"\[0\] = '1 rad' is not in a unit of m",
+        POLAR + "[-1, 0]": "starts at a radius of -1 m, below 0",
+        POLAR + "[0, '17 deg'] & shape.grid=": r"\[1\] = '17 deg' is not in a unit of m",
+        POLAR + "[0, '17 deg'] & shape.grid=round": "shape.grid = 'round' is not allowed",
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("base", "change"), [(base, change) for base in BAD for change in BAD[base]]
+)
+def test_one_sentence(base, change, tmp_path):
+    np.savez(tmp_path / "gap.npz", gap=np.ones((3, 3)), spacing=(1e-6, 1e-6))
+    (tmp_path / "surface.npz").touch()
+    path = write_toml(tmp_path / "scene.toml", SCENES[base])
+    with pytest.raises(InvalidInput, match=BAD[base][change]) as caught:
+        Scene.from_file(path, change.split(" & "))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("base", sorted(set(SCENES) - {"shape"}))
+def test_the_scenes_are_right(base, tmp_path):
+    np.savez(tmp_path / "gap.npz", gap=np.ones((3, 3)), spacing=(1e-6, 1e-6))
+    (tmp_path / "surface.npz").touch()
+    assert Scene.from_file(write_toml(tmp_path / "scene.toml", SCENES[base]))
