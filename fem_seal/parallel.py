@@ -99,10 +99,15 @@ def cores() -> int:
     Those of processes that wait in `on_root` count for the one that computes. OMP_NUM_THREADS,
     where set, is an upper limit.
     """
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     stated = os.environ.get("OMP_NUM_THREADS", "")
     limit = int(stated) if stated.isdecimal() and int(stated) else sys.maxsize
-    return max(1, min((usable or 1) // (_sharing or processes()), limit))
+    return max(1, min(usable_cores() // (_sharing or processes()), limit))
+
+
+def usable_cores() -> int:
+    """Cores that this process may use, by its affinity mask where the system has one."""
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return usable or 1
 
 
 def is_root(comm: Comm = None) -> bool:

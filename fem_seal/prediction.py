@@ -6,6 +6,7 @@ and a patch that is sealed needs no flow at all.
 """
 
 from dataclasses import dataclass
+from functools import cache
 from math import ceil, inf, log, log2, pi, prod, sqrt
 from time import thread_time
 
@@ -18,6 +19,7 @@ from fem_seal.grid import GridField
 from fem_seal.grid_series import LOOSER, LOOSEST, half
 from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
+from fem_seal.points import Expected, Work
 from fem_seal.progress import duration
 from fem_seal.scene import FileSurface, Scene, SelfAffine
 from fem_seal.upscaling.patch_conductivity import KEPT
@@ -56,8 +58,9 @@ class Prediction:
 
     samples: tuple[int, int]  #: of a patch
     patches: int  #: of the seal; 1 without one
+    jobs: int  #: processes that share the patches
     parts: dict[str, float]  #: time of each stage [s]
-    each_patch: float  #: time that each patch of a seal adds [s]; 0 without one
+    each_patch: Expected | None  #: of a seal
     memory: float  #: of all processes [bytes]
     advice: str  #: what makes it shorter; "" where it is short
 
@@ -66,26 +69,36 @@ class Prediction:
         """Time of the whole [s]."""
         return sum(self.parts.values())
 
+    @property
+    def of_point(self) -> Expected:
+        """What a point of a sweep takes: libraries are there, and it draws no pictures."""
+        once = ("libraries", "pictures")
+        seconds = sum(seconds for name, seconds in self.parts.items() if name not in once)
+        return Expected(seconds, self.memory)
+
     def __str__(self) -> str:
         nx, ny = self.samples
         patches = "" if self.patches == 1 else f"{self.patches} patches of "
+        shared = "" if self.jobs == 1 else f" in {self.jobs} processes"
         parts = ", ".join(f"{name} {_short(seconds)}" for name, seconds in self.parts.items())
         words = (
-            f"{patches}{nx} x {ny} samples: about {duration(self.seconds)} ({parts}) and "
+            f"{patches}{nx} x {ny} samples{shared}: about {duration(self.seconds)} ({parts}) and "
             f"{self.memory / 1e9:.1f} GB"
         )
         return f"{words}; {self.advice}" if self.advice else words
 
 
-def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> Prediction:
+def predicted(
+    scene: Scene, surface: GridField | None = None, work: Work | None = None
+) -> Prediction:
     """Predict time and memory of a scene; a file of heights or gaps is read.
 
     Parameters
     ----------
     surface
         Heights, if they are at hand.
-    jobs
-        Processes that share the patches of a [seal].
+    work
+        How the patches of a [seal] are shared among workers; one after the other if left out.
 
     Raises
     ------
@@ -99,11 +112,10 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
     rtol, lifted = scene.total_error or scene.flow.rtol, scene.lift == "resolved"
     estimated = scene.accuracy is None or scene.accuracy.contact_grid
     coarse = half(shape) if laws.pressed and estimated and scene.seal is None else None
-    patches, at_once, parts = 1, 1, {"contact": laws.contact(samples)}
+    patches, each, parts = 1, 0.0, {"contact": laws.contact(samples)}
     unknowns, kept = unknowns_of(channels, rtol), 0.0
     if scene.seal is not None:
         patches, rtol, loads = scene.seal.patches, scene.seal.rtol, loads_of(scene)
-        at_once = min(jobs, patches)
         # At each load: contact, flow, and bounds between loads.
         each = 0.5 * contact_seconds(samples) + 0.03
         # The flow of a mirrored window is that of a quarter of it.
@@ -112,7 +124,7 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
         part = 4 if windows and mirrored else 1
         filmed, channels = samples / part, channels / part**0.455
         each += 1.4 * flow_seconds(filmed, channels, rtol / 2)
-        parts["patches"] = ceil(patches / at_once) * loads * each
+        each *= loads
         unknowns = unknowns_of(channels, rtol / 2)
         kept = min(loads, KEPT / filmed) * (KEPT_OF_UNKNOWN * unknowns + KEPT_OF_SAMPLE * filmed)
     if scene.needs_flow:
@@ -127,8 +139,6 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
             parts["contact grid"] = laws.contact(prod(coarse)) + laws.flow(prod(coarse), loose)
     if "conductivity_tensor" in scene.output.products:
         parts["tensor"] = 2 * laws.flow(samples, rtol)
-    if scene.tolerances is not None:
-        parts["tolerances"] = 2 * sum(parts.values())
     parts = {name: pace * seconds for name, seconds in parts.items()}
     flows = scene.leaks != "nothing" or "tensor" in parts
     libraries = [CONTACT] + [FLOW] * flows
@@ -137,16 +147,22 @@ def predicted(scene: Scene, surface: GridField | None = None, jobs: int = 1) -> 
         memory += BYTES_OF_LIFT * samples
     if flows:
         memory += BYTES_OF_UNKNOWN * unknowns + kept
-    memory *= max(at_once, parallel.processes())
+    jobs, each_patch = 1, None
+    if each:
+        each_patch = Expected(pace * each, memory)
+        jobs = min((work or Work()).jobs_for(patches, patches, each_patch), patches)
+        parts["patches"] = ceil(patches / jobs) * each_patch.seconds
+    if scene.tolerances is not None:
+        parts["tolerances"] = 2 * sum(parts.values())
+    memory *= max(jobs, parallel.processes())
     start = sum(seconds for seconds, _ in libraries)
     if "pictures" in scene.output.products:
         # What the flow took is free again by then.
         memory = max(memory, PICTURES[1] + BYTES_OF_SAMPLE * samples)
         parts["pictures"] = pace * PICTURES[0]
     parts = {"libraries": pace * start} | parts
-    seconds = sum(parts.values())
-    each_patch, advice = parts.get("patches", 0.0) / patches, _advice(scene, seconds, memory)
-    return Prediction(shape, patches, parts, each_patch, memory, advice)
+    advice = _advice(scene, sum(parts.values()), memory)
+    return Prediction(shape, patches, jobs, parts, each_patch, memory, advice)
 
 
 @dataclass(frozen=True)
@@ -218,6 +234,7 @@ def _shortest(field: GridField) -> float:
     return max(2.0, 0.41 * 2 * pi * slope / curvature) if curvature else 2.0
 
 
+@cache
 def _fft_seconds() -> float:
     """CPU time of an FFT of 512² samples [s], the least of those in `TRIED` seconds."""
     from scipy.fft import rfft2
@@ -236,7 +253,7 @@ def _advice(scene: Scene, seconds: float, memory: float) -> str:
         return ""
     ways = ["fewer samples (surface.shape, or crop of a map)"]
     if scene.seal is not None:
-        ways += ["fewer seal.patches", "a larger seal.rtol", "--jobs"]
+        ways += ["fewer seal.patches", "a larger seal.rtol"]
     elif scene.needs_flow:
         ways += ["a larger flow.rtol", "flow.method = 'finite-difference'"]
     return f"to see something sooner: {', '.join(ways)}"

@@ -283,15 +283,15 @@ def _seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
     The expected time is said before the first patch.
     """
     with patch.timed("seal"):
-        expected = predicted(patch.scene, patch.surface, 1 if work is None else work.jobs)
+        expected = predicted(patch.scene, patch.surface, work)
         patch.report(NOTE, str(expected))
         seal = solve_seal(patch, patches, work, each=expected.each_patch)
         if seal.state == "sealed" and patch.scene.limit is not None:
             seconds = max(expected.seconds / 2, A_MINUTE)
-            seal = under_less_load(patch, seal, seconds, patches, work)
+            seal = under_less_load(patch, seal, seconds, patches, work, expected.each_patch)
 
     def rate_of(other: Patch) -> LeakRate:
-        return leak_rate_of(other, solve_seal(other, patches, work))
+        return leak_rate_of(other, solve_seal(other, patches, work, each=expected.each_patch))
 
     return leak_rate_of(patch, seal), seal_budget(patch, seal, rate_of), seal
 
@@ -300,7 +300,7 @@ LEAKS = {"nothing": _nothing, "patch": _patch, "seal": _seal}
 
 
 def _require_one_process(scene: Scene, work: Work | None) -> None:
-    if work is not None and work.jobs > 1:
+    if work is not None and (work.jobs or 1) > 1:
         raise InvalidInput(
             f"--jobs = {work.jobs} distributes the patches of a [seal], and this scene has none; "
             "leave it out, or start the command by mpirun"

@@ -16,13 +16,8 @@ from project import MPI_ENVIRONMENT, printed_by, started, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
-from fem_seal.memory import available_memory
-from fem_seal.points.farm import (
-    UNKNOWN_POINT,
-    WorkerKilledError,
-    farm,
-    processes_that_fit,
-)
+from fem_seal.points import Expected
+from fem_seal.points.farm import WorkerKilledError, farm, processes_that_fit
 from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 
 VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
@@ -267,12 +262,31 @@ def meet(folder):
 
 
 def test_processes_do_not_wait_for_the_first_point(tmp_path):
-    """Both of two begin at once, where the memory holds two points of unknown size."""
-    if available_memory() < 2.5 * UNKNOWN_POINT:
-        pytest.skip("needs 10 GB of free memory")
+    """Both of two begin at once, where the memory holds two points."""
     here = tmp_path / "here"
     here.mkdir()
-    assert farm([here, here], meet, 2, lambda: 0) == [True, True]
+    assert farm([here, here], meet, 2, lambda: 0, need=400 * MB) == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("work", "chains", "seconds", "memory", "jobs"),
+    [
+        (Work(None), 24, 1.0, 400 * MB, 8),  # a core each
+        (Work(None), 3, 1.0, 400 * MB, 3),  # no more than chains
+        (Work(None), 24, 0.1, 400 * MB, 1),  # workers would take longer to start
+        (Work(None), 24, 1.0, 2000 * MB, 3),  # 10 GB hold three of up to 1.5 times 2 GB
+        (Work(None, memory=3000 * MB), 24, 1.0, 400 * MB, 5),
+        (Work(2), 24, 0.1, 2000 * MB, 2),  # the user has the last word
+        (Work(), 24, 1.0, 400 * MB, 1),
+    ],
+)
+def test_there_are_as_many_workers_as_pay(work, chains, seconds, memory, jobs, monkeypatch):
+    monkeypatch.setattr("fem_seal.points.work.available_memory", lambda: 10_000 * MB)
+    monkeypatch.setattr("fem_seal.parallel.usable_cores", lambda: 8)
+    assert work.jobs_for(chains, 24, Expected(seconds, memory)) == jobs
+    monkeypatch.setattr("fem_seal.parallel.processes", lambda: 8)
+    if work.jobs is None:
+        assert work.jobs_for(chains, 24, Expected(seconds, memory)) == 1
 
 
 def test_workers_have_the_variables_of_now(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ from project import scene_of_samples, write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
+from fem_seal.points import Work
 from fem_seal.prediction import predicted
 from fem_seal.scene import Heights, Scene
 
@@ -49,8 +50,8 @@ def test_more_work_takes_longer(small_scene, monkeypatch):
     for change in changes:
         assert predicted(base.with_(change)).seconds > predicted(base).seconds
     seal = base.with_({"seal": SEAL, "flow.lift": None, "output.products": ["seal"]})
-    one, two = predicted(seal), predicted(seal, jobs=2)
-    assert two.each_patch == pytest.approx(one.each_patch / 2)
+    one, two = predicted(seal), predicted(seal, work=Work(2))
+    assert two.parts["patches"] == pytest.approx(one.parts["patches"] / 2)
     assert two.memory == pytest.approx(2 * one.memory)
     assert predicted(seal.with_({"seal.patches": 8})).seconds > one.seconds
 

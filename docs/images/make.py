@@ -31,7 +31,7 @@ PICTURES = {
     ),
     "seal.png": (
         1000,
-        f"{FEM_SEAL} run demos/scenes/o-ring.toml --jobs 2 --out made",
+        f"{FEM_SEAL} run demos/scenes/o-ring.toml --out made",
         "made/seal.png",
     ),
     "flange.png": (900, f"{FEM_SEAL} run demos/scenes/flange.toml --out made", "made/flow.png"),

@@ -125,9 +125,16 @@ def add_trust(command: argparse.ArgumentParser) -> None:
     )
 
 
-def add_jobs(command: argparse.ArgumentParser, jobs: str) -> None:
-    """Add --jobs and --memory; `jobs` is the help of the former."""
-    command.add_argument("--jobs", type=int, default=1, metavar="N", help=jobs)
+def add_jobs(
+    command: argparse.ArgumentParser, purpose: str = "", default: int | None = None
+) -> None:
+    """Add --jobs, its help with a purpose, and --memory.
+
+    Left out, the number of jobs is the default; None: as many as pay (`Work.jobs_for`).
+    """
+    usual = "as many as pay" if default is None else default
+    text = f"processes of this machine{purpose} ({usual})"
+    command.add_argument("--jobs", type=int, default=default, metavar="N", help=text)
     command.add_argument(
         "--memory",
         type=float,
@@ -145,9 +152,9 @@ def work_of(options: argparse.Namespace) -> "Work":
     return Work(options.jobs, memory=memory, **shared)
 
 
-def add_work(command: argparse.ArgumentParser, noun: str) -> None:
+def add_work(command: argparse.ArgumentParser, noun: str, default: int | None = 1) -> None:
     """Add the options that distribute points over processes; a part is every N-th `noun`."""
-    add_jobs(command, "processes of this machine (1)")
+    add_jobs(command, default=default)
     command.add_argument(
         "--part",
         type=part,
@@ -173,7 +180,7 @@ def part(text: str) -> tuple[int, int]:
 
 def prepare_workers(options: argparse.Namespace, module: str) -> None:
     """Let the workers of --jobs import a module while this process imports it."""
-    if options.jobs > 1 and not options.gather:
+    if (options.jobs or 1) > 1 and not options.gather:
         from fem_seal.points.farm import preload
 
         preload([module])

@@ -25,7 +25,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_scene(command)
     add_trust(command)
-    add_jobs(command, "processes of this machine, for the patches of a [seal] (1)")
+    add_jobs(command, ", for the patches of a [seal]")
     command.add_argument(
         "--dry-run",
         dest="command",
@@ -54,5 +54,5 @@ def _predict(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
 
     scene = Scene.from_file(options.scene, options.overrides)
-    say(str(predicted(scene, jobs=work_of(options).jobs)))
+    say(str(predicted(scene, work=work_of(options))))
     return 0

@@ -1,7 +1,7 @@
 """Compute the points that are missing, in this process or in many."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import monotonic
 from typing import TypeAlias
@@ -10,7 +10,7 @@ from fem_seal import parallel
 from fem_seal.errors import FemSealError, MissingPackage, NotConverged
 from fem_seal.points.farm import WorkerKilledError, farm, watch
 from fem_seal.points.task import Chain, Task, nothing
-from fem_seal.points.work import Work
+from fem_seal.points.work import UNKNOWN_POINT, Expected, Work
 from fem_seal.progress import Pace, Report, silent
 
 Failures: TypeAlias = dict[str, FemSealError]
@@ -50,14 +50,15 @@ def compute_points(
     report: Report = silent,
     gather: Callable[[], object] = nothing,
     name: str = "points",
-    each: float | None = None,
+    each: Expected | None = None,
     comm: parallel.Comm = None,
 ) -> Outcome:
     """Compute the points of some chains that their folders do not hold.
 
     The chains are those of all parts. `gather` makes a table of the finished points; the first
     process calls it now and then, and at the end. `name` is that of the points in the progress,
-    `each` the time [s] that one is expected to take. `comm` computes them, `work.comm` if left out.
+    `each` what one is expected to take, by which `work.jobs_for` decides. `comm` computes them,
+    `work.comm` if left out.
 
     Raises
     ------
@@ -68,10 +69,13 @@ def compute_points(
     comm = work.comm if comm is None else comm
     mine = [] if work.gather else list(chains[k - 1 :: n])
     missing = parallel.on_root(lambda: _cleared(mine), comm)
-    pace = Pace(len(missing), name, report, None if each is None else each * len(missing))
+    jobs = work.jobs_for(min(len(mine), len(missing)), len(missing), each)
+    need = UNKNOWN_POINT if each is None else each.reserved
+    expected = None if each is None else len(missing) * each.seconds / jobs
+    pace = Pace(len(missing), name, report, expected)
     failures: Failures = {}
     try:
-        if missing and work.jobs == 1 and work.executor is None:
+        if missing and jobs == 1 and work.executor is None:
             now_and_then = _Throttled(gather)
 
             def after_each() -> None:
@@ -81,7 +85,7 @@ def compute_points(
             for chain in mine:
                 failures |= compute_chain(chain, pace, comm=comm, after_each=after_each)
         elif missing:
-            failures = _by_workers(mine, missing, work, pace, gather)
+            failures = _by_workers(mine, missing, replace(work, jobs=jobs), need, pace, gather)
     finally:
         if parallel.is_root(comm):
             gather()
@@ -154,6 +158,7 @@ def _by_workers(
     chains: list[Chain],
     missing: Sequence[str],
     work: Work,
+    need: int,
     pace: Pace,
     gather: Callable[[], object],
 ) -> Failures:
@@ -179,7 +184,8 @@ def _by_workers(
         # A point whose process is killed twice, the second time alone, has failed.
         batch = chains[:1] if alone else chains
         try:
-            for errors in farm(batch, compute_alone, 1 if alone else work.jobs, poll, work.memory):
+            jobs = 1 if alone else work.jobs or 1
+            for errors in farm(batch, compute_alone, jobs, poll, work.memory, need):
                 failures |= errors
         except WorkerKilledError:
             chains = [chain for chain in chains if _without_file([chain])]

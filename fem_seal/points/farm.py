@@ -16,6 +16,7 @@ from typing import TypeVar
 from fem_seal.errors import present
 from fem_seal.memory import available_memory, memory_of
 from fem_seal.parallel import OF_MPI
+from fem_seal.points.work import UNKNOWN_POINT
 
 Chain = TypeVar("Chain")
 Answer = TypeVar("Answer")
@@ -23,9 +24,6 @@ Answer = TypeVar("Answer")
 _POLL = 0.5  # time between two polls of the chains [s]
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _SPARE = 1.2  # memory kept free for each process, over that of the largest point so far
-# Memory kept free for each process until a point is finished: what a contact on 4096 x 4096
-# samples and its flow take [bytes].
-UNKNOWN_POINT = 4_000_000_000
 
 
 class WorkerKilledError(Exception):
@@ -55,11 +53,12 @@ def farm(
     jobs: int,
     poll: Callable[[], int],
     memory: int | None = None,
+    need: int = UNKNOWN_POINT,
 ) -> list[Answer]:
     """Compute chains in processes of this machine.
 
     At most `jobs` processes are started, and no more than the memory holds. Until a point is
-    finished and shows how much memory it takes, each process counts as `UNKNOWN_POINT`. The answers
+    finished and shows how much memory it takes, `need` is kept free for each process. The answers
     of `compute` are in the order in which they came.
 
     Parameters
@@ -70,6 +69,8 @@ def farm(
         Called every half second and at the end; returns how many points are finished.
     memory
         Most memory of all processes together [bytes]; what the machine has if left out.
+    need
+        Memory that a process is expected to need [bytes].
 
     Raises
     ------
@@ -91,8 +92,8 @@ def farm(
         left = available_memory()
         if memory is not None:
             left = min(left, memory - sum(resident))
-        need = max(int(_SPARE * largest), 0 if finished else UNKNOWN_POINT)
-        return min(jobs, processes_that_fit(need, resident, left))
+        most = max(int(_SPARE * largest), 0 if finished else need)
+        return min(jobs, processes_that_fit(most, resident, left))
 
     done = False
     try:

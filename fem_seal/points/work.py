@@ -5,6 +5,27 @@ from dataclasses import dataclass
 
 from fem_seal import parallel
 from fem_seal.errors import InvalidInput
+from fem_seal.memory import available_memory
+
+# Workers import the libraries themselves: they must save more time than this [s].
+START = 5.0
+WITHIN = 1.5  # factor by which a point may take more memory than is expected of it
+# Memory kept free for a point of which nothing is known: that of a contact on 4096 x 4096 samples
+# and its flow [bytes].
+UNKNOWN_POINT = 4_000_000_000
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What a point is expected to take in a process of its own."""
+
+    seconds: float  #: time [s]
+    memory: float  #: [bytes]
+
+    @property
+    def reserved(self) -> int:
+        """Memory kept free for it [bytes]."""
+        return int(WITHIN * self.memory)
 
 
 @dataclass(frozen=True)
@@ -14,7 +35,8 @@ class Work:
     InvalidInput if a value is out of range, or if each process of an mpirun would start jobs.
     """
 
-    jobs: int = 1  #: number of worker processes on this machine
+    #: number of worker processes on this machine; None: as many as `jobs_for` finds to pay
+    jobs: int | None = 1
     #: (k, n): compute every n-th chain from the k-th on, k from 1. Parts may run anywhere
     part: tuple[int, int] = (1, 1)
     #: executor that computes the chains in place of processes of this
@@ -27,17 +49,34 @@ class Work:
     memory: int | None = None
 
     def __post_init__(self) -> None:
-        k, n = self.part
-        if self.jobs < 1:
+        (k, n), jobs = self.part, 1 if self.jobs is None else self.jobs
+        if jobs < 1:
             raise InvalidInput(f"--jobs = {self.jobs} must be at least 1")
         if not 1 <= k <= n:
             raise InvalidInput(f"--part = {k}/{n} must be K/N with 1 <= K <= N")
         if self.memory is not None and self.memory <= 0:
             raise InvalidInput(f"--memory = {self.memory / 1e9:g} GB must be above 0")
-        if self.jobs > 1 and parallel.processes() > 1:
+        if jobs > 1 and parallel.processes() > 1:
             raise InvalidInput(
                 "with --jobs each point is solved by one process; start the command without mpirun"
             )
+
+    @property
+    def open(self) -> bool:
+        """Whether `jobs_for` chooses the number of workers; nobody does under mpirun."""
+        return self.jobs is None and self.executor is None and parallel.processes() == 1
+
+    def jobs_for(self, chains: int, points: int, each: Expected | None) -> int:
+        """Number of workers for the points of some chains, from what each is expected to take.
+
+        Where it is open: one for each core and chain that the memory holds, if that saves enough
+        time; one where nothing is known.
+        """
+        if not self.open or each is None:
+            return self.jobs or 1
+        memory = available_memory() if self.memory is None else self.memory
+        most = max(1, min(parallel.usable_cores(), chains, int(memory // each.reserved)))
+        return most if points * each.seconds * (1 - 1 / most) > START else 1
 
     @property
     def comm(self) -> parallel.Comm:

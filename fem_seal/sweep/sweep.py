@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fem_seal import parallel
+from fem_seal.errors import FemSealError
 from fem_seal.files import locked_folder
 from fem_seal.patch import require_trusted
-from fem_seal.points import Chain, Work, compute_points
+from fem_seal.points import Chain, Expected, Work, compute_points
+from fem_seal.prediction import predicted
 from fem_seal.progress import Report, silent
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
@@ -96,7 +98,13 @@ def sweep(
     with ExitStack() as held:
         origin = _origin(tasks[0].scene, keys)
         parallel.on_root(lambda: _open(held, folder, origin, overwrite), work.comm)
-        outcome = compute_points(chains, work, report=report, gather=lambda: folder.gather(order))
+        outcome = compute_points(
+            chains,
+            work,
+            report=report,
+            gather=lambda: folder.gather(order),
+            each=_expected(tasks) if work.open and len(chains) > 1 else None,
+        )
         table = parallel.on_root(lambda: folder.gather(order), work.comm)
     # An earlier sweep may have written a point in other words, such as 100 kPa for 0.1 MPa.
     points = parallel.on_root(lambda: [folder.point(name) for name in order], work.comm)
@@ -104,6 +112,15 @@ def sweep(
     failures = sum(not point.converged for point in own)
     missing = len(tasks) - len(own)
     return Tally(len(tasks), outcome.computed, failures, missing, tuple(table), tuple(equal))
+
+
+def _expected(tasks: Sequence[ScenePoint]) -> Expected | None:
+    """What a point is expected to take, by the first and the last one; None if unknown."""
+    try:
+        first, last = (predicted(tasks[k].scene).of_point for k in (0, -1))
+        return Expected((first.seconds + last.seconds) / 2, max(first.memory, last.memory))
+    except FemSealError:
+        return None  # Their own lines say what is wrong with these points.
 
 
 def _open(held: ExitStack, folder: SweepFolder, origin: Provenance, overwrite: bool) -> None:

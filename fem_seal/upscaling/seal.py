@@ -14,7 +14,7 @@ from fem_seal.errors import present
 from fem_seal.files import temporary_folder
 from fem_seal.leak_rate import FlowState, half_width_of, relative_half_width, relative_width
 from fem_seal.patch import Patch
-from fem_seal.points import Work
+from fem_seal.points import Expected, Work
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.network import (
     LEAST_LEAKING,
@@ -89,7 +89,12 @@ class LoweredSeal:
 
 
 def under_less_load(
-    patch: Patch, seal: SealLeak, seconds: float, folder: Path | None, work: Work | None
+    patch: Patch,
+    seal: SealLeak,
+    seconds: float,
+    folder: Path | None,
+    work: Work | None,
+    each: Expected | None = None,
 ) -> SealLeak:
     """A sealed seal with what it leaks at most, from a load under which its patches leak.
 
@@ -112,10 +117,10 @@ def under_less_load(
             late = parallel.on_root(lambda: perf_counter() - start > seconds, patch.comm)
             if late or not enough:
                 return replace(seal, lowered=LoweredSeal(part))
-            few = solve_seal(patch, folder, work, part=part, patches=LEAST_LEAKING)
+            few = solve_seal(patch, folder, work, part=part, patches=LEAST_LEAKING, each=each)
             if few.share_sealed.value == 1:
                 continue
-            lowered = solve_seal(patch, folder, work, part=part)
+            lowered = solve_seal(patch, folder, work, part=part, each=each)
             if lowered.interval is not None:
                 beside = lowered.upper / lowered.value * (1 + (lowered.contact_error or 0.0))
                 leaking = sum(patch.seal_flow.state == "leaking" for patch in lowered.patches)
@@ -131,7 +136,7 @@ def solve_seal(
     *,
     part: float = 1.0,
     patches: int | None = None,
-    each: float | None = None,
+    each: Expected | None = None,
 ) -> SealLeak:
     """Leak rate of the seal of a scene with [seal].
 
@@ -148,7 +153,7 @@ def solve_seal(
     patches
         Number of realizations, from the first one on; all if left out.
     each
-        Time [s] that each is expected to add.
+        What each is expected to take.
     """
     scene, seal = patch.scene, present(patch.scene.seal, "[seal]")
     profile, path = profile_of(scene)

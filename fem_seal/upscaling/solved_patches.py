@@ -19,7 +19,7 @@ from fem_seal.files import digest
 from fem_seal.grid_series import OnGrid, grid_error, on_half, unresolved
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
-from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
+from fem_seal.points import Chain, Expected, RecordFolder, Task, Work, compute_points
 from fem_seal.points.compute import under
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
@@ -136,12 +136,11 @@ def solved_patches(
     folder: Path | None,
     work: Work,
     part: float = 1.0,
-    each: float | None = None,
+    each: Expected | None = None,
 ) -> tuple[SolvedPatch, ...]:
     """Solve the patches that a folder does not hold yet; without one, this process solves them all.
 
-    They have the report and the processes of the patch `like`, and a part of their load. Each is
-    expected to add a time [s].
+    They have the report and the processes of the patch `like`, and a part of their load.
     """
     number = len(scenes)
     tasks = [
