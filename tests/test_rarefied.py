@@ -127,6 +127,8 @@ def test_table(accommodation):
     t = np.geomspace(1e-9, 1e9, 500)
     # The table errs by 1e-4.
     assert (c(t) >= FIRST_ORDER(t) * (1 - 1e-4)).all()
+    # A gas that slips flows more than one that does not, whose c is t.
+    assert (c(t) > t).all()
     # Flow grows with the gap: g² c(g p/B), also beyond the table.
     assert (np.diff(t**2 * c(t)) > 0).all()
     assert LEAST_RAREFACTION < 3 * sqrt(pi) * slip * c.kinks[0] < 2 * LEAST_RAREFACTION

@@ -54,17 +54,25 @@ def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRa
     if patch.scene.tolerances is None:
         sentence = "load, solid, fluid and heights count as exact, without [tolerances]"
         return Uncertainty(INPUTS, "not covered", sentence)
-    if lifted is not None and lifted.floats:
-        # Higher heights then lower the leak rate.
+    if lifted is not None and (lifted.floats or _may_float(patch)):
+        # Higher heights, or a stiffer solid, may then lower the leak rate.
         sentence = (
-            "the solid floats on the fluid, and at which ends of [tolerances] most leaks is known "
-            "of a solid in contact only: change one input at a time"
+            "the fluid may carry the whole load, and at which ends of [tolerances] most leaks is "
+            "known of a solid in contact only: change one input at a time"
         )
         return Uncertainty(INPUTS, "not covered", sentence)
     with patch.timed("inputs"):
         closed, opened = (rate_of(_at_corner(patch, end)) for end in (-1, 1))
     carried = lifted.fluid_load / load if lifted is not None and load else 0.0
     return _entry(patch.scene, leak, closed, opened, carried)
+
+
+def _may_float(patch: Patch) -> bool:
+    """Whether the fluid may carry all of a load of [tolerances] on a solid that is uncertain."""
+    opened = corner(patch.scene, 1)
+    load, (inlet, _) = opened.load, opened.gauge_pressures
+    uncertain = not patch.scene.tolerated.keys().isdisjoint(STIFFNESSES)
+    return uncertain and load.kind == "pressure" and load.value <= inlet
 
 
 def rate_in_range(patch: Patch) -> LeakRate:

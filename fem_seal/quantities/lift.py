@@ -168,10 +168,11 @@ def _at_the_end(patch: Patch, pressure: float, side: int) -> tuple[LeakRate | No
     """Leak rate of the dry contact under another pressure [Pa], and words about it.
 
     None if it cannot change the verdict, by an upper (1) or a lower (0) end: without a limit, or
-    where the dry contact may be beyond it on that side already.
+    where the dry contact may be beyond it on that side already. None with [tolerances] as well:
+    the fluid changes the leak rate at their ends by another factor, and may lift the solid off.
     """
     limit = patch.scene.limit
-    if limit is None:
+    if limit is None or patch.scene.tolerances is not None:
         return None, []
     allowed = limit.volume_rate(patch.scene.drive)
     if (patch.leak_rate.bounds[1] > allowed) if side else (patch.leak_rate.bounds[0] <= allowed):

@@ -187,9 +187,11 @@ def _advice(
         total = expm1(abs(log(limit / sqrt(low * high))))
         if LEAST_RTOL < total < 1:
             return f"accuracy.total = {total:.2g} might decide"
+    value = sqrt(low * high)
     inputs = next((entry for entry in counted if entry.key == INPUTS), None)
-    if inputs is not None:
-        return _narrower(inputs, sqrt(low * high), limit, combined(rest))
+    sides = [(e.lower, e.upper)[value < limit] for e in counted if e is not inputs]
+    if inputs is not None and None not in sides:
+        return _narrower(inputs, value, limit, combined(rest))
     if rtol is not None and unknowns is not None:
         return f"flow.rtol = {rtol:.2g} might decide, with about {in_digits(unknowns, 2)} unknowns"
     if open_entries(rest):

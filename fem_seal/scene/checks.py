@@ -252,6 +252,20 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
             "tolerances.heights needs contact.pressure or contact.area_fraction: at a given "
             "contact.mean_gap higher heights may open or close the film; leave it out"
         )
+    if scene.lift == "range":
+        yield (
+            "[tolerances] moves both ends of flow.lift = 'range', by other factors than the dry "
+            "contact; choose 'resolved', or leave [tolerances] out"
+        )
+    if scene.lift == "resolved":
+        pressed = scene.contact is not None and scene.contact.pressure is not None
+        of_solid = () if pressed else ("solid.youngs_modulus", "solid.contact_modulus")
+        for name in given.keys() & {"flow.outlet_pressure", *of_solid}:
+            without = "" if pressed else " without contact.pressure"
+            yield (
+                f"tolerances.{name} may open or close a film that the fluid lifts{without}; leave "
+                "it out, and compare scenes with other values of it"
+            )
     for name, part in scene.tolerated.items():
         if part >= 1:
             yield (

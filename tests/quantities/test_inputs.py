@@ -169,6 +169,28 @@ def test_every_input_has_a_direction():
     assert names | {"heights"} == set(OPENS)
 
 
+def test_a_stiffer_solid_may_leak_less():
+    """Where the fluid may carry the whole load; the ends of the box are then not the extremes."""
+    coarse = ["surface.shape=[16, 16]", "surface.short_wavelength=25 um"]
+    soft = ["surface.long_wavelength=50 um", "contact.pressure=0.09 MPa", LIFTED]
+    soft += ["solid.contact_modulus=1 MPa", "tolerances.solid.contact_modulus=20 %"]
+    solved = solve(scene(*coarse, *soft))
+    assert not solved.patch.lifted.floats
+    assert solved.patch.sensitivity.by_input["solid.contact_modulus"] < 0
+    assert entry(solved).kind == "not covered"
+
+
+def test_a_load_that_may_not_exceed_the_pressure_of_the_fluid():
+    """The dry contact keeps the limit under the load less 0.14 MPa, not under nine tenths of it."""
+    settings = [DRY, "flow.pressure_drop=0.14 MPa", "accuracy.contact_grid=false"]
+    settings += ["contact.pressure=0.15 MPa", "limit.leak_rate=1e-9 m^3/s"]
+    known = solve(scene(*settings))
+    assert known.verdict.decision == "within limit"
+    about = solve(scene(*settings, "tolerances.contact.pressure=10 %"))
+    assert about.verdict.decision == "undecided"
+    assert "the fluid's pressure, up to" in about.verdict.comparison
+
+
 def test_the_back_of_the_solid_keeps_its_pressure():
     """An outlet below 1 bar at a corner does not change the ambient pressure."""
     gas = ["fluid.kind=gas", "fluid.molar_mass=29 g/mol", "fluid.viscosity=18 uPa s"]
