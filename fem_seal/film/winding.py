@@ -6,6 +6,7 @@ the way to it. A cluster reached with two different numbers closes a path around
 """
 
 from dataclasses import dataclass
+from operator import add, sub
 
 import numpy as np
 
@@ -21,43 +22,43 @@ from fem_seal.registry import require_known
 class Unwound:
     """Pieces of clusters laid out in the plane, joined across the seams."""
 
-    root: np.ndarray  #: (n,) int, one piece of each joined cluster
-    offset: np.ndarray  #: (n, 2) int, seams crossed from the root to the piece
-    windings: np.ndarray  #: (k, 2) int, closed paths around the cell, as numbers of seams crossed
+    root: np.ndarray  #: (n,) int32, one piece of each joined cluster
+    offset: np.ndarray  #: (n, d) int32, seams crossed from the root to the piece
+    windings: np.ndarray  #: (k, d) int, closed paths around the cell, as numbers of seams crossed
     winding_roots: np.ndarray  #: (k,) int, root of the cluster of each winding
 
 
 def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) -> Unwound:
     """Join `count` pieces across seams by a search along the links between them.
 
-    The links (m,) join two pieces each; `jump` (m, 2) is the distance, in cells, of the copy of the
-    second one that touches the first.
+    The links (m,) join two pieces each; `jump` (m, d) is the distance, in cells, of the copy of the
+    second one that touches the first. There are d seams.
     """
-    neighbours: dict[int, list[tuple[int, tuple[int, int]]]] = {}
+    neighbours: dict[int, list[tuple[int, tuple[int, ...]]]] = {}
     links = np.unique(np.column_stack([first, second, jump]), axis=0)
-    for a, b, x, y in links.tolist():
-        neighbours.setdefault(a, []).append((b, (x, y)))
-        neighbours.setdefault(b, []).append((a, (-x, -y)))
-    root, offset = np.arange(count), np.zeros((count, 2), dtype=int)
-    placed: dict[int, tuple[int, int]] = {}
-    windings: set[tuple[int, int, int]] = set()
+    for a, b, *step in links.tolist():
+        neighbours.setdefault(a, []).append((b, tuple(step)))
+        neighbours.setdefault(b, []).append((a, tuple(-x for x in step)))
+    d = jump.shape[1]
+    root, offset = np.arange(count, dtype=np.int32), np.zeros((count, d), dtype=np.int32)
+    placed: dict[int, tuple[int, ...]] = {}
+    windings: set[tuple[int, ...]] = set()
     for start in neighbours:
         if start in placed:
             continue
-        placed[start] = (0, 0)
+        placed[start] = (0,) * d
         todo = [start]
         while todo:
             piece = todo.pop()
             for neighbour, step in neighbours[piece]:
-                reached = placed[piece][0] + step[0], placed[piece][1] + step[1]
+                reached = tuple(map(add, placed[piece], step))
                 if neighbour not in placed:
                     placed[neighbour] = reached
                     root[neighbour], offset[neighbour] = start, reached
                     todo.append(neighbour)
                 elif placed[neighbour] != reached:
-                    x, y = placed[neighbour]
-                    windings.add((start, reached[0] - x, reached[1] - y))
-    table = np.array(sorted(windings), dtype=int).reshape(-1, 3)
+                    windings.add((start, *map(sub, reached, placed[neighbour])))
+    table = np.array(sorted(windings), dtype=int).reshape(-1, 1 + d)
     return Unwound(root, offset, table[:, 1:], table[:, 0])
 
 

@@ -1,8 +1,7 @@
 """The adaptive loop: solve, bound, mark, refine, until the bounds agree.
 
-The loop is the same for a leak rate (`level.py`), a conductivity tensor (`cell_problem.py`), and
-uniform refinement, which marks all cells. For a leak rate, with unit pressure drop and K = g³, it
-solves on each mesh
+The loop is the same for a leak rate, a conductivity tensor, and uniform refinement, which marks all
+cells. For a leak rate, with unit pressure drop and K = g³, it solves on each mesh (`level.py`)
 
     primal             Q_hi   = min_p ∫ K|∇p|²,       p = 1 at the inlet, 0 at the outlet
     dual               1/Q_lo = min_ψ ∫ |∇ψ|²/K,      ψ of unit flux, constant in blocked cells
@@ -19,26 +18,19 @@ solve.
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.errors import Inconsistent, present
+from fem_seal.errors import Inconsistent
 from fem_seal.flow.energy import ROUNDING
+from fem_seal.flow.gap_on_mesh import GapOnMesh
+from fem_seal.flow.level import Family, Guess, LevelProblem, LevelSolution, Streams
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Strategy, mark, mark_all
-from fem_seal.flow.solution import (
-    AnyPressure,
-    AnyProblem,
-    AnyStream,
-    FlowEstimate,
-    Guess,
-    LevelSolution,
-    SolvedLevel,
-    Start,
-)
+from fem_seal.flow.solution import FlowEstimate, SolvedLevel, Start
 from fem_seal.flow.stopping import Stopping
-from fem_seal.mesh.bisection import AnyMesh, TooFine
+from fem_seal.mesh.bisection import TooFine
 
 # Ratio of the bracket's widths after and before the hierarchical correction, until it is measured.
 USUAL_CORRECTION_RATIO = 0.4
@@ -53,7 +45,7 @@ def unchanged(solution: LevelSolution) -> LevelSolution:
 
 
 def refined(
-    make_problem: Callable[[AnyMesh, np.ndarray], AnyProblem],
+    gap: GapOnMesh,
     start: Start,
     strategy: Strategy,
     stopping: Stopping,
@@ -63,9 +55,6 @@ def refined(
 
     Parameters
     ----------
-    make_problem
-        Makes the problem on a mesh from the gap at its vertices; all ranks must take the same
-        steps.
     start
         The first mesh, which must leave a path for the flow, and functions to start from.
     widen
@@ -76,7 +65,9 @@ def refined(
     correction_ratio = USUAL_CORRECTION_RATIO
     best, log = None, _Log()
     while True:
-        problem = make_problem(start.mesh, start.values)
+        problem = LevelProblem(
+            gap, start.mesh, start.values, stopping.comm, strategy.tuning.tolerance
+        )
         if best is not None and problem.unknowns > max_unknowns:
             return stopping.end(TOO_MANY.format(max_unknowns))
         guess = problem.guess(start)
@@ -88,10 +79,10 @@ def refined(
         bounds = problem.upper_bound(solution.pressure)
         if solution.stream is not None:
             bounds = problem.corrected(solution.pressure, solution.stream).tightened(bounds)
-            log.lap("sharpening")
-        if np.isfinite(bounds.excess):
-            difference = problem.difference(solution.pressure, solution.stream)
-            solve_true_dual, correction_ratio = True, width_ratio(bounds.excess, difference)
+            log.lap("correction")
+            if np.isfinite(bounds.excess):
+                difference = problem.difference(solution.pressure, solution.stream)
+                solve_true_dual, correction_ratio = True, width_ratio(bounds.excess, difference)
         best = bounds if best is None else bounds.tightened(best)
         # Stop if the bounds meet the criterion, or if unknowns, time or memory reach their limit.
         count = problem.unknowns, problem.space.count
@@ -112,15 +103,18 @@ def refined(
             flows: list[FlowEstimate] = []
             stream, marks, ahead = solution.stream, mark_all(problem), 0
         else:
-            solution = _with_regularised_dual(problem, guess, solution, strategy, log)
-            stream, ahead = solution.regularised, strategy.tuning.ahead
-            flows = problem.flows(solution.pressure, stream)
-            expected = correction_ratio * problem.difference(solution.pressure, stream)
+            # If the true dual came first, the next level logs the time of this solve.
+            psi = guess.streams if solution.stream is None else solution.stream.psi
+            regularised = solution.regularised or _regularised_dual(problem, psi, strategy, log)
+            stream, ahead = regularised, strategy.tuning.ahead
+            flows = problem.flows(solution.pressure, regularised)
+            expected = correction_ratio * problem.difference(solution.pressure, regularised)
             reached = best.width if solution.stream is not None else np.inf
+            del psi, regularised
             marks = mark(problem, flows, expected, reached, strategy)
             # Free the functions with the mesh: looking ahead takes them from the start.
             flows = [flow.without_functions() for flow in flows]
-        step = problem.start(solution.pressure, stream), problem.gap, marks, flows, ahead
+        step = problem.start(solution.pressure, stream), gap, marks, flows, ahead
         # Free this mesh before the next one is made.
         del problem, guess, solution, stream
         try:
@@ -144,7 +138,7 @@ class _Log:
         self.residuals: dict[str, tuple[float, ...]] = {}
         self._last = time.perf_counter()
 
-    def lap(self, name: str, solved: AnyPressure | AnyStream | None = None) -> None:
+    def lap(self, name: str, solved: Family | None = None) -> None:
         now = time.perf_counter()
         self.seconds[name] = now - self._last
         self._last = now
@@ -156,13 +150,13 @@ class _Log:
 class _Solved:
     """Solutions on one mesh: pressure, regularised and true stream function."""
 
-    pressure: AnyPressure
-    regularised: AnyStream | None = None
-    stream: AnyStream | None = None
+    pressure: Family
+    regularised: Streams | None = None
+    stream: Streams | None = None
 
 
 def _solve(
-    problem: AnyProblem,
+    problem: LevelProblem,
     guess: Guess,
     strategy: Strategy,
     solve_true_dual: bool,
@@ -174,39 +168,27 @@ def _solve(
     Unless `solve_true_dual`, the regularised dual is solved before it: the true dual then follows
     if the expected width is close to the tolerance, or if the next mesh would be too large.
     """
-    pressure = problem.pressure(guess.pressure)
+    pressure = problem.pressure(guess.pressures)
     log.lap("primal", pressure)
-    solution: _Solved = _Solved(pressure)
-    psi = guess.stream
+    psi, regularised = guess.streams, None
     if not solve_true_dual:
-        solution = _with_regularised_dual(problem, guess, solution, strategy, log)
-        regularised = present(solution.regularised, "regularised dual")
+        regularised = _regularised_dual(problem, psi, strategy, log)
         psi = regularised.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
         difference = problem.difference(pressure, regularised)
         if not last and correction_ratio * difference >= 2 * strategy.rtol:
-            return solution
+            return _Solved(pressure, regularised)
     stream = problem.stream(psi)
     log.lap("dual", stream)
-    return replace(solution, stream=stream)
+    return _Solved(pressure, regularised, stream)
 
 
-def _with_regularised_dual(
-    problem: AnyProblem,
-    guess: Guess,
-    solution: _Solved,
-    strategy: Strategy,
-    log: _Log,
-) -> _Solved:
-    """Solve the regularised dual unless that has been done.
-
-    If the true dual came first, this solve serves the refinement, and the next level logs its time.
-    """
-    if solution.regularised is not None:
-        return solution
-    psi = guess.stream if solution.stream is None else solution.stream.psi
+def _regularised_dual(
+    problem: LevelProblem, psi: np.ndarray, strategy: Strategy, log: _Log
+) -> Streams:
+    """Solve the regularised dual from stream functions of unit jumps."""
     regularised = problem.regularised_stream(psi, strategy.tuning.epsilon)
     if regularised is None:
         raise Inconsistent("contact bars an open gap; please report the gap as a defect")
     log.lap("regularised dual", regularised)
-    return replace(solution, regularised=regularised)
+    return regularised

@@ -1,52 +1,29 @@
-"""Bounds of a leak rate, and of a tensor: two matrices between which it lies as a form."""
+"""Bounds of a leak rate or of a tensor: two matrices between which it lies as a form."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-
-from fem_seal.leak_rate import relative_width
 
 # Part of the largest conductivity that rounding errors leave in a direction without flow.
 ROUNDING = 1e-14
 
 
-class Bounds(NamedTuple):
-    """Two numbers between which the leak rate lies."""
-
-    lower: float = 0.0
-    upper: float = np.inf
-
-    @property
-    def excess(self) -> float:
-        """(upper - lower)/lower; infinite if the lower bound is 0."""
-        return self.upper / self.lower - 1 if self.lower > 0 else np.inf
-
-    @property
-    def width(self) -> float:
-        """Relative width, see `leak_rate.relative_width`."""
-        return relative_width(self.lower, self.upper)
-
-    def tightened(self, other: "Bounds") -> "Bounds":
-        """The larger lower bound and the smaller upper bound of the two."""
-        return Bounds(max(self.lower, other.lower), min(self.upper, other.upper))
-
-    def over(self, mean: "Bounds") -> tuple[float, float]:
-        """Factors <= 1 and >= 1 by which these bounds exceed those without the effect of slip."""
-        lower = min(self.lower / mean.lower, 1.0) if mean.lower > 0 else 1.0
-        return lower, max(self.upper / mean.upper, 1.0)
-
-    def hardly_better(self, before: "Bounds") -> bool:
-        """Whether both bounds are less than 1 % better than `before`."""
-        return self.upper > 0.99 * before.upper and self.lower <= 1.01 * before.lower
-
-
 @dataclass(frozen=True, eq=False)
-class MatrixBounds:
-    """Two matrices between which the tensor lies as a quadratic form."""
+class Bounds:
+    """Two matrices between which a tensor lies as a quadratic form; a leak rate is (1, 1)."""
 
-    lower: np.ndarray  #: (2, 2), e·lower·e <= e·K*·e for every direction e
-    upper: np.ndarray  #: (2, 2), e·K*·e <= e·upper·e
+    lower: np.ndarray  #: (d, d), e·lower·e <= e·K*·e for every direction e
+    upper: np.ndarray  #: (d, d), e·K*·e <= e·upper·e
+
+    @classmethod
+    def of(cls, lower: float, upper: float) -> "Bounds":
+        """Bounds of a leak rate."""
+        return cls(np.array([[lower]]), np.array([[upper]]))
+
+    @property
+    def numbers(self) -> tuple[float, float]:
+        """Both bounds of a leak rate."""
+        return self.lower.item(), self.upper.item()
 
     @property
     def value(self) -> np.ndarray:
@@ -64,22 +41,26 @@ class MatrixBounds:
         """Largest relative width over all directions."""
         return widest(self.lower, self.upper)[0]
 
-    def tightened(self, other: "MatrixBounds") -> "MatrixBounds":
+    def tightened(self, other: "Bounds") -> "Bounds":
         """The narrowest pair of a lower and an upper bound, each from one of the two.
 
         One matrix need not exceed another in every direction, so the better one of two depends on
-        its partner. Where no pair is narrower than the others, those of `self` stay.
+        its partner. Without a lower bound the smallest upper one counts. Where no pair is better
+        than the others, those of `self` stay.
         """
-        pairs = [(lower.lower, upper.upper) for lower in (self, other) for upper in (self, other)]
-        return MatrixBounds(*min(pairs, key=lambda pair: widest(*pair)[0]))
+        pairs = [Bounds(low.lower, up.upper) for low in (self, other) for up in (self, other)]
+        return min(pairs, key=lambda pair: (pair.width, np.trace(pair.upper)))
 
-    def hardly_better(self, before: "MatrixBounds") -> bool:
-        """Whether the bounds are less than 1 % narrower than `before`."""
-        return not self.width < 0.99 * before.width
+    def over(self, mean: "Bounds") -> tuple[float, float]:
+        """Factors <= 1 and >= 1 by which bounds of a leak rate exceed those without slip."""
+        (lower, upper), (mean_lower, mean_upper) = self.numbers, mean.numbers
+        least = min(lower / mean_lower, 1.0) if mean_lower > 0 else 1.0
+        return least, max(upper / mean_upper, 1.0)
 
-    def widened(self, part: float) -> "MatrixBounds":
-        """Bounds lowered and raised by a part of their values."""
-        return MatrixBounds(self.lower * (1 - part), self.upper * (1 + part))
+    def hardly_better(self, before: "Bounds") -> bool:
+        """Whether neither the width nor the upper bound is less by 1 % than `before`."""
+        narrower = self.width < 0.99 * before.width
+        return not (narrower or np.trace(self.upper) < 0.99 * np.trace(before.upper))
 
     def interval(self, i: int, j: int) -> tuple[float, float]:
         """Bounds of one component, diagonal or not.
@@ -94,7 +75,7 @@ class MatrixBounds:
 
 
 @dataclass(frozen=True, eq=False)
-class TensorBounds(MatrixBounds):
+class TensorBounds(Bounds):
     """Bounds of a conductivity tensor [m³/(Pa s)], and how they were reached."""
 
     unknowns: int = 0  #: unknowns of the last mesh for one direction
@@ -120,7 +101,7 @@ def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 
 
 def widest(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
-    """Largest relative width of two bounds, and its direction e (2,) of length one.
+    """Largest relative width of two bounds, and its direction e (d,) of length one.
 
     It is the largest (u - l)/√(l u) of u = e·upper·e and l = e·lower·e over directions e that flow.
     """
@@ -130,13 +111,13 @@ def widest(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def _least_ratio(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
-    """Smallest (e·lower·e)/(e·upper·e), and its direction e (2,).
+    """Smallest (e·lower·e)/(e·upper·e), and its direction e (d,).
 
     Directions in which the conductivity is at rounding level do not count.
     """
     # Scale the diagonal to ones: a direction of small conductivity then keeps all its digits.
     diagonal = upper.diagonal()
-    scale = np.divide(1.0, np.sqrt(diagonal), out=np.zeros(2), where=diagonal > 0)
+    scale = np.divide(1.0, np.sqrt(diagonal), out=np.zeros(len(upper)), where=diagonal > 0)
     values, vectors = np.linalg.eigh(scale[:, None] * upper * scale)
     flows = values > ROUNDING
     flowing = scale[:, None] * vectors[:, flows] / np.sqrt(values[flows])

@@ -9,7 +9,6 @@ from fem_seal.film.law import CUBE, leak_rate_of_square, mean_pressure_law
 from fem_seal.film.winding import periodic_sites, widest_winding
 from fem_seal.flow.adapt import refined
 from fem_seal.flow.bounds import TensorBounds, widest
-from fem_seal.flow.cell_problem import CellProblem
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.flow.leak import require_conducting
 from fem_seal.flow.marking import Strategy, Tuning
@@ -18,9 +17,8 @@ from fem_seal.flow.stopping import Stopping, Tolerance
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.limits import USUAL_GROWTH, Limits
-from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.nested import coarsest_width
-from fem_seal.mesh.torus import Torus, uniform_torus
+from fem_seal.mesh.torus import uniform_torus
 from fem_seal.registry import require_positive
 
 # Smallest part of the largest conductivity that can be resolved. The pressure is prescribed
@@ -47,7 +45,7 @@ def conductivity_tensor(
     The mean flux under a mean pressure gradient is -K*·gradient, K* in m³/(Pa s); a smooth channel
     of height h has h³/(12 η). With slip K* is taken at the mean of the two pressures, since the
     pressure changes little across one cell: to first order (h³ + B h²/p)/(12 η). The bounds are
-    those of `cell_problem`, for the gap as represented: zero matrices if nothing winds around the
+    those of `level`, for the gap as represented: zero matrices if nothing winds around the
     cell.
 
     Parameters
@@ -92,13 +90,8 @@ def conductivity_tensor(
     strategy = Strategy(
         rtol=rtol, every_dual=stopping.doubtful, max_unknowns=limits.unknowns, tuning=tuning
     )
-
-    def make_problem(mesh: AnyMesh, values: np.ndarray) -> CellProblem:
-        assert isinstance(mesh, Torus)  # bisection keeps the kind of a mesh
-        return CellProblem(represented, mesh, values, comm, tuning.tolerance)
-
     start = Start.first(represented, uniform_torus(represented.squares, width))
-    for solution in refined(make_problem, start, strategy, stopping):
+    for solution in refined(represented, start, strategy, stopping):
         bounds = solution.level.bounds
         if progress is not None:
             progress(solution.level.unknowns, bounds.width)

@@ -86,11 +86,9 @@ class Energy:
         total = terms.sum()
         return cls(value.sum(), _TERM * error.sum() + _TERM**2 * total, total)
 
-    def least_upper(self, drop: float = 0.0) -> float:
-        """Upper bound of the energy after bubble functions have lowered it by `drop`."""
-        drop = max(drop, 0.0)
-        off = self.error_of_drop(drop)
-        return float(self.value * (1 + ROUNDING) - drop + self.error + off)
+    def least_upper(self) -> float:
+        """Upper bound of the energy."""
+        return float(self.value * (1 + ROUNDING) + self.error)
 
     def error_of_drop(self, drop: float) -> float:
         """Bound of the rounding error of the amount by which bubble functions lower the energy.

@@ -1,7 +1,7 @@
 """The film on one mesh: its averages, the error indicators, and the hierarchical correction.
 
-The leak rate (`level.py`) and the periodic cell (`cell_problem.py`) share this module: both solve a
-primal and a dual problem of the same form, and differ in the functions that they admit.
+What depends on the mesh, not on a solution, and what is estimated from any flow through it; the
+problems that are solved are in `level.py`.
 """
 
 from collections.abc import Sequence
@@ -21,14 +21,14 @@ from fem_seal.flow.hierarchical import (
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace
 from fem_seal.flow.numbering import Numbering
-from fem_seal.flow.solution import AnyPressure, AnyStream, CornerValues, FlowEstimate, Start
+from fem_seal.flow.solution import CornerValues, FlowEstimate
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
 
 
 class FilmOnMesh:
-    """A film on one mesh (gap in units of its maximum): base of the problems of the adaptive loop.
+    """A film on one mesh (gap in units of its maximum): base of `LevelProblem`.
 
     Arrays of length C run over the cells that carry flow: those of `kept`, (cells of the mesh,)
     bool.
@@ -51,14 +51,14 @@ class FilmOnMesh:
         self.data = data.part(kept)
         self._cell_contact: CellContact = data.without_values()
         self.primal_numbering = numbering
-        self._cells = triangles = mesh.cells.compress(kept, axis=0)
+        self.cells = triangles = mesh.cells.compress(kept, axis=0)
 
         # A closure, not a bound method: this avoids a reference cycle, so the mesh is freed at
         # once.
         def corners(cells: np.ndarray | slice) -> np.ndarray:
             return mesh.corners(gap.aspect, triangles[cells])
 
-        self._corners = corners
+        self.corners = corners
         self.space = CellSpace(
             len(triangles),
             corners,
@@ -72,24 +72,19 @@ class FilmOnMesh:
         """Number of pressure unknowns."""
         return self.primal_numbering.count
 
-    def start(self, pressure: AnyPressure, stream: AnyStream | None) -> Start:
-        """Start on this mesh from its solutions; where nothing flows the functions are zero."""
-        solved = np.reshape(pressure.corner_values, (-1, self.space.count, 3))
-        pressures = np.zeros((len(solved), *self.mesh.cells.shape))
-        pressures[:, self.kept] = solved
-        streams = np.zeros((len(solved), len(self.mesh.xy)))
-        if stream is not None:
-            streams[:] = stream.psi
-        return Start(self.mesh, self.values, pressures, streams)
+    @property
+    def vertex_gap(self) -> np.ndarray:
+        """Gap (V,) at the vertices of the mesh, in units of its maximum."""
+        return self.gap.plotted_values(self.mesh, self.values)
 
     def _at_vertices(self, numbering: Numbering, values: np.ndarray) -> np.ndarray:
         """Values (V,) at the vertices of a continuous function; zero where nothing flows."""
         at_vertices = np.zeros(len(self.mesh.xy))
         for cells in parts(0, self.space.count, AT_ONCE):
-            at_vertices[self._cells[cells]] = numbering.corners(values, cells)
+            at_vertices[self.cells[cells]] = numbering.corners(values, cells)
         return at_vertices
 
-    def _resistivity(self, epsilon: float, cells: slice) -> np.ndarray:
+    def resistivity(self, epsilon: float, cells: slice) -> np.ndarray:
         """Tensor (n, 3) of the true dual, or of the regularised one if epsilon > 0."""
         if epsilon == 0:
             return self.data.resistivity[cells]
@@ -104,12 +99,12 @@ class FilmOnMesh:
         """
         indicators = np.zeros(self.space.count)
         for cells in parts(0, len(indicators), AT_ONCE):
-            slopes, areas = shape_gradients(self._corners(cells))
+            slopes, areas = shape_gradients(self.corners(cells))
             K, contact = self.data.K[cells], self.data.contact_vertex[cells]
-            xx, xy, yy = self._resistivity(flows[0].epsilon, cells).T
+            xx, xy, yy = self.resistivity(flows[0].epsilon, cells).T
             for flow in flows:
                 px, py = gradients(slopes, flow.pressure(cells)).T
-                psi, Q = flow.stream[self._cells[cells]], flow.rate
+                psi, Q = flow.stream[self.cells[cells]], flow.rate
                 sx, sy = gradients(slopes, psi).T
                 mx, my = gradients(slopes, mean_gradient_values(psi, contact)).T
                 primal = K * (px * px + py * py)
@@ -121,9 +116,9 @@ class FilmOnMesh:
     def blocked_flux(self, flows: Sequence[FlowEstimate]) -> np.ndarray:
         """Σ |J| × width × pressure drop of each blocked cell (C,); zero in all other cells."""
         flux, blocked = np.zeros(self.space.count), np.flatnonzero(self.data.blocked)
-        slopes, areas = shape_gradients(self._corners(blocked))
+        slopes, areas = shape_gradients(self.corners(blocked))
         for flow in flows:
-            steepness = np.linalg.norm(gradients(slopes, flow.stream[self._cells[blocked]]), axis=1)
+            steepness = np.linalg.norm(gradients(slopes, flow.stream[self.cells[blocked]]), axis=1)
             flux[blocked] += flow.drop * flow.rate * steepness * np.sqrt(2 * areas)
         return flux
 
@@ -153,7 +148,7 @@ class FilmOnMesh:
         """Flux of a pressure out of each cell through its sides (C, 3)."""
         out = np.empty((self.space.count, 3))
         for cells in parts(0, len(out), AT_ONCE):
-            slopes, areas = shape_gradients(self._corners(cells))
+            slopes, areas = shape_gradients(self.corners(cells))
             slope = gradients(slopes, pressure(cells))
             weight = -2 * areas * self.data.K[cells]
             out[cells] = weight[:, None] * (slopes * slope[:, None]).sum(axis=2)
@@ -163,7 +158,7 @@ class FilmOnMesh:
         self, corner_values: np.ndarray, cells: np.ndarray | slice = slice(None)
     ) -> np.ndarray:
         """Gradient (n, 2) on n cells of the function with corner values (n, 3)."""
-        return gradients(shape_gradients(self._corners(cells))[0], corner_values)
+        return gradients(shape_gradients(self.corners(cells))[0], corner_values)
 
     def pressure_correction(self, pressures: Sequence[CornerValues]) -> Correction:
         """Bubble functions for pressures; see `_bubble_drops`."""

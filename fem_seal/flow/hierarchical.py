@@ -10,8 +10,6 @@ is a bound for every s, since v + Σ s_e φ_e is admissible on the finer mesh. T
 hardly couple (H. Yserentant, Numer. Math. 49, 379 (1986); P. Deuflhard, P. Leinen, H. Yserentant,
 Impact Comput. Sci. Eng. 1, 3 (1989), estimate errors with them): a few steps of CG with diagonal
 preconditioner from s = 0 lower E almost to its minimum. No larger system is assembled or solved.
-
-The stage is called "sharpening" in the levels of result.json.
 """
 
 from collections.abc import Callable, Sequence

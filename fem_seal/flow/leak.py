@@ -10,13 +10,14 @@ from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, MeshFilm, require_film
 from fem_seal.film.law import CUBE, FilmLaw, leak_rate_of_square
 from fem_seal.flow.adapt import refined, unchanged
+from fem_seal.flow.field import boundary_flows, flow_field, length_unit
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, GapOnMesh, VertexGap
-from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.level import LevelSolution
 from fem_seal.flow.marking import Strategy, Tuning
 from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
-from fem_seal.flow.solution import LevelSolution, Start
-from fem_seal.flow.stopping import Decision, SolvedLevel, Stopping, Tolerance
+from fem_seal.flow.solution import SolvedLevel, Start
+from fem_seal.flow.stopping import Decision, Stopping, Tolerance
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
@@ -102,14 +103,10 @@ def leak_rate(
     )
     law = slipping.mean_law if slipping else CUBE
     gap, mesh = first_mesh(film, stopping.narrowest, strategy, law)
-
-    def make_problem(mesh: AnyMesh, values: np.ndarray) -> LevelProblem:
-        return LevelProblem(gap, mesh, values, comm, strategy.tuning.tolerance)
-
     start = Start.first(gap, mesh) if start is None else start.through(gap)
     widen = slipping.widened if slipping else unchanged
     levels: list[Level] = []
-    for solution in refined(make_problem, start, strategy, stopping, widen):
+    for solution in refined(gap, start, strategy, stopping, widen):
         levels.append(units.level(solution.level))
         if progress is not None:
             progress(levels[-1])
@@ -179,13 +176,6 @@ def first_mesh(
     return gap, uniform_mesh(gap.squares, width, film.sides == "periodic")
 
 
-def length_unit(film: Film) -> float:
-    """Length [m] in which the normalised problem is written."""
-    if isinstance(film, GridFilm):
-        return max(film.gap.spacing)
-    return float(np.ptp(film.mesh.xy, axis=0).max())
-
-
 @dataclass(frozen=True, eq=False)
 class _Units:
     """From the normalised problem of a film to SI units."""
@@ -196,7 +186,7 @@ class _Units:
 
     def level(self, level: SolvedLevel) -> Level:
         """A mesh with its bounds in m³/s."""
-        lower, upper = (bound * self.rate for bound in level.bounds)
+        lower, upper = (bound * self.rate for bound in level.bounds.numbers)
         iterations = {stage: len(residuals) for stage, residuals in level.residuals.items()}
         size = level.unknowns, level.cells
         return Level(*size, lower, upper, iterations, level.seconds, level.residuals)
@@ -204,8 +194,8 @@ class _Units:
     def leak_rate(self, solution: LevelSolution, method: str, levels: list[Level]) -> LeakRate:
         """Leak rate of a solution, with its bounds."""
         level, slip = solution.level, solution.slip
-        lower, upper = (bound * self.rate for bound in slip or level.bounds)
-        flows = solution.problem.boundary_flows(solution.pressure)
+        lower, upper = (bound * self.rate for bound in (slip or level.bounds).numbers)
+        flows = boundary_flows(solution.problem, solution.pressure)
         inflow, outflow = (flow * self.rate for flow in flows)
         return LeakRate(
             state="leaking",
@@ -222,21 +212,5 @@ class _Units:
         )
 
     def field(self, solution: LevelSolution) -> FlowField:
-        """The flow on the mesh of a solution, its points parted where the pressure jumps."""
-        problem, film = solution.problem, self.film
-        flux = -problem.data.K[:, None] * problem.gradients(solution.pressure.corner_values)
-        if solution.stream is not None:
-            # Where the pressure was taken to be constant, take the flux from the stream function.
-            equipotential = problem.data.equipotential
-            flux[equipotential] = problem.flux(solution.stream)[equipotential]
-        number, first = problem.parted_points()
-        vertex, mesh = problem.mesh.cells[problem.kept].ravel()[first], problem.mesh
-        spacing = np.array(film.gap.spacing) if isinstance(film, GridFilm) else None
-        return FlowField(
-            points=(mesh.xy if spacing is None else mesh.points(spacing))[vertex],
-            cells=number,
-            gap=film.highest * problem.vertex_gap[vertex],
-            pressure=self.pressure_drop * solution.pressure.corner_values.ravel()[first],
-            flux=flux * self.rate / length_unit(film),
-            facet_tags=problem.facet_tags(number),
-        )
+        """The flow on the mesh of a solution."""
+        return flow_field(solution, self.film, self.pressure_drop, self.rate)

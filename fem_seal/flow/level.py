@@ -1,56 +1,147 @@
-"""The primal and the dual problem of a leak rate on one mesh, and their bounds.
+"""The primal and the dual problem on one mesh, and their bounds.
 
-For unit pressure drop and K = g³ (g in units of its maximum), with a tensor R that has at least
-the energy of 1/K on every admissible stream function (`traces.py`):
+With K = g³ (g in units of its maximum), a tensor R that has at least the energy of 1/K on every
+admissible stream function (`traces.py`), pressures p_J with jumps J, and stream functions ψ_G with
+jumps G (`topology.py`):
 
-    p minimises ∫ K|∇p|²      over p = 1 at the inlet, 0 at the outlet    (Dirichlet's principle)
-    ψ minimises ∫ ∇ψ·R·∇ψ     over ψ with a jump of 1 across the film     (Thomson's principle)
+    primal    J·A·J = ∫ K|∇p_J|²,       p_J minimises it      (Dirichlet's principle)
+    dual      G·B·G = ∫ ∇ψ_G·R·∇ψ_G,    ψ_G minimises it      (Thomson's principle)
+              J·C·J = max_G 2 J×G - G·B·G
 
-    1 / ∫ ∇ψ·R·∇ψ  <=  Q  <=  ∫ K|∇p|²
+Between inlet and outlet both jumps are numbers. J = 1 is the pressure drop, J×G = -J G, and
+
+    1 / ∫ ∇ψ·R·∇ψ  =  C  <=  Q  <=  A  =  ∫ K|∇p|².
+
+For a periodic cell they have a component for each of the two seams, J×G = J_x G_y - J_y G_x, and
+the tensor A*, which maps the jumps of the pressure to the fluxes through the seams, lies between
+the matrices: Dirichlet's principle gives A* <= A for all J at once, since p_J is linear in J;
+Thomson's principle in Legendre's form gives C <= A*. Hence C <= A* <= A as quadratic forms, from
+two solves each.
 """
 
-from copy import copy
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial, reduce
+from itertools import chain
 
 import numpy as np
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.cell_data import ISOTROPIC
-from fem_seal.flow.energy import Energy, gradients, shape_gradients
+from fem_seal.flow.energy import ROUNDING, gradients, shape_gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh
-from fem_seal.flow.gap_on_mesh import GapOnMesh, LinearGap
+from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import Minimum
-from fem_seal.flow.numbering import Numbering
-from fem_seal.flow.solution import FlowEstimate, Guess, Start
-from fem_seal.flow.topology import dual_numbering, open_cells, primal_numbering
-from fem_seal.flow.traces import mean_gradient_values
-from fem_seal.leak_rate import FacetTag
+from fem_seal.flow.numbering import Jumps
+from fem_seal.flow.solution import CornerValues, FlowEstimate, SolvedLevel, Start
+from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
-from fem_seal.mesh.mesh import find_edges, side_ends
-from fem_seal.mesh.nested import NestedMesh
+
+# J×G = J·_CROSS[d]·G for d components. The pressure rises by J from the outlet to the inlet, but
+# by J_x along x across a seam.
+_CROSS = {1: np.array([[-1.0]]), 2: np.array([[0.0, 1.0], [-1.0, 0.0]])}
 
 
 @dataclass(frozen=True, eq=False)
-class Stream:
-    """A stream function of unit flux, from the true or from the regularised dual."""
+class Family:
+    """Minimisers for a basis of jumps."""
 
-    psi: np.ndarray  #: (V,) ψ at the vertices of the mesh; zero where nothing flows
-    energy: Energy  #: ∫ ∇ψ·R·∇ψ
-    residuals: tuple[float, ...]  #: as of `Minimum`
-    epsilon: float  #: factor ε of the regularised dual; zero in the true dual
-    stalled: str = ""  #: reason why CG stopped short of its tolerance, else ""
+    jumps: np.ndarray  #: (k, d), the basis
+    minima: Sequence[Minimum]  #: the k minimisers
+    energies: np.ndarray  #: (k, k) ∫ ∇v_a·T·∇v_b
+
+    @property
+    def residuals(self) -> tuple[float, ...]:
+        """Those of all solves, one after the other."""
+        return tuple(chain.from_iterable(minimum.residuals for minimum in self.minima))
+
+    @property
+    def stalled(self) -> str:
+        """Reason why CG stopped short of its tolerance in one of the solves, else ""."""
+        return next((minimum.stalled for minimum in self.minima if minimum.stalled), "")
+
+    def combined(self, weights: np.ndarray) -> CornerValues:
+        """Corner values of a combination with weights (k,)."""
+        return lambda cells: reduce(
+            np.add,
+            (w * minimum.corners(cells) for w, minimum in zip(weights, self.minima, strict=True)),
+        )
+
+    def of_unit_jumps(self) -> Iterator[np.ndarray]:
+        """Corner values (C, 3) of the function of each of the d unit jumps.
+
+        Where the family has fewer functions, only the component along its direction counts.
+        """
+        return (self.combined(row)(slice(None)) for row in np.linalg.pinv(self.jumps))
+
+    def least_upper(self, drops: np.ndarray | float = 0.0) -> np.ndarray:
+        """Upper bound (k, k), as a form, of the energies after `drops` (k, k) by bubble functions.
+
+        The rounding error of the energy of functions a and b is at most the largest relative error
+        of all times √(E_aa E_bb). That of a drop is a multiple of √(terms_a drop_b)
+        (`Energy.error_of_drop`), in which the largest ratio of drop to terms may replace each one.
+        For any combination of k functions either sum is at most k times its diagonal part.
+        """
+        totals = [minimum.total for minimum in self.minima]
+        drop = np.broadcast_to(drops, self.energies.shape).diagonal()
+        relative = max(total.error / total.value for total in totals) + ROUNDING
+        ratio = max((d / t.terms for d, t in zip(drop, totals, strict=True) if d > 0), default=0.0)
+        errors = [relative * t.value + t.error_of_drop(ratio * t.terms) for t in totals]
+        return self.energies - drops + len(totals) * np.diag(errors)
+
+
+@dataclass(frozen=True, eq=False)
+class Streams(Family):
+    """Stream functions for a basis of jumps, from the true or from the regularised dual."""
+
+    #: (d, V), values at the vertices of the stream functions of unit jumps; zero where nothing
+    #: flows
+    psi: np.ndarray = field(kw_only=True)
+    #: factor ε of the regularised dual; zero in the true dual
+    epsilon: float = field(kw_only=True)
 
     @property
     def conductance(self) -> float:
-        """1 / energy; for the true dual a lower bound of the leak rate, up to rounding."""
-        return 1 / self.energy.value
+        """Flow rate between inlet and outlet; of the true dual a lower bound, up to rounding."""
+        return lower_matrix(self).item()
+
+
+def upper_matrix(pressures: Family, energies: np.ndarray | None = None) -> np.ndarray:
+    """A (d, d): energies of the pressures of unit jumps; from `energies` in place of theirs."""
+    # With a single winding w the family has one pressure, of the jump w/|w|². A jump J drives J·w
+    # times its flow; w is the pseudo-inverse of that jump.
+    basis = np.linalg.pinv(pressures.jumps)
+    return basis @ (pressures.energies if energies is None else energies) @ basis.T
+
+
+def best_flux(streams: Family, energies: np.ndarray | None = None) -> np.ndarray:
+    """Weights (k, d) of the stream functions whose jumps G attain the maximum of C, linear in J."""
+    return np.linalg.solve(streams.energies if energies is None else energies, _crossing(streams))
+
+
+def lower_matrix(streams: Family, energies: np.ndarray | None = None) -> np.ndarray:
+    """C (d, d), zero along jumps that no stream function of the family drives."""
+    return _crossing(streams).T @ best_flux(streams, energies)
+
+
+def _crossing(streams: Family) -> np.ndarray:
+    """(k, d): J×G_a = crossing[a]·J for the jumps G_a of the family."""
+    return streams.jumps @ _CROSS[streams.jumps.shape[1]].T
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Initial values of the solves on one mesh."""
+
+    pressures: list[np.ndarray]  #: (count,), unknowns of each pressure of the basis
+    streams: np.ndarray  #: (d, V), stream functions of unit jumps at the vertices
 
 
 class LevelProblem(FilmOnMesh):
-    """Flow of unit pressure drop from inlet to outlet on one mesh (gap in units of its maximum)."""
+    """Both problems on one mesh (gap in units of its maximum)."""
 
     def __init__(
         self,
@@ -62,160 +153,171 @@ class LevelProblem(FilmOnMesh):
     ):
         data = gap.cell_data(mesh, values)
         cells = open_cells(mesh, data)
-        numbering = primal_numbering(mesh, data, cells)
-        super().__init__(gap, mesh, values, data, cells.kept, numbering, comm, tolerance)
+        self._jumps, self._numberings = cells.pressures.basis, cells.pressures.numberings
+        super().__init__(gap, mesh, values, data, cells.kept, self._numberings[0], comm, tolerance)
 
-    def with_gap(self, gap: LinearGap) -> "LevelProblem":
-        """The same problem with another gap, for the energies of its functions in that gap."""
-        if not isinstance(self.mesh, NestedMesh):
-            raise TypeError("only films on a grid share a mesh")
-        other = copy(self)
-        other.gap, other.values = gap, gap.values_at(self.mesh)
-        other.data = gap.cell_data(self.mesh, other.values).part(self.kept)
-        return other
-
-    def energy_of_pressure(self, pressure: Minimum) -> Energy:
-        """∫K|∇p|² of a pressure on this mesh."""
-        K = np.where(pressure.numbering.constant(), 0.0, self.data.K)
-        return self.space.energy(lambda cells: K[cells, None] * ISOTROPIC, pressure.corners)
-
-    def energy_of_stream(self, psi: np.ndarray) -> Energy:
-        """∫ ∇ψ·R·∇ψ of the true dual, of ψ (V,) at the vertices of the mesh."""
-        return self.space.energy(
-            lambda cells: self._resistivity(0.0, cells), lambda cells: psi[self._cells[cells]]
-        )
+    def start(self, pressure: Family, stream: Streams | None) -> Start:
+        """Start on this mesh from its solutions; where nothing flows the functions are zero."""
+        count = self._jumps.shape[1]
+        pressures = np.zeros((count, *self.mesh.cells.shape))
+        for corner_values, solved in zip(pressures, pressure.of_unit_jumps(), strict=True):
+            corner_values[self.kept] = solved
+        streams = np.zeros((count, len(self.mesh.xy))) if stream is None else stream.psi
+        return Start(self.mesh, self.values, pressures, streams)
 
     def guess(self, start: Start) -> Guess:
         """Initial values of the unknowns."""
-        pressure = start.pressures[0].compress(self.kept, axis=0)
-        return Guess(self.primal_numbering.from_corners(pressure), start.streams[0])
-
-    @property
-    def vertex_gap(self) -> np.ndarray:
-        """Gap (V,) at the vertices of the mesh, in units of its maximum."""
-        return self.gap.plotted_values(self.mesh, self.values)
-
-    def parted_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Number (C, 3) of the point at each corner, and one corner of each point, as 3 cell + k.
-
-        A vertex is one point for each pressure that the cells have there.
-        """
-        numbering = self.primal_numbering
-        # Label of the pressure: unknowns count from 2, the outlet has 1, the inlet 0.
-        pressure = numbering.of_corner - numbering.offset + 2
-        key = self._cells.astype(np.int64) * (numbering.count + 2) + pressure
-        _, corner, point = np.unique(key.ravel(), return_index=True, return_inverse=True)
-        return point.reshape(-1, 3), corner
-
-    def facet_tags(self, points: np.ndarray) -> np.ndarray:
-        """`FacetTag` (C, 3) of the side opposite each corner, INSIDE where two cells share a side.
-
-        `points` (C, 3) are those of the corners, of `parted_points`.
-        """
-        mesh, sides = self.mesh, self.mesh.numbered_edges.slots()
-        flows = np.zeros((len(self.kept) + 1, 3), dtype=bool)  # the last row is outside, slot -1
-        flows[:-1][self.kept] = ~self.data.zero_gap
-        alone = sides[:, 1] < 0
-        through = flows.ravel()[sides[:, 0]] & (alone | flows.ravel()[sides[:, 1]])
-        tags = np.full(3 * len(self.kept), FacetTag.CONTACT, dtype=np.int8)
-        on_seam = mesh.sides_on_top().ravel()[sides].any(axis=1) & ~alone
-        tags[sides[through & ~alone]] = FacetTag.INSIDE
-        tags[sides[through & on_seam]] = FacetTag.SEAM
-        side = sides[through & alone, 0]
-        ends = mesh.cells.ravel()[side_ends(side)]
-        at_inlet, at_outlet = (end[ends].all(axis=1) for end in (mesh.inlet, mesh.outlet))
-        tags[side] = np.select(
-            [at_inlet, at_outlet], [FacetTag.INLET, FacetTag.OUTLET], FacetTag.WALL
+        pressures = start.pressures.compress(self.kept, axis=1)
+        return Guess(
+            [
+                numbering.from_corners(np.tensordot(jump, pressures, axes=1))
+                for jump, numbering in zip(self._jumps, self._numberings, strict=True)
+            ],
+            start.streams,
         )
-        tags = tags.reshape(-1, 3)[self.kept]
-        # A contact line of a single side has the same two points on both of its sides.
-        edges = find_edges(points[:, [[1, 2], [2, 0], [0, 1]]], int(points.max()) + 1).of_cell
-        tags[np.bincount(edges.ravel())[edges] == 2] = FacetTag.INSIDE
-        return tags
 
-    def pressure(self, guess: np.ndarray) -> Minimum:
-        """Minimise ∫K|∇p|² (Dirichlet's principle), an upper bound of the leak rate."""
+    def pressure(self, guesses: Sequence[np.ndarray]) -> Family:
+        """Minimise ∫ K|∇p|² for each jump that can drive a flow."""
         # Cells of constant pressure have no energy; in the matrix they would leave rounding errors.
         K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
-        return self.space.minimise(
-            lambda cells: K[cells, None] * ISOTROPIC,
-            [self.primal_numbering],
-            [guess],
-            self.tolerance,
-            balanced=True,
-        )[0]
 
-    def stream(self, guess: np.ndarray) -> Stream | None:
-        """Minimise ∫|∇ψ|²/K (Thomson's principle) from a guess (V,); None if no channel is open."""
-        numbering = dual_numbering(self.mesh, self._cell_contact, self.kept, merge_blocked=True)
-        return None if numbering is None else self._minimal_stream(0.0, numbering, guess)
+        def tensor(cells: slice) -> np.ndarray:
+            return K[cells, None] * ISOTROPIC
 
-    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> Stream | None:
+        # Only between ends is the sum of the residuals the difference of inflow and outflow.
+        balanced = bool(self.mesh.inlet.any())
+        minima = self.space.minimise(tensor, self._numberings, guesses, self.tolerance, balanced)
+        return Family(self._jumps, minima, self._energies(tensor, minima))
+
+    def stream(self, guess: np.ndarray) -> Streams | None:
+        """Minimise ∫ ∇ψ·R·∇ψ for each jump that contact and blocked cells allow, from (d, V).
+
+        None if they allow no jump.
+        """
+        return self._streams(0.0, guess)
+
+    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> Streams | None:
         """Regularised dual: blocked cells conduct `epsilon` times as much as in the primal.
 
         Its energy is no bound, but it shows where fluid would flow if the blocked cells were
         resolved.
         """
-        numbering = dual_numbering(self.mesh, self._cell_contact, self.kept, merge_blocked=False)
-        return None if numbering is None else self._minimal_stream(epsilon, numbering, guess)
+        return self._streams(epsilon, guess)
 
-    def _minimal_stream(self, epsilon: float, numbering: Numbering, guess: np.ndarray) -> Stream:
-        (minimum,) = self.space.minimise(
-            lambda cells: self._resistivity(epsilon, cells),
-            [numbering],
-            [numbering.from_corners(guess[self._cells])],
-            self.tolerance,
+    def _streams(self, epsilon: float, guess: np.ndarray) -> Streams | None:
+        dual: Jumps = dual_numbering(self.mesh, self._cell_contact, self.kept, epsilon == 0)
+        if not len(dual.basis):
+            return None
+        numberings, tensor = dual.numberings, partial(self.resistivity, epsilon)
+        starts = [
+            numbering.from_corners((jump @ guess)[self.cells])
+            for jump, numbering in zip(dual.basis, numberings, strict=True)
+        ]
+        minima = self.space.minimise(tensor, numberings, starts, self.tolerance)
+        psi = np.linalg.pinv(dual.basis) @ self._streams_at_vertices(minima)
+        energies = self._energies(tensor, minima)
+        return Streams(dual.basis, minima, energies, psi=psi, epsilon=epsilon)
+
+    def _streams_at_vertices(self, minima: Sequence[Minimum]) -> np.ndarray:
+        """Values (k, V) of minimisers at the vertices."""
+        return np.array([self._at_vertices(m.numbering, m.values) for m in minima])
+
+    def _energies(
+        self, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
+    ) -> np.ndarray:
+        """∫ ∇v_a·T·∇v_b (k, k) of k minimisers."""
+        energies = np.diag([minimum.energy for minimum in minima])
+        if len(minima) < 2:
+            return energies
+        mixed = 0.0
+        for cells in parts(0, self.space.count, AT_ONCE):
+            slopes, areas = shape_gradients(self.corners(cells))
+            xx, xy, yy = (areas[:, None] * tensor(cells)).T
+            (ax, ay), (bx, by) = (gradients(slopes, v.corners(cells)).T for v in minima)
+            mixed += float((xx * ax * bx + xy * (ax * by + ay * bx) + yy * ay * by).sum())
+        return energies + mixed * np.array([[0.0, 1.0], [1.0, 0.0]])
+
+    def upper_bound(self, pressure: Family) -> Bounds:
+        """Bounds from the pressures alone, widened for rounding errors."""
+        upper = upper_matrix(pressure, pressure.least_upper())
+        return Bounds(np.zeros_like(upper), upper)
+
+    def difference(self, pressure: Family, stream: Family) -> float:
+        """Largest relative difference (u - l)/l of both energies before the correction."""
+        return Bounds(lower_matrix(stream), upper_matrix(pressure)).excess
+
+    def corrected(self, pressure: Family, stream: Family) -> Bounds:
+        """Bounds after the hierarchical correction, widened for rounding errors.
+
+        Each minimiser gets its own bubble functions, so that both families stay linear in their
+        jumps, and their energies quadratic forms.
+        """
+        lowered, raised = self._bubble_drops(
+            [v.corners for v in pressure.minima], [*self._streams_at_vertices(stream.minima)]
         )
-        psi = self._at_vertices(numbering, minimum.values)
-        return Stream(psi, minimum.total, minimum.residuals, epsilon, minimum.stalled)
-
-    def cell_energies(self, pressure: Minimum, stream: Stream) -> tuple[np.ndarray, np.ndarray]:
-        """Energy of each cell (C,): its part of ∫K|∇p|², and of ∫∇ψ·R·∇ψ of the true dual."""
-        primal, dual = np.empty((2, self.space.count))
-        for cells in parts(0, len(primal), AT_ONCE):
-            slopes, areas = shape_gradients(self._corners(cells))
-            px, py = gradients(slopes, pressure.numbering.corners(pressure.values, cells)).T
-            primal[cells] = areas * self.data.K[cells] * (px * px + py * py)
-            sx, sy = gradients(slopes, stream.psi[self._cells[cells]]).T
-            xx, xy, yy = self._resistivity(0.0, cells).T
-            dual[cells] = areas * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy)
-        return primal, dual
-
-    def flux(self, stream: Stream) -> np.ndarray:
-        """Mean of the flux J = Q (∂ψ/∂y, -∂ψ/∂x) on each cell (C, 2), Q the conductance of ψ."""
-        psi = stream.psi[self._cells]
-        dx, dy = self.gradients(mean_gradient_values(psi, self.data.contact_vertex)).T
-        return stream.conductance * np.stack([dy, -dx], axis=1)
-
-    def upper_bound(self, pressure: Minimum) -> Bounds:
-        """Bounds from the pressure alone, widened for rounding errors."""
-        return Bounds(0.0, pressure.total.least_upper())
-
-    def difference(self, pressure: Minimum, stream: Stream) -> float:
-        """Relative difference (Q_hi - Q_lo)/Q_lo of the energies before the correction."""
-        return pressure.energy / stream.conductance - 1
-
-    def corrected(self, pressure: Minimum, stream: Stream) -> Bounds:
-        """Bounds after the hierarchical correction, widened for rounding errors."""
-        lowered, raised = self._bubble_drops([pressure.corners], [stream.psi])
-        lower = 1 / stream.energy.least_upper(raised.item())
-        return Bounds(lower, pressure.total.least_upper(lowered.item()))
-
-    def flows(self, pressure: Minimum, stream: Stream) -> list[FlowEstimate]:
-        """The one flow from inlet to outlet."""
-        return [FlowEstimate(pressure.corners, stream.psi, stream.conductance, stream.epsilon)]
-
-    def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:
-        """Inflow and outflow from the residuals of the discrete equations at inlet and outlet."""
-        prescribed = self.primal_numbering.of_corner < 0
-        inlet = self.primal_numbering.offset
-        at_ends = np.flatnonzero(prescribed.any(axis=1))
-        sides = inlet[at_ends], (prescribed & (inlet == 0))[at_ends]
-        slopes, areas = shape_gradients(self._corners(at_ends))
-        slope = gradients(slopes, pressure.numbering.corners(pressure.values, at_ends))
-        weight = areas * self.data.K[at_ends]
-        into, out = (
-            (weight * (slope * gradients(slopes, side.astype(float))).sum(axis=1)).sum()
-            for side in sides
+        return Bounds(
+            lower_matrix(stream, stream.least_upper(raised)),
+            upper_matrix(pressure, pressure.least_upper(lowered)),
         )
-        return float(into), float(-out)
+
+    def flows(self, pressure: Family, stream: Streams) -> list[FlowEstimate]:
+        """Flows of pressures that are orthogonal in energy, each with its best flux.
+
+        Two pressures have the energy 1: the direction of smallest conductivity then counts as much
+        as the other one, and the error indicators have the sum tr(A⁻¹(A - C)).
+        """
+        flows = []
+        for weights in _orthonormal(pressure):
+            jump = weights @ pressure.jumps
+            drop = float(np.linalg.norm(jump))
+            # Fluid flows down the pressure.
+            flux = -(best_flux(stream) @ jump) @ stream.jumps
+            rate = float(jump @ lower_matrix(stream) @ jump) / drop
+            psi = flux / rate
+            flows.append(
+                FlowEstimate(
+                    pressure.combined(weights), psi @ stream.psi, psi, rate, stream.epsilon, drop
+                )
+            )
+        return flows
+
+
+def _orthonormal(pressures: Family) -> np.ndarray:
+    """Weights (k, k): each row combines the family into a pressure; two are orthonormal."""
+    if len(pressures.energies) == 1:
+        return np.ones((1, 1))
+    scale = 1 / np.sqrt(pressures.energies.diagonal())
+    values, vectors = np.linalg.eigh(scale[:, None] * pressures.energies * scale)
+    return (scale[:, None] * vectors / np.sqrt(values)).T
+
+
+@dataclass(frozen=True, eq=False)
+class LevelSolution:
+    """One level of the refinement: the best bounds so far and the solutions on this mesh."""
+
+    level: SolvedLevel  #: best bounds so far, and the cost of this level
+    problem: LevelProblem  #: the mesh with its numberings
+    pressure: Family  #: solution of the primal problem
+    #: solution of the true dual problem; None if it was not solved, or blocked cells close every
+    #: channel
+    stream: Streams | None
+    #: bounds for a gas that slips, if a `widen` of the loop has added them
+    slip: Bounds | None = None
+
+    @property
+    def stalled(self) -> str:
+        """Reason why CG stopped short of its tolerance in the primal or the dual, else ""."""
+        return self.pressure.stalled or (self.stream.stalled if self.stream else "")
+
+    def certified(self) -> "LevelSolution":
+        """The same level with the dual solved: the last level must have a lower bound."""
+        if self.stream is not None:
+            return self
+        _, guess = self.problem.mesh.first_guess()
+        stream = self.problem.stream(guess)
+        if stream is None:
+            return self
+        bounds = self.problem.corrected(self.pressure, stream).tightened(self.level.bounds)
+        residuals = {**self.level.residuals, "dual": stream.residuals}
+        level = replace(self.level, bounds=bounds, residuals=residuals)
+        return replace(self, level=level, stream=stream)

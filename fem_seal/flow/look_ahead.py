@@ -104,7 +104,7 @@ class _NewCells:
         self, streams: np.ndarray, flows: Sequence[FlowEstimate], marks: Marks
     ) -> np.ndarray:
         """Cells (n,) bool that a solve with these stream functions (k, V) would mark."""
-        of_flow = [streams[0] if f.weights is None else f.weights @ streams for f in flows]
+        of_flow = [flow.weights @ streams for flow in flows]
         again = np.empty(len(self.mesh.cells), dtype=bool)
         for part, cells, slopes, areas in self._parts():
             flux, indicator = np.zeros((2, len(cells)))

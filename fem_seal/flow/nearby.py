@@ -11,18 +11,23 @@ gaps of such a line the chord of two bounds is a bound.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
+from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.gap_on_mesh import LinearGap
 from fem_seal.flow.hierarchical import Correction, drops_of_one_function
-from fem_seal.flow.level import LevelProblem
-from fem_seal.flow.solution import LevelSolution, Start
+from fem_seal.flow.level import LevelProblem, LevelSolution
+from fem_seal.flow.linear import Minimum
+from fem_seal.flow.solution import Start
 from fem_seal.grid import GridField
+from fem_seal.mesh.nested import NestedMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,17 +54,18 @@ class MeshedFlow:
         if stream is None:
             return np.full(len(films), np.inf)
         problems = self._problems(films)
-        others = [problem.energy_of_stream(stream.psi) for problem in problems[1:]]
-        correction = self.solution.problem.stream_correction([stream.psi])
-        return self._bounds(problems, [stream.energy, *others], correction)
+        (psi,), (own,) = stream.psi, stream.minima
+        others = [_energy_of_stream(problem, psi) for problem in problems[1:]]
+        correction = self.solution.problem.stream_correction([psi])
+        return self._bounds(problems, [own.total, *others], correction)
 
     def conductances_below(self, films: Sequence[GridFilm]) -> np.ndarray:
         """Upper bounds (n,) of the conductances of films, itself first, with gaps nowhere larger.
 
         In units of the conductance of a square with the largest gap of this film.
         """
-        pressure, problems = self.solution.pressure, self._problems(films)
-        others = [problem.energy_of_pressure(pressure) for problem in problems[1:]]
+        (pressure,), problems = self.solution.pressure.minima, self._problems(films)
+        others = [_energy_of_pressure(problem, pressure) for problem in problems[1:]]
         correction = self.solution.problem.pressure_correction([pressure.corners])
         return self._bounds(problems, [pressure.total, *others], correction)
 
@@ -70,7 +76,7 @@ class MeshedFlow:
         for film in films[1:]:
             # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.
             scaled = np.where(self.film.carrying, film.samples / self.film.highest, 0.0)
-            others.append(problem.with_gap(gap.with_samples(GridField(scaled, film.gap.spacing))))
+            others.append(_with_gap(problem, gap.with_samples(GridField(scaled, film.gap.spacing))))
         return [problem, *others]
 
     def _bounds(
@@ -88,3 +94,26 @@ class MeshedFlow:
                 for energy, drop in zip(energies, drops, strict=True)
             ]
         )
+
+
+def _with_gap(problem: LevelProblem, gap: LinearGap) -> LevelProblem:
+    """The same problem with another gap, for the energies of its functions in that gap."""
+    if not isinstance(problem.mesh, NestedMesh):
+        raise TypeError("only films on a grid share a mesh")
+    other = copy(problem)
+    other.gap, other.values = gap, gap.values_at(problem.mesh)
+    other.data = gap.cell_data(problem.mesh, other.values).part(problem.kept)
+    return other
+
+
+def _energy_of_pressure(problem: LevelProblem, pressure: Minimum) -> Energy:
+    """∫K|∇p|² of a pressure on the mesh of a problem."""
+    K = np.where(pressure.numbering.constant(), 0.0, problem.data.K)
+    return problem.space.energy(lambda cells: K[cells, None] * ISOTROPIC, pressure.corners)
+
+
+def _energy_of_stream(problem: LevelProblem, psi: np.ndarray) -> Energy:
+    """∫ ∇ψ·R·∇ψ of the true dual, of ψ (V,) at the vertices of the mesh of a problem."""
+    return problem.space.energy(
+        partial(problem.resistivity, 0.0), lambda cells: psi[problem.cells[cells]]
+    )

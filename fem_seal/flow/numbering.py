@@ -93,6 +93,24 @@ class Numbering:
         return np.minimum(following, preceding), np.maximum(following, preceding)
 
 
+@dataclass(frozen=True, eq=False)
+class Jumps:
+    """Functions that jump by J across d lines: v = unknown of the corner + J·n, with a basis of J.
+
+    A point is prescribed where n is fixed and a corner has no unknown.
+    """
+
+    of_corner: np.ndarray  #: as of `Numbering`
+    count: int  #: number of unknowns
+    crossed: np.ndarray  #: (C, 3, d), number n of lines crossed at each corner
+    basis: np.ndarray  #: (k, d), basis of the jumps J that are possible; k = 0 if none is
+
+    @property
+    def numberings(self) -> list[Numbering]:
+        """Numbering for each jump of the basis."""
+        return [Numbering(self.of_corner, self.crossed @ J, self.count) for J in self.basis]
+
+
 def numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
     """Number (C, 3) int32 of each corner's label, -1 if it is not free, and the number of unknowns.
 

@@ -21,10 +21,12 @@ from fem_seal.film.law import (
     mean_pressure_law,
 )
 from fem_seal.flow.bounds import Bounds
+from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.level import LevelProblem
-from fem_seal.flow.solution import LevelSolution
+from fem_seal.flow.integrals import AT_ONCE
+from fem_seal.flow.level import Family, LevelProblem, LevelSolution, Streams
 from fem_seal.fluid import Slip
+from fem_seal.mesh.grouping import parts
 
 # Parameters of the choice of a weight. Every choice gives valid bounds; these give narrow ones.
 _GAPS = np.geomspace(1e-12, 1.0, 1200)  # gaps of the table, in units of the largest gap
@@ -65,7 +67,7 @@ class SlippingFilm:
         self._largest_ratio = _largest_ratio(first, self.mean_law)
         self._chosen: tuple[PressureWeight, PressureWeight] | None = None
         self._gap: GapOnMesh | None = None
-        self._best = Bounds()
+        self._best: Bounds | None = None
 
     @property
     def mean_law(self) -> FilmLaw:
@@ -78,26 +80,25 @@ class SlippingFilm:
         Before the true dual is solved there is an upper bound only, from that at the mean pressure.
         """
         if solution.stream is None:
-            return self._improved(solution, 0.0, solution.level.bounds.upper * self._largest_ratio)
+            upper = solution.level.bounds.upper * self._largest_ratio
+            return self._improved(solution, Bounds(np.zeros((1, 1)), upper))
         problem = solution.problem
         gap = self._under_bounding_law(solution)
         wide = LevelProblem(
             gap, problem.mesh, problem.values, problem.space.comm, problem.tolerance
         )
-        guess = wide.primal_numbering.from_corners(solution.pressure.corner_values)
-        pressure = wide.pressure(guess)
-        lower, upper = 0.0, pressure.total.least_upper()
-        stream = wide.stream(solution.stream.psi)
+        guess = wide.guess(problem.start(solution.pressure, solution.stream))
+        pressure, stream = wide.pressure(guess.pressures), wide.stream(guess.streams)
+        bounds = wide.upper_bound(pressure)
         if stream is not None:
-            lower, sharper = wide.corrected(pressure, stream)
-            upper = min(upper, sharper)
-        return self._improved(solution, lower, upper)
+            bounds = wide.corrected(pressure, stream).tightened(bounds)
+        return self._improved(solution, bounds)
 
     def _bounding_law(self, above: PressureWeight, below: PressureWeight) -> FilmLaw:
         return bounding_law(self._slip, self._highest, above, below, self._unit)
 
-    def _improved(self, solution: LevelSolution, lower: float, upper: float) -> LevelSolution:
-        self._best = self._best.tightened(Bounds(lower, upper))
+    def _improved(self, solution: LevelSolution, bounds: Bounds) -> LevelSolution:
+        self._best = bounds if self._best is None else bounds.tightened(self._best)
         return replace(solution, slip=self._best)
 
     def _under_bounding_law(self, solution: LevelSolution) -> GapOnMesh:
@@ -116,7 +117,7 @@ class SlippingFilm:
         """
         problem = solution.problem
         stream = present(solution.stream, "stream function")
-        primal, dual = problem.cell_energies(solution.pressure, stream)
+        primal, dual = _cell_energies(problem, solution.pressure, stream)
         xx, _, yy = problem.data.resistivity.T
         conducts = 2 / np.where(problem.data.blocked, np.inf, xx + yy)
         above = self._estimate(primal, problem.data.K, 1)
@@ -194,6 +195,22 @@ class _Estimate:
         value = np.log(energies.sum()) + most.max() + self.sign * mean
         gradient = weights / weights.sum() - energies @ share / energies.sum()
         return float(value), self.sign * gradient
+
+
+def _cell_energies(
+    problem: LevelProblem, pressure: Family, stream: Streams
+) -> tuple[np.ndarray, np.ndarray]:
+    """Energy of each cell (C,): its part of ∫K|∇p|², and of ∫∇ψ·R·∇ψ of the true dual."""
+    (psi,) = stream.psi
+    primal, dual = np.empty((2, problem.space.count))
+    for cells in parts(0, len(primal), AT_ONCE):
+        slopes, areas = shape_gradients(problem.corners(cells))
+        px, py = gradients(slopes, pressure.minima[0].corners(cells)).T
+        primal[cells] = areas * problem.data.K[cells] * (px * px + py * py)
+        sx, sy = gradients(slopes, psi[problem.cells[cells]]).T
+        xx, xy, yy = problem.resistivity(0.0, cells).T
+        dual[cells] = areas * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy)
+    return primal, dual
 
 
 def _largest_ratio(law: FilmLaw, mean: FilmLaw) -> float:

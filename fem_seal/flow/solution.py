@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -14,15 +13,6 @@ from fem_seal.mesh.nested import NestedMesh
 # Corner values (n, 3) of a function on a slice or an array of n cells.
 CornerValues = Callable[[slice | np.ndarray], np.ndarray]
 
-# A problem is a `LevelProblem` or, of a tensor, a `CellProblem`, and its solutions and bounds have
-# types of their own. Pressures are a `Minimum` or a `Family`, stream functions a `Stream` or a
-# `StreamFamily`: all with `residuals` and `stalled`, with `corner_values`, (C, 3) or (2, C, 3), or
-# with `psi`, (V,) or (2, V). Bounds are `Bounds` or `MatrixBounds`.
-AnyProblem = Any
-AnyPressure = Any
-AnyStream = Any
-AnyBounds = Any
-
 
 @dataclass(frozen=True, eq=False)
 class FlowEstimate:
@@ -31,12 +21,10 @@ class FlowEstimate:
     pressure: CornerValues  #: corner values (n, 3) of p on a slice of n cells
     #: (V,), stream function ψ of unit flux at the vertices: J = Q (∂ψ/∂y, -∂ψ/∂x), Q the `rate`
     stream: np.ndarray
+    weights: np.ndarray  #: (d,), ψ as a combination of the stream functions of unit jumps
     rate: float  #: flow rate
     epsilon: float  #: factor ε of the regularised dual that ψ solves; zero for the true dual
     drop: float = 1.0  #: pressure drop
-    #: (k,), ψ as a combination of the stream functions that were solved for; None if it is
-    #: the only one
-    weights: np.ndarray | None = None
 
     @property
     def conductance(self) -> float:
@@ -53,30 +41,24 @@ def _freed(cells: slice | np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Guess:
-    """Initial values of the solves on one mesh, in the form that its problem takes."""
-
-    pressure: np.ndarray  #: initial pressure of the primal problem
-    stream: np.ndarray  #: initial stream functions of the dual problems
-
-
-@dataclass(frozen=True, eq=False)
 class Start:
     """A mesh, the gap at its vertices, and functions to start from.
 
-    A leak rate has one pressure and one stream function, a conductivity tensor two of each.
+    A leak rate has one pressure and one stream function, d = 1, a conductivity tensor two of each.
     """
 
     mesh: AnyMesh  #: mesh to be solved next
     #: (V, n), gap at its vertices, raised and lowered; n = 0 for pixels of constant gap
     values: np.ndarray
-    pressures: np.ndarray  #: (k, C, 3), pressures at the corners, since they jump across contact
-    streams: np.ndarray  #: (k, V), stream functions at the vertices
+    pressures: (
+        np.ndarray
+    )  #: (d, C, 3), pressures of unit jumps at the corners, since they jump across contact
+    streams: np.ndarray  #: (d, V), stream functions of unit jumps at the vertices
 
     @classmethod
     def first(cls, gap: GapOnMesh, mesh: AnyMesh) -> "Start":
         """Start on the first mesh with the solution of a uniform gap."""
-        pressures, streams = map(np.atleast_2d, mesh.first_guess())
+        pressures, streams = mesh.first_guess()
         return cls(mesh, gap.vertex_values(mesh), pressures[:, mesh.cells], streams)
 
     def refined(self, gap: GapOnMesh, times: np.ndarray) -> "Start":
@@ -102,38 +84,6 @@ class SolvedLevel:
 
     unknowns: int  #: unknowns of the primal problem, for one direction
     cells: int  #: open triangles of the mesh
-    bounds: AnyBounds  #: best bounds so far
+    bounds: Bounds  #: best bounds so far
     residuals: dict[str, tuple[float, ...]] = field(default_factory=dict)  #: as in `Level`
     seconds: dict[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class LevelSolution:
-    """One level of the refinement: the best bounds so far and the solutions on this mesh."""
-
-    level: SolvedLevel  #: best bounds so far, and the cost of this level
-    problem: AnyProblem  #: the mesh with its numberings
-    pressure: AnyPressure  #: solution of the primal problem
-    #: solution of the true dual problem; None if it was not solved, or blocked cells close every
-    #: channel
-    stream: AnyStream | None
-    #: bounds for a gas that slips, if a `widen` of the loop has added them
-    slip: Bounds | None = None
-
-    @property
-    def stalled(self) -> str:
-        """Reason why CG stopped short of its tolerance in the primal or the dual, else ""."""
-        return self.pressure.stalled or (self.stream.stalled if self.stream else "")
-
-    def certified(self) -> "LevelSolution":
-        """The same level with the dual solved: the last level must have a lower bound."""
-        if self.stream is not None:
-            return self
-        _, guess = self.problem.mesh.first_guess()
-        stream = self.problem.stream(guess)
-        if stream is None:
-            return self
-        bounds = self.problem.corrected(self.pressure, stream).tightened(self.level.bounds)
-        residuals = {**self.level.residuals, "dual": stream.residuals}
-        level = replace(self.level, bounds=bounds, residuals=residuals)
-        return replace(self, level=level, stream=stream)

@@ -8,7 +8,8 @@ from math import exp
 import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.solution import LevelSolution, SolvedLevel
+from fem_seal.flow.level import LevelSolution
+from fem_seal.flow.solution import SolvedLevel
 from fem_seal.leak_rate import relative_width
 from fem_seal.limits import Limits
 
@@ -87,7 +88,7 @@ class Decision:
 
     def reached(self, solution: LevelSolution) -> bool:
         """Whether both bounds, widened by slip and margin, lie on one side of the limit."""
-        lower, upper = solution.slip or solution.level.bounds
+        lower, upper = (solution.slip or solution.level.bounds).numbers
         unit, factor = self.unit, exp(self.margin)
         return upper * factor * unit <= self.limit or lower / factor * unit > self.limit
 
@@ -99,13 +100,14 @@ class Decision:
     def undecidable(self, solution: LevelSolution) -> str:
         """Message if no mesh can decide because of slip or the margin, else ""."""
         bounds = solution.level.bounds
-        if bounds.lower == 0 or (solution.slip is None and self.margin == 0):
+        lower, upper = bounds.numbers
+        if lower == 0 or (solution.slip is None and self.margin == 0):
             return ""
         low, high = exp(-self.margin), exp(self.margin)
         if solution.slip is not None:
             least, most = solution.slip.over(bounds)
             low, high = low * least, high * most
-        if bounds.lower * high * self.unit >= self.limit >= bounds.upper * low * self.unit:
+        if lower * high * self.unit >= self.limit >= upper * low * self.unit:
             if self.margin == 0:
                 return "the limit lies within the uncertainty of the slip, which no mesh reduces"
             error = "slip and lift" if solution.slip else "lift"

@@ -2,27 +2,43 @@
 
 Contact lines across which the pressure jumps, contact patches on which the stream function is
 constant, and periodic sides are all expressed by numberings of the corners (`numbering.py`).
+
+**A film between inlet and outlet** has d = 1 jump: the pressure is part + J n with n = 1 at the
+inlet and 0 elsewhere; for the stream function n is 1 on the one side wall and 0 on the other, or
+counts how often a path has crossed the seam of periodic sides. Only cells that are connected to
+both ends carry flow.
+
+**A periodic cell**, whose mesh is a `Torus`, has d = 2, one for each seam. A pressure with mean
+gradient e grows by e·(Lx, 0) across the seam x = Lx and by e·(0, Ly) across the seam y = Ly; a
+stream function of mean flux f grows by -f_y Lx and f_x Ly. Only clusters of cells that wind around
+the torus carry flow. A contact patch that winds by n restricts the jumps J of the stream function
+to J·n = 0; so it does for d = 1, where no jump is left.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.film.winding import unwind
 from fem_seal.flow.cell_data import CellContact, CellData
-from fem_seal.flow.numbering import Numbering, numbered
+from fem_seal.flow.numbering import Jumps, numbered
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import components
 from fem_seal.mesh.mesh import corner_links, side_ends
+from fem_seal.mesh.torus import Torus
 
 
 @dataclass(frozen=True, eq=False)
 class OpenCells:
-    """Cells connected to inlet and outlet, and the sides through which they are connected."""
+    """The cells that carry flow, and the pressures on them."""
 
     kept: np.ndarray  #: (C,) bool, cells that carry flow
-    pairs: np.ndarray  #: (n, 2) int32, slots 3 cell + side of the two sides of each passable edge
-    inlet: np.ndarray  #: (m,) int32, slots of passable sides on the inlet
-    outlet: np.ndarray  #: (m,) int32, slots of passable sides on the outlet
+    pressures: Jumps  #: numbering of the pressure on these cells
+
+
+def open_cells(mesh: AnyMesh, data: CellData) -> OpenCells:
+    """Find the cells that can carry flow, and number the pressure on them."""
+    return _open_torus(mesh, data) if isinstance(mesh, Torus) else _between_ends(mesh, data)
 
 
 def passable_sides(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, np.ndarray]:
@@ -39,8 +55,11 @@ def passable_sides(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, np.ndarra
     return slots.compress(first & second, axis=0), slots[:, 0].compress(first & alone)
 
 
-def open_cells(mesh: AnyMesh, data: CellData) -> OpenCells:
-    """Find the cells that can carry flow: connected to both ends through passable sides."""
+def _between_ends(mesh: AnyMesh, data: CellData) -> OpenCells:
+    """Keep the cells connected to both ends through passable sides; p jumps at the inlet.
+
+    p is prescribed on the passable sides of inlet and outlet.
+    """
     pairs, alone = passable_sides(mesh, data)
     ends = mesh.cells.ravel()[side_ends(alone)]
     inlet = alone[mesh.inlet[ends].all(axis=1)]
@@ -49,21 +68,40 @@ def open_cells(mesh: AnyMesh, data: CellData) -> OpenCells:
     through = np.zeros(int(piece.max()) + 1, dtype=bool)
     through[np.intersect1d(piece[inlet // 3], piece[outlet // 3])] = True
     kept = through.take(piece) & (data.K > 0)
-    keep = [slots[kept[slots // 3]] for slots in (inlet, outlet)]
-    return OpenCells(kept, pairs.compress(kept.take(pairs[:, 0] // 3), axis=0), *keep)
-
-
-def primal_numbering(mesh: AnyMesh, data: CellContact, cells: OpenCells) -> Numbering:
-    """Number the pressure on the kept cells; p = 1 on passable inlet sides, 0 on outlet sides."""
-    vertex = mesh.twin.take(mesh.cells)
-    label, count = continuous_labels(vertex, len(mesh.xy), data.zero_gap, cells.kept, cells.pairs)
-    ends = [label[side_ends(slots)] for slots in (cells.inlet, cells.outlet)]
-    label = label.reshape(-1, 3).compress(cells.kept, axis=0)
-    group = _of_one_pressure(label[data.equipotential[cells.kept]], ends, count)
-    at_inlet, at_outlet = (_marked(group[end], count) for end in ends)
+    label, count = _continuous_labels(mesh, data, kept, pairs)
+    at_ends = [label[side_ends(slots[kept[slots // 3]])] for slots in (inlet, outlet)]
+    label = label.reshape(-1, 3).compress(kept, axis=0)
+    group = _of_one_pressure(label[data.equipotential[kept]], at_ends, count)
+    at_inlet, at_outlet = (_marked(group[end], count) for end in at_ends)
     label = group.take(label)
     of_corner, used = numbered(label, ~(at_inlet | at_outlet))
-    return Numbering(of_corner, at_inlet.take(label).astype(np.int8), used)
+    crossed = at_inlet.take(label).astype(np.int8)[:, :, None]
+    return OpenCells(kept, Jumps(of_corner, used, crossed, np.ones((1, 1), dtype=np.int8)))
+
+
+def _open_torus(mesh: Torus, data: CellData) -> OpenCells:
+    """Keep the cells that wind around the torus.
+
+    One corner of each component has no unknown: its pressure is that of the jumps alone.
+    """
+    pairs, _ = passable_sides(mesh, data)
+    # Sides along x = Lx and along y = Ly, as (1, 0) and (0, 1).
+    far = mesh.copy[mesh.cells.ravel()[side_ends(pairs.ravel())]].all(axis=1).reshape(-1, 2, 2)
+    jump = far[:, 0].astype(int) - far[:, 1]
+    inside = ~jump.any(axis=1)
+    piece = components(pairs[inside] // 3, len(mesh.cells))
+    first, second = piece[pairs[~inside] // 3].T
+    unwound = unwind(first, second, jump[~inside], int(piece.max()) + 1)
+    component = unwound.root[piece]
+    kept = np.isin(component, unwound.winding_roots) & (data.K > 0)
+    label, count = _continuous_labels(mesh, data, kept, pairs)
+    label = label.reshape(-1, 3)[kept]
+    _, first = np.unique(component[kept], return_index=True)
+    free = np.ones(count, dtype=bool)
+    free[label[first, 0]] = False
+    of_corner, used = numbered(label, free)
+    crossed = mesh.copy[mesh.cells[kept]]
+    return OpenCells(kept, Jumps(of_corner, used, crossed, jumps_along(unwound.windings)))
 
 
 def _of_one_pressure(equipotential: np.ndarray, ends: list[np.ndarray], count: int) -> np.ndarray:
@@ -88,8 +126,8 @@ def _marked(places: np.ndarray, count: int) -> np.ndarray:
     return marked
 
 
-def continuous_labels(
-    vertex: np.ndarray, vertices: int, zero_gap: np.ndarray, kept: np.ndarray, pairs: np.ndarray
+def _continuous_labels(
+    mesh: AnyMesh, data: CellContact, kept: np.ndarray, pairs: np.ndarray
 ) -> tuple[np.ndarray, int]:
     """Label (3 C,) of each corner, and a number above all labels.
 
@@ -99,19 +137,17 @@ def continuous_labels(
 
     Parameters
     ----------
-    vertex : (C, 3) int
-        Point of each corner, below `vertices`.
-    zero_gap : (C, 3) bool
-        Sides along which the gap is zero.
     kept : (C,) bool
         Cells that carry flow.
     pairs : (n, 2) int
-        Slots of the sides through which kept cells are joined.
+        Slots of the sides of passable edges.
     """
+    vertex, vertices = mesh.twin.take(mesh.cells), len(mesh.xy)
+    pairs = pairs.compress(kept.take(pairs[:, 0] // 3), axis=0)
     # Labels of a point can differ only at zero-gap sides and next to cells that carry no flow.
     special = np.zeros(vertices, dtype=bool)
     special[vertex[~kept]] = True
-    special[vertex.ravel()[side_ends(np.flatnonzero(zero_gap))]] = True
+    special[vertex.ravel()[side_ends(np.flatnonzero(data.zero_gap))]] = True
     flat = vertex.ravel()
     # Pairs of sides without a special vertex join corners that have one label anyway.
     near = np.logical_or.reduce(special.take(vertex.T))
@@ -128,39 +164,41 @@ def continuous_labels(
 
 def dual_numbering(
     mesh: AnyMesh, data: CellContact, kept: np.ndarray, merge_blocked: bool
-) -> Numbering | None:
-    """Number the stream function on the kept cells (C,) bool; None if patches close every channel.
+) -> Jumps:
+    """Number the stream function on the kept cells (C,) bool.
 
-    It has one unknown for each contact patch, and is prescribed on side walls and constant in all
-    other cells. `merge_blocked`: the corners of a blocked cell are one unknown (true dual);
-    otherwise they are free (regularised dual, in which blocked cells conduct a little).
+    It has one unknown for each contact patch, and is constant on each wall and in all other cells.
+    Where patches close every channel, no jump is possible. `merge_blocked`: the corners of a
+    blocked cell are one unknown (true dual); otherwise they are free (regularised dual, in which
+    blocked cells conduct a little).
     """
     pairs = patch_ties(mesh, data, kept, merge_blocked) + mesh.wall_ties()
     patch = components(np.concatenate(pairs), len(mesh.xy))
-    if mesh.periodic:
-        top = np.flatnonzero(mesh.top)
-        joined = _winding(patch[mesh.twin[top]], patch[top], int(patch.max()) + 1)
-        if joined is None:
-            return None
-        root, offset = joined
-    else:
-        count = int(patch.max()) + 1
-        root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
-        if patch[mesh.bottom][0] == patch[mesh.top][0]:
-            return None
-        offset[patch[mesh.top][0]] = 1
-    # Use the smallest integer type that holds the offsets.
-    offset = offset.astype(np.min_scalar_type(-1 - int(np.abs(offset).max())))
+    near, far, jump = _across(mesh)
+    unwound = unwind(patch[near], patch[far], jump, int(patch.max()) + 1)
     of_cell = patch.take(mesh.cells.compress(kept, axis=0))
-    label = root[of_cell]
-    live = np.zeros(len(root), dtype=bool)
+    label = unwound.root[of_cell]
+    live = np.zeros(len(unwound.root), dtype=bool)
     live[label.compress(~data.blocked[kept], axis=0) if merge_blocked else label] = True
-    # ψ is prescribed on the walls. Between periodic sides it is defined up to a constant: pin it
-    # on any one patch.
-    walls = patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
-    live[live.argmax() if mesh.periodic else walls] = False
+    # ψ is defined up to a constant: pin it on the walls, or on any one patch.
+    live[live.argmax() if mesh.periodic else unwound.root[patch[near[0]]]] = False
     of_corner, count = numbered(label, live)
-    return Numbering(of_corner, offset[of_cell], count)
+    # Use the smallest integer type that holds the offsets.
+    smallest = np.min_scalar_type(-1 - int(np.abs(unwound.offset).max()))
+    crossed = unwound.offset.astype(smallest)[of_cell]
+    return Jumps(of_corner, count, crossed, jumps_across(unwound.windings))
+
+
+def _across(mesh: AnyMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices (n,) on the near and on the far side of seams or walls; lines crossed (n, d)."""
+    if isinstance(mesh, Torus):
+        far = np.flatnonzero(mesh.copy.any(axis=1))
+        return mesh.twin[far], far, mesh.copy[far].astype(int)
+    far = np.flatnonzero(mesh.top)
+    near = mesh.twin[far]
+    if not mesh.periodic:
+        near, far = np.flatnonzero(mesh.bottom)[:1], far[:1]
+    return near, far, np.ones((len(far), 1), dtype=int)
 
 
 def patch_ties(
@@ -176,34 +214,36 @@ def patch_ties(
     return pairs + [cells[:, [k, (k + 1) % 3]] for cells, k in edges]
 
 
-def _winding(low: np.ndarray, high: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """Join patches across a periodic side on which the stream function jumps by one.
+def jumps_along(windings: np.ndarray) -> np.ndarray:
+    """Jumps (k, 2) of the pressures to solve for: a basis of the jumps that drive different flows.
 
-    Low and high (n,) are the patches of the same point at y = 0 and at y = Ly: ψ(high) = ψ(low) +
-    1. Returns root and offset (count,) of each with ψ(patch) = ψ(root) + offset; None if a patch
-    meets itself with another offset, that is, winds around the strip and bars it.
+    With two independent windings every jump drives a flow. With a single primitive winding w only
+    J·w matters, and one jump with J·w = 1 is enough.
     """
-    parent, above = list(range(count)), [0] * count
+    if not len(windings):
+        return np.empty((0, 2))
+    if np.linalg.matrix_rank(windings) == 2:
+        return np.eye(2)
+    m, n = _primitive(windings)
+    return np.array([[m, n]]) / (m * m + n * n)
 
-    def root_of(i: int) -> tuple[int, int]:
-        """Root of a patch and its offset; the patches on the way then point to the root."""
-        path, total = [], 0
-        while parent[i] != i:
-            path.append(i)
-            i = parent[i]
-        for j in reversed(path):
-            total = above[j] + (above[parent[j]] if parent[j] != i else 0)
-            parent[j], above[j] = i, total
-        return i, (above[path[0]] if path else 0)
 
-    for u, v in zip(low.tolist(), high.tolist(), strict=True):
-        (ru, ou), (rv, ov) = root_of(u), root_of(v)
-        if ru == rv:
-            if ov != ou + 1:
-                return None
-        else:
-            parent[rv], above[rv] = ru, ou + 1 - ov
-    root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
-    for i in np.unique(np.concatenate([low, high])).tolist():
-        root[i], offset[i] = root_of(i)
-    return root, offset
+def jumps_across(windings: np.ndarray) -> np.ndarray:
+    """Jumps (k, d) that stream functions may have, constant on patches with these windings."""
+    d = windings.shape[1]
+    if not len(windings):
+        return np.eye(d, dtype=np.int8)
+    if np.linalg.matrix_rank(windings) == d:
+        return np.empty((0, d))
+    m, n = _primitive(windings)
+    return np.array([[-n, m]], dtype=float)
+
+
+def _primitive(windings: np.ndarray) -> tuple[int, int]:
+    """The shortest winding in the common direction of all windings.
+
+    A cluster that winds in this direction contains it: a closed path that does not cross itself
+    never winds twice around a torus.
+    """
+    m, n = (windings[0] // np.gcd(*windings[0])).tolist()
+    return m, n

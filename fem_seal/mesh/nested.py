@@ -132,8 +132,8 @@ class NestedMesh(Mesh):
         return on_wall
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure and stream function (V,) of a uniform gap, to start the first solve from."""
-        x, y = (self.xy / self.xy.max(axis=0)).T
+        """Pressure and stream function (1, V) of a uniform gap, to start the first solve from."""
+        x, y = (self.xy / self.xy.max(axis=0)).T[:, None]
         return 1 - x, y.copy()
 
 

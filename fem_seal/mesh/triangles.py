@@ -143,13 +143,13 @@ class TriangleMesh(Mesh):
         return replace(self, cells=self.cells[cells], sides=sides, carried_edges=None)
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure from the distances to inlet and outlet, and stream function 0, (V,) each."""
+        """Pressure from the distances to inlet and outlet, and stream function 0, (1, V) each."""
         from scipy.spatial import cKDTree
 
         to_inlet, to_outlet = (
             cKDTree(self.xy[end]).query(self.xy)[0] for end in (self.inlet, self.outlet)
         )
-        return to_outlet / (to_inlet + to_outlet), np.zeros(len(self.xy))
+        return (to_outlet / (to_inlet + to_outlet))[None], np.zeros((1, len(self.xy)))
 
 
 def _halved_labels(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -26,7 +26,7 @@ def main() -> None:
             usual = hierarchical.STEPS
             for steps in STEPS:
                 started, hierarchical.STEPS = time.process_time(), steps
-                lower, upper = as_it_is(problem, pressure, stream)
+                lower, upper = as_it_is(problem, pressure, stream).numbers
                 last[steps] = (upper / lower - 1, time.process_time() - started)
             hierarchical.STEPS = usual
             return as_it_is(problem, pressure, stream)

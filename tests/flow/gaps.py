@@ -9,15 +9,14 @@ from fem_seal.fenicsx import MPI
 from fem_seal.film import Film
 from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
-from fem_seal.flow.level import LevelProblem, Stream
-from fem_seal.flow.linear import Minimum
+from fem_seal.flow.level import Family, LevelProblem, Streams
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import NestedMesh, uniform_mesh
 
 TIGHT = Tuning(tolerance=1e-12)
-# Energies err by 2e-12. Sharpening subtracts δ, the squared norm of a projection: an error e of
+# Energies err by 2e-12. The correction subtracts δ, the squared norm of a projection: an error e of
 # the solution changes it by 2 √(δ E(e)) at most, relative 2 √(0.3 · 2e-12), and two bounds meet.
 DUALITY = 4 * np.sqrt(0.3 * 2e-12)
 
@@ -63,16 +62,16 @@ def level_problem(
     return LevelProblem(gap, mesh, values, MPI.COMM_SELF, tolerance)
 
 
-def solved(problem: LevelProblem) -> tuple[Minimum, Stream | None]:
+def solved(problem: LevelProblem) -> tuple[Family, Streams | None]:
     """Pressure and stream function, from zero."""
-    pressure = problem.pressure(np.zeros(problem.unknowns))
-    return pressure, problem.stream(np.zeros(len(problem.mesh.xy)))
+    pressure = problem.pressure([np.zeros(problem.unknowns)])
+    return pressure, problem.stream(np.zeros((1, len(problem.mesh.xy))))
 
 
 def plain_bounds(problem: LevelProblem) -> np.ndarray:
     """Lower and upper bound before correction."""
     pressure, stream = solved(problem)
-    return np.array([stream.conductance, pressure.energy])
+    return np.array([stream.conductance, pressure.energies.item()])
 
 
 def everything(mesh: NestedMesh) -> np.ndarray:

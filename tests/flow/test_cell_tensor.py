@@ -14,8 +14,8 @@ from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.bounds import TensorBounds, geometric_mean
-from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
 from fem_seal.flow.cell_tensor import conductivity_tensor
+from fem_seal.flow.level import LevelProblem, lower_matrix, upper_matrix
 from fem_seal.flow.solution import Start
 from fem_seal.flow.stopping import LONG, MOST_UNKNOWNS, out_of_reach
 from fem_seal.fluid import Slip
@@ -190,9 +190,9 @@ def test_shares_of_the_cells_add_up_to_the_difference(representation):
     """Prager and Synge on the torus: each share is >= 0, and all are tr(A⁻¹(A - C))."""
     gap = represented(cell(rough(10).values + 0.05), representation)
     mesh = uniform_torus(gap.squares, 1)
-    problem = CellProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-12)
+    problem = LevelProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-12)
     guess = problem.guess(Start.first(gap, mesh))
-    pressures, streams = problem.pressure(guess.pressure), problem.stream(guess.stream)
+    pressures, streams = problem.pressure(guess.pressures), problem.stream(guess.streams)
     shares = problem.indicators(problem.flows(pressures, streams))
     A, C = upper_matrix(pressures), lower_matrix(streams)
     expected = np.trace(np.linalg.solve(A, A - C))

@@ -65,7 +65,7 @@ def test_room_for_a_drop():
     more than it is allowed for."""
     energy = Energy(1.0, 1e-13, 1e6)
     assert energy.least_upper() == pytest.approx(1 + ROUNDING + 1e-13, rel=1e-15, abs=0)
-    assert Energy(1.0, 0.0, 1e6).least_upper(1e-24) > 1
+    assert Energy(1.0, 0.0, 1e6).error_of_drop(1e-24) > 1e-24
 
 
 def exact_tensor(e_b, e_c, b, c):

@@ -32,7 +32,7 @@ def test_one_square_has_three_bubbles(representation, width, spacing):
     assert problem.unknowns == 0
     quarters = level_problem(gap, width, tolerance=1e-14, markings=[everything] * 2)
     assert quarters.unknowns == 3
-    found = problem.corrected(*solved(problem))
+    found = problem.corrected(*solved(problem)).numbers
     # Widened against rounding by 1e-12 of the energies before the bubbles, at most ten times
     # larger.
     assert found == pytest.approx(plain_bounds(quarters), rel=1e-11, abs=0)
@@ -54,15 +54,15 @@ def test_best_bubbles_against_a_direct_solver(seed, monkeypatch):
     fine = level_problem(gap, markings=[*markings, everything, everything])
     pressure, stream = solved(coarse)
     p = np.empty(len(coarse.mesh.xy))
-    p[coarse.mesh.cells] = pressure.corner_values
+    (p[coarse.mesh.cells],) = pressure.of_unit_jumps()
     g = fine.vertex_gap[fine.mesh.cells]
     middles = (g[:, [0, 1, 2]] + g[:, [1, 2, 0]]) / 2
     cube = (8 * (middles**3).sum(1) + 3 * (g**3).sum(1) + 27 * g.mean(1) ** 3) / 60
     ends, walls = fine.mesh.inlet | fine.mesh.outlet, fine.mesh.bottom | fine.mesh.top
     upper = best(fine.mesh, cube, p, ends, fine.mesh.inlet)
-    lower = 1 / best(fine.mesh, 1 / g.prod(1), stream.psi, walls, fine.mesh.top)
+    lower = 1 / best(fine.mesh, 1 / g.prod(1), stream.psi[0], walls, fine.mesh.top)
     monkeypatch.setattr(hierarchical, "STEPS", 40)
-    found = coarse.corrected(pressure, stream)
+    found = coarse.corrected(pressure, stream).numbers
     assert found == pytest.approx((lower, upper), rel=1e-11, abs=0)
 
 
@@ -84,7 +84,7 @@ def test_every_step_lowers_the_energies(contact, monkeypatch):
     bounds = []
     for steps in (0, 1, 2, 3, hierarchical.STEPS, 40):
         monkeypatch.setattr(hierarchical, "STEPS", steps)
-        bounds.append(problem.corrected(*found))
+        bounds.append(problem.corrected(*found).numbers)
     lower, upper = np.transpose(bounds)
     assert (np.diff(lower) > 0).all()
     assert (np.diff(upper) < 0).all()
@@ -107,10 +107,10 @@ def test_corrected_bounds(representation, periodic, contact):
     markings = [Random(2)] * 3
     problem = level_problem(gap, 1, periodic, 1e-8, markings)
     pressure, stream = solved(problem)
-    lower, upper = problem.corrected(pressure, stream)
+    lower, upper = problem.corrected(pressure, stream).numbers
     quarters = level_problem(gap, 1, periodic, 1e-8, [*markings, everything, everything])
     fine = plain_bounds(quarters)
-    assert fine[1] * (1 - 4e-8) <= upper < pressure.energy
+    assert fine[1] * (1 - 4e-8) <= upper < pressure.energies.item()
     assert stream.conductance < lower
     if not contact or representation == "constant":
         assert lower <= fine[0] * (1 + 4e-8)
@@ -171,7 +171,7 @@ def test_corrected_on_squares_of_several_pixels(representation, periodic):
     gap = represented(rough_gap((64, 64), 0.004, 5, smooth=2), representation, width=8)
     problem = level_problem(gap, 8, periodic)
     assert 0 < problem.data.blocked.sum() < len(problem.data.blocked) / 2
-    lower, upper = problem.corrected(*solved(problem))
+    lower, upper = problem.corrected(*solved(problem)).numbers
     quarters = plain_bounds(level_problem(gap, 8, periodic, markings=[everything] * 2))
     plain = plain_bounds(problem)
     # On a blocked cell ψ is constant. A bubble there costs nothing where its quarters are closed,

@@ -13,7 +13,7 @@ from fem_seal.flow import Tuning
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.integrals import batch
-from fem_seal.flow.level import LevelProblem, Stream
+from fem_seal.flow.level import LevelProblem, Streams
 from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
 from fem_seal.flow.solution import FlowEstimate, Start
@@ -26,14 +26,16 @@ EPSILON = 0.1
 def solved(gap, width: int, periodic_sides: bool):
     """A mesh of squares `width` pixels wide with its solutions and the start after it."""
     problem = level_problem(gap, width=width, periodic_sides=periodic_sides)
-    pressure = problem.pressure(np.zeros(problem.unknowns))
+    pressure = problem.pressure([np.zeros(problem.unknowns)])
     regularised = problem.regularised_stream(problem.mesh.first_guess()[1], EPSILON)
     return problem, pressure, regularised, problem.start(pressure, regularised)
 
 
-def halved_ahead(start: Start, gap, marks: Marks, regularised: Stream, times: int) -> Start:
+def halved_ahead(start: Start, gap, marks: Marks, regularised: Streams, times: int) -> Start:
     """By the one flow of a leak rate, whose pressure is not looked at."""
-    flow = FlowEstimate(None, regularised.psi, regularised.conductance, regularised.epsilon)
+    flow = FlowEstimate(
+        None, regularised.psi[0], np.ones(1), regularised.conductance, regularised.epsilon
+    )
     return refined_ahead(start, gap, marks, [flow], times)
 
 
@@ -78,7 +80,7 @@ def test_no_share_is_smaller(width):
     problem, pressure, regularised, _ = solved(gap, width, True)
     cells = problem.mesh.cells[problem.kept]
     slopes, areas = shape_gradients(problem.mesh.points(gap.aspect)[cells])
-    J = regularised.conductance * gradients(slopes, regularised.psi[cells])
+    J = regularised.conductance * gradients(slopes, regularised.psi[0][cells])
     tensor = problem.data.regularised(EPSILON, gap.cut)
     shares = problem.indicators(problem.flows(pressure, regularised))
     least = areas * least_indicator(J, problem.data.K, tensor)
@@ -164,7 +166,7 @@ def test_an_island_keeps_one_value():
     mesh = square_with_hole(9, 5)
     gap = VertexGap(np.ones(len(mesh.xy)), 1.0, 1e-3, 0.0)
     problem = LevelProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-8)
-    pressure = problem.pressure(np.zeros(problem.unknowns))
+    pressure = problem.pressure([np.zeros(problem.unknowns)])
     regularised = problem.regularised_stream(mesh.first_guess()[1], EPSILON)
     start = problem.start(pressure, regularised)
     marks = Marks(np.full(len(mesh.cells), 2, dtype=np.int8), np.inf, np.inf)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem_seal.film.winding import unwind
-from fem_seal.flow.torus import jumps_across, jumps_along
+from fem_seal.flow.topology import jumps_across, jumps_along
 from fem_seal.mesh.bisection import refine
 from fem_seal.mesh.nested import PIXEL
 from fem_seal.mesh.torus import LEAST_SQUARES, Torus, squares_across, uniform_torus
@@ -91,6 +91,28 @@ def test_a_ring_of_pieces_winds():
     assert len(set(found.root[:3])) == 1
     assert found.root[3] == 3
     assert {tuple(np.abs(w)) for w in found.windings} == {(1, 0)}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_winding_numbers(seed):
+    """Pairs taken from a known potential are joined with its differences; one wrong pair is not."""
+    rng = np.random.default_rng(seed)
+    potential = rng.integers(-3, 4, 30)
+    low, high = rng.integers(0, 30, (2, 4000))
+    fits = potential[high] == potential[low] + 1
+    low, high = low[fits][:40], high[fits][:40]
+    once = np.ones((len(low), 1), dtype=int)
+    found = unwind(low, high, once, 30)
+    assert not len(found.windings)
+    root, offset = found.root, found.offset[:, 0]
+    shift = offset - potential
+    for r in np.unique(root):
+        assert np.ptp(shift[root == r]) == 0
+    assert np.array_equal(root[low], root[high])
+    together = np.flatnonzero(root == root[low[0]])
+    a, b = next((a, b) for a in together for b in together if potential[b] != potential[a] + 1)
+    wrong = unwind(np.append(low, a), np.append(high, b), np.append(once, [[1]], axis=0), 30)
+    assert wrong.windings.any()
 
 
 def test_pieces_that_only_cross_a_seam_do_not_wind():

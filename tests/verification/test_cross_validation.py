@@ -54,7 +54,7 @@ def test_refining_the_samples_changes_nothing(representation, shape, periodic):
     """The second mesh of the gap is the first of its refinement: the same energies.
 
     CG stops at a relative energy error of 1e-8 on each, right within a factor of two, and the
-    sharpening of the bounds adds the error's square root times their change, at most 0.3 here.
+    correction of the bounds adds the error's square root times their change, at most 0.3 here.
     """
     values = 0.2 + np.random.default_rng(1).random(shape)
     gap = GridField(values, (1.0, 0.5), periodic)
