@@ -25,7 +25,7 @@ import numpy as np
 from fem_seal.errors import Inconsistent
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.level import Family, Guess, LevelProblem, LevelSolution, Streams
+from fem_seal.flow.level import Family, Guess, LevelProblem, LevelSolution, Pressures, Streams
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Strategy, mark, mark_all
 from fem_seal.flow.solution import FlowEstimate, SolvedLevel, Start
@@ -150,7 +150,7 @@ class _Log:
 class _Solved:
     """Solutions on one mesh: pressure, regularised and true stream function."""
 
-    pressure: Family
+    pressure: Pressures
     regularised: Streams | None = None
     stream: Streams | None = None
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from fem_seal.film import Film, GridFilm
 from fem_seal.flow.energy import gradients, shape_gradients
-from fem_seal.flow.level import Family, LevelProblem, LevelSolution
+from fem_seal.flow.level import LevelProblem, LevelSolution, Pressures
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.leak_rate import FacetTag, FlowField
 from fem_seal.mesh.mesh import find_edges, side_ends
@@ -83,7 +83,7 @@ def facet_tags(problem: LevelProblem, points: np.ndarray) -> np.ndarray:
     return tags
 
 
-def boundary_flows(problem: LevelProblem, pressure: Family) -> tuple[float, float]:
+def boundary_flows(problem: LevelProblem, pressure: Pressures) -> tuple[float, float]:
     """Inflow and outflow from the residuals of the discrete equations at inlet and outlet."""
     prescribed = problem.primal_numbering.of_corner < 0
     inlet = problem.primal_numbering.offset

@@ -20,7 +20,7 @@ two solves each.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial, reduce
 from itertools import chain
 
@@ -29,7 +29,7 @@ import numpy as np
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.cell_data import ISOTROPIC
-from fem_seal.flow.energy import ROUNDING, gradients, shape_gradients
+from fem_seal.flow.energy import ROUNDING, Energy, gradients, shape_gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.integrals import AT_ONCE
@@ -50,18 +50,31 @@ class Family:
     """Minimisers for a basis of jumps."""
 
     jumps: np.ndarray  #: (k, d), the basis
-    minima: Sequence[Minimum]  #: the k minimisers
     energies: np.ndarray  #: (k, k) ∫ ∇v_a·T·∇v_b
+    totals: tuple[Energy, ...]  #: the k energies, with bounds of their rounding errors
+    residuals: tuple[float, ...]  #: those of all solves, one after the other, as of `Minimum`
+    stalled: str  #: reason why CG stopped short of its tolerance in one of the solves, else ""
 
-    @property
-    def residuals(self) -> tuple[float, ...]:
-        """Those of all solves, one after the other."""
-        return tuple(chain.from_iterable(minimum.residuals for minimum in self.minima))
+    def least_upper(self, drops: np.ndarray | float = 0.0) -> np.ndarray:
+        """Upper bound (k, k), as a form, of the energies after `drops` (k, k) by bubble functions.
 
-    @property
-    def stalled(self) -> str:
-        """Reason why CG stopped short of its tolerance in one of the solves, else ""."""
-        return next((minimum.stalled for minimum in self.minima if minimum.stalled), "")
+        The rounding error of the energy of functions a and b is at most the largest relative error
+        of all times √(E_aa E_bb). That of a drop is a multiple of √(terms_a drop_b)
+        (`Energy.error_of_drop`), in which the largest ratio of drop to terms may replace each one.
+        For any combination of k functions either sum is at most k times its diagonal part.
+        """
+        totals, drop = self.totals, np.broadcast_to(drops, self.energies.shape).diagonal()
+        relative = max(total.error / total.value for total in totals) + ROUNDING
+        ratio = max((d / t.terms for d, t in zip(drop, totals, strict=True) if d > 0), default=0.0)
+        errors = [relative * t.value + t.error_of_drop(ratio * t.terms) for t in totals]
+        return self.energies - drops + len(totals) * np.diag(errors)
+
+
+@dataclass(frozen=True, eq=False)
+class Pressures(Family):
+    """Pressures for a basis of jumps."""
+
+    minima: Sequence[Minimum]  #: the k pressures
 
     def combined(self, weights: np.ndarray) -> CornerValues:
         """Corner values of a combination with weights (k,)."""
@@ -77,31 +90,18 @@ class Family:
         """
         return (self.combined(row)(slice(None)) for row in np.linalg.pinv(self.jumps))
 
-    def least_upper(self, drops: np.ndarray | float = 0.0) -> np.ndarray:
-        """Upper bound (k, k), as a form, of the energies after `drops` (k, k) by bubble functions.
-
-        The rounding error of the energy of functions a and b is at most the largest relative error
-        of all times √(E_aa E_bb). That of a drop is a multiple of √(terms_a drop_b)
-        (`Energy.error_of_drop`), in which the largest ratio of drop to terms may replace each one.
-        For any combination of k functions either sum is at most k times its diagonal part.
-        """
-        totals = [minimum.total for minimum in self.minima]
-        drop = np.broadcast_to(drops, self.energies.shape).diagonal()
-        relative = max(total.error / total.value for total in totals) + ROUNDING
-        ratio = max((d / t.terms for d, t in zip(drop, totals, strict=True) if d > 0), default=0.0)
-        errors = [relative * t.value + t.error_of_drop(ratio * t.terms) for t in totals]
-        return self.energies - drops + len(totals) * np.diag(errors)
-
 
 @dataclass(frozen=True, eq=False)
 class Streams(Family):
     """Stream functions for a basis of jumps, from the true or from the regularised dual."""
 
-    #: (d, V), values at the vertices of the stream functions of unit jumps; zero where nothing
-    #: flows
-    psi: np.ndarray = field(kw_only=True)
-    #: factor ε of the regularised dual; zero in the true dual
-    epsilon: float = field(kw_only=True)
+    at_vertices: np.ndarray  #: (k, V), their values at the vertices; zero where nothing flows
+    epsilon: float  #: factor ε of the regularised dual; zero in the true dual
+
+    @property
+    def psi(self) -> np.ndarray:
+        """Values (d, V) at the vertices of the stream functions of unit jumps."""
+        return np.linalg.pinv(self.jumps) @ self.at_vertices
 
     @property
     def conductance(self) -> float:
@@ -109,7 +109,7 @@ class Streams(Family):
         return lower_matrix(self).item()
 
 
-def upper_matrix(pressures: Family, energies: np.ndarray | None = None) -> np.ndarray:
+def upper_matrix(pressures: Pressures, energies: np.ndarray | None = None) -> np.ndarray:
     """A (d, d): energies of the pressures of unit jumps; from `energies` in place of theirs."""
     # With a single winding w the family has one pressure, of the jump w/|w|². A jump J drives J·w
     # times its flow; w is the pseudo-inverse of that jump.
@@ -117,17 +117,17 @@ def upper_matrix(pressures: Family, energies: np.ndarray | None = None) -> np.nd
     return basis @ (pressures.energies if energies is None else energies) @ basis.T
 
 
-def best_flux(streams: Family, energies: np.ndarray | None = None) -> np.ndarray:
+def best_flux(streams: Streams, energies: np.ndarray | None = None) -> np.ndarray:
     """Weights (k, d) of the stream functions whose jumps G attain the maximum of C, linear in J."""
     return np.linalg.solve(streams.energies if energies is None else energies, _crossing(streams))
 
 
-def lower_matrix(streams: Family, energies: np.ndarray | None = None) -> np.ndarray:
+def lower_matrix(streams: Streams, energies: np.ndarray | None = None) -> np.ndarray:
     """C (d, d), zero along jumps that no stream function of the family drives."""
     return _crossing(streams).T @ best_flux(streams, energies)
 
 
-def _crossing(streams: Family) -> np.ndarray:
+def _crossing(streams: Streams) -> np.ndarray:
     """(k, d): J×G_a = crossing[a]·J for the jumps G_a of the family."""
     return streams.jumps @ _CROSS[streams.jumps.shape[1]].T
 
@@ -156,7 +156,7 @@ class LevelProblem(FilmOnMesh):
         self._jumps, self._numberings = cells.pressures.basis, cells.pressures.numberings
         super().__init__(gap, mesh, values, data, cells.kept, self._numberings[0], comm, tolerance)
 
-    def start(self, pressure: Family, stream: Streams | None) -> Start:
+    def start(self, pressure: Pressures, stream: Streams | None) -> Start:
         """Start on this mesh from its solutions; where nothing flows the functions are zero."""
         count = self._jumps.shape[1]
         pressures = np.zeros((count, *self.mesh.cells.shape))
@@ -176,7 +176,7 @@ class LevelProblem(FilmOnMesh):
             start.streams,
         )
 
-    def pressure(self, guesses: Sequence[np.ndarray]) -> Family:
+    def pressure(self, guesses: Sequence[np.ndarray]) -> Pressures:
         """Minimise ∫ K|∇p|² for each jump that can drive a flow."""
         # Cells of constant pressure have no energy; in the matrix they would leave rounding errors.
         K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
@@ -187,7 +187,7 @@ class LevelProblem(FilmOnMesh):
         # Only between ends is the sum of the residuals the difference of inflow and outflow.
         balanced = bool(self.mesh.inlet.any())
         minima = self.space.minimise(tensor, self._numberings, guesses, self.tolerance, balanced)
-        return Family(self._jumps, minima, self._energies(tensor, minima))
+        return Pressures(*self._family(self._jumps, tensor, minima), minima)
 
     def stream(self, guess: np.ndarray) -> Streams | None:
         """Minimise ∫ ∇ψ·R·∇ψ for each jump that contact and blocked cells allow, from (d, V).
@@ -214,13 +214,17 @@ class LevelProblem(FilmOnMesh):
             for jump, numbering in zip(dual.basis, numberings, strict=True)
         ]
         minima = self.space.minimise(tensor, numberings, starts, self.tolerance)
-        psi = np.linalg.pinv(dual.basis) @ self._streams_at_vertices(minima)
-        energies = self._energies(tensor, minima)
-        return Streams(dual.basis, minima, energies, psi=psi, epsilon=epsilon)
+        psi = np.array([self._at_vertices(m.numbering, m.values) for m in minima])
+        return Streams(*self._family(dual.basis, tensor, minima), psi, epsilon)
 
-    def _streams_at_vertices(self, minima: Sequence[Minimum]) -> np.ndarray:
-        """Values (k, V) of minimisers at the vertices."""
-        return np.array([self._at_vertices(m.numbering, m.values) for m in minima])
+    def _family(
+        self, jumps: np.ndarray, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
+    ) -> tuple[np.ndarray, np.ndarray, tuple[Energy, ...], tuple[float, ...], str]:
+        """Fields of a `Family`."""
+        residuals = tuple(chain.from_iterable(minimum.residuals for minimum in minima))
+        stalled = next((minimum.stalled for minimum in minima if minimum.stalled), "")
+        totals = tuple(minimum.total for minimum in minima)
+        return jumps, self._energies(tensor, minima), totals, residuals, stalled
 
     def _energies(
         self, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
@@ -237,30 +241,30 @@ class LevelProblem(FilmOnMesh):
             mixed += float((xx * ax * bx + xy * (ax * by + ay * bx) + yy * ay * by).sum())
         return energies + mixed * np.array([[0.0, 1.0], [1.0, 0.0]])
 
-    def upper_bound(self, pressure: Family) -> Bounds:
+    def upper_bound(self, pressure: Pressures) -> Bounds:
         """Bounds from the pressures alone, widened for rounding errors."""
         upper = upper_matrix(pressure, pressure.least_upper())
         return Bounds(np.zeros_like(upper), upper)
 
-    def difference(self, pressure: Family, stream: Family) -> float:
+    def difference(self, pressure: Pressures, stream: Streams) -> float:
         """Largest relative difference (u - l)/l of both energies before the correction."""
         return Bounds(lower_matrix(stream), upper_matrix(pressure)).excess
 
-    def corrected(self, pressure: Family, stream: Family) -> Bounds:
+    def corrected(self, pressure: Pressures, stream: Streams) -> Bounds:
         """Bounds after the hierarchical correction, widened for rounding errors.
 
         Each minimiser gets its own bubble functions, so that both families stay linear in their
         jumps, and their energies quadratic forms.
         """
         lowered, raised = self._bubble_drops(
-            [v.corners for v in pressure.minima], [*self._streams_at_vertices(stream.minima)]
+            [v.corners for v in pressure.minima], [*stream.at_vertices]
         )
         return Bounds(
             lower_matrix(stream, stream.least_upper(raised)),
             upper_matrix(pressure, pressure.least_upper(lowered)),
         )
 
-    def flows(self, pressure: Family, stream: Streams) -> list[FlowEstimate]:
+    def flows(self, pressure: Pressures, stream: Streams) -> list[FlowEstimate]:
         """Flows of pressures that are orthogonal in energy, each with its best flux.
 
         Two pressures have the energy 1: the direction of smallest conductivity then counts as much
@@ -282,7 +286,7 @@ class LevelProblem(FilmOnMesh):
         return flows
 
 
-def _orthonormal(pressures: Family) -> np.ndarray:
+def _orthonormal(pressures: Pressures) -> np.ndarray:
     """Weights (k, k): each row combines the family into a pressure; two are orthonormal."""
     if len(pressures.energies) == 1:
         return np.ones((1, 1))
@@ -297,7 +301,7 @@ class LevelSolution:
 
     level: SolvedLevel  #: best bounds so far, and the cost of this level
     problem: LevelProblem  #: the mesh with its numberings
-    pressure: Family  #: solution of the primal problem
+    pressure: Pressures  #: solution of the primal problem
     #: solution of the true dual problem; None if it was not solved, or blocked cells close every
     #: channel
     stream: Streams | None

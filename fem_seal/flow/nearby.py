@@ -54,10 +54,10 @@ class MeshedFlow:
         if stream is None:
             return np.full(len(films), np.inf)
         problems = self._problems(films)
-        (psi,), (own,) = stream.psi, stream.minima
+        (psi,), (own,) = stream.psi, stream.totals
         others = [_energy_of_stream(problem, psi) for problem in problems[1:]]
         correction = self.solution.problem.stream_correction([psi])
-        return self._bounds(problems, [own.total, *others], correction)
+        return self._bounds(problems, [own, *others], correction)
 
     def conductances_below(self, films: Sequence[GridFilm]) -> np.ndarray:
         """Upper bounds (n,) of the conductances of films, itself first, with gaps nowhere larger.

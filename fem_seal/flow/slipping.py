@@ -24,7 +24,7 @@ from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.integrals import AT_ONCE
-from fem_seal.flow.level import Family, LevelProblem, LevelSolution, Streams
+from fem_seal.flow.level import LevelProblem, LevelSolution, Pressures, Streams
 from fem_seal.fluid import Slip
 from fem_seal.mesh.grouping import parts
 
@@ -198,7 +198,7 @@ class _Estimate:
 
 
 def _cell_energies(
-    problem: LevelProblem, pressure: Family, stream: Streams
+    problem: LevelProblem, pressure: Pressures, stream: Streams
 ) -> tuple[np.ndarray, np.ndarray]:
     """Energy of each cell (C,): its part of ∫K|∇p|², and of ∫∇ψ·R·∇ψ of the true dual."""
     (psi,) = stream.psi

@@ -9,7 +9,7 @@ from fem_seal.fenicsx import MPI
 from fem_seal.film import Film
 from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
-from fem_seal.flow.level import Family, LevelProblem, Streams
+from fem_seal.flow.level import LevelProblem, Pressures, Streams
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.mesh.bisection import bisect
@@ -62,7 +62,7 @@ def level_problem(
     return LevelProblem(gap, mesh, values, MPI.COMM_SELF, tolerance)
 
 
-def solved(problem: LevelProblem) -> tuple[Family, Streams | None]:
+def solved(problem: LevelProblem) -> tuple[Pressures, Streams | None]:
     """Pressure and stream function, from zero."""
     pressure = problem.pressure([np.zeros(problem.unknowns)])
     return pressure, problem.stream(np.zeros((1, len(problem.mesh.xy))))
