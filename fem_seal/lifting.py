@@ -51,14 +51,11 @@ def lifting_problem(
     inlet, outlet = scene.gauge_pressures
 
     def press(
-        heights: GridField,
-        pressure: float | None,
-        start: ContactState | np.ndarray | None,
-        tolerance: float = 0.0,
+        heights: GridField, pressure: float | None, start: ContactState | np.ndarray | None
     ) -> ContactState:
         """Contact of heights under a load [Pa], or under that of the scene."""
         target = load if pressure is None else Load("pressure", pressure)
-        return elastic_contact(scene, heights, start, target, tolerance=tolerance)
+        return elastic_contact(scene, heights, start, target)
 
     def cubes(gap: np.ndarray) -> np.ndarray:
         """Cubes of gaps [m³], times the gain by slip at the mean pressure."""

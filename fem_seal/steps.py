@@ -1,7 +1,6 @@
 """The steps of a scene, each computed from its sections and the result of the step before."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,9 +35,6 @@ if TYPE_CHECKING:
 # Least peak memory of a surface with its elastic contact [bytes a sample], measured at 1024 x 1024
 # samples: 106 to 138 with the solver and its arithmetic.
 CONTACT_BYTES = 106
-# Of a contact on the way to another: limit of |gap| on pressed samples over the tolerance of the
-# certificate. Where that is met, the gap is at most 5 times it, so that the certificate decides.
-GAP_PER_CERTIFICATE = 10.0
 
 
 def spectrum_of_profiles(surface: ProfileSurface) -> IsotropicSpectrum:
@@ -72,12 +68,10 @@ def elastic_contact(
     start: ContactState | np.ndarray | None,
     load: Load,
     report: Report = silent,
-    tolerance: float = 0.0,
 ) -> ContactState:
     """Contact of a scene's solids with heights [m] under a load, not always that of the scene.
 
-    It starts from a contact or a pressure [Pa]. `tolerance` is that of a contact on the way to
-    another, if it is above that of the scene.
+    It starts from a contact or a pressure [Pa].
     """
 
     def progress(iteration: int, residual: float) -> None:
@@ -90,10 +84,6 @@ def elastic_contact(
         refuse_too_large(CONTACT_BYTES * nx * ny, subject, scene.flow.max_memory)
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     stopping = contact.stopping(progress)
-    if tolerance > stopping.tolerance:
-        stopping = replace(
-            stopping, tolerance=tolerance, gap_tolerance=GAP_PER_CERTIFICATE * tolerance
-        )
     return contact_under(surface, solid, load, stopping, contact.arithmetic, start)
 
 

@@ -22,17 +22,11 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import (
-    FIRST_EPSILON,
-    FIRST_ORDER,
-    MOST_STAGES,
-    MOST_STEPS,
-    PART,
-    ROUGH,
-)
-from fem_seal.coupling.newton import FloatingPoint, LiftPoint, Log, Stage, newton
+from fem_seal.coupling.constants import FIRST_EPSILON, LEAST, MOST_STAGES, MOST_STEPS
+from fem_seal.coupling.newton import Steps, equilibrium
+from fem_seal.coupling.point import LiftPoint, Stage
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import SETTLED, LiftedState, most_claimed, spread
+from fem_seal.coupling.state import FIRST_ORDER, LiftedState, most_claimed, spread
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.network.pressure_grid import PressureGrid
@@ -70,15 +64,15 @@ def lifted(
     NotConverged
         If a contact or a flow fails.
     """
-    rtol = min(rtol, FIRST_ORDER)
-    low = np.full(problem.height.shape, problem.outlet)
+    allowed = most_claimed(min(rtol, FIRST_ORDER))
     uniform = problem.uniform_pressure
     if problem.load is not None and problem.load <= uniform.mean():
         return _lifted_off(problem, uniform)
     if dry is None:
+        low = np.full(problem.height.shape, problem.outlet)
         dry = parallel.on_root(lambda: problem.contact_under(low), problem.comm)
-    found = parallel.on_root(lambda: _from_both_ends(problem, rtol, low, dry, report), problem.comm)
-    states = [_state_of(problem, rtol, one) for one in found]
+    ends = parallel.on_root(lambda: _from_both_ends(problem, allowed, dry, report), problem.comm)
+    states = [_state_of(problem, allowed, end) for end in ends]
     return states[0] if len(states) == 1 else _both(*states)
 
 
@@ -86,241 +80,177 @@ def lifted_from(
     problem: LiftProblem, rtol: float, pressure: np.ndarray, report: Report = silent
 ) -> LiftedState:
     """The state to which Newton's method leads from a fluid pressure (nx, ny) [Pa]."""
-    rtol = min(rtol, FIRST_ORDER)
-    found = parallel.on_root(
-        lambda: _Stages(problem, rtol, pressure, None, report).end(), problem.comm
-    )
-    return _state_of(problem, rtol, found)
+    allowed = most_claimed(min(rtol, FIRST_ORDER))
+
+    def search() -> _End:
+        first = _first_stage(problem, allowed, pressure, None, report)
+        return _further_stages(problem, allowed, first, report)
+
+    return _state_of(problem, allowed, parallel.on_root(search, problem.comm))
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _End:
     """Where the stages from one start have ended."""
 
     pressure: np.ndarray  #: p_f (nx, ny) [Pa]
     contact: ContactState  #: under it
-    certain: bool  #: whether no fluid pressure opens the film
-    change: float  #: of ln Q in the last step
-    error: float  #: of ln Q
-    failure: str  #: why the last stage has not come to an equilibrium, else ""
-    residuals: tuple[float, ...]  #: rms of F over the pressure drop, at each step's start
     network: PressureGrid  #: of the last stage
+    stays_sealed: bool  #: whether the film is sealed, and no fluid pressure opens it
+    opened: GridFilm | None  #: a sealed film as the most fluid pressure opens it
+    change: float  #: of ln Q by the last stage
+    error: float  #: of ln Q, estimated
+    failure: str  #: why the last stage has not come to an equilibrium, else ""
+    difficult: bool  #: as of `Steps`
+    residuals: tuple[float, ...]  #: rms of F over the pressure drop, at each step's start
 
 
 def _from_both_ends(
-    problem: LiftProblem, rtol: float, low: np.ndarray, dry: ContactState, report: Report
-) -> list[_Found]:
+    problem: LiftProblem, allowed: float, dry: ContactState, report: Report
+) -> list[_End]:
     """Where the stages end that start from the outlet's pressure, and from the inlet's if needed.
 
     If both have the same equilibrium in the first stage, the next stages are the same as well: the
     second start goes on only if the first one has not settled.
     """
-    stages = _Stages(problem, rtol, low, dry, report)
-    first, found = stages.first, [stages.end()]
-    doubtful = problem.film(dry.gap).sealed or stages.difficult
-    if found[0].certain or problem.may_float or not doubtful:
-        return found
-    stages = _Stages(problem, rtol, np.full_like(low, problem.inlet), None, report)
-    settled = found[0].error <= SETTLED * rtol and not found[0].failure
-    if settled and first and stages.first and stages.first.is_that_of(first, SETTLED * rtol):
-        return found
-    return [*found, stages.end()]
+    low, high = (np.full(dry.gap.shape, end) for end in (problem.outlet, problem.inlet))
+    first = _first_stage(problem, allowed, low, dry, report)
+    end = _further_stages(problem, allowed, first, report)
+    doubtful = problem.film(dry.gap).sealed or end.difficult
+    if end.stays_sealed or problem.may_float or not doubtful:
+        return [end]
+    second = _first_stage(problem, allowed, high, None, report)
+    settled = end.error <= allowed and not (end.failure or first.failure or second.failure)
+    if settled and second.point.is_that_of(first.point, allowed):
+        return [end]
+    return [end, _further_stages(problem, allowed, second, report)]
 
 
-class _Stages:
-    """Newton's method in stages, from one fluid pressure.
+def _first_stage(
+    problem: LiftProblem,
+    allowed: float,
+    pressure: np.ndarray,
+    contact: ContactState | None,
+    report: Report,
+) -> Steps:
+    """The equilibrium of a coarse network, of every second or fourth sample on large grids.
 
-    On large grids the first stage takes every second or fourth sample of the contact. When a
-    later one begins, its flow tells by how much the fluid's pressure of the stage before is wrong.
-    Its triangles are smaller where that changes ln Q most. The stages end when all that further
-    ones would change is little, or when no fluid pressure opens the film.
+    Parameters
+    ----------
+    pressure : (nx, ny)
+        Fluid pressure [Pa] at the start.
+    contact
+        Contact under it, if known.
     """
+    thinned = problem.thinned
+    every = problem.height.shape[0] // thinned.height.shape[0]
+    stage = Stage(thinned.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
+    start = None if contact is None else contact.pressure.values[::every, ::every]
+    point = LiftPoint.under(thinned, stage, pressure[::every, ::every], start)
+    return equilibrium(point, allowed, LEAST * allowed, report, leaves=True)
 
-    def __init__(
-        self,
-        problem: LiftProblem,
-        rtol: float,
-        pressure: np.ndarray,  # (nx, ny) [Pa] at the start
-        contact: ContactState | None,  # under it, if known
-        report: Report,
-    ):
-        self._problem, self._allowed, self._log = problem, SETTLED * rtol, Log(report)
-        self._left = False  # whether plain passes have left a state
-        self._sealed = 0  # stages in a row with a sealed film
-        self._change = self._differs = self._error = inf  # of ln Q: last step, last stage, all
-        thinned = problem.thinned
-        stage = Stage(thinned.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
-        every = problem.height.shape[0] // thinned.height.shape[0]
-        start = None if contact is None else contact.pressure.values[::every, ::every]
-        self._point = LiftPoint.under(thinned, stage, pressure[::every, ::every], start)
-        self._log.add(self._point)
-        self._solve()
-        #: equilibrium of the first stage, if it was found
-        self.first = None if self._log.failure else self._point
 
-    def end(self) -> _Found:
-        """Go on to the last stage."""
-        problem, certain = self._problem, False
-        if self._point.problem is not problem:
-            self._go_to(self._point.on(problem))
-            self._solve()
-        for _ in range(1, MOST_STAGES):
-            if self._point.flow.conductance <= problem.negligible:
-                self._error = inf
-                break
-            self._sealed = self._sealed + 1 if self._point.sealed else 0
-            certain = bool(self._sealed) and _opened(problem, self._point.contact) is None
-            if certain or self._sealed == MOST_STAGES // 2 or not self._refine() or self._settled:
-                break
-            self._solve()
-        point, contact = self._point, self._point.contact
-        if contact.contact.any():
-            contact = problem.contact_under(point.pressure, contact)
-        return _Found(
-            pressure=point.pressure,
-            contact=contact,
-            certain=certain,
-            change=self._change,
-            error=max(self._error, PART * self._allowed),
-            failure=self._log.failure,
-            residuals=tuple(self._log.residuals),
-            network=point.stage.grid,
-        )
+def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: Report) -> _End:
+    """Go on from the equilibrium of the first stage.
 
-    @property
-    def difficult(self) -> bool:
-        """Whether steps were halved, or GMRES took many iterations."""
-        return self._log.shortened or self._log.iterations > MOST_STEPS / 2
+    When a stage begins, its flow tells by how much the fluid's pressure of the stage before is
+    wrong. Its triangles are smaller where that changes ln Q most. The stages end when all that
+    further ones would change is little, or when no fluid pressure opens the film.
+    """
+    if steps.point.problem is not problem:
+        steps = _solved(steps.point.on(problem, allowed), steps, allowed, report)
+    change = error = inf
+    sealed_stages = 0
+    for _ in range(1, MOST_STAGES):
+        point = steps.point
+        sealed_stages = sealed_stages + 1 if point.sealed else 0
+        if sealed_stages == MOST_STAGES // 2 or (point.sealed and point.opened is None):
+            break
+        if point.flow.conductance <= problem.negligible:
+            error = inf
+            break
+        stage = point.finer(allowed)
+        if stage is None:
+            break
+        start, steps = _begun(steps, stage)
+        before, change = change, start.error(point.adjoint)
+        error = change * _all_to_come(change, before) + start.by_epsilon
+        little = error <= allowed and start.keeps_load(LEAST * allowed)
+        if little and not point.sealed and not steps.failure:
+            steps = replace(steps, point=start, residuals=(*steps.residuals, start.size))
+            break
+        steps = _solved(start, steps, allowed, report)
+    point = steps.point
+    opened = point.opened if point.sealed else None
+    return _End(
+        pressure=point.pressure,
+        contact=point.contact,
+        network=point.stage.grid,
+        stays_sealed=point.sealed and opened is None,
+        opened=opened,
+        change=change,
+        error=max(error, LEAST * allowed),
+        failure=steps.failure,
+        difficult=steps.difficult,
+        residuals=steps.residuals,
+    )
 
-    def _go_to(self, point: LiftPoint) -> None:
-        """Begin a stage."""
-        self._point = point
-        self._log.add(point)
 
-    def _solve(self) -> None:
-        """Find a stable equilibrium of a stage, in contact or floating."""
-        log, allowed = self._log, self._allowed
-        if self.difficult or self._left:
-            # What the next step changes to first order is then no measure of what it changes.
-            allowed *= PART
-        point = newton(self._point, allowed, log)
-        if log.failure and point.problem.may_float and point.contact.contact.any():
-            failure, floating = log.failure, newton(_floating(point), allowed, log)
-            # A film that rises for ever carries less than the load: the solid is in contact.
-            point, log.failure = (point, failure) if log.failure else (floating, "")
-        if point.step.negative is not None and not self._left:
-            left = _leaving(point)
-            self._left = left is not None
-            if left is None:
-                log.failure = "plain passes do not come away from a state that does not last"
-            else:
-                point = newton(left, allowed, log)
-        self._point, self._change = point, point.step.log_rate
-        self._error = self._change + point.by_epsilon + self._differs
+def _begun(steps: Steps, stage: Stage) -> tuple[LiftPoint, Steps]:
+    """The first point of a stage, a step of the one before further on; and what has failed so far.
 
-    def _refine(self) -> bool:
-        """Go to the first point of the next stage, if there is one; estimate its error."""
-        point, log, before = self._point, self._log, self._differs
-        adjoint, finer = point.adjoint, point.finer(self._allowed)
-        if not point.linear_systems_solved:
-            log.failure = log.failure or (
-                f"{MOST_STEPS} iterations of GMRES have left more than {PART:g} of a right side"
-            )
-        if finer is None:
-            return False
-        if not log.failure:
-            point = point.after(point.step) or point
-        self._go_to(replace(point, stage=finer))
-        self._change = self._differs = self._point.error(adjoint)
-        to_come = self._differs * _all_to_come(self._differs, before)
-        self._error = to_come + self._point.by_epsilon
-        return True
+    If the stage before has no equilibrium, it begins where that one has ended.
+    """
+    point = steps.point
+    if not point.linear_systems_solved:
+        failure = f"{MOST_STEPS} iterations of GMRES have left more than they may of a right side"
+        steps = replace(steps, failure=steps.failure or failure)
+    if not steps.failure:
+        point = point.after(point.step) or point
+    return replace(point, stage=stage), steps
 
-    @property
-    def _settled(self) -> bool:
-        """Whether what is to come changes ln Q by little."""
-        little = self._error <= self._allowed and self._point.keeps_load(self._allowed)
-        return little and not self._sealed and not self._log.failure
+
+def _solved(point: LiftPoint, before: Steps, allowed: float, report: Report) -> Steps:
+    """The equilibrium of a stage, with the steps of the stages before."""
+    tolerance = LEAST * allowed if before.difficult else allowed
+    least, leaves = LEAST * allowed, not before.left
+    return equilibrium(point, tolerance, least, report, leaves).after(before)
 
 
 def _all_to_come(change: float, before: float) -> float:
-    """1 + r + r² + …, with the ratio r of this stage's change to the last one's; 1/2 if unknown."""
-    return 1 / (1 - min(change / before, 1 - PART)) if 0 < before < inf else 2.0
+    """1 + r + r² + …, with the ratio r of this stage's change to the last one's; 1/2 if unknown.
 
-
-def _floating(point: LiftPoint) -> LiftPoint:
-    """The point at which the solid has just left the counter-face."""
-    problem, height = point.problem, point.problem.height.values
-    level = float((height - problem.displacement(point.pressure)).max()) + point.stage.epsilon
-    return present(FloatingPoint.at(problem, point.stage, point.pressure, level), "level")
-
-
-def _leaving(point: LiftPoint) -> LiftPoint | None:
-    """The point to which plain passes lead from an equilibrium that they leave.
-
-    Where R' G' has a real eigenvalue above 1, a pass through contact and flow grows every deviation
-    along its eigenvector: no such state lasts. None if F still grows after many passes.
+    At most 10: changes that hardly fall are those of rounding, or do not become small enough.
     """
-    away = present(point.step.negative, "direction")
-    away = away * (PART * point.problem.drop / np.abs(away).max())
-    step = replace(point.step, pressure=away if away.mean() >= 0 else -away, gap=None)
-    for _ in range(2 * MOST_STEPS):  # an eigenvalue of 1.1 takes 24 from a tenth to all of the drop
-        other = point.after(step)
-        if other is None or other.size <= point.size:
-            return point
-        point, step = other, replace(step, pressure=other.residual)
-    return None
+    return 1 / (1 - min(change / before, 0.9)) if 0 < before < inf else 2.0
 
 
-def _opened(problem: LiftProblem, contact: ContactState) -> GridFilm | None:
-    """The film that the most fluid pressure opens; None if it stays sealed."""
-    pressure = _most(problem, contact)
-    if problem.left_of(pressure) <= 0:
-        return problem.film(problem.touching_gap)
-    film = problem.film(problem.contact_under(pressure, contact, ROUGH).gap)
-    return None if film.sealed else film
-
-
-def _most(problem: LiftProblem, contact: ContactState) -> np.ndarray:
-    """The inlet's pressure wherever no open path leads to the outlet.
-
-    On a half-space a higher p_f nowhere makes the gap smaller, so that no p_f opens a film that is
-    sealed under this one.
-    """
-    nx, ny = problem.height.shape
-    joined = problem.film(contact.gap).joined_to("outlet")[:nx, :ny]
-    return np.where(joined, problem.outlet, problem.inlet)
-
-
-def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
+def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
     """The state at the end of the steps, with its leak rate to the tolerance of the result."""
-    leak = problem.flow(problem.film(found.contact.gap), min(found.error, most_claimed(rtol)))
-    error, reason, steps = found.error, "", len(found.residuals) - 1
+    leak = problem.flow(problem.film(end.contact.gap), min(end.error, allowed))
+    error, reason, steps = end.error, "", len(end.residuals) - 1
     known = leak.state == "sealed" or (leak.value > 0 and error <= MOST_ERROR)
     lowest = leak.value * exp(-error)
     highest = leak.value * exp(min(error, MOST_ERROR)) if known else inf
     if leak.state == "sealed":
-        opened = None
-        if not found.certain:
-            opened = parallel.on_root(lambda: _opened(problem, found.contact), problem.comm)
-        if opened is not None:
+        if not end.stays_sealed:
             highest = inf
-            if problem.left_of(_most(problem, found.contact)) > 0:
-                most = problem.flow(opened, 0.0)
+            if end.opened is not None and problem.left_of(problem.most(end.contact)) > 0:
+                most = problem.flow(end.opened, 0.0)
                 highest = most.value if most.upper is None else most.upper
             reason = (
                 f"the film is sealed after {steps} of Newton's steps, but more fluid pressure "
                 "under the contact would open it"
             )
         error = 0.0
-    elif found.failure:
-        reason = f"contact and flow have not settled: {found.failure}"
+    elif end.failure:
+        reason = f"contact and flow have not settled: {end.failure}"
     elif not known:
         reason = leak.reason or "the error of the fluid's pressure is not known"
-    elif error > SETTLED * rtol:
+    elif error > allowed:
         reason = (
             f"the fluid's pressure leaves an error of {error:.2g} in the logarithm of the leak "
-            f"rate, more than the {SETTLED * rtol:.2g} that flow.rtol allows"
+            f"rate, more than the {allowed:.2g} that flow.rtol allows"
         )
     if reason:
         low = "0 (sealed)" if leak.state == "sealed" else f"{lowest:.3g}"
@@ -329,17 +259,17 @@ def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
         reason += f": {rates}; {FINER}"
     return LiftedState(
         state=leak.state,
-        contact=found.contact,
-        fluid_pressure=problem.field(found.pressure),
+        contact=end.contact,
+        fluid_pressure=problem.field(end.pressure),
         leak_rate=leak,
         steps=steps,
-        change=0.0 if leak.state == "sealed" else found.change,
+        change=0.0 if leak.state == "sealed" else end.change,
         claimed=error,
         converged=not reason,
         lowest=lowest,
         highest=highest,
-        residuals=found.residuals,
-        network=found.network,
+        residuals=end.residuals,
+        network=end.network,
         reason=reason,
     )
 

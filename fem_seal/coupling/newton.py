@@ -1,358 +1,42 @@
-"""Newton's method for the pressure of the fluid that lifts the solid.
+"""Newton's method from one point to an equilibrium, in contact or floating."""
 
-With the gap G(p) of the contact under a fluid pressure p and the pressure R(g) of the flow through
-a gap, an equilibrium is a zero of F(p) = R(G(p)) - p. One step solves
-
-    (I - R' G') δ = F
-
-by GMRES; a plain pass, p = R(G(p)), would compute contact and flow in turn. G' is the tangent of
-the contact (`contact.tangent`), R' that of the flow (`network.film_pressure`).
-
-A solid that floats on its fluid has no contact that fixes its level. The level t is then an unknown
-of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
-"""
-
-from dataclasses import dataclass, field
-from functools import cached_property
-from math import log
-from typing import Self
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.contact.state import ContactState
-from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import (
-    FALL,
-    MOST_NODES,
-    MOST_PER_SAMPLE,
-    MOST_STEPS,
-    PART,
-    PARTS,
-    ROUGH,
-)
-from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
-from fem_seal.coupling.problem import LiftProblem
-from fem_seal.network.film_pressure import FilmPressure
-from fem_seal.network.pressure_grid import PressureGrid
+from fem_seal.coupling.constants import MOST_STEPS
+from fem_seal.coupling.point import FloatingPoint, LiftPoint
+from fem_seal.errors import present
 from fem_seal.progress import Report
 
 
-def not_by_chance(changes: np.ndarray) -> float:
-    """The sum of changes (nx, ny), in size.
-
-    Changes in several places may cancel by chance: it is therefore at least the root of the sum of
-    the squares over parts of the patch.
-    """
-    rows, columns = (np.arange(PARTS) * n // PARTS for n in changes.shape)
-    parts = np.add.reduceat(np.add.reduceat(changes, rows, axis=0), columns, axis=1)
-    return max(abs(float(parts.sum())), float(np.sqrt((parts**2).sum())))
-
-
-@dataclass(frozen=True)
-class Stage:
-    """How exactly the fluid's pressure is solved."""
-
-    grid: PressureGrid  #: network for the flow
-    epsilon: float  #: gap that conducts in contact [m]
-
-
 @dataclass(frozen=True, eq=False)
-class NewtonStep:
-    """Newton's step from a point."""
+class Steps:
+    """Where Newton's steps have led, and what they have met on their way."""
 
-    pressure: np.ndarray  #: δ (nx, ny) [Pa]
-    log_rate: float  #: size of the change of the logarithm of the leak rate, to first order
-    iterations: int  #: most iterations of GMRES
-    solved: bool  #: whether GMRES has reached its tolerance
-    negative: np.ndarray | None  #: direction (nx, ny) in which plain passes leave the point
-    level: float = 0.0  #: change of the level of a solid that floats [m]
-    gap: np.ndarray | None = None  #: change (nx, ny) of the gap, G' δ [m], if known
+    point: LiftPoint  #: the last one, whose step has not been taken
+    residuals: tuple[float, ...]  #: `LiftPoint.size` at the start of each step
+    #: whether a step was halved, GMRES took many iterations, or an unstable state was left. What a
+    #: step changes to first order is then no measure of what it changes
+    difficult: bool
+    failure: str  #: why the last point is no equilibrium, else ""
+    left: bool = False  #: whether an unstable state was left
 
-
-@dataclass(frozen=True, eq=False)
-class LiftPoint:
-    """A fluid pressure, the contact under it, and the pressure of the flow through its gap."""
-
-    problem: LiftProblem
-    stage: Stage
-    pressure: np.ndarray  #: p (nx, ny) above ambient [Pa]
-    contact: ContactState  #: under that pressure
-
-    @staticmethod
-    def under(
-        problem: LiftProblem,
-        stage: Stage,
-        pressure: np.ndarray,
-        start: ContactState | np.ndarray | None,
-    ) -> "LiftPoint":
-        """The point with the contact under a pressure (nx, ny) [Pa]."""
-        return LiftPoint(problem, stage, pressure, problem.contact_under(pressure, start, ROUGH))
-
-    def on(self, problem: LiftProblem) -> "LiftPoint":
-        """The point on a grid of more samples, from the pressures of the coarse one at each."""
-        stage = Stage(problem.first_grid, self.stage.epsilon)
-        every = problem.height.shape[0] // self.pressure.shape[0]
-        pressure, start = (
-            values.repeat(every, axis=0).repeat(every, axis=1)
-            for values in (self.pressure, self.contact.pressure.values)
-        )
-        return LiftPoint.under(problem, stage, pressure, start)
-
-    @cached_property
-    def flow(self) -> FilmPressure:
-        """Flow through the gap."""
-        stage, gap = self.stage, self.contact.gap.values
-        return self.problem.film_pressure(gap, stage.grid, stage.epsilon)
-
-    @property
-    def sealed(self) -> bool:
-        """Whether no open path leads through the gap."""
-        return self.problem.film(self.contact.gap).sealed
-
-    @cached_property
-    def critical(self) -> float:
-        """Gap of the critical constriction, ε at least [m]; 0 unless the fluid slips."""
-        if not self.problem.slips:
-            return 0.0
-        constriction = self.problem.film(self.contact.gap).constriction
-        return max(constriction.gap if constriction else 0.0, self.stage.epsilon)
-
-    @cached_property
-    def residual(self) -> np.ndarray:
-        """F (nx, ny) [Pa]."""
-        return self.problem.pressure_of(self.flow.on_samples, self.critical) - self.pressure
-
-    @cached_property
-    def size(self) -> float:
-        """Root mean square of F over the pressure drop."""
-        return float(np.sqrt(np.mean(self.residual**2))) / self.problem.drop
-
-    @cached_property
-    def _by_u(self) -> np.ndarray:
-        return self.problem.pressure_by(self.flow.on_samples, self.critical)
-
-    @cached_property
-    def _tangent(self) -> ContactTangent:
-        return self.problem.contact_tangent(self.contact)
-
-    def _gap_change(self, pressure: np.ndarray, tolerance: float = PART**2) -> np.ndarray:
-        """Change of the gap [m] with a change of the pressure; this operator is symmetric."""
-        return self._tangent.change(pressure, tolerance)
-
-    def _response(self, gap: np.ndarray) -> np.ndarray:
-        """R' of a change of the gap."""
-        return self._by_u * self.flow.change(gap, PART**2)
-
-    def _response_transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
-        """R'ᵀ of weights of the pressure."""
-        return self.flow.transposed(self._by_u * weight, tolerance)
-
-    @property
-    def adjoint(self) -> np.ndarray:
-        """λ (nx, ny) [1/Pa]: a flow whose pressure differs by d changes ln Q by λ·d in the end."""
-        return self._adjoint.x
-
-    @property
-    def linear_systems_solved(self) -> bool:
-        """Whether GMRES has reached its tolerance for the step and for λ."""
-        return self.step.solved and self._adjoint.converged
-
-    @cached_property
-    def _adjoint(self) -> LinearSolution:
-        """Solution λ of (I - G'ᵀ R'ᵀ) λ = ∂ln Q/∂p_f.
-
-        Solved more exactly than Newton's step, which the next step mends. λ is large next to
-        closing: what GMRES leaves of the right side, times the step, is an error of λ·F.
-        """
-        exact = PART**3
-        return gmres(
-            lambda weight: (
-                weight - self._gap_change(self._response_transposed(weight, exact), exact)
-            ),
-            self._gap_change(self.flow.log_rate_by_gap, exact),
-            PART**2,
-            MOST_STEPS,
+    def after(self, before: "Steps") -> "Steps":
+        """These steps with those before them."""
+        return replace(
+            self,
+            residuals=before.residuals + self.residuals,
+            difficult=before.difficult or self.difficult,
+            left=before.left or self.left,
         )
 
-    def _solved(self, right_side: np.ndarray) -> LinearSolution:
-        """Solve (I - R' G') δ = right side."""
-        return gmres(
-            lambda change: change - self._response(self._gap_change(change)),
-            right_side,
-            PART,
-            MOST_STEPS,
-        )
 
-    @cached_property
-    def _log_rate_by_pressure(self) -> np.ndarray:
-        return self._gap_change(self.flow.log_rate_by_gap)
-
-    @cached_property
-    def step(self) -> NewtonStep:
-        """Newton's step."""
-        moved: list[np.ndarray] = []
-
-        def applied(change: np.ndarray) -> np.ndarray:
-            moved.append(self._gap_change(change))
-            return change - self._response(moved[-1])
-
-        solved = gmres(applied, self.residual, PART, MOST_STEPS)
-        gap = weighted_sum(solved.parts, moved) if moved else np.zeros_like(solved.x)
-        change = not_by_chance(self.flow.log_rate_by_gap * gap)
-        return NewtonStep(
-            solved.x, change, solved.iterations, solved.converged, solved.negative, gap=gap
-        )
-
-    def keeps_load(self, tolerance: float) -> bool:
-        """Whether F hardly changes the fluid's load, and leaves a part to the solid.
-
-        Asked beside ln Q, which hardly changes with the fluid's pressure where the solid is stiff.
-        """
-        gained = float(self.residual.mean())
-        little = abs(gained) <= PART * tolerance * self.problem.drop
-        return little and gained < self.problem.left_of(self.pressure)
-
-    @cached_property
-    def by_epsilon(self) -> float:
-        """Part of the leak rate that ε adds: where it is small, p_f feels ε less than this."""
-        return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
-
-    def finer(self, allowed: float) -> Stage | None:
-        """The next stage: less ε, and smaller triangles where errors of the flow change ln Q most.
-
-        None if the network would be too large.
-        """
-        grid, epsilon = self.stage.grid, self.stage.epsilon
-        if self.by_epsilon > allowed / 2 or not self.problem.refines:
-            epsilon /= FALL
-        if self.problem.refines:
-            weight = self._by_u * self.adjoint
-            by_links = self.flow.by_links(weight, PART**2)
-            grid = grid.refined(by_links, 1 - PART, self.flow.varies)
-        most = min(MOST_NODES, MOST_PER_SAMPLE * self.pressure.size)
-        return Stage(grid, epsilon) if len(grid.free) <= most else None
-
-    def is_that_of(self, other: "LiftPoint", allowed: float) -> bool:
-        """Whether ln Q is another point's, but for a little and what both next steps change."""
-        apart = not_by_chance(self._log_rate_by_pressure * (self.pressure - other.pressure))
-        apart += abs(log(self.flow.conductance / other.flow.conductance))
-        return apart <= allowed + self.step.log_rate + other.step.log_rate
-
-    def error(self, adjoint: np.ndarray) -> float:
-        """Estimated error of ln Q at this point: λ·F, with the λ of the stage before."""
-        return not_by_chance(adjoint * self.residual)
-
-    def after(self, step: NewtonStep, part: float = 1.0) -> "LiftPoint | None":
-        """The point a part of a step further on, or less far if that leaves nothing to the solid.
-
-        None if there is no such point.
-        """
-        problem, most = self.problem, (1 - PART) * self.problem.left_of(self.pressure)
-        gained = float(step.pressure.mean())
-        if part * gained > most:
-            part = most / gained
-        pressure = problem.between_ends(self.pressure + part * step.pressure)
-        if problem.left_of(pressure) <= 0:
-            return None
-        return LiftPoint.under(problem, self.stage, pressure, self._start(step, part))
-
-    def _start(self, step: NewtonStep, part: float) -> ContactState | np.ndarray:
-        """Contact pressure [Pa] after a part of a step, to first order; or the contact before it.
-
-        As a start it takes two thirds of the iterations that the contact before the step takes.
-        """
-        if step.gap is None:
-            return self.contact
-        change = self.problem.solid.pressure(step.gap) * self.problem.stiffness - step.pressure
-        pressure = np.where(self.contact.contact, self.contact.pressure.values + part * change, 0.0)
-        return np.maximum(pressure, 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class FloatingPoint(LiftPoint):
-    """A fluid pressure that carries the solid alone, at a level above the counter-face."""
-
-    level: float  #: t [m]
-
-    @classmethod
-    def at(
-        cls, problem: LiftProblem, stage: Stage, pressure: np.ndarray, level: float
-    ) -> Self | None:
-        """The point at a level; None if the solid touches the counter-face there."""
-        gap = problem.displacement(pressure) - problem.height.values + level
-        if gap.min() <= 0:
-            return None
-        return cls(problem, stage, pressure, problem.floating(gap), level)
-
-    @cached_property
-    def size(self) -> float:
-        """Root mean square of F over the pressure drop, with the error of the load."""
-        return float(np.hypot(super().size, self._lacking / self.problem.drop))
-
-    @property
-    def _lacking(self) -> float:
-        return self.problem.left_of(self.pressure)
-
-    def keeps_load(self, tolerance: float) -> bool:
-        """Whether the fluid carries the load."""
-        return abs(self._lacking) <= PART * tolerance * self.problem.drop
-
-    def error(self, adjoint: np.ndarray) -> float:
-        """Estimated error of ln Q at this point."""
-        return self.step.log_rate
-
-    def _gap_change(self, pressure: np.ndarray, tolerance: float = 0.0) -> np.ndarray:
-        return self.problem.displacement(pressure)
-
-    @cached_property
-    def step(self) -> NewtonStep:
-        """Newton's step: that at a fixed level, and the level that restores the load."""
-        fixed = self._solved(self.residual)
-        lifted = self._solved(self._response(np.ones_like(self.pressure)))
-        level = (self._lacking - float(fixed.x.mean())) / float(lifted.x.mean())
-        pressure = fixed.x + level * lifted.x
-        change = float(np.vdot(self._log_rate_by_pressure, pressure))
-        change += level * float(self.flow.log_rate_by_gap.sum())
-        iterations = max(fixed.iterations, lifted.iterations)
-        solved = fixed.converged and lifted.converged
-        return NewtonStep(pressure, abs(change), iterations, solved, None, level)
-
-    def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
-        """The point a part of a step further on; None if the solid would touch.
-
-        The film at most doubles: p_f hardly depends on the level of a high one, whose step may
-        therefore be as long as one likes.
-        """
-        rise, most = part * step.level, float(self.contact.gap.values.mean())
-        if rise > most:
-            part *= most / rise
-        pressure = self.problem.between_ends(self.pressure + part * step.pressure)
-        return self.at(self.problem, self.stage, pressure, self.level + part * step.level)
-
-
-@dataclass(eq=False)
-class Log:
-    """What the steps from one start have met."""
-
-    report: Report
-    #: `LiftPoint.size` at the start of each step
-    residuals: list[float] = field(default_factory=list)
-    shortened: bool = False  #: whether a step was halved
-    iterations: int = 0  #: most iterations of GMRES in a step
-    failure: str = ""  #: why the last search ended away from an equilibrium, else ""
-
-    def add(self, point: LiftPoint) -> None:
-        """Keep and report the residual of a point."""
-        self.residuals.append(point.size)
-        self.report("lift", f"step {len(self.residuals)}, residual {point.size:.1e}")
-
-
-def newton(point: LiftPoint, tolerance: float, log: Log) -> LiftPoint:
+def newton(point: LiftPoint, tolerance: float, least: float, report: Report) -> Steps:
     """Take steps until the next one would change ln Q by at most a tolerance.
 
     A step is halved while |F| does not fall. Samples that open or close bend F, so that |F| may
-    have to rise before it falls: of all tried parts the one with the least |F| is taken. The step
-    of the point that is returned has not been taken.
+    have to rise before it falls: of all tried parts the one with the least |F| is taken.
 
     Parameters
     ----------
@@ -360,31 +44,82 @@ def newton(point: LiftPoint, tolerance: float, log: Log) -> LiftPoint:
         Where to start.
     tolerance
         Change of ln Q, to first order, at which the steps end.
-    log
-        Receives the residuals; that of the first point is in it.
+    least
+        Change of the fluid's load over the pressure drop that counts as none.
     """
-    log.failure = ""
+    residuals, difficult = [point.size], False
     for _ in range(MOST_STEPS):
+        report("lift", f"{len(point.stage.grid.free)} nodes, residual {point.size:.1e}")
         step = point.step
-        log.iterations = max(log.iterations, step.iterations)
-        if step.log_rate <= tolerance and point.keeps_load(tolerance):
-            return point
-        if point.contact.contact.any() and point.problem.fluid_carries_all(point.pressure):
-            break
-        part, tried = 1.0, []
-        while part > PART:
+        difficult |= step.iterations > MOST_STEPS / 2
+        if step.log_rate <= tolerance and point.keeps_load(least):
+            return Steps(point, tuple(residuals), difficult, "")
+        tried: list[LiftPoint] = []
+        for part in (1, 1 / 2, 1 / 4, 1 / 8):
             other = point.after(step, part)
             tried += [] if other is None else [other]
             if other is not None and other.size < point.size:
                 break
-            part /= 2
-            log.shortened = True
+            difficult = True
         if not tried:
             break
         point = min(tried, key=lambda other: other.size)
-        log.add(point)
-    log.failure = (
+        residuals.append(point.size)
+    failure = (
         f"Newton's steps have left {point.size:.1e} of the pressure drop, and the next one would "
         f"change the logarithm of the leak rate by {point.step.log_rate:.2g}"
     )
-    return point
+    return Steps(point, tuple(residuals), difficult, failure)
+
+
+def equilibrium(
+    point: LiftPoint, tolerance: float, least: float, report: Report, leaves: bool
+) -> Steps:
+    """An equilibrium in contact or, if there is none, floating.
+
+    The other arguments are those of `newton`.
+
+    Parameters
+    ----------
+    leaves
+        Whether an unstable state is left.
+    """
+    steps = newton(point, tolerance, least, report)
+    point = steps.point
+    if steps.failure and point.problem.may_float and point.contact.contact.any():
+        floating = newton(_floating(point), tolerance, least, report)
+        # A film that rises for ever carries less than the load: the solid is in contact.
+        if not floating.failure:
+            steps = floating.after(steps)
+    if not leaves or steps.point.step.negative is None:
+        return steps
+    left = _left(steps.point)
+    if left is None:
+        failure = "plain passes do not come away from a state that does not last"
+        return replace(steps, difficult=True, failure=failure)
+    steps = newton(left, tolerance, least, report).after(steps)
+    return replace(steps, difficult=True, left=True)
+
+
+def _floating(point: LiftPoint) -> FloatingPoint:
+    """The point at which the solid has just left the counter-face."""
+    problem, height = point.problem, point.problem.height.values
+    level = float((height - problem.displacement(point.pressure)).max()) + point.stage.epsilon
+    return present(FloatingPoint.at(problem, point.stage, point.pressure, level), "level")
+
+
+def _left(point: LiftPoint) -> LiftPoint | None:
+    """The point to which plain passes lead from an equilibrium that they leave.
+
+    Where R' G' has a real eigenvalue above 1, a pass through contact and flow grows every deviation
+    along its eigenvector: no such state lasts. None if F still grows after many passes.
+    """
+    away = present(point.step.negative, "direction")
+    away = away * (point.problem.drop / np.abs(away).max())
+    step = replace(point.step, pressure=away if away.mean() >= 0 else -away, gap=None)
+    for _ in range(2 * MOST_STEPS):
+        other = point.after(step)
+        if other is None or other.size <= point.size:
+            return point
+        point, step = other, replace(step, pressure=other.residual)
+    return None

@@ -10,7 +10,7 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import FIRST_NODES, ROUGH
+from fem_seal.coupling.constants import FIRST_NODES
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -25,12 +25,9 @@ class LiftProblem:
     height: GridField  #: counter-face h [m]
     solid: HalfSpace  #: on the grid of the contact
     contact_modulus: float  #: E* [Pa]
-    #: (heights, load left to the solid [Pa] or None, start, tolerance) -> contact. The load is None
-    #: where an area or a mean gap is prescribed, which the fluid does not change. The contact is
-    #: solved to the larger of this tolerance and that of the result.
-    press: Callable[
-        [GridField, float | None, ContactState | np.ndarray | None, float], ContactState
-    ]
+    #: (heights, load left to the solid [Pa] or None, start) -> contact. The load is None where an
+    #: area or a mean gap is prescribed, which the fluid does not change.
+    press: Callable[[GridField, float | None, ContactState | np.ndarray | None], ContactState]
     film: Callable[[GridField], GridFilm]  #: film of a gap
     #: (film, error of its ln Q by the lift) -> leak rate, by all processes together. A decision
     #: against a limit counts this error
@@ -72,15 +69,12 @@ class LiftProblem:
         return np.repeat(pressure[:, None], ny, axis=1)
 
     def contact_under(
-        self,
-        pressure: np.ndarray,
-        start: ContactState | np.ndarray | None = None,
-        tolerance: float = 0.0,
+        self, pressure: np.ndarray, start: ContactState | np.ndarray | None = None
     ) -> ContactState:
         """Contact with a fluid pressure [Pa]: a dry one with heights h - S p_f."""
         load = None if self.load is None else self.left_of(pressure)
         lowered = self.height.values - self.displacement(pressure)
-        return self.press(self.field(lowered), load, start, tolerance)
+        return self.press(self.field(lowered), load, start)
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement [m] under a pressure (nx, ny) [Pa], of zero mean."""
@@ -170,9 +164,15 @@ class LiftProblem:
         """Whether the fluid may carry the whole load."""
         return self.load is not None and self.load <= self.inlet
 
-    def fluid_carries_all(self, pressure: np.ndarray) -> bool:
-        """Whether a fluid pressure leaves next to nothing to the solid."""
-        return self.may_float and self.left_of(pressure) < ROUGH * self.inlet
+    def most(self, contact: ContactState) -> np.ndarray:
+        """The inlet's pressure [Pa] wherever no open path of a contact leads to the outlet.
+
+        On a half-space a higher p_f nowhere makes the gap smaller, so that no p_f opens a film that
+        is sealed under this one.
+        """
+        nx, ny = self.height.shape
+        joined = self.film(contact.gap).joined_to("outlet")[:nx, :ny]
+        return np.where(joined, self.outlet, self.inlet)
 
     def field(self, values: np.ndarray) -> GridField:
         """Values (nx, ny) on the contact's grid."""

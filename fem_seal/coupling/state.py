@@ -13,6 +13,8 @@ from fem_seal.registry import require_known
 
 # An equilibrium has settled if its ln Q errs by at most this part of the flow's rtol.
 SETTLED = 1 / 2
+# Largest tolerance of ln Q, whose errors are estimated to first order.
+FIRST_ORDER = 0.3
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from lifted_scenes import scene
 
 from fem_seal import run
 from fem_seal.accuracy import chosen_patch
-from fem_seal.coupling.newton import LiftPoint
+from fem_seal.coupling.point import LiftPoint
 from fem_seal.drawing import draw
 from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
