@@ -118,12 +118,6 @@ def test_every_field_of_some_sections_is_an_option_of_leak(wedge, tmp_path):
     assert first["provenance"]["scene"] == second["provenance"]["scene"]
 
 
-def test_leak_without_a_folder_writes_nothing(wedge, tmp_path, capsys):
-    assert run("leak", wedge) == 0
-    assert below(tmp_path) == ["wedge.npz"]
-    assert "m^3/s" in capsys.readouterr().out
-
-
 def test_periodic_sides_need_a_periodic_gap(refused):
     gap = np.ones((5, 5)) * 1e-6 * np.arange(1, 6)
     save_gap("gap.npz", gap)

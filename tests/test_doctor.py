@@ -53,11 +53,6 @@ def test_cache_that_cannot_be_written(monkeypatch, tmp_path):
     assert "XDG_CACHE_HOME" in finding.remedy
 
 
-def test_missing_gl_names_its_package(monkeypatch):
-    monkeypatch.setattr(doctor, "find_library", lambda name: None)
-    assert doctor._picture_remedy() == "apt-get install libegl1"
-
-
 def test_table_and_exit_status(monkeypatch, capsys):
     good = doctor.Finding("good", "all", True, "1.0", "")
     bad = doctor.Finding("bad", "flow", False, "not found", "install it")

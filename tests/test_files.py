@@ -172,16 +172,6 @@ def test_who_may_hold_a_folder(holder, tmp_path, monkeypatch, first, second, bot
     assert not list((tmp_path / "out").iterdir())
 
 
-def test_the_last_of_many_removes_the_lock(holder, tmp_path):
-    (tmp_path / "out").mkdir()
-    with locked_folder(tmp_path / "out", shared=True):
-        with locked_folder(tmp_path / "out", shared=True):
-            pass
-        assert (tmp_path / "out" / LOCK_FILE).exists()
-        holder("shared")
-    assert (tmp_path / "out" / LOCK_FILE).exists()
-
-
 def test_many_that_come_and_go_never_hold_a_folder_together(tmp_path):
     """Each counts up a number that would lose counts if two held the folder at once."""
     code = (

@@ -83,7 +83,7 @@ def test_rows_are_the_same_for_any_executor(begun, scene_file):
 MPI_SCRIPT = """
 from pathlib import Path
 from mpi4py import MPI
-from mpi4py.futures import MPICommExecutor, MPIPoolExecutor
+from mpi4py.futures import MPICommExecutor
 from fem_seal.sweep import Axis, Work, sweep
 
 def compute(executor):
@@ -91,31 +91,19 @@ def compute(executor):
     sweep(Path("scene.toml"), axes, Path("mpi"), work=Work(executor=executor))
 
 if __name__ == "__main__":
+    with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:
+        if executor is not None:
+            compute(executor)
 """
-MPI_EXECUTORS = {
-    "MPIPoolExecutor": (
-        ["-m", "mpi4py.futures"],
-        "    with MPIPoolExecutor() as executor:\n        compute(executor)\n",
-    ),
-    "MPICommExecutor": (
-        [],
-        "    with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:\n"
-        "        if executor is not None:\n            compute(executor)\n",
-    ),
-}
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize(
-    "kind", ["MPICommExecutor", pytest.param("MPIPoolExecutor", marks=pytest.mark.slow)]
-)
-def test_rows_are_the_same_for_workers_of_mpi(kind, small_scene, tmp_path):
+def test_rows_are_the_same_for_workers_of_mpi(small_scene, tmp_path):
     """A worker solves alone, and waits for nobody: not even to start PETSc."""
     small_scene["flow"] |= {"method": "adaptive", "rtol": 0.5}
     write_toml(tmp_path / "scene.toml", small_scene)
-    options, main = MPI_EXECUTORS[kind]
-    (tmp_path / "script.py").write_text(MPI_SCRIPT + main)
-    program = ("mpirun", "-n", "2", "--oversubscribe", sys.executable, *options, "script.py")
+    (tmp_path / "script.py").write_text(MPI_SCRIPT)
+    program = ("mpirun", "-n", "2", "--oversubscribe", sys.executable, "script.py")
     printed_by(*program, cwd=tmp_path, **MPI_ENVIRONMENT)
     assert run(*VARY, "--out", "one") == 0
     assert rows("mpi") == rows("one")
@@ -287,14 +275,6 @@ def test_there_are_as_many_workers_as_pay(work, chains, seconds, memory, jobs, m
     monkeypatch.setattr("fem_seal.parallel.processes", lambda: 8)
     if work.jobs is None:
         assert work.jobs_for(chains, 24, Expected(seconds, memory)) == 1
-
-
-def test_workers_have_the_variables_of_now(tmp_path, monkeypatch):
-    """The process from which they are forked may be older."""
-    for value in ("one", "two"):
-        monkeypatch.setenv("FEM_SEAL_TEST", value)
-        farm([tmp_path / value], environment_of, 1, lambda: 0)
-        assert f"FEM_SEAL_TEST={value}" in (tmp_path / value).read_text().splitlines()
 
 
 def hold_memory(folder):

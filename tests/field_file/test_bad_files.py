@@ -6,12 +6,11 @@ import h5py
 import layouts
 import numpy as np
 import pytest
-from project import write_toml
 from scipy.io import netcdf_file
 from test_formats import GAP, LAYOUTS, SIZE, SPACING, in_um
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file import GAP_NAMES, HEIGHT_NAMES, Stated, read_map
+from fem_seal.field_file import GAP_NAMES, Stated, read_map
 
 SAID = Stated(unit="um", size=SIZE)
 
@@ -238,52 +237,3 @@ def test_file_cut_off_anywhere(name, tmp_path):
         assert "\n" not in str(caught.value)
     cut.write_bytes(whole)
     read_map(cut, GAP_NAMES, stated)
-
-
-def test_netcdf_3_cut_off_anywhere(tmp_path):
-    layouts.topography_nc(tmp_path / "a.nc", GAP, SIZE, "m")
-    whole = (tmp_path / "a.nc").read_bytes()
-    for k in range(0, len(whole) - 8, 40):
-        (tmp_path / "a.nc").write_bytes(whole[:k])
-        with pytest.raises(InvalidInput, match=r"a\.nc"):
-            read_map(tmp_path / "a.nc", HEIGHT_NAMES)
-
-
-BAD_SURFACES = {
-    "beyond double precision": (
-        {"heights": GAP / GAP.max() * 1e200},
-        {},
-        "reach 1.0e+200 m, whose squares are beyond double precision; check their unit",
-    ),
-    "all points missing": ({"heights": GAP * np.nan}, {"fill": "harmonic"}, "all 24 points are"),
-    "missing and not filled": (
-        {"heights": np.where(GAP == 0, np.nan, GAP)},
-        {},
-        "2 of 24 points are missing; say how to fill them",
-    ),
-    "too many missing": (
-        {"heights": np.where(GAP == 0, np.nan, GAP)},
-        {"fill": "harmonic", "max_missing": 0.05},
-        "2 of 24 points are missing (8.3 %), more than max_missing = 0.05",
-    ),
-    "crop leaves the map": (
-        {"heights": GAP},
-        {"crop": [[0, 9e-6], [0, 1e-6]]},
-        "leaves the map",
-    ),
-    "does not repeat": ({"heights": GAP, "periodic": False}, {}, "or make_periodic = 'mirror'"),
-    "repeats already": ({"heights": GAP, "periodic": True}, {"make_periodic": "cut"}, "leave make"),
-}
-
-
-@pytest.mark.parametrize("command", ["run", "surface"])
-@pytest.mark.parametrize("case", BAD_SURFACES)
-def test_bad_surface(case, command, small_scene, tmp_path, here, refused):
-    arrays, fields, words = BAD_SURFACES[case]
-    if (case, command) == ("does not repeat", "surface"):
-        return  # it may be looked at
-    np.savez("surface.npz", spacing=SPACING, **arrays)
-    small_scene["surface"] = {"kind": "file", "path": "surface.npz", **fields}
-    write_toml(tmp_path / "scene.toml", small_scene)
-    out = "out" if command == "run" else "out.png"
-    assert words in refused(command, "scene.toml", "--out", out)

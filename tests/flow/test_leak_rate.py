@@ -175,19 +175,6 @@ def test_progress_is_told_every_level(method):
     assert all(v.cells > 0 for v in seen)
 
 
-def test_progress_may_stop_the_work():
-    """An exception of the listener ends the call and is not swallowed."""
-
-    class Enough(Exception):
-        pass
-
-    def listen(level):
-        raise Enough
-
-    with pytest.raises(Enough):
-        leak_rate(GridFilm(GAP), progress=listen, **FLUID)
-
-
 @pytest.mark.parametrize("every_dual", [False, True])
 def test_lower_bound_is_zero_until_a_dual_is_solved(every_dual):
     """A level without a true dual has no lower bound of its own; one is there at the end."""

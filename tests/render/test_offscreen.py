@@ -10,7 +10,7 @@ from project import printed_by
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.render.offscreen import draw_layers, require_gl
-from fem_seal.render.page import NARROWEST, Window
+from fem_seal.render.page import Window
 
 pytestmark = pytest.mark.render
 VARIABLE = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -78,17 +78,3 @@ def test_draws_in_a_process_that_uses_fenicsx():
         "print(draw_layers(layers, Window(0, 1, 0, 1), 240).mean())\n"
     )
     assert printed_by("-c", code).split()[-1] == "7.0"
-
-
-@pytest.mark.parametrize(
-    ("window", "shape"),
-    [
-        (Window(0, 1, 0, 1), (1, 1)),
-        (Window(0, 3, 0, 2), (1, 2 / 3)),
-        (Window(0, 1, 0, 2), (0.5, 1)),
-        (Window(0, 1000, 0, 1), (1, NARROWEST)),
-    ],
-)
-def test_size_depends_on_the_aspect_alone(window, shape):
-    assert window.shape == pytest.approx(shape)
-    assert Window(*(1e-6 * v for v in window)).shape == pytest.approx(shape)

@@ -14,18 +14,16 @@ from project import scene_of_samples, write_toml
 
 from fem_seal import cli, run
 from fem_seal.cli.sweep import _summary
-from fem_seal.drawing import draw
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.points import Work
-from fem_seal.quantities.error_budget import combined, factor_words
+from fem_seal.quantities.error_budget import combined
 from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.seal import _patches_entry
 from fem_seal.quantities.verdict import verdict
 from fem_seal.render.seal import draw_seal
 from fem_seal.results import Result
-from fem_seal.results.records import SealPatchRecord, SealRecord
 from fem_seal.results.words import first_sentence, lines_of, summary_of, unit_words
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
@@ -35,7 +33,6 @@ from fem_seal.sweep.summary import COLUMNS, Group
 from fem_seal.units import StatedRate
 from fem_seal.upscaling import StraightPath
 from fem_seal.upscaling import seal as seal_module
-from fem_seal.upscaling.conductivity import StoredTable
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow
 from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
@@ -150,15 +147,6 @@ def axes_of(seal):
     figure = Figure()
     draw_seal(figure, seal)
     return figure.axes
-
-
-def test_picture_of_a_seal_that_is_lifted_off_has_both_pressures():
-    lifted = SealRecord.of(solve_seal(Patch(scene(contact={"pressure": 4e4}))))
-    (axes,) = axes_of(lifted)
-    assert "at most 40 kPa,\nis nowhere above the fluid's at the inlet, 50 kPa" in axes.get_title()
-    P, inlet = (line.get_ydata() for line in axes.lines)
-    assert pytest.approx(0.04) == P
-    assert pytest.approx(0.05) == inlet
 
 
 @pytest.mark.parametrize(("pressure", "near"), [(5.1e4, True), (2e5, False)])
@@ -500,15 +488,6 @@ def test_jobs_without_a_seal_are_refused(tmp_path, capsys):
 
 
 @pytest.mark.render
-def test_picture_is_drawn_again_from_the_result(outcome):
-    _, folder = outcome
-    before = (folder / "seal.png").read_bytes()
-    (folder / "seal.png").unlink()
-    assert "seal.png" in draw(folder)
-    assert (folder / "seal.png").read_bytes() == before
-
-
-@pytest.mark.render
 def test_where_the_seal_seals(outcome):
     """Under a uniform pressure every place counts alike: 90 % of the path, in its middle.
 
@@ -631,22 +610,6 @@ def test_a_wide_patch_that_leaks_little_does_not_matter(share, converged):
     assert ("patch 2 of 2 got to ±82 %, since it is slow" in seal.reason) != converged
 
 
-def test_progress_names_the_patch_and_the_load(tmp_path):
-    """Load k of at most n, how far it is, and the stage that it waits for."""
-    heard = []
-
-    def report(stage, detail):
-        heard.append(stage)
-
-    solve_seal(Patch(scene(seal={"patches": 2}), report), tmp_path)
-    for number in (1, 2):
-        pattern = (
-            rf"{number - 1} of 2 patches done.*: patch {number} of 2: \d+ of at most 40 net loads, "
-            r"±\d+ %, ±41 % wanted: flow"
-        )
-        assert any(re.fullmatch(pattern, stage) for stage in heard)
-
-
 @given(
     st.tuples(st.floats(0.5, 20), st.floats(0.5, 20)),
     st.tuples(st.floats(0.1, 5), st.floats(0.1, 5)),
@@ -719,36 +682,6 @@ def test_picture_of_a_sealed_seal_draws_what_is_known(profile):
         patch = LoadedPatch(Patch(one), 0.1)
         assert patch.sealed(1e6 * start)
         assert not patch.sealed(1e6 * (start - has / 16))
-
-
-def test_a_cross_ends_the_curve_of_a_patch_that_becomes_sealed():
-    """From the last load that leaks to the first one that is sealed, in the curve's colour."""
-    K = StoredTable((1e5, 2e5, 3e5), (1e-20, 1e-22, 0.0), (2e-20, 2e-22, 0.0))
-    leaking = SealPatchRecord(
-        state="leaking", value=1e-15, lower=1e-16, upper=1e-14, conductivity=K
-    )
-    seal = entries(scene(seal={"patches": 1}))[0].seal.model_copy(update={"patches": (leaking,)})
-    *_, axes = axes_of(seal)
-    curve, dotted, cross = axes.lines
-    assert list(dotted.get_xdata()) == pytest.approx([0.2, 0.3])
-    assert dotted.get_ydata()[0] == curve.get_ydata()[-1]
-    assert cross.get_xdata() == pytest.approx([0.3])
-    assert curve.get_color() == dotted.get_color() == cross.get_color()
-
-
-@pytest.mark.parametrize(
-    ("lower", "upper", "words"),
-    [
-        (0.5, 2.0, "0.5 to 2"),
-        (0.5, 2.4e51, "0.5 or more"),
-        (1e-40, 3.0, "3 or less"),
-        (0.0, 2.4e51, "any factor"),
-        (None, None, "any factor"),
-        (1 / 3, None, "0.3333 or more"),
-    ],
-)
-def test_factors_that_bound_nothing_are_words(lower, upper, words):
-    assert factor_words(lower, upper) == words
 
 
 def test_a_scatter_of_many_decades_is_words():
