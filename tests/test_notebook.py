@@ -66,14 +66,6 @@ def test_a_text_of_a_stranger_is_text():
     assert "<script>" not in leak._repr_html_()
 
 
-def test_completion_shows_no_names_of_pydantic(solved):
-    for thing in (solved.patch.scene, solved.patch.scene.flow, solved.result()):
-        names = dir(thing)
-        assert not [name for name in names if name.startswith(("model_", "parse_"))]
-        assert set(type(thing).model_fields) <= set(names)
-    assert "from_folder" in names
-
-
 def test_save_writes_what_run_writes(solved, tmp_path):
     saved, ran = solved.save(tmp_path / "saved"), run(solved.patch.scene, tmp_path / "ran")
     assert saved.files == ran.files

@@ -87,16 +87,6 @@ def test_a_given_gap_loads_no_transforms_and_no_drawing(gap_scene):
 # --- what is solved ------------------------------------------------------------------------------
 
 
-def labyrinth(pockets: int) -> GridField:
-    """A rough channel beside contact that holds so many pockets of one sample."""
-    gap = np.zeros((64, 48))
-    gap[:, 40:] = 0.1 + np.random.default_rng(5).random((64, 8))
-    places = [(i, j) for i in range(1, 63, 2) for j in range(1, 38, 2)]
-    for i, j in places[:pockets]:
-        gap[i, j] = 1.0
-    return GridField(gap, (1.0, 1.0))
-
-
 @pytest.fixture
 def counted(monkeypatch):
     """Unknowns of every linear system that is solved."""
@@ -115,21 +105,12 @@ def solved(gap, **options):
     return leak_rate(GridFilm(gap), viscosity=1 / 12, pressure_drop=1.0, rtol=0.2, **options)
 
 
-def test_the_mesh_has_only_what_carries_flow():
-    """No cell lies among the pockets, which end a pixel before the channel begins."""
-    flow = solved(labyrinth(500), field=True)
-    centres = flow.field.points[flow.field.cells].mean(axis=1)
-    assert len(centres)
-    assert centres[:, 1].min() > 39.0
-    assert flow.field.gap.max() <= 1.1
-
-
 def test_a_sealed_gap_is_not_solved_and_costs_a_few_masks(counted):
     """Labels, masks and lists of neighbours: a fixed number of arrays of the gap's size."""
     values = np.random.default_rng(0).random((256, 256))
     values[128] = 0.0
     gap = GridField(values, (1.0, 1.0))
-    solved(labyrinth(0))  # loads what is loaded once
+    solved(GridField(values[:8, :8], (1.0, 1.0)))  # loads what is loaded once
     counted.clear()
     tracemalloc.start()
     state = solved(gap).state

@@ -1,6 +1,5 @@
 """Passes over rows in several threads and the transforms in place: the same digits; kept plans."""
 
-import json
 import os
 import threading
 
@@ -114,11 +113,3 @@ def test_wisdom_is_kept(own_cache):
     RealTransform((34, 38), "float64", measured_from=1)
     # The plans were read back: nothing new had to be measured and kept.
     assert wisdom_path().read_bytes() == kept
-
-
-@pytest.mark.parametrize("content", ["", "[1, 2", '["no", "wisdom", "here"]'])
-def test_foreign_wisdom_only_costs_time(own_cache, content):
-    wisdom_path().parent.mkdir()
-    wisdom_path().write_text(content)
-    RealTransform((8, 8), "float64", measured_from=1)
-    assert len(json.loads(wisdom_path().read_text())) == 3

@@ -44,14 +44,6 @@ def test_shares(number):
     assert leak.upper >= share * before.leak_rate.lower
 
 
-def test_range_next_to_lift_off():
-    """The range where the inlet's pressure leaves a millionth of the load to the solid."""
-    low, high = lift_range(Patch(scene(LOAD, inlet=(1 - 1e-6) * LOAD, lift="range")))
-    assert low.converged
-    assert high.converged
-    assert high.lower > 100 * low.upper
-
-
 @pytest.mark.parametrize("share", [1.0, 1.1, 1.3, 2.0, 10.0, 1e6], ids=lambda share: f"{share:g}")
 def test_inlet_above_the_load(share):
     """Inlet pressures at and above the load, from 1 to 1e6 times."""

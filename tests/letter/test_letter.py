@@ -260,24 +260,3 @@ def test_a_run_draws_all_and_goes_on(tmp_path, capsys):
     for before, after in zip(rows, again, strict=True):
         # The mesh may differ in the last digits of its indicators. Grids were left out.
         assert float(after["value"]) == pytest.approx(float(before["value"]), rel=1e-3, abs=0)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ("--seeds 0", "seeds"),
-        ("--size 4", "at least 8"),
-        ("--short 300", "cut-offs"),
-        ("--rtol -1", "rtol"),
-        ("--areas 0.2,1.5", "areas must lie in (0, 1)"),
-        ("--resolution 0", "resolution"),
-        ("--refine 1", "refine"),
-    ],
-)
-def test_bad_input_is_one_line(options, message, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert main([*options.split(), "--out", str(out)]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert error.count("\n") == 1
-    assert not out.exists()

@@ -6,7 +6,7 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.expression import evaluate
 from fem_seal.grid import GridField
-from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, UniformGap, channel_sizes
+from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, channel_sizes
 from fem_seal.mesh.gmsh_process import Box, SizeField
 
 POINTS = np.random.default_rng(1).uniform(-1, 1, (50, 2))
@@ -86,13 +86,6 @@ def test_a_periodic_grid_repeats_its_first_samples():
     np.testing.assert_array_equal(CartesianGrid.of(gap)(corner), [0.0, 0.0, 0.0])
 
 
-def test_contact_stays_exactly_zero():
-    values = np.ones((4, 4))
-    values[1:3, 1:3] = 0.0
-    inside = np.random.default_rng(3).uniform(1, 2, (100, 2))
-    assert (CartesianGrid.of(GridField(values, (1.0, 1.0)))(inside) == 0).all()
-
-
 @pytest.mark.parametrize("start", [0.0, 0.7, -1.0])
 def test_a_polar_grid_closes_after_a_full_turn(start):
     """r (2 + cos(angle)) sampled at 720 angles: the interpolation error is r (dtheta)²/8 at every
@@ -163,19 +156,3 @@ def test_sizes_between_the_points_of_their_raster():
         assert field(a, b) == pytest.approx((1 + a) * (2 + 3 * b), rel=1e-14)
     assert field(9.0, -0.9) == field(3.0, -0.9)
     assert field(1.7, -9.0) == field(1.7, -1.0)
-
-
-def test_sizes_follow_the_channels():
-    """In a channel of width w the edges are at most smallest + w/4; in the open they are largest;
-    without a bank nothing is refined."""
-    values = np.ones((81, 81))
-    values[:, :30] = 0.0
-    values[:, 40:50] = 0.0
-    source = CartesianGrid.of(GridField(values, (0.1, 0.1)))
-    field = channel_sizes(source, Box(0, 8, 0, 8), smallest=0.05, largest=1.0)
-    assert field(4.0, 3.45) <= 0.05 + 1.1 / 4
-    assert field(4.0, 3.0) < 0.15
-    assert field(4.0, 7.9) == 1.0
-    assert field(4.0, 1.0) > 0.8  # inside contact as in the open
-    open_field = channel_sizes(UniformGap(1e-6), Box(0, 8, 0, 8), smallest=0.05, largest=1.0)
-    assert (open_field.sizes == 1.0).all()

@@ -34,15 +34,6 @@ def test_width_of_a_slot():
     assert found.pressure_share is None
 
 
-def test_width_of_a_slot_of_pixels():
-    """Pixels end half-way to the next centre: ten pixels are ten pixels wide."""
-    spacing = (2e-6, 2e-6)
-    gap = GridField(slot(10, 19).values, spacing)
-    assert constriction(GridFilm(gap, "wall", "constant")).width == pytest.approx(
-        10 * 2e-6, rel=1e-12
-    )
-
-
 def test_walls_are_solid():
     linear = constriction(GridFilm(slot(0, 9), "wall", "linear"))
     assert linear.width == pytest.approx(10 * 2e-6, rel=1e-6)
@@ -149,33 +140,3 @@ def test_share_is_seen_through_the_seam():
         shares.append(found.pressure_share)
     assert shares[1] == pytest.approx(shares[0], abs=0.01)
     assert shares[0] > 0.99
-
-
-def test_on_the_mesh_of_a_shape():
-    """A strip whose middle is lowest: from wall to wall, with its share of the pressure drop."""
-    from fem_seal.patch import Patch
-    from fem_seal.scene import Scene
-
-    scene = Scene.from_mapping(
-        {
-            "shape": {
-                "kind": "rectangle",
-                "length": "8 mm",
-                "width": "2 mm",
-                "mesh_size": "0.5 mm",
-                "gap_expression": "1e-6 + 2e-6 * abs(x - 4e-3) / 4e-3",
-            },
-            "fluid": {"viscosity": 1e-3},
-            "flow": {"pressure_drop": 1e5, "rtol": 0.01},
-            "output": {"products": ["constriction"]},
-        }
-    )
-    from fem_seal.quantities.of_patch import quantities
-
-    found = quantities(Patch(scene)).constriction
-    assert found.gap == pytest.approx(1e-6, rel=1e-12)
-    assert found.x == pytest.approx(4e-3)
-    # From wall to wall; the place may be any vertex of the line x = 4 mm, on the wall as well.
-    assert found.width == pytest.approx(2e-3)
-    # ∫dx/g³ within 2 mm of the middle over that of all 4: (1 - 1/4)/(1 - 1/9), the disc cuts less.
-    assert 0.5 < found.pressure_share < 0.75 / (8 / 9) + 0.01

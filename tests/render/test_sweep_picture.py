@@ -154,10 +154,3 @@ def test_nothing_or_too_much_to_draw_is_refused(table, message, tmp_path):
     with pytest.raises(InvalidInput, match=message):
         picture.sweep_figure(keys, table, tmp_path)
     assert not list(tmp_path.iterdir())
-
-
-def test_the_caption_names_the_widest_bounds(tmp_path):
-    curves = picture._curves((PRESSURE,), FALLING, {p.values[0]: k for k, p in enumerate(FALLING)})
-    # Half the width over the mean of 0.8 and 1.3.
-    assert picture._caption(curves, "") == "bounds shaded, ±24 % at most"
-    assert picture.sweep_figure((PRESSURE,), FALLING, tmp_path).stat().st_size > 1000

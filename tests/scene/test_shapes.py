@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mesh_files import CORNERS, scene_of, write_msh
+from mesh_files import scene_of, write_msh
 from project import ROOT, leak_rate, printed_by, unwrapped, write_toml
 from scipy.integrate import trapezoid
 
@@ -248,18 +248,6 @@ def test_own_geometry_with_sizes_that_follow_its_channels(tmp_path):
     beside = np.abs(middle[:, 1] - 0.27) < 0.1  # a tenth of the mean gap lies at y = 0.23
     assert np.median(length[beside]) < 0.08
     assert np.median(length[middle[:, 1] > 0.8]) > 0.15
-
-
-def test_a_mesh_in_millimetres_with_its_gap_in_metres(tmp_path, refused):
-    """Refused; with its unit it runs."""
-    mesh = write_msh(tmp_path / "plate.msh", points=20 * CORNERS)
-    np.savez(tmp_path / "gap.npz", gap=np.full((5, 5), 1e-6), spacing=(5e-3, 5e-3))
-    data = scene_of(mesh) | {"gap": {"path": str(tmp_path / "gap.npz")}}
-    del data["shape"]["gap"]
-    path = write_toml(tmp_path / "scene.toml", data)
-    said = refused("run", path, "--out", tmp_path / "out")
-    assert "the mesh is 20 m large and the grid of its gap 0.02 m, a ratio of 1e+03" in said
-    assert main(["run", str(path), "--out", str(tmp_path / "out"), "--set", "shape.unit=mm"]) == 0
 
 
 @pytest.mark.parametrize(
