@@ -1,4 +1,4 @@
-"""Energies of quarters of triangles from the corners of the whole, against direct ones."""
+"""Quarters of triangles: rounding, gases, ceilings. Their energies: `test_hierarchical.py`."""
 
 import numpy as np
 import pytest
