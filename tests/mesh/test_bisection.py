@@ -76,25 +76,6 @@ def test_refined_meshes_are_conforming(squares, periodic, seed):
 
 @MANY
 @given(SHAPES, st.booleans(), st.integers(0, 10**6))
-def test_children_lie_in_their_parents(squares, periodic, seed):
-    for mesh, _, step in refined(squares, periodic, seed, steps=3):
-        area = np.bincount(parents(step), areas(step.mesh))
-        assert np.array_equal(area, areas(mesh))  # dyadic: exact
-        # Barycentric coordinates of the children's corners in the parent: all in [0, 1].
-        x = mesh.xy[mesh.cells[parents(step)]] / PIXEL
-        y = step.mesh.xy[step.mesh.cells] / PIXEL
-        to_corner = np.stack([x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]], axis=2)
-        inside = np.linalg.solve(to_corner[:, None], (y - x[:, :1])[..., None])[..., 0]
-        weights = np.concatenate([1 - inside.sum(axis=2, keepdims=True), inside], axis=2)
-        units = [np.tile(row, (len(mesh.cells), 1)) for row in np.eye(3)]
-        prolonged = np.stack([step.prolong(unit) for unit in units], axis=2)
-        # `prolong` yields the same weights; 1e-12 is the error of `solve`.
-        assert np.abs(weights - prolonged).max() < 1e-12
-        assert np.isin(prolonged, [0, 0.25, 0.5, 0.75, 1]).all()
-
-
-@MANY
-@given(SHAPES, st.booleans(), st.integers(0, 10**6))
 def test_linear_functions_are_prolonged_exactly(squares, periodic, seed):
     """Without tolerance: the weights are dyadic and the values are integers."""
     for mesh, _, step in refined(squares, periodic, seed, steps=3):
@@ -167,16 +148,6 @@ def test_several_halvings_in_one_call_equal_one_call_for_each(squares, periodic,
     )
     assert np.array_equal(step.prolong(corner_values), expected[1])
     assert np.array_equal(step.at_vertices(vertex_values)[step.mesh.cells], expected[2])
-
-
-@pytest.mark.parametrize("periodic", [False, True])
-def test_nothing_marked(periodic):
-    mesh = uniform_mesh((3, 2), 1, periodic)
-    step = bisect(mesh, np.zeros(len(mesh.cells), dtype=bool))
-    assert np.array_equal(step.mesh.cells, mesh.cells)
-    assert np.array_equal(parents(step), np.arange(len(mesh.cells)))
-    assert step.edge_ends.shape == (0, 2)
-    assert np.array_equal(step.at_vertices(mesh.xy), mesh.xy)
 
 
 def test_bisection_below_the_resolution_of_coordinates_raises():
