@@ -45,9 +45,6 @@ def lifting_problem(
         from fem_seal.flow.linear import by_multigrid
 
         solver = partial(by_multigrid, report=report)
-    half_space = HalfSpace(
-        surface.shape, surface.spacing, solid.layer, arithmetic.threads, arithmetic.precision
-    )
     inlet, outlet = scene.gauge_pressures
 
     def press(
@@ -70,7 +67,9 @@ def lifting_problem(
 
     return LiftProblem(
         height=surface,
-        solid=half_space,
+        half_space=lambda heights: HalfSpace(
+            heights.shape, heights.spacing, solid.layer, arithmetic.threads, arithmetic.precision
+        ),
         contact_modulus=solid.contact_modulus,
         press=press,
         film=lambda gap: GridFilm(

@@ -23,7 +23,7 @@ class LiftProblem:
     """Contact and flow of one scene; pressures are above ambient."""
 
     height: GridField  #: counter-face h [m]
-    solid: HalfSpace  #: on the grid of the contact
+    half_space: Callable[[GridField], HalfSpace]  #: solid on the grid of a counter-face
     contact_modulus: float  #: E* [Pa]
     #: (heights, load left to the solid [Pa] or None, start) -> contact. The load is None where an
     #: area or a mean gap is prescribed, which the fluid does not change.
@@ -47,6 +47,14 @@ class LiftProblem:
     #: conductance [m³], as of `FilmPressure`, of a film that counts as sealed: its stages end early
     negligible: float = 0.0
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
+
+    @cached_property
+    def solid(self) -> HalfSpace:
+        """Half-space on the grid of the contact.
+
+        Made when it is first asked for: in `on_root` it has the threads of all processes.
+        """
+        return self.half_space(self.height)
 
     @property
     def stiffness(self) -> float:
@@ -131,16 +139,13 @@ class LiftProblem:
 
         Itself where these are all, or where the solid may float, whose level takes all samples.
         """
-        every, solid = 2**-self.first_level, self.solid
+        every = 2**-self.first_level
         if every == 1 or self.may_float:
             return self
         dx, dy = self.height.spacing
         samples = self.height.values[::every, ::every]
         height = GridField(samples, (every * dx, every * dy), self.height.periodic)
-        coarse = HalfSpace(
-            height.shape, height.spacing, solid.layer, solid.threads, solid.precision
-        )
-        return replace(self, height=height, solid=coarse)
+        return replace(self, height=height)
 
     @property
     def touching_gap(self) -> GridField:
