@@ -84,38 +84,14 @@ def chosen_grid(
     error_of
         Estimates what a grid finer than the last one would change.
     """
-    surface, total = (
-        present(first.surface, "surface of a scene with [accuracy]"),
-        first.flow_settings.rtol,
-    )
+    total = first.flow_settings.rtol
     budget = log1p(total)
-    shapes = grids(surface.shape, max_refinement)
-    trials: list[Trial] = []
-    tried: list[Patch] = []
-    for shape in shapes:
-        first.report("accuracy", f"contact on {shape[0]} x {shape[1]}")
-        solved = first.with_(surface=resample(surface, shape))
-        tried.append(solved)
-        leak = solved.leak_rate
-        if leak.state == "lifted off":
-            if shape[0] < surface.shape[0]:
-                # A uniform film carries more on fewer samples, here more than the load.
-                tried.pop()
-                continue
-            grid_error, area, part = UNKNOWN, None, inf
-            break
-        trials.append(Trial(shape, leak.value, *leak.bounds))
-        if shape[0] < surface.shape[0]:
-            continue
-        grid_error = error_of(tried)
-        area = area_error(solved)
-        part = grid_error.part + area_part(area)
-        share = LAST_SHARE if shape == shapes[-1] else SHARE
-        if part <= share * budget:
-            break
-    lifts, left = solved.lifted is not None, budget - part
+    refined = _refined(first, max_refinement, error_of, budget)
+    solved, area = refined.patch, refined.area
+    lifts, left = solved.lifted is not None, budget - refined.part
     # Passes through contact and flow do not settle to any tolerance: samples open and close.
     least = (1 - LAST_SHARE) * budget if lifts else 0.0
+    leak = solved.leak_rate
     if leak.converged and left > least and flow_part(leak) + lift_part(solved.lifted) > left:
         # The lift claims a multiple of rtol, which is up to twice the flow's part.
         rtol = 2 * left / (1 + 2 * most_claimed(1.0)) if lifts else 2 * sinh(left)
@@ -125,25 +101,71 @@ def chosen_grid(
         leak = solved.leak_rate
         area = area_error(solved) if lifts else area
     lift = lift_part(solved.lifted)
-    missed = grid_error.part + area_part(area) + flow_part(leak) + lift > budget
+    missed = refined.grid.part + area_part(area) + flow_part(leak) + lift > budget
     if leak.converged and missed and leak.state == "leaking":
-        words = _missed_by_lift(total, lift)
-        if left <= least:
-            words = _missed(total, part, shapes[-1], "" if area is None else " and the area's")
+        words = _missed_by_lift(total, lift) if left > least else _missed(total, refined)
         leak = replace(leak, converged=False, reason=words)
-    errors = {estimated_error: grid_error, area_error: area}
+    errors = {estimated_error: refined.grid, area_error: area}
     known = Known(solved.contact, solved.lifted, leak, errors)
     chosen = first.with_(surface=solved.surface, known=known, flow_settings=solved.flow_settings)
     return chosen, Choice(
         total=total,
         samples=present(solved.surface, "surface").shape,
         rtol=solved.flow_settings.rtol,
-        contact_error=None if leak.state == "sealed" else _known(grid_error.part),
+        contact_error=None if leak.state == "sealed" else _known(refined.grid.part),
         flow_error=_known(flow_part(leak)),
-        trials=tuple(trials),
+        trials=refined.trials,
         lift_error=_known(lift) if lifts else None,
         area_error=None if area is None else _known(area.part),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Refined:
+    """The last contact grid that was tried, with its errors."""
+
+    patch: Patch
+    trials: tuple[Trial, ...]  #: grids tried, from coarse to fine
+    grid: EstimatedError  #: of the contact grid
+    area: EstimatedError | None  #: of a prescribed contact area; None without one
+
+    @property
+    def part(self) -> float:
+        """Sum of both."""
+        return self.grid.part + area_part(self.area)
+
+
+def _refined(
+    first: Patch,
+    max_refinement: int,
+    error_of: Callable[[Sequence[Patch]], EstimatedError],
+    budget: float,
+) -> _Refined:
+    """Refine the contact grid until its errors leave a part of the budget to flow and lift.
+
+    Grids coarser than that of the scene are not chosen; they only serve `error_of`.
+    """
+    own = present(first.surface, "surface of a scene with [accuracy]")
+    shapes = grids(own.shape, max_refinement)
+    trials: list[Trial] = []
+    tried: list[Patch] = []
+    for shape in shapes:
+        first.report("accuracy", f"contact on {shape[0]} x {shape[1]}")
+        solved = first.with_(surface=resample(own, shape))
+        coarse, leak = shape[0] < own.shape[0], solved.leak_rate
+        if leak.state == "lifted off":
+            if coarse:
+                # A uniform film carries more on fewer samples, here more than the load.
+                continue
+            return _Refined(solved, tuple(trials), UNKNOWN, None)
+        tried.append(solved)
+        trials.append(Trial(shape, leak.value, *leak.bounds))
+        if coarse:
+            continue
+        refined = _Refined(solved, tuple(trials), error_of(tried), area_error(solved))
+        if refined.part <= (LAST_SHARE if shape == shapes[-1] else SHARE) * budget:
+            break
+    return refined
 
 
 def _known(part: float) -> float | None:
@@ -256,10 +278,12 @@ def relative_error(part: float) -> float:
     return expm1(part) if part < 700 else inf
 
 
-def _missed(total: float, part: float, finest: tuple[int, int], also: str) -> str:
+def _missed(total: float, refined: _Refined) -> str:
+    part, also = refined.part, "" if refined.area is None else " and the area's"
+    nx, ny = refined.trials[-1].samples
     size = f"about {per_cent(relative_error(part))}" if part < inf else "not known"
     return (
-        f"the contact grid's{also} part of the error is {size} on {finest[0]} x {finest[1]}, "
+        f"the contact grid's{also} part of the error is {size} on {nx} x {ny}, "
         f"the finest that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"
     )
 
