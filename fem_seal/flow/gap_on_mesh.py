@@ -17,7 +17,7 @@ from fem_seal.flow.cell_data import ISOTROPIC, CellData
 from fem_seal.flow.quarters import QuarterData, on_quarters, thrice_centroids, with_middles
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh
+from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at
 
 Span = tuple[np.ndarray, np.ndarray]
 
@@ -145,18 +145,9 @@ class LinearGap(GapOnMesh):
     def values_at(self, mesh: NestedMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of any mesh of the nested family."""
         (i, j), (x, y) = (mesh.xy >> DEPTH).T, (mesh.xy & (PIXEL - 1)).T / PIXEL
-        # Mirror the pixels whose diagonal does not begin at their first vertex. Each point then
-        # lies in the triangle of the first vertex, the opposite one and a third. Its weights are
-        # exact.
-        mirrored = (i + j) % 2 == 1
-        x = np.where(mirrored, 1 - x, x)
         last = np.array(self.squares)
-        near = np.where(mirrored, i + 1, i)
-        far = np.where(mirrored, i, i + 1)
-        corners = (near, j), (far, j + 1), (np.where(x > y, far, near), np.where(x > y, j, j + 1))
-        weights = 1 - np.maximum(x, y), np.minimum(x, y), np.abs(x - y)
         values = np.zeros((len(mesh.xy), 2))
-        for (a, b), weight in zip(corners, weights, strict=True):
+        for (a, b), weight in zip(*triangle_at(i, j, x, y), strict=True):
             # A vertex on the last row or column has no weight beyond it.
             sample = self._samples[np.minimum(a, last[0]), np.minimum(b, last[1])]
             values += weight[:, None] * sample

@@ -97,7 +97,7 @@ class Numbering:
 class Jumps:
     """Functions that jump by J across d lines: v = unknown of the corner + J·n, with a basis of J.
 
-    A point is prescribed where n is fixed and a corner has no unknown.
+    Where a corner has no unknown, v = J·n is prescribed.
     """
 
     of_corner: np.ndarray  #: as of `Numbering`

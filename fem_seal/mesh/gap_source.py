@@ -13,6 +13,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.expression import evaluate
 from fem_seal.grid import GridField
 from fem_seal.mesh.gmsh_process import Box, SizeField
+from fem_seal.mesh.nested import triangle_at
 
 OUTSIDE = 1e-6  # largest distance [pixel] by which rounding may put a vertex outside the grid
 ROUNDING = 1e-6  # rounding error of coordinates [pixel]; gmsh writes them to 1e-9 at best
@@ -190,15 +191,10 @@ def _clipped(steps: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
 def _linear(samples: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Linear interpolation on the pixel triangles, at steps (n, 2) in units of the spacing."""
     i, j = np.minimum(steps.astype(int), np.array(samples.shape) - 2).T
-    s, t = steps[:, 0] - i, steps[:, 1] - j
-    even = (i + j) % 2 == 0
-    # Weights of the corners sw, se, nw, ne of the pixel; its diagonal rises where i + j is even.
-    rising = [1 - np.maximum(s, t), np.maximum(s - t, 0), np.maximum(t - s, 0), np.minimum(s, t)]
-    ne = np.maximum(s + t - 1, 0)
-    falling = [np.maximum(1 - s - t, 0), s - ne, t - ne, ne]
-    weights = np.where(even, rising, falling)
+    corners, parts = triangle_at(i, j, steps[:, 0] - i, steps[:, 1] - j)
+    weights = np.array(parts)
     # A point on a sample or on the side of a triangle must not get a rounding error of the next
     # sample: in contact that would open a channel as narrow as the rounding error.
     weights[weights < ROUNDING] = 0
-    corners = [samples[i, j], samples[i + 1, j], samples[i, j + 1], samples[i + 1, j + 1]]
-    return (weights * corners).sum(axis=0) / weights.sum(axis=0)
+    values = np.array([samples[corner] for corner in corners])
+    return (weights * values).sum(axis=0) / weights.sum(axis=0)

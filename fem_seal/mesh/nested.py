@@ -137,6 +137,27 @@ class NestedMesh(Mesh):
         return 1 - x, y.copy()
 
 
+Corner = tuple[np.ndarray, np.ndarray]
+
+
+def triangle_at(
+    i: np.ndarray, j: np.ndarray, x: np.ndarray, y: np.ndarray
+) -> tuple[list[Corner], list[np.ndarray]]:
+    """Corners (i, j) of the pixel triangles of n points, and their weights in linear functions.
+
+    The points lie in the pixels (i, j) at (x, y), from 0 to 1. The weights are exact if these are
+    binary fractions.
+    """
+    # Mirror the pixels whose diagonal does not begin at their first vertex. Each point then lies in
+    # the triangle of the first vertex, the opposite one and a third.
+    mirrored = (i + j) % 2 == 1
+    x = np.where(mirrored, 1 - x, x)
+    near, far = np.where(mirrored, (i + 1, i), (i, i + 1))
+    third = np.where(x > y, far, near), np.where(x > y, j, j + 1)
+    weights = [1 - np.maximum(x, y), np.minimum(x, y), np.abs(x - y)]
+    return [(near, j), (far, j + 1), third], weights
+
+
 def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:
     """Mesh of squares `width` pixels wide, a power of two, cut along their alternating diagonals.
 

@@ -21,7 +21,7 @@ from fem_seal.finite_difference.links import LINKS
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import refine
-from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
+from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at, uniform_mesh
 
 EDGE = 1e-9  # of a triangle, within which a point is on its edge
 # Relative error of a link one sample long in a uniform gap, over that of one whose gap varies.
@@ -185,13 +185,7 @@ def _half_cotangents(mesh: NestedMesh, spacing: tuple[float, float]) -> np.ndarr
 def _gap_at_vertices(mesh: NestedMesh, film: GridFilm) -> sparse.csr_array:
     """Gap at the vertices, linear on the triangles of the pixels, from that at the samples."""
     (i, j), (x, y) = (mesh.xy >> DEPTH).T, (mesh.xy & (PIXEL - 1)).T / PIXEL
-    # As `LinearGap.values_at`: mirror the pixels whose diagonal does not begin at their first
-    # vertex. A point then lies in the triangle of the first vertex, the opposite one and a third.
-    mirrored = (i + j) % 2 == 1
-    x = np.where(mirrored, 1 - x, x)
-    near, far = np.where(mirrored, (i + 1, i), (i, i + 1))
-    corners = [(near, j), (far, j + 1), (np.where(x > y, far, near), np.where(x > y, j, j + 1))]
-    weights = [1 - np.maximum(x, y), np.minimum(x, y), np.abs(x - y)]
+    corners, weights = triangle_at(i, j, x, y)
     return _interpolated([_sample(film, *corner) for corner in corners], weights, film)
 
 
