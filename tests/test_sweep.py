@@ -16,7 +16,7 @@ from fem_seal.progress import silent
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.steps import FLOWS
-from fem_seal.sweep import Axis
+from fem_seal.sweep import Axis, sweep
 from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.sweep.point import COLUMNS, UNSETTLED, Point, _numbers
 from fem_seal.sweep.store import SweepFolder
@@ -116,6 +116,22 @@ def test_a_load_of_the_seal_is_pressed_anew(scene_file):
         patch = path.patch(Scene.from_file(scene_file, keys), silent, trust=False, comm=None)
         assert patch.contact.mean_pressure == pytest.approx(patch.load.value, rel=1e-12)
         path.follow(patch)
+
+
+def test_each_window_of_the_map_has_its_own_contact(tmp_path):
+    """The windows of two points are other parts of the same map."""
+    np.save(tmp_path / "map.npy", np.random.default_rng(1).normal(0, 1e-7, (24, 24)))
+    size = {"unit": "m", "size": ["24 um", "24 um"], "periodic": False}
+    surface = {"kind": "file", "path": tmp_path / "map.npy", "make_periodic": "mirror", **size}
+    seal = {"leak_path": "1 mm", "circumference": "1 cm", "max_loads": 2, "rtol": 9.0}
+    scene = {"surface": surface, "solid": {"contact_modulus": "10 MPa"}, "seal": seal}
+    scene |= {"contact": {"pressure": "0.3 MPa"}, "fluid": {"viscosity": "1 mPa s"}}
+    scene |= {"flow": {"pressure_drop": "1 kPa"}, "output": {"products": ["seal"]}}
+    path, windows = write_toml(tmp_path / "map.toml", scene), ("6 um", "8 um")
+    windows = [(f"['{side}', '{side}']",) for side in windows]
+    for point in sweep(path, (("seal.window",), windows), tmp_path / "out").table:
+        alone = Patch(Scene.from_file(path, [f"seal.window={point.values[0]}"]))
+        assert point.number("mean_gap") == pytest.approx(alone.film.mean_gap, rel=1e-6)
 
 
 def recording(method, calls):

@@ -173,15 +173,15 @@ def input_shares(
         s = factors.get("heights", 1.0)
         return log(x), log(drop * s**3 * scene.viscosity / other.viscosity)
 
-    points = []
-    for factors, flow in ((_ends(scene, 1), opened), ({}, leak), (_ends(scene, -1), closed)):
+    points: dict[float, float] = {}  # the ends last: they replace the scene where x is the same
+    for factors, flow in (({}, leak), (_ends(scene, 1), opened), (_ends(scene, -1), closed)):
         x, driven = laws(factors)
         if flow.state == "leaking":
-            points.append((x, log(flow.value) - driven))
+            points[x] = log(flow.value) - driven
 
     def change(name: str, end: int) -> float:
         x, driven = laws({name: _ends(scene, end)[name]})
-        return driven + _on_line(x, sorted(points))
+        return driven + _on_line(x, sorted(points.items()))
 
     return {name: abs(change(name, 1) - change(name, -1)) for name in scene.tolerated}
 
@@ -191,7 +191,7 @@ def _on_line(x: float, points: list[tuple[float, float]]) -> float:
 
     Near sealing nothing is known of a slope but its sign: -x then orders the loads.
     """
-    if len(points) < 2 or points[0][0] == points[-1][0]:
+    if len(points) < 2:
         return -x
     xs, ys = np.array(points).T
     i = min(max(int(np.searchsorted(xs, x)) - 1, 0), len(xs) - 2)

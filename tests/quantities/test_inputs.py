@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import INPUTS
-from fem_seal.quantities.inputs import OPENS, corner
+from fem_seal.quantities.inputs import OPENS, TINY, corner, input_shares
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
@@ -151,6 +152,17 @@ def test_the_tolerance_that_decides():
     # ln Q is not linear in the load: half of that tolerance leaves room for it.
     narrow = f"tolerances.contact.pressure={0.5 * float(needed)} %"
     assert solve(scene(*settings, narrow)).verdict.decision == "within limit"
+
+
+def test_shares_next_to_lift_off():
+    """The fluid carries all but nothing: two of the three loads that the solid bears are the same.
+
+    What the drop changes is then the whole change between its ends.
+    """
+    about = scene(LIFTED, "tolerances.flow.pressure_drop=5 %")
+    closed, leak, opened = (LeakRate("leaking", "adaptive", rate) for rate in (1e-9, 2e-9, 8e-9))
+    shares = input_shares(about, leak, closed, opened, 1 - TINY)
+    assert shares["flow.pressure_drop"] == pytest.approx(log(8), rel=1e-6)
 
 
 def test_without_tolerances_the_inputs_are_named():
