@@ -144,14 +144,6 @@ def recording(method, calls):
     return wrapped
 
 
-def test_contacts_of_a_prescribed_area_start_as_single_runs_do(scene_file, tmp_path):
-    assert run("--vary", "contact.area_fraction=0.1,0.11", "--out", "out") == 0
-    alone = Patch(Scene.from_file(scene_file, ["contact.area_fraction=0.11"]))
-    assert float(rows(tmp_path / "out")[-1]["mean_gap"]) == pytest.approx(
-        alone.contact.mean_gap, rel=1e-13, abs=0
-    )
-
-
 def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
     solve, solves = FLOWS["finite-difference"], []
 

@@ -52,22 +52,6 @@ def observed_orders(errors) -> np.ndarray:
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
 
-@pytest.mark.parametrize("method", ["uniform", "adaptive"])
-def test_refining_closes_the_bracket_of_one_polygon(method):
-    """All brackets enclose the same number. Corners of the hole cost a little of the order:
-    the energy error falls like N^-(π/ω), ω = π + 2π/12 the angle inside the film. (From the second
-    mesh on: the first has no vertex between hole and rim, and correction does half the work.)"""
-    gap = uniform(ring(3, 12))
-    flow = bracketed(gap, 5e-4, 6000, method=method)
-    lower = [level.lower for level in flow.levels]
-    upper = [level.upper for level in flow.levels]
-    assert max(lower) <= min(upper)
-    widths = (np.array(upper) - lower)[[1, -1]]
-    unknowns = np.array([level.unknowns for level in flow.levels])[[1, -1]]
-    rate = np.log(widths[0] / widths[1]) / np.log(unknowns[1] / unknowns[0])
-    assert rate > 1 / (1 + 2 / 12) - 0.1
-
-
 @pytest.mark.parametrize(
     ("gap", "exact"),
     [
