@@ -23,11 +23,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.errors import Inconsistent
+from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.level import Family, Guess, LevelProblem, LevelSolution, Pressures, Streams
 from fem_seal.flow.look_ahead import refined_ahead
-from fem_seal.flow.marking import Strategy, mark, mark_all
+from fem_seal.flow.marking import Marks, Strategy, mark, mark_all
 from fem_seal.flow.solution import FlowEstimate, SolvedLevel, Start
 from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.bisection import TooFine
@@ -94,26 +95,15 @@ def refined(
             return None
         # Mark, refine, look ahead.
         log = _Log()
-        if strategy.uniform:
-            # Stop before making a mesh that would exceed the limit. It has at least twice as many
-            # unknowns: every unknown has at least two sides, a side has at most two ends, and the
-            # midpoint of each side becomes an unknown.
-            if 2 * problem.unknowns > max_unknowns:
-                return stopping.end(TOO_MANY.format(max_unknowns))
-            flows: list[FlowEstimate] = []
-            stream, marks, ahead = solution.stream, mark_all(problem), 0
-        else:
-            # If the true dual came first, the next level logs the time of this solve.
-            psi = guess.streams if solution.stream is None else solution.stream.psi
-            regularised = solution.regularised or _regularised_dual(problem, psi, strategy, log)
-            stream, ahead = regularised, strategy.tuning.ahead
-            flows = problem.flows(solution.pressure, regularised)
-            expected = correction_ratio * problem.difference(solution.pressure, regularised)
-            reached = best.width if solution.stream is not None else np.inf
-            del psi, regularised
-            marks = mark(problem, flows, expected, reached, strategy)
-            # Free the functions with the mesh: looking ahead takes them from the start.
-            flows = [flow.without_functions() for flow in flows]
+        # Stop before making a uniform mesh that would exceed the limit. It has at least twice as
+        # many unknowns: every unknown has at least two sides, a side has at most two ends, and the
+        # midpoint of each side becomes an unknown.
+        if strategy.uniform and 2 * problem.unknowns > max_unknowns:
+            return stopping.end(TOO_MANY.format(max_unknowns))
+        stream, marks, flows = _marked(
+            problem, guess, solution, best, correction_ratio, strategy, log
+        )
+        ahead = 0 if strategy.uniform else strategy.tuning.ahead
         step = problem.start(solution.pressure, stream), gap, marks, flows, ahead
         # Free this mesh before the next one is made.
         del problem, guess, solution, stream
@@ -192,3 +182,29 @@ def _regularised_dual(
         raise Inconsistent("contact bars an open gap; please report the gap as a defect")
     log.lap("regularised dual", regularised)
     return regularised
+
+
+def _marked(
+    problem: LevelProblem,
+    guess: Guess,
+    solution: _Solved,
+    best: Bounds,
+    correction_ratio: float,
+    strategy: Strategy,
+    log: _Log,
+) -> tuple[Streams | None, Marks, list[FlowEstimate]]:
+    """Mark cells: all, or by the regularised dual and the flows that it shows.
+
+    Returns the stream functions to start from, the marks, and the flows without their functions.
+    """
+    if strategy.uniform:
+        return solution.stream, mark_all(problem), []
+    # If the true dual came first, the next level logs the time of this solve.
+    psi = guess.streams if solution.stream is None else solution.stream.psi
+    regularised = solution.regularised or _regularised_dual(problem, psi, strategy, log)
+    flows = problem.flows(solution.pressure, regularised)
+    expected = correction_ratio * problem.difference(solution.pressure, regularised)
+    reached = best.width if solution.stream is not None else np.inf
+    marks = mark(problem, flows, expected, reached, strategy)
+    # Free the functions with the mesh: looking ahead takes them from the start.
+    return regularised, marks, [flow.without_functions() for flow in flows]

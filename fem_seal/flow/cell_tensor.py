@@ -92,21 +92,21 @@ def conductivity_tensor(
     )
     start = Start.first(represented, uniform_torus(represented.squares, width))
     for solution in refined(represented, start, strategy, stopping):
-        bounds = solution.level.bounds
         if progress is not None:
-            progress(solution.level.unknowns, bounds.width)
+            progress(solution.level.unknowns, solution.level.bounds.width)
         # Free this mesh before the next one is made.
         del solution
     Lx, Ly = scaled.size
     # From fluxes per jump to mean flux per gradient: D A* D/(Lx Ly), D = diag(Lx, Ly).
     scale = per_pascal * np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])
-    lower, upper, reason = bounds.lower * scale, bounds.upper * scale, stopping.reason
+    last, reason = stopping.levels[-1], stopping.reason
+    lower, upper = last.bounds.lower * scale, last.bounds.upper * scale
     if reason:
         reason = f"{reason}; {_missed(lower, upper, rtol)}{_rounding_doubt(narrowest)}"
     return TensorBounds(
         lower,
         upper,
-        unknowns=stopping.levels[-1].unknowns,
+        unknowns=last.unknowns,
         converged=not reason,
         reason=reason,
         levels=tuple((level.unknowns, level.bounds.width) for level in stopping.levels),
