@@ -1,4 +1,4 @@
-"""Numbers and sentences of fifteen small scenes, to be the same before and after a change of form.
+"""Numbers and sentences of sixteen small scenes, to be the same before and after a change of form.
 
     python tests/frozen.py write before.json
     python tests/frozen.py write after.json
@@ -86,6 +86,7 @@ def scenes(folder: Path) -> dict[str, dict]:
     gap = rough(gap={"path": folder / "gap.npy", **stated}, flow={"sides": "wall"})
     gas = pressed("0.11 MPa") | GAS
     limit = {"leak_rate": "1e-6 ml/h"}
+    known = {"contact": {"pressure": "10 %"}, "heights": "5 %"}
     seal = {"leak_path": "0.5 mm", "circumference": "150 mm", "pressure_profile": "hertz"}
     seal |= {"patches": 2, "rtol": 0.2}
     return {
@@ -98,6 +99,7 @@ def scenes(folder: Path) -> dict[str, dict]:
         "gas with slip": {**gas, "output": products("contact", "leak_rate", "constriction")},
         "seal": pressed("0.11 MPa", seal=seal, limit=limit, output=products("seal")),
         "shape": ROUND,
+        "tolerances": pressed("0.11 MPa", flow={"lift": "none"}, tolerances=known),
         "tensor": rough(output=products("conductivity_tensor", "hydraulic_aperture", "leak_rate")),
         "threshold": rough(output=products("contact", "threshold")),
         "accuracy": rough(accuracy={"total": 0.4, "max_refinement": 2}),
