@@ -1,6 +1,7 @@
 """Contact and flow in one equilibrium, against closed forms, theorems and other solvers."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,8 @@ import fem_seal as fs
 from fem_seal.contact import press
 from fem_seal.coupling import lifted
 from fem_seal.coupling.lifted import lifted_from
-from fem_seal.coupling.newton import newton
-from fem_seal.coupling.point import FloatingPoint, Stage
+from fem_seal.coupling.newton import _left, newton
+from fem_seal.coupling.point import FloatingPoint, NewtonStep, Stage
 from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
@@ -264,6 +265,27 @@ def test_two_equilibria_are_both_reported():
         found = lifted_from(problem, 0.05, np.repeat(start, 32, axis=1))
         leaks = found.leak_rate.state == "leaking"
         assert found.leak_rate.value == pytest.approx(leaks * state.leak_rate.value, rel=0.05)
+
+
+@dataclass(frozen=True)
+class Pass:
+    """Stands for a point: each plain pass raises F, up to the one with a number."""
+
+    last: float
+    size: int = 0
+    residual = np.ones(4)
+    problem = SimpleNamespace(drop=1.0)
+    step = NewtonStep(np.zeros(4), None, 0.0, 1, True, np.ones(4))
+
+    def after(self, step):
+        assert self.size < 1000
+        return replace(self, size=self.size + 1 if self.size < self.last else 0)
+
+
+def test_passes_that_lead_nowhere_end():
+    """A deviation that grows by a tenth in each pass takes 24 from a tenth of the drop to all."""
+    assert _left(Pass(last=24)).size == 24
+    assert _left(Pass(last=np.inf)) is None
 
 
 def uniform_film_carries(n):
