@@ -147,7 +147,7 @@ def _first_stage(
     stage = Stage(thinned.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
     start = None if contact is None else contact.pressure.values[::every, ::every]
     point = LiftPoint.under(thinned, stage, pressure[::every, ::every], start)
-    return equilibrium(point, allowed, LEAST * allowed, report, leaves=True)
+    return equilibrium(point, allowed, report, leaves=True)
 
 
 def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: Report) -> _End:
@@ -175,7 +175,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
         start, steps = _begun(steps, stage)
         before, change = change, start.error(point.adjoint)
         error = change * _all_to_come(change, before) + start.by_epsilon
-        little = error <= allowed and start.keeps_load(LEAST * allowed)
+        little = error <= allowed and start.keeps_load(allowed)
         if little and not point.sealed and not steps.failure:
             steps = replace(steps, point=start, residuals=(*steps.residuals, start.size))
             break
@@ -213,8 +213,7 @@ def _begun(steps: Steps, stage: Stage) -> tuple[LiftPoint, Steps]:
 def _solved(point: LiftPoint, before: Steps, allowed: float, report: Report) -> Steps:
     """The equilibrium of a stage, with the steps of the stages before."""
     tolerance = LEAST * allowed if before.difficult else allowed
-    least, leaves = LEAST * allowed, not before.left
-    return equilibrium(point, tolerance, least, report, leaves).after(before)
+    return equilibrium(point, tolerance, report, leaves=not before.left).after(before)
 
 
 def _all_to_come(change: float, before: float) -> float:

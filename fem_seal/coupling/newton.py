@@ -32,7 +32,7 @@ class Steps:
         )
 
 
-def newton(point: LiftPoint, tolerance: float, least: float, report: Report) -> Steps:
+def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
     """Take steps until the next one would change ln Q by at most a tolerance.
 
     A step is halved while |F| does not fall. Samples that open or close bend F, so that |F| may
@@ -43,16 +43,14 @@ def newton(point: LiftPoint, tolerance: float, least: float, report: Report) -> 
     point
         Where to start.
     tolerance
-        Change of ln Q, to first order, at which the steps end.
-    least
-        Change of the fluid's load over the pressure drop that counts as none.
+        Change of ln Q, to first order, and of the solid's load, over it, at which the steps end.
     """
     residuals, difficult = [point.size], False
     for _ in range(MOST_STEPS):
         report("lift", f"{len(point.stage.grid.free)} nodes, residual {point.size:.1e}")
         step = point.step
         difficult |= step.iterations > MOST_STEPS / 2
-        if step.log_rate <= tolerance and point.keeps_load(least):
+        if step.log_rate <= tolerance and point.keeps_load(tolerance):
             return Steps(point, tuple(residuals), difficult, "")
         tried: list[LiftPoint] = []
         for part in (1, 1 / 2, 1 / 4, 1 / 8):
@@ -72,9 +70,7 @@ def newton(point: LiftPoint, tolerance: float, least: float, report: Report) -> 
     return Steps(point, tuple(residuals), difficult, failure)
 
 
-def equilibrium(
-    point: LiftPoint, tolerance: float, least: float, report: Report, leaves: bool
-) -> Steps:
+def equilibrium(point: LiftPoint, tolerance: float, report: Report, leaves: bool) -> Steps:
     """An equilibrium in contact or, if there is none, floating.
 
     The other arguments are those of `newton`.
@@ -84,10 +80,10 @@ def equilibrium(
     leaves
         Whether an unstable state is left.
     """
-    steps = newton(point, tolerance, least, report)
+    steps = newton(point, tolerance, report)
     point = steps.point
     if steps.failure and point.problem.may_float and point.contact.contact.any():
-        floating = newton(_floating(point), tolerance, least, report)
+        floating = newton(_floating(point), tolerance, report)
         # A film that rises for ever carries less than the load: the solid is in contact.
         if not floating.failure:
             steps = floating.after(steps)
@@ -97,7 +93,7 @@ def equilibrium(
     if left is None:
         failure = "plain passes do not come away from a state that does not last"
         return replace(steps, difficult=True, failure=failure)
-    steps = newton(left, tolerance, least, report).after(steps)
+    steps = newton(left, tolerance, report).after(steps)
     return replace(steps, difficult=True, left=True)
 
 

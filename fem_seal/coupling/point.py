@@ -21,7 +21,7 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import FORCING, MARKED, MOST_NODES, MOST_STEPS, PARTS
+from fem_seal.coupling.constants import FORCING, LEAST, MARKED, MOST_NODES, MOST_STEPS, PARTS
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.film import GridFilm
@@ -83,10 +83,12 @@ class LiftPoint:
     def on(self, problem: LiftProblem, allowed: float) -> "LiftPoint":
         """The point on a grid of more samples, from the pressures of the coarse one at each.
 
-        It begins a stage, on a finer network.
+        It begins a stage, on a finer network if the errors of this one may change ln Q by more
+        than what is allowed.
         """
         stage = Stage(problem.first_grid, self.stage.epsilon)
-        if self.problem.first_level == 0:  # its first network has the same triangles
+        same_triangles = problem.refines and self.problem.first_level == 0
+        if same_triangles and float((self._by_links * self.flow.varies).sum()) > allowed:
             stage = self._finer(stage.grid, allowed)
         every = problem.height.shape[0] // self.pressure.shape[0]
         pressure, start = (
@@ -200,14 +202,13 @@ class LiftPoint:
             negative=solution.negative,
         )
 
-    def keeps_load(self, most: float) -> bool:
-        """Whether F changes the fluid's load by at most a part of the drop, and leaves some.
+    def keeps_load(self, tolerance: float) -> bool:
+        """Whether F changes the solid's load by at most a part of it.
 
         Asked beside ln Q, which hardly changes with the fluid's pressure where the solid is stiff.
         """
         gained = float(self.residual.mean())
-        little = abs(gained) <= most * self.problem.drop
-        return little and gained < self.problem.left_of(self.pressure)
+        return abs(gained) <= tolerance * self.problem.left_of(self.pressure)
 
     @cached_property
     def by_epsilon(self) -> float:
@@ -228,9 +229,13 @@ class LiftPoint:
         if self.by_epsilon > allowed / 2 or not self.problem.refines:
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
         if self.problem.refines:
-            by_links = self.flow.by_links(self._by_u * self.adjoint, FORCING**2)
-            grid = grid.refined(by_links, MARKED, self.flow.varies)
+            grid = grid.refined(self._by_links, MARKED, self.flow.varies)
         return Stage(grid, epsilon)
+
+    @cached_property
+    def _by_links(self) -> np.ndarray:
+        """|Change| (links,) of ln Q in the end by the logarithm of each link's conductance."""
+        return self.flow.by_links(self._by_u * self.adjoint, FORCING**2)
 
     def is_that_of(self, other: "LiftPoint", allowed: float) -> bool:
         """Whether ln Q is another point's, but for a little and what both next steps change."""
@@ -295,9 +300,9 @@ class FloatingPoint(LiftPoint):
     def _lacking(self) -> float:
         return self.problem.left_of(self.pressure)
 
-    def keeps_load(self, most: float) -> bool:
-        """Whether the fluid carries the load, but for at most a part of the drop."""
-        return abs(self._lacking) <= most * self.problem.drop
+    def keeps_load(self, tolerance: float) -> bool:
+        """Whether the fluid carries the load."""
+        return abs(self._lacking) <= LEAST * tolerance * self.problem.drop
 
     def error(self, adjoint: np.ndarray) -> float:
         """Estimated error of ln Q at this point."""

@@ -343,7 +343,7 @@ def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_level(rise):
     level += (rise - 1) * gap.mean()
     stage = Stage(state.network, 1e-4 * problem.height.values.std())
     start = FloatingPoint.at(problem, stage, pressure, level)
-    steps = newton(start, 0.01, 0.001, silent)
+    steps = newton(start, 0.01, silent)
     end = steps.point
     assert not steps.failure
     assert end.level < start.level if rise > 1 else end.level > start.level
@@ -364,7 +364,7 @@ def test_a_film_that_rises_at_most_doubles():
     gap = start.contact.gap.values.mean()
     high = start.after(replace(start.step, level=1e300))
     assert high.contact.gap.values.mean() == pytest.approx(2 * gap, rel=1e-9)
-    steps = newton(start, 0.01, 0.001, silent)
+    steps = newton(start, 0.01, silent)
     assert steps.failure
     assert steps.point.contact.gap.values.mean() < 2**21 * gap
 
