@@ -5,6 +5,7 @@
 # its gap g flows
 #
 #     ∇·(K ∇p) = 0,  K = g³/(12 η),  p = Δp at the inlet, 0 at the outlet,
+#     weak: ∫ K ∇p·∇q dA = 0 for all q that are 0 at inlet and outlet,
 #
 # and the leak rate Q is the flux through any section, enclosed by lower ≤ Q ≤ upper. The loads lie
 # ever closer to each other: near closing Q falls as a power of the distance from the last one. The

@@ -17,8 +17,9 @@
 # model): c = 1 + t to first order, a minimum (Knudsen's) near λ = g, and the logarithm of λ/g
 # beyond, from molecules that fly along the gap.
 #
-# In a rough gap g and p change from place to place. For a gas that slips the equation is not linear
-# in any power of p, but two linear problems enclose its leak rate: these are the bounds below.
+# In a rough gap ∇·((g³ p + B g²)/(12 η) ∇p) = 0, weakly ∫ (g³ p + B g²)/(12 η) ∇p·∇q dA = 0 for all
+# q that are 0 at both ends. No power of p makes that linear, but two linear problems enclose the
+# leak rate: these are the bounds below.
 # `mpirun -n 2 python demos/gas_that_slips.py` shares each flow between two processes.
 
 # %%

@@ -7,7 +7,8 @@
 #
 # and the gap determines the pressure of the flow,
 #
-#     ∇·((g³ + ε³)/(12 η) ∇p) = 0,  p = p_in at the inlet, p_out at the outlet:  p = R(g).
+#     ∇·((g³ + ε³)/(12 η) ∇p) = 0,  p = p_in at the inlet, p_out at the outlet:  p = R(g);
+#     weak: ∫ (g³ + ε³)/(12 η) ∇p·∇q dA = 0 for all q that are 0 at inlet and outlet.
 #
 # An equilibrium is a zero of F(p) = R(G(p)) - p. Newton's method finds it in a few steps, each of
 # which solves (I - R' G') δ = F (docs/theory/lift.md). Here it starts from the outlet's pressure

@@ -6,7 +6,7 @@
 # heights h of the counter-face,
 #
 #     g = S (p_c + p_f) - h + const >= 0,   p_c g = 0,   mean(p_c + p_f) = P₀,
-#     ∇·(g³/(12 η) ∇p_f) = 0.
+#     ∇·(g³/(12 η) ∇p_f) = 0;  weak: ∫ g³/(12 η) ∇p_f·∇q dA = 0 for all q that are 0 at both ends.
 #
 # Three answers, the cheapest first, for one scene and rising inlet pressures (docs/theory/lift.md):
 #
@@ -14,7 +14,6 @@
 # * range: the dry contacts under P₀ - p_in and P₀ - p_out, whose leak rates enclose that of any
 #   fluid pressure between p_out and p_in;
 # * resolved: both lines solved together.
-#
 # It runs in one process, since most of its time goes into contacts, which threads share.
 
 # %%

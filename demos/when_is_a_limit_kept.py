@@ -5,6 +5,7 @@
 #
 #     Π f_lower · Q_lower <= true leak rate <= Π f_upper · Q_upper,
 #     Q_lower <= Q <= Q_upper,   Q = ∫ K ∂p/∂n ds over the inlet,   ∇·(K ∇p) = 0,   K = g³/(12 η),
+#     weak: ∫ K ∇p·∇q dA = 0 for all q that are 0 at inlet and outlet,
 #
 # where Q_lower and Q_upper are the guaranteed bounds of the flow through the computed gap g, and
 # the factors f are those of all other entries of the error budget that have a number, such as the

@@ -82,8 +82,8 @@ class Slip(TwoPressures):
         """Pressures [Pa] of outlet and inlet."""
         return self.outlet_pressure, self.inlet_pressure
 
-    def height(self, gap: np.ndarray | float) -> np.ndarray:
-        """Height c(g p/B) B/p [m] at the mean pressure: K of a gap g [m] is g² times it over 12 η.
+    def per_square_gap(self, gap: np.ndarray | float) -> np.ndarray:
+        """12 η K/g² = c(g p/B) B/p [m] at the mean pressure p, of a gap g [m].
 
         To first order g + B/p; without slip it would be g.
         """
@@ -92,7 +92,7 @@ class Slip(TwoPressures):
 
     def gain(self, gap: float) -> float:
         """Conductivity of a gap [m] at the mean pressure, over its conductivity without slip."""
-        return float(self.height(gap)) / gap
+        return float(self.per_square_gap(gap)) / gap
 
     def mean_gain(self, gap: float) -> float:
         """Leak rate of a uniform gap [m] over its leak rate without slip; to first order `gain`."""

@@ -56,7 +56,7 @@ def lifting_problem(
 
     def cubes(gap: np.ndarray) -> np.ndarray:
         """Cubes of gaps [m³], times the gain by slip at the mean pressure."""
-        return gap**3 if slip is None else gap**2 * slip.height(gap)
+        return gap**3 if slip is None else gap**2 * slip.per_square_gap(gap)
 
     def pressure_of(part: np.ndarray, critical: float) -> np.ndarray:
         """Pressure above ambient [Pa] where the linear problem has a part of its drop."""

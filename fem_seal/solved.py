@@ -93,7 +93,7 @@ class Solved:
 
     @property
     def reason(self) -> str:
-        """Why it has not converged."""
+        """Why it has not converged; empty if it has."""
         reasons = [flow.reason for flow in self.flows if flow.reason]
         undecided = self.verdict is not None and self.verdict.decision == "undecided"
         if undecided and not reasons and self.patch.scene.deciding_rate is not None:

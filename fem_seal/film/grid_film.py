@@ -52,7 +52,7 @@ class GridFilm:
         return cells[0] * self.gap.spacing[0], cells[1] * self.gap.spacing[1]
 
     @cached_property
-    def highest(self) -> float:
+    def largest_gap(self) -> float:
         """Largest gap [m]."""
         return float(self.gap.values.max())
 

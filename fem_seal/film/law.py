@@ -34,14 +34,14 @@ def film_conductivity(gap: Gap, viscosity: float) -> Gap:
     return gap**3 / (12 * viscosity)
 
 
-def leak_rate_of_square(highest: float, viscosity: float, pressure_drop: float) -> float:
+def leak_rate_of_square(largest_gap: float, viscosity: float, pressure_drop: float) -> float:
     """Leak rate [m³/s] of a square film of the largest gap [m], the unit of the solved problems."""
     with np.errstate(over="ignore", under="ignore"):
-        unit = film_conductivity(np.float64(highest), viscosity) * pressure_drop
+        unit = film_conductivity(np.float64(largest_gap), viscosity) * pressure_drop
     if not LEAST_UNIT < unit < 1 / LEAST_UNIT:
         raise InvalidInput(
-            f"a gap of {highest:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has a "
-            "leak rate beyond double precision; check the units"
+            f"a gap of {largest_gap:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has "
+            "a leak rate beyond double precision; check the units"
         )
     return float(unit)
 
@@ -140,11 +140,13 @@ _CUBE = Conductivity(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
 CUBE = FilmLaw(_CUBE, _CUBE)
 
 
-def mean_pressure_law(slip: Slip, highest: float) -> FilmLaw:
+def mean_pressure_law(slip: Slip, largest_gap: float) -> FilmLaw:
     """The film at the mean pressure: g² c(g p/B), in units of its largest gap and conductivity."""
-    kinks = slip.coefficient.kinks * slip.product / (highest * slip.mean_pressure)
+    kinks = slip.coefficient.kinks * slip.product / (largest_gap * slip.mean_pressure)
     gaps = np.concatenate([[0.0], kinks[kinks < 1], [1.0]])
-    known = Conductivity(gaps, slip.height(gaps * highest) / slip.height(highest))
+    known = Conductivity(
+        gaps, slip.per_square_gap(gaps * largest_gap) / slip.per_square_gap(largest_gap)
+    )
     return FilmLaw(known, known)
 
 
@@ -159,7 +161,7 @@ class PressureWeight:
     values: np.ndarray
 
     @classmethod
-    def of_gap(cls, slip: Slip, highest: float, reference: float) -> "PressureWeight":
+    def of_gap(cls, slip: Slip, largest_gap: float, reference: float) -> "PressureWeight":
         """w(p) = c(g₀ p/B): where the gap is g₀, κ then does not depend on p.
 
         g₀ = ∞ stands for w(p) = p; the outlet pressure must then be positive.
@@ -167,7 +169,7 @@ class PressureWeight:
         ends = np.array(slip.pressures)
         if np.isinf(reference):
             return cls(reference, ends, ends)
-        per_pascal = highest * reference / slip.product
+        per_pascal = largest_gap * reference / slip.product
         kinks = slip.coefficient.kinks / per_pascal
         inside = kinks[(kinks > ends[0]) & (kinks < ends[1])]
         pressures = np.concatenate([ends[:1], inside, ends[1:]])
@@ -192,7 +194,7 @@ class PressureWeight:
 
 
 def bounding_law(
-    slip: Slip, highest: float, above: PressureWeight, below: PressureWeight, unit: float
+    slip: Slip, largest_gap: float, above: PressureWeight, below: PressureWeight, unit: float
 ) -> FilmLaw:
     """Largest and smallest conductivity over all pressures.
 
@@ -207,9 +209,9 @@ def bounding_law(
     convex in g, as c is, and so at most its chords between the gaps of the table. The smallest one
     is at least its chords divided by 1 + `_sag`, since c may have a kink between two gaps.
     """
-    gaps, values = _extremes(slip, highest, above, np.max)
+    gaps, values = _extremes(slip, largest_gap, above, np.max)
     largest = Conductivity(gaps, values / unit)
-    gaps, values = _extremes(slip, highest, below, np.min)
+    gaps, values = _extremes(slip, largest_gap, below, np.min)
     values = values / (1 + _sag(slip.coefficient)) / unit
     slopes = np.diff(values) / np.diff(gaps)
     bends = np.append(np.diff(slopes), 0.0)
@@ -225,18 +227,18 @@ def _from_right(x: np.ndarray, bends: np.ndarray) -> np.ndarray:
 
 
 def _extremes(
-    slip: Slip, highest: float, weight: PressureWeight, of: Callable[..., np.ndarray]
+    slip: Slip, largest_gap: float, weight: PressureWeight, of: Callable[..., np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Gaps of a table, and the largest or the smallest κ/g² over all pressures at each."""
-    gaps = gap_table(slip, highest, weight.reference)
-    kinks = slip.coefficient.kinks * (slip.product / highest)
+    gaps = gap_table(slip, largest_gap, weight.reference)
+    kinks = slip.coefficient.kinks * (slip.product / largest_gap)
     p_out, p_in = slip.pressures
     values = np.empty(len(gaps))
     for k, gap in enumerate(gaps):
         of_gap = kinks / gap if gap > 0 else kinks[:0]
         of_gap = of_gap[(of_gap > p_out) & (of_gap < p_in)]
         inside = np.concatenate([weight.pressures, of_gap])
-        values[k] = of(conductivities(slip, highest, weight, gap, inside))
+        values[k] = of(conductivities(slip, largest_gap, weight, gap, inside))
     return gaps, values
 
 
@@ -249,7 +251,7 @@ def _sag(c: PoiseuilleCoefficient) -> float:
     return float(np.max(bends * c.kinks / c(c.kinks))) * (ratio - 1) / 4
 
 
-def gap_table(slip: Slip, highest: float, reference: float) -> np.ndarray:
+def gap_table(slip: Slip, largest_gap: float, reference: float) -> np.ndarray:
     """Gaps from 0 to 1 for a table of extremes; c(g p/B) has at most one kink between two of them.
 
     The smallest gap above 0 is so small that c has no kink below it at any of the pressures. If c
@@ -258,7 +260,7 @@ def gap_table(slip: Slip, highest: float, reference: float) -> np.ndarray:
     """
     kinks = slip.coefficient.kinks
     start, ratio = (kinks[0], kinks[1] / kinks[0]) if len(kinks) else (1e-3, _RATIO)
-    first = start * slip.product / (highest * slip.inlet_pressure)
+    first = start * slip.product / (largest_gap * slip.inlet_pressure)
     gaps = [0.0, 1.0]
     if first < 1:
         gaps += list(np.geomspace(first, 1.0, 2 + ceil(log(1 / first) / log(ratio))))
@@ -267,7 +269,7 @@ def gap_table(slip: Slip, highest: float, reference: float) -> np.ndarray:
 
 def conductivities(
     slip: Slip,
-    highest: float,
+    largest_gap: float,
     weight: PressureWeight,
     gaps: np.ndarray | float,
     pressures: np.ndarray,
@@ -276,5 +278,5 @@ def conductivities(
 
     The gaps are in units of the largest one.
     """
-    t = gaps * (highest / slip.product) * pressures
+    t = gaps * (largest_gap / slip.product) * pressures
     return slip.coefficient(t) * (weight.mean / weight(pressures))

@@ -82,7 +82,7 @@ class MeshFilm:
             )
 
     @cached_property
-    def highest(self) -> float:
+    def largest_gap(self) -> float:
         """Largest gap [m]."""
         return float(self.values.max())
 

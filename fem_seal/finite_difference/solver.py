@@ -70,7 +70,7 @@ def by_differences(
     require_film(film, (GridFilm,))
     if film.sealed:
         return LeakRate.sealed(METHOD)
-    leak_rate_of_square(film.highest, viscosity, pressure_drop)  # refuses numbers out of range
+    leak_rate_of_square(film.largest_gap, viscosity, pressure_drop)  # refuses numbers out of range
     if slip is not None:
         film = film_without_slip(film, slip, links)
     grid = flow_grid(film, viscosity, links)

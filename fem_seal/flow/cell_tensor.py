@@ -73,14 +73,14 @@ def conductivity_tensor(
     widest = [widest_winding(gap, representation, axis) for axis in (0, 1)]
     if not any(widest):
         return TensorBounds(np.zeros((2, 2)), np.zeros((2, 2)))
-    highest = float(sites.max())
-    per_pascal = leak_rate_of_square(highest, viscosity, pressure_drop=1.0)
+    largest_gap = float(sites.max())
+    per_pascal = leak_rate_of_square(largest_gap, viscosity, pressure_drop=1.0)
     law = CUBE
     if slip is not None:
-        law = mean_pressure_law(slip, highest)
-        per_pascal *= slip.gain(highest)
-    scaled = GridField(sites / highest, gap.spacing, periodic=True)
-    narrowest = min(h for h in widest if h > 0) / highest
+        law = mean_pressure_law(slip, largest_gap)
+        per_pascal *= slip.gain(largest_gap)
+    scaled = GridField(sites / largest_gap, gap.spacing, periodic=True)
+    narrowest = min(h for h in widest if h > 0) / largest_gap
     require_conducting(TIGHTEST, narrowest)
     width = coarsest_width((sites.shape[0], sites.shape[1]), tuning.coarsest)
     represented = REPRESENTATIONS[representation](

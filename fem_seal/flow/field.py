@@ -31,7 +31,7 @@ def flow_field(solution: LevelSolution, film: Film, pressure_drop: float, rate: 
     return FlowField(
         points=(mesh.xy if spacing is None else mesh.points(spacing))[vertex],
         cells=number,
-        gap=film.highest * problem.vertex_gap[vertex],
+        gap=film.largest_gap * problem.vertex_gap[vertex],
         pressure=pressure_drop * pressure.corner_values.ravel()[first],
         flux=flux * rate / length_unit(film),
         facet_tags=facet_tags(problem, number),

@@ -87,7 +87,7 @@ def leak_rate(
     require_film(film, (GridFilm, MeshFilm))
     if film.sealed:
         return LeakRate.sealed(method)
-    rate = leak_rate_of_square(film.highest, settings.viscosity, settings.pressure_drop)
+    rate = leak_rate_of_square(film.largest_gap, settings.viscosity, settings.pressure_drop)
     slipping = None if slip is None else SlippingFilm(slip, film)
     slip_factor = slipping.slip_factor if slipping else 1.0
     units = _Units(film, settings.pressure_drop, rate * slip_factor)
@@ -132,7 +132,7 @@ def _criterion(settings: FlowSettings, unit: float) -> Tolerance | Decision:
 def _stopping(
     film: Film, criterion: Tolerance | Decision, settings: FlowSettings, comm: MPI.Comm
 ) -> Stopping:
-    narrowest = present(film.constriction, "constriction").gap / film.highest
+    narrowest = present(film.constriction, "constriction").gap / film.largest_gap
     require_conducting("the critical constriction", narrowest)
     advice = (
         f" (the critical constriction is {narrowest:.0e} of the largest gap: set such gaps to "
@@ -162,11 +162,11 @@ def first_mesh(
     cut, floor, ceiling = (narrowest * p for p in (tuning.cut, tuning.floor, tuning.ceiling))
     if isinstance(film, MeshFilm):
         # Pockets may stay: the gap is linear on each cell, so no cell joins a pocket to a channel.
-        scaled = film.values / film.highest
+        scaled = film.values / film.largest_gap
         return VertexGap(scaled, length_unit(film), cut, floor, ceiling, law), film.mesh
     # Treat pockets as contact: nothing flows in them, but a coarse cell that covers parts of a
     # pocket and of a channel would seem to conduct.
-    scaled = np.where(film.carrying, film.samples / film.highest, 0.0)
+    scaled = np.where(film.carrying, film.samples / film.largest_gap, 0.0)
     # Linear gaps live on the pixels between samples, one fewer along each axis.
     linear = film.representation == "linear"
     squares = scaled.shape[0] - linear, scaled.shape[1] - linear

@@ -75,7 +75,7 @@ class MeshedFlow:
         others = []
         for film in films[1:]:
             # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.
-            scaled = np.where(self.film.carrying, film.samples / self.film.highest, 0.0)
+            scaled = np.where(self.film.carrying, film.samples / self.film.largest_gap, 0.0)
             others.append(_with_gap(problem, gap.with_samples(GridField(scaled, film.gap.spacing))))
         return [problem, *others]
 

@@ -46,23 +46,23 @@ class SlippingFilm:
     """
 
     def __init__(self, slip: Slip, film: Film):
-        highest, critical = film.highest, present(film.constriction, "constriction").gap
-        self._slip, self._highest = slip, highest
+        largest_gap, critical = film.largest_gap, present(film.constriction, "constriction").gap
+        self._slip, self._largest_gap = slip, largest_gap
         # The unit makes the conductance of the critical constriction exact in the law of the mesh.
-        self.slip_factor = slip.gain(highest) * slip.mean_gain(critical) / slip.gain(critical)
-        self._unit = self.slip_factor * highest * slip.mean_pressure / slip.product
+        self.slip_factor = slip.gain(largest_gap) * slip.mean_gain(critical) / slip.gain(critical)
+        self._unit = self.slip_factor * largest_gap * slip.mean_pressure / slip.product
         self._mean = self.mean_law.above.of_gap(_GAPS)
-        candidates = critical / highest * _FACTORS
+        candidates = critical / largest_gap * _FACTORS
         if slip.outlet_pressure > 0:
             candidates = np.append(candidates, np.inf)
-        self._candidates = [PressureWeight.of_gap(slip, highest, g_0) for g_0 in candidates]
+        self._candidates = [PressureWeight.of_gap(slip, largest_gap, g_0) for g_0 in candidates]
         p_out, p_in = slip.pressures
         above_vacuum = np.geomspace(max(p_out, _LEAST_PRESSURE * p_in), p_in, _PRESSURES)
         self._pressures = np.union1d(p_out, above_vacuum)
-        per_pascal = _GAPS[:, None] * (highest / slip.product)
+        per_pascal = _GAPS[:, None] * (largest_gap / slip.product)
         self._ratio = np.log(slip.coefficient(per_pascal * self._pressures))
         self._ratio -= np.log(self._unit * self._mean / _GAPS**2)[:, None]
-        at_constriction = PressureWeight.of_gap(slip, highest, critical / highest)
+        at_constriction = PressureWeight.of_gap(slip, largest_gap, critical / largest_gap)
         first = self._bounding_law(at_constriction, at_constriction)
         self._largest_ratio = _largest_ratio(first, self.mean_law)
         self._chosen: tuple[PressureWeight, PressureWeight] | None = None
@@ -72,7 +72,7 @@ class SlippingFilm:
     @property
     def mean_law(self) -> FilmLaw:
         """The law for which the mesh is refined: that at the mean pressure."""
-        return mean_pressure_law(self._slip, self._highest)
+        return mean_pressure_law(self._slip, self._largest_gap)
 
     def widened(self, solution: LevelSolution) -> LevelSolution:
         """The solution with the best bounds so far for the gas that slips.
@@ -95,7 +95,7 @@ class SlippingFilm:
         return self._improved(solution, bounds)
 
     def _bounding_law(self, above: PressureWeight, below: PressureWeight) -> FilmLaw:
-        return bounding_law(self._slip, self._highest, above, below, self._unit)
+        return bounding_law(self._slip, self._largest_gap, above, below, self._unit)
 
     def _improved(self, solution: LevelSolution, bounds: Bounds) -> LevelSolution:
         self._best = bounds if self._best is None else bounds.tightened(self._best)

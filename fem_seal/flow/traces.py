@@ -165,8 +165,8 @@ def resistivity(
     count = contact.sum(axis=0)
     isotropic = np.where(np.isinf(mean_inverse_K), 0.0, mean_inverse_K)
     two = np.flatnonzero(count == 2)
-    highest = gaps[:, two].max(axis=0)
-    isotropic[two] = _edge_resistivity(highest, law)
+    largest_gap = gaps[:, two].max(axis=0)
+    isotropic[two] = _edge_resistivity(largest_gap, law)
     tensor = np.zeros((len(isotropic), 3))
     tensor[:, 0] = tensor[:, 2] = isotropic
     one = np.flatnonzero(count == 1)
@@ -183,19 +183,19 @@ def resistivity(
     return tensor
 
 
-def _from_contact(law: Conductivity, highest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """α >= 0 and β of a lower bound α g³ + β g² for gaps up to `highest` (n,)."""
-    cubic, square = law.below(np.zeros_like(highest), highest)
-    return np.maximum(cubic, 0.0), square + np.minimum(cubic, 0.0) * highest
+def _from_contact(law: Conductivity, largest_gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """α >= 0 and β of a lower bound α g³ + β g² for gaps up to `largest_gap` (n,)."""
+    cubic, square = law.below(np.zeros_like(largest_gap), largest_gap)
+    return np.maximum(cubic, 0.0), square + np.minimum(cubic, 0.0) * largest_gap
 
 
-def _edge_resistivity(highest: np.ndarray, law: Conductivity) -> np.ndarray:
-    """`contact_edge_resistivity` under a law; `highest` (n,) is the gap at the third vertex."""
-    cubic_law = contact_edge_resistivity(highest)
+def _edge_resistivity(largest_gap: np.ndarray, law: Conductivity) -> np.ndarray:
+    """`contact_edge_resistivity` under a law; `largest_gap` (n,) is the gap at the third vertex."""
+    cubic_law = contact_edge_resistivity(largest_gap)
     if law.is_cube:
         return cubic_law
-    cubic, square = _from_contact(law, highest)
-    return 1 / (cubic / cubic_law + square / contact_edge_resistivity(highest, power=2))
+    cubic, square = _from_contact(law, largest_gap)
+    return 1 / (cubic / cubic_law + square / contact_edge_resistivity(largest_gap, power=2))
 
 
 def mean_gradient_values(psi: np.ndarray, contact: np.ndarray) -> np.ndarray:

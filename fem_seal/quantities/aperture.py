@@ -1,4 +1,4 @@
-"""The hydraulic aperture: the height of the uniform film that leaks as much."""
+"""The hydraulic aperture: the gap of the uniform film that leaks as much."""
 
 from dataclasses import dataclass
 
@@ -14,47 +14,47 @@ from fem_seal.leak_rate import LeakRate
 class HydraulicAperture:
     """Hydraulic aperture of a film."""
 
-    value: float  #: height of the uniform film of the same leak rate [m]
-    lower: float | None  #: bounds of the height [m]; None where the leak rate has none
+    value: float  #: gap of the uniform film of the same leak rate [m]
+    lower: float | None  #: bounds of the gap [m]; None where the leak rate has none
     upper: float | None
 
 
 def hydraulic_aperture(
-    leak: LeakRate, uniform: LeakRate, height: float, slip: Slip | None = None
+    leak: LeakRate, uniform: LeakRate, gap: float, slip: Slip | None = None
 ) -> HydraulicAperture:
-    """Height h of the uniform film in the same place that leaks as much: Q = Q₁ (h/h₁)³.
+    """Gap h of the uniform film in the same place that leaks as much: Q = Q₁ (h/h₁)³.
 
     The cubic law, solved for h (P. A. Witherspoon et al., Water Resour. Res. 16, 1016 (1980)).
-    With slip, h³ is multiplied by the gain of a film of height h. The height h grows with Q and
-    falls with Q₁, so that their bounds give bounds of h.
+    With slip, h³ is multiplied by the gain of a gap h. It grows with Q and falls with Q₁, so that
+    their bounds give bounds of h.
 
     Parameters
     ----------
     leak
         Q, of the film.
-    uniform, height
-        Q₁ with its bounds, of the uniform film of height h₁ [m] under the same pressures.
+    uniform, gap
+        Q₁ with its bounds, of the uniform film of gap h₁ [m] under the same pressures.
     """
     lower, upper = uniform.bounds
     return HydraulicAperture(
-        _height_of(leak.value / uniform.value, height, slip),
-        None if leak.lower is None else _height_of(leak.lower / upper, height, slip),
-        None if leak.upper is None else _height_of(leak.upper / lower, height, slip),
+        _gap_of(leak.value / uniform.value, gap, slip),
+        None if leak.lower is None else _gap_of(leak.lower / upper, gap, slip),
+        None if leak.upper is None else _gap_of(leak.upper / lower, gap, slip),
     )
 
 
-def _height_of(ratio: float, height: float, slip: Slip | None) -> float:
-    """Height [m] of the film that leaks `ratio` times as much as a film of another height [m]."""
+def _gap_of(ratio: float, gap: float, slip: Slip | None) -> float:
+    """Gap [m] of the film that leaks `ratio` times as much as a film of another gap [m]."""
     if slip is None or ratio == 0:
-        return height * float(np.cbrt(ratio))
-    # Slip only raises the leak rate: h is at most the height without slip.
-    most = height * float(np.cbrt(ratio * slip.mean_gain(height)))
+        return gap * float(np.cbrt(ratio))
+    # Slip only raises the leak rate: h is at most the gap without slip.
+    most = gap * float(np.cbrt(ratio * slip.mean_gain(gap)))
     return most * brentq(lambda t: t**3 * slip.mean_gain(t * most) - 1, 1e-50, 1.0, rtol=1e-14)
 
 
 def uniform_rectangle(
     film: GridFilm,
-    height: float,
+    gap: float,
     viscosity: float,
     pressure_drop: float,
     slip: Slip | None = None,
@@ -64,7 +64,7 @@ def uniform_rectangle(
     Q₁ = Ly/Lx h₁³/(12 η) Δp, with slip times its gain; h₁ [m], η [Pa s], Δp [Pa].
     """
     Lx, Ly = film.size
-    rate = Ly / Lx * film_conductivity(height, viscosity) * pressure_drop
+    rate = Ly / Lx * film_conductivity(gap, viscosity) * pressure_drop
     if slip is not None:
-        rate *= slip.mean_gain(height)
+        rate *= slip.mean_gain(gap)
     return LeakRate("leaking", "closed form", rate, lower=rate, upper=rate)

@@ -76,14 +76,14 @@ def _constriction(patch: Patch) -> Constriction | None:
 def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
     scene, film = patch.scene, patch.film
     if isinstance(film, GridFilm):
-        height, drive = 1.0, scene.drive.pressure_drop
-        uniform = uniform_rectangle(film, height, scene.viscosity, drive, scene.slip)
+        gap, drive = 1.0, scene.drive.pressure_drop
+        uniform = uniform_rectangle(film, gap, scene.viscosity, drive, scene.slip)
     else:
-        # A shape in contact everywhere has no height of its own: take any.
-        height = film.highest or 1.0
+        # A shape in contact everywhere has no open gap: take any for the uniform film.
+        gap = film.largest_gap or 1.0
         settings = replace(patch.flow_settings, decide=None)
-        uniform = FLOWS[settings.method](settings, film.with_gap(height), patch.report, patch.comm)
-    return hydraulic_aperture(patch.leak_rate, uniform, height, scene.slip)
+        uniform = FLOWS[settings.method](settings, film.with_gap(gap), patch.report, patch.comm)
+    return hydraulic_aperture(patch.leak_rate, uniform, gap, scene.slip)
 
 
 def _trapped_volume(patch: Patch) -> float:

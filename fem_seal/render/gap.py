@@ -43,7 +43,7 @@ def gap_picture(film: GridFilm, path: str | Path) -> Path:
 
     `path` ends in .png, .pdf or .svg.
     """
-    scale = gap_scale(film.gap.values) if film.highest > 0 else None
+    scale = gap_scale(film.gap.values) if film.largest_gap > 0 else None
     with page(window_of(film), path, key=(CONTACT,)) as axes:
         draw_gap(axes[0, 0], film, scale)
         add_bar(axes[0, 0], scale)

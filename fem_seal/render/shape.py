@@ -34,7 +34,7 @@ def draw_shape(film: MeshFilm, leak: LeakRate | None, folder: Path) -> tuple[str
     with _page(film, folder / "shape.png", contact) as axes:
         axes.triplot(*mesh.xy.T, mesh.cells, color="black", linewidth=0.3, rasterized=True)
     layers, scale = contact, None
-    if film.highest > 0:
+    if film.largest_gap > 0:
         scale = gap_scale(film.values)
         shown = np.maximum(film.values * scale.per_si, scale.low)
         layers = [DrawnTriangles(mesh.xy, mesh.cells, values=shown, scale=scale), *contact]

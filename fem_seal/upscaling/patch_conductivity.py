@@ -197,7 +197,7 @@ class LoadedPatch:
     def _per_square(self, flow: "MeshedFlow") -> float:
         """K [m³/(Pa s)] of the patch if its conductance is that of a square of the largest gap."""
         length, width = flow.film.size
-        K = film_conductivity(flow.film.highest, self.patch.scene.viscosity)
+        K = film_conductivity(flow.film.largest_gap, self.patch.scene.viscosity)
         return flow.slip_factor * K * length / width
 
     def _compare(self, load: float) -> None:

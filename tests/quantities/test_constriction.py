@@ -36,9 +36,9 @@ def test_width_of_a_slot():
 
 def test_walls_are_solid():
     linear = constriction(GridFilm(slot(0, 9), "wall", "linear"))
-    assert linear.width == pytest.approx(10 * 2e-6, rel=1e-6)
+    assert linear.width == pytest.approx(10 * 2e-6, rel=1e-12)
     pixels = constriction(GridFilm(GridField(slot(0, 9).values, (2e-6, 2e-6)), "wall", "constant"))
-    assert pixels.width == pytest.approx(10 * 2e-6, rel=1e-6)
+    assert pixels.width == pytest.approx(10 * 2e-6, rel=1e-12)
 
 
 def test_width_across_the_seam():
