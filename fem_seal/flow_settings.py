@@ -1,4 +1,4 @@
-"""What a solver of the flow is told beside the film."""
+"""Settings of a solver of the flow: fluid, pressures, method, accuracy."""
 
 from dataclasses import dataclass
 

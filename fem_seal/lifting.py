@@ -44,7 +44,7 @@ def lifting_problem(
         # Finite differences do without FEniCSx.
         from fem_seal.flow.linear import by_multigrid
 
-        solver = partial(by_multigrid, report=report)
+        solver = partial(by_multigrid, eliminated=eliminated, report=report)
     inlet, outlet = scene.gauge_pressures
 
     def press(

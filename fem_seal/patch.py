@@ -35,7 +35,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """What is known of a patch already, so that it is not computed again."""
+    """Steps of a patch that were computed before."""
 
     contact: GapState | None = None  #: dry contact of the patch's surface
     lifted: "LiftedState | None" = None  #: equilibrium of contact and fluid

@@ -157,7 +157,7 @@ def predicted(
     memory *= max(jobs, parallel.processes())
     start = sum(seconds for seconds, _ in libraries)
     if "pictures" in scene.output.products:
-        # What the flow took is free again by then.
+        # The memory of the flow is free by then.
         memory = max(memory, PICTURES[1] + BYTES_OF_SAMPLE * samples)
         parts["pictures"] = pace * PICTURES[0]
     parts = {"libraries": pace * start} | parts

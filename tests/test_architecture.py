@@ -71,8 +71,11 @@ def test_imports_point_backwards():
 
 
 def test_finite_differences_and_finite_elements_share_nothing():
-    """Or their agreement would prove less."""
-    apart = {"finite_difference": ("mesh", "flow", "fenicsx"), "flow": ("finite_difference",)}
+    """Or their agreement would prove less; `network` is built on finite differences."""
+    apart = {
+        "finite_difference": ("mesh", "flow", "fenicsx"),
+        "flow": ("finite_difference", "network"),
+    }
     shared = {
         (layer(path), name)
         for path, tree in trees().items()

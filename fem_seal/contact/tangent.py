@@ -9,6 +9,8 @@ No equation is needed for the load: M annihilates constants, and δg = 0 in cont
 Without contact only a prescribed mean gap fixes it, and the solid is displaced freely.
 """
 
+from functools import partial
+
 import numpy as np
 
 from fem_seal.contact.halfspace import HalfSpace
@@ -40,6 +42,8 @@ class ContactTangent:
         mean_gap_held: bool = False,
     ):
         self._solid, self._stiffness, self._opened = solid, stiffness, opened
+        #: relative residuals of each solve, step by step
+        self.residuals: list[list[float]] = []
         # Change of the gap with a uniform pressure, of which a held mean gap leaves nothing.
         self._uniform: np.ndarray | None = None
         if mean_gap_held and opened.any() and not opened.all():
@@ -80,16 +84,16 @@ class ContactTangent:
             np.multiply(pressure[rows], opened[rows] / unit, out=left[rows])
             return _sums(left[rows], solid.steer.values[rows])
 
-        def soften(rows: slice) -> float:
+        def soften(level: float, rows: slice) -> float:
             """Preconditioned residual, and its product with the residual."""
             soft = solid.steer.values[rows]
             soft += level
             soft *= opened[rows]
             return _product(left[rows], soft)
 
-        def turn(rows: slice) -> None:
+        def turn(beta: float, rows: slice) -> None:
             """Next direction, conjugate to the last one."""
-            direction[rows] *= turned
+            direction[rows] *= beta
             direction[rows] += solid.steer.values[rows]
             solid.exact.values[rows] = direction[rows]
 
@@ -97,12 +101,12 @@ class ContactTangent:
             """Energy of the direction."""
             return _product(direction[rows], solid.exact.values[rows])
 
-        def advance(rows: slice) -> np.ndarray:
+        def advance(alpha: float, rows: slice) -> np.ndarray:
             """Step along the direction, the residual after it, and its sums."""
-            moved[rows] += (part * unit / self._stiffness) * direction[rows]
+            moved[rows] += (alpha * unit / self._stiffness) * direction[rows]
             resisted = solid.exact.values[rows]
             resisted *= opened[rows]
-            resisted *= part
+            resisted *= alpha
             left[rows] -= resisted
             return _sums(left[rows], solid.steer.values[rows])
 
@@ -110,20 +114,21 @@ class ContactTangent:
         first, product = square, np.inf
         if first == 0:
             return moved
+        history: list[float] = []
+        self.residuals.append(history)
         for _ in range(MOST_ITERATIONS):
             solid.displace_in_steer()
             level = total / count / solid.softest
-            product, before = sum(passes.over(shape, soften)), product
-            turned = product / before
-            passes.over(shape, turn)
+            product, before = sum(passes.over(shape, partial(soften, level))), product
+            passes.over(shape, partial(turn, product / before))
             solid.stiffen()
-            part = product / sum(passes.over(shape, resist))
-            total, square = np.sum(passes.over(shape, advance), axis=0)
-            reached = (square / first) ** 0.5
-            if reached <= tolerance:
+            alpha = product / sum(passes.over(shape, resist))
+            total, square = np.sum(passes.over(shape, partial(advance, alpha)), axis=0)
+            history.append((square / first) ** 0.5)
+            if history[-1] <= tolerance:
                 return moved
         raise NotConverged(
-            f"change of the contact with the fluid's pressure: residual {reached:.1e} after "
+            f"change of the contact with the fluid's pressure: residual {history[-1]:.1e} after "
             f"{MOST_ITERATIONS} iterations (wanted {tolerance:.1e})"
         )
 

@@ -20,7 +20,7 @@ lowers the energy Σ c (Δp)² by α (r·z). It shares no code with `elimination
 rounding also near percolation, where the relaxation takes very many steps or raises NotConverged.
 """
 
-from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,7 +48,12 @@ class Relaxed:
     energy: float  #: dissipation at unit pressure drop, which is the conductance Q/Δp [m^3/(Pa s)]
     inflow: float  #: flux through the inlet at unit pressure drop [m^3/(Pa s)]
     outflow: float  #: flux through the outlet
-    iterations: int  #: steps of conjugate gradients
+    decreases: tuple[float, ...]  #: of the energy, in each step of conjugate gradients
+
+    @property
+    def iterations(self) -> int:
+        """Steps of conjugate gradients."""
+        return len(self.decreases)
 
 
 def grid_energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) -> float:
@@ -90,11 +95,11 @@ def relax(
     z = r / D
     d, rz = z.copy(), float(r @ z)
     exhausted = EXHAUSTED * rz
-    decreases: deque[float] = deque(maxlen=DELAY)
-    state = _state(network, pressure, carrying, 0)
+    decreases: list[float] = []
+    state = _state(network, pressure, carrying, decreases)
     for step in range(1, limit + 1):
         if rz <= exhausted:
-            return _state(network, pressure, carrying, step - 1)
+            return _state(network, pressure, carrying, decreases)
         Ad = A @ d
         alpha = rz / float(d @ Ad)
         p[free] += alpha * d
@@ -103,25 +108,27 @@ def relax(
         decreases.append(alpha * rz)
         rz, rz_before = float(r @ z), rz
         d = z + (rz / rz_before) * d
-        if len(decreases) == DELAY and step % (DELAY // 4) == 0 and rz > 0:
-            state = _state(network, pressure, carrying, step)
+        if step >= DELAY and step % (DELAY // 4) == 0 and rz > 0:
+            state = _state(network, pressure, carrying, decreases)
             conserved = abs(state.inflow - state.outflow) <= np.sqrt(tol) * state.energy
-            if sum(decreases) <= tol * state.energy and conserved:
+            if sum(decreases[-DELAY:]) <= tol * state.energy and conserved:
                 return state
     raise NotConverged(
         f"Jacobi-scaled conjugate gradients: after {limit} steps the energy still falls by "
-        f"{sum(decreases) / state.energy:.1e} of itself in {len(decreases)} steps (tolerance "
+        f"{sum(decreases[-DELAY:]) / state.energy:.1e} of itself in {min(limit, DELAY)} steps (tolerance "
         f"{tol:.1e}) and inflow and outflow are {state.inflow:.6e} and {state.outflow:.6e}; "
         "use cascade = False, which eliminates the nodes instead"
     )
 
 
-def _state(network: Network, pressure: np.ndarray, carrying: np.ndarray, steps: int) -> Relaxed:
-    """Energy and fluxes of a pressure after a number of steps."""
+def _state(
+    network: Network, pressure: np.ndarray, carrying: np.ndarray, decreases: Sequence[float]
+) -> Relaxed:
+    """Energy and fluxes of a pressure after some steps."""
     both = carrying[:-1] & carrying[1:]
     flux = -np.where(both, network.x, 0.0) * np.diff(pressure, axis=0)
     total = grid_energy(network, pressure, carrying)
-    return Relaxed(pressure, total, float(flux[0].sum()), float(flux[-1].sum()), steps)
+    return Relaxed(pressure, total, float(flux[0].sum()), float(flux[-1].sum()), tuple(decreases))
 
 
 # Least number of cells along the shorter side of the coarsest grid.

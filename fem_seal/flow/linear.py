@@ -26,7 +26,6 @@ from fem_seal.flow.energy import Energy
 from fem_seal.flow.integrals import AT_ONCE, batch
 from fem_seal.flow.numbering import Numbering
 from fem_seal.mesh.grouping import parts
-from fem_seal.network.film_pressure import eliminated
 from fem_seal.progress import NOTE, Report, silent
 
 MAX_ITERATIONS = 100
@@ -346,14 +345,20 @@ def minimise_by_cg(
     return history, f"CG stopped after {len(history)} iterations {state}"
 
 
+Solve = Callable[[np.ndarray, float], np.ndarray]
+
+
 def by_multigrid(
-    matrix: sparse.csr_array, report: Report = silent
-) -> Callable[[np.ndarray, float], np.ndarray]:
+    matrix: sparse.csr_array,
+    eliminated: Callable[[sparse.csr_array], Solve],
+    report: Report = silent,
+) -> Solve:
     """Solver (right side, relative tolerance) -> solution of a symmetric positive matrix.
 
     CG stops by the norm of the preconditioned residual, which is about that of the error: pockets
     that hardly conduct count as much as the channels. CG breaks down at conductances over more
-    decades than double precision has digits; elimination takes its place then, and says so.
+    decades than double precision has digits; the solver of `eliminated` takes its place then, and
+    the user is told.
     """
     index = PETSc.IntType
     rows = matrix.indptr.astype(index), matrix.indices.astype(index), matrix.data

@@ -99,7 +99,7 @@ class MeshedFlow:
 def _with_gap(problem: LevelProblem, gap: LinearGap) -> LevelProblem:
     """The same problem with another gap, for the energies of its functions in that gap."""
     if not isinstance(problem.mesh, NestedMesh):
-        raise TypeError("only films on a grid share a mesh")
+        raise TypeError(f"only films on a grid share a mesh, got a {type(problem.mesh).__name__}")
     other = copy(problem)
     other.gap, other.values = gap, gap.values_at(problem.mesh)
     other.data = gap.cell_data(problem.mesh, other.values).part(problem.kept)

@@ -1,4 +1,4 @@
-"""What the refinement hands from mesh to mesh: where a solve starts, and what it has found."""
+"""Objects that pass from mesh to mesh in a refinement: the start of a solve, and its estimates."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -50,9 +50,8 @@ class Start:
     mesh: AnyMesh  #: mesh to be solved next
     #: (V, n), gap at its vertices, raised and lowered; n = 0 for pixels of constant gap
     values: np.ndarray
-    pressures: (
-        np.ndarray
-    )  #: (d, C, 3), pressures of unit jumps at the corners, since they jump across contact
+    #: (d, C, 3), pressures of unit jumps at the corners, since they jump across contact
+    pressures: np.ndarray
     streams: np.ndarray  #: (d, V), stream functions of unit jumps at the vertices
 
     @classmethod
@@ -75,7 +74,7 @@ class Start:
         """The same mesh and functions, for another gap on the same grid."""
         if isinstance(gap, LinearGap | ConstantGap) and isinstance(self.mesh, NestedMesh):
             return replace(self, values=gap.values_at(self.mesh))
-        raise TypeError("only films on a grid share a mesh")
+        raise TypeError(f"only films on a grid share a mesh, got a {type(gap).__name__}")
 
 
 @dataclass(frozen=True)

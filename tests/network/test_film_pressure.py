@@ -26,6 +26,9 @@ def rough(seed=0):
     return 0.1 + np.random.default_rng(seed).random(SHAPE)
 
 
+multigrid = partial(by_multigrid, eliminated=eliminated)
+
+
 def pressure_in(film, grid, values, solver=eliminated):
     grid = PressureGrid.uniform(film, grid) if isinstance(grid, int) else grid
     return FilmPressure(grid, values, np.ones(SHAPE), solver)
@@ -133,7 +136,7 @@ def test_multigrid_solves_what_elimination_does():
     """Next to closing as well: gaps from 1e-4 to 1, conductances over twelve decades."""
     values = np.maximum(np.random.default_rng(2).random(SHAPE) - 0.5, 1e-4)
     film = film_of(values, "periodic", "linear")
-    exact, u = (pressure_in(film, 1, values, one) for one in (eliminated, by_multigrid))
+    exact, u = (pressure_in(film, 1, values, one) for one in (eliminated, multigrid))
     assert np.sqrt(np.mean((u.on_samples - exact.on_samples) ** 2)) < 1e-5
 
 
@@ -141,7 +144,7 @@ def test_a_breakdown_of_multigrid_is_told():
     """Conductances over 24 decades; elimination then gives the digits of elimination."""
     values, told = np.maximum(np.random.default_rng(2).random(SHAPE) - 0.5, 1e-8), []
     film = film_of(values, "periodic", "linear")
-    telling = partial(by_multigrid, report=lambda stage, detail: told.append(detail))
+    telling = partial(multigrid, report=lambda stage, detail: told.append(detail))
     exact, u = (pressure_in(film, 1, values, one) for one in (eliminated, telling))
     assert np.array_equal(u.on_samples, exact.on_samples)
     assert "elimination" in told[0]
