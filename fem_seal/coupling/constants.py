@@ -1,7 +1,7 @@
-"""What Newton's method for contact and flow takes as given; all else follows from the problem."""
+"""Constants of Newton's method for contact and flow; all else follows from the problem."""
 
-# What GMRES leaves of the right side of Newton's step. The solves within it, and λ, on which the
-# estimated error rests, are a power of it.
+# Relative residual at which GMRES ends in Newton's step. Those of the solves within it, and of λ, on
+# which the estimated error rests, are powers of it.
 FORCING = 0.1
 # Stages; half as many in a row with a sealed film, since ε is then 1/256 of the first, and a film
 # that so little ε has not opened says no more with less. Steps of Newton's method in a stage, and
@@ -9,7 +9,8 @@ FORCING = 0.1
 MOST_STAGES, MOST_STEPS = 10, 20
 # ε of the first stage in rms heights: p_f is then a smooth function of a gap next to closing.
 FIRST_EPSILON = 1e-2
-# Part of what errors of the flow change ln Q by, on whose triangles the next stage's are smaller.
+# Part of the estimated error of ln Q on whose triangles those of the next stage are smaller
+# (Dörfler).
 MARKED = 0.9
 # Part of the allowed error of ln Q that counts as none: difficult stages are solved to it, and no
 # claim is below it.

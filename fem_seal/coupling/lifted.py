@@ -22,7 +22,7 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import FIRST_EPSILON, LEAST, MOST_STAGES, MOST_STEPS
+from fem_seal.coupling.constants import FIRST_EPSILON, FORCING, LEAST, MOST_STAGES, MOST_STEPS
 from fem_seal.coupling.newton import Steps, equilibrium
 from fem_seal.coupling.point import LiftPoint, Stage
 from fem_seal.coupling.problem import LiftProblem
@@ -203,7 +203,10 @@ def _begun(steps: Steps, stage: Stage) -> tuple[LiftPoint, Steps]:
     """
     point = steps.point
     if not point.linear_systems_solved:
-        failure = f"{MOST_STEPS} iterations of GMRES have left more than they may of a right side"
+        failure = (
+            f"GMRES has not reached a relative residual of {FORCING:g} (adjoint: {FORCING**2:g}) in "
+            f"{MOST_STEPS} iterations"
+        )
         steps = replace(steps, failure=steps.failure or failure)
     if not steps.failure:
         point = point.after(point.step) or point
@@ -234,7 +237,10 @@ def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
     if leak.state == "sealed":
         if not end.stays_sealed:
             highest = inf
-            if end.opened is not None and problem.left_of(problem.most(end.contact)) > 0:
+            if (
+                end.opened is not None
+                and problem.solid_load(problem.highest_pressure(end.contact)) > 0
+            ):
                 most = problem.flow(end.opened, 0.0)
                 highest = most.value if most.upper is None else most.upper
             reason = (

@@ -91,7 +91,10 @@ def equilibrium(point: LiftPoint, tolerance: float, report: Report, leaves: bool
         return steps
     left = _left(steps.point)
     if left is None:
-        failure = "plain passes do not come away from a state that does not last"
+        failure = (
+            f"the equilibrium is unstable, and {2 * MOST_STEPS} passes through contact and flow in "
+            "turn have not led to another one"
+        )
         return replace(steps, difficult=True, failure=failure)
     steps = newton(left, tolerance, report).after(steps)
     return replace(steps, difficult=True, left=True)

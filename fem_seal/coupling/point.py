@@ -208,7 +208,7 @@ class LiftPoint:
         Asked beside ln Q, which hardly changes with the fluid's pressure where the solid is stiff.
         """
         gained = float(self.residual.mean())
-        return abs(gained) <= tolerance * self.problem.left_of(self.pressure)
+        return abs(gained) <= tolerance * self.problem.solid_load(self.pressure)
 
     @cached_property
     def by_epsilon(self) -> float:
@@ -246,8 +246,8 @@ class LiftPoint:
     @cached_property
     def opened(self) -> GridFilm | None:
         """The film that the most fluid pressure opens; None if it stays sealed."""
-        problem, pressure = self.problem, self.problem.most(self.contact)
-        if problem.left_of(pressure) <= 0:
+        problem, pressure = self.problem, self.problem.highest_pressure(self.contact)
+        if problem.solid_load(pressure) <= 0:
             return problem.film(problem.touching_gap)
         film = problem.film(problem.contact_under(pressure, self.contact).gap)
         return None if film.sealed else film
@@ -259,7 +259,7 @@ class LiftPoint:
     def after(self, step: NewtonStep, part: float = 1.0) -> "LiftPoint | None":
         """The point a part of a step further on; None if that leaves nothing to the solid."""
         pressure = self.problem.between_ends(self.pressure + part * step.pressure)
-        if self.problem.left_of(pressure) <= 0:
+        if self.problem.solid_load(pressure) <= 0:
             return None
         return LiftPoint.under(self.problem, self.stage, pressure, self._start(step, part))
 
@@ -298,7 +298,7 @@ class FloatingPoint(LiftPoint):
 
     @property
     def _lacking(self) -> float:
-        return self.problem.left_of(self.pressure)
+        return self.problem.solid_load(self.pressure)
 
     def keeps_load(self, tolerance: float) -> bool:
         """Whether the fluid carries the load."""

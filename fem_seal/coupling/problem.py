@@ -80,7 +80,7 @@ class LiftProblem:
         self, pressure: np.ndarray, start: ContactState | np.ndarray | None = None
     ) -> ContactState:
         """Contact with a fluid pressure [Pa]: a dry one with heights h - S p_f."""
-        load = None if self.load is None else self.left_of(pressure)
+        load = None if self.load is None else self.solid_load(pressure)
         lowered = self.height.values - self.displacement(pressure)
         return self.press(self.field(lowered), load, start)
 
@@ -160,7 +160,7 @@ class LiftProblem:
         """A pressure [Pa], clipped to those of the two ends."""
         return np.clip(pressure, self.outlet, self.inlet)
 
-    def left_of(self, pressure: np.ndarray) -> float:
+    def solid_load(self, pressure: np.ndarray) -> float:
         """Part of the load that a fluid pressure leaves to the solid [Pa]; infinite without one."""
         return np.inf if self.load is None else self.load - float(pressure.mean())
 
@@ -169,7 +169,7 @@ class LiftProblem:
         """Whether the fluid may carry the whole load."""
         return self.load is not None and self.load <= self.inlet
 
-    def most(self, contact: ContactState) -> np.ndarray:
+    def highest_pressure(self, contact: ContactState) -> np.ndarray:
         """The inlet's pressure [Pa] wherever no open path of a contact leads to the outlet.
 
         On a half-space a higher p_f nowhere makes the gap smaller, so that no p_f opens a film that
