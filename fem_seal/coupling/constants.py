@@ -1,7 +1,7 @@
 """Constants of Newton's method for contact and flow; all else follows from the problem."""
 
-# Relative residual at which GMRES ends in Newton's step. Those of the solves within it, and of λ, on
-# which the estimated error rests, are powers of it.
+# Relative residual at which GMRES ends in Newton's step. Those of the solves within it, and of λ,
+# on which the estimated error rests, are powers of it.
 FORCING = 0.1
 # Stages; half as many in a row with a sealed film, since ε is then 1/256 of the first, and a film
 # that so little ε has not opened says no more with less. Steps of Newton's method in a stage, and

@@ -204,8 +204,8 @@ def _begun(steps: Steps, stage: Stage) -> tuple[LiftPoint, Steps]:
     point = steps.point
     if not point.linear_systems_solved:
         failure = (
-            f"GMRES has not reached a relative residual of {FORCING:g} (adjoint: {FORCING**2:g}) in "
-            f"{MOST_STEPS} iterations"
+            f"GMRES has not reached a relative residual of {FORCING:g} (adjoint: {FORCING**2:g}) "
+            f"in {MOST_STEPS} iterations"
         )
         steps = replace(steps, failure=steps.failure or failure)
     if not steps.failure:

@@ -116,7 +116,8 @@ def relax(
     raise NotConverged(
         f"Jacobi-scaled conjugate gradients: after {limit} steps the energy still falls by "
         f"{sum(decreases[-DELAY:]) / state.energy:.1e} of itself in {min(limit, DELAY)} steps "
-        f"(tolerance {tol:.1e}) and inflow and outflow are {state.inflow:.6e} and {state.outflow:.6e}; "
+        f"(tolerance {tol:.1e}), and inflow and outflow are {state.inflow:.6e} and "
+        f"{state.outflow:.6e}; "
         "use cascade = False, which eliminates the nodes instead"
     )
 
