@@ -71,7 +71,7 @@ def main(out: Path = Path("out"), n: int = 128) -> list[tuple[LiftedState, Lifte
         )
         assert low.converged
         assert high.converged
-        assert apart <= low.claimed + high.claimed + TOLERANCE
+        assert apart <= low.error + high.error + TOLERANCE
     with new_figure((7, 4.2), out / "newton.png") as figure:
         axes = figure.subplots()
         for number, (load, (low, high)) in enumerate(zip(LOADS, pairs, strict=True)):

@@ -15,7 +15,7 @@ from math import expm1, inf, log, log1p, sinh
 
 from fem_seal import parallel
 from fem_seal.area_error import area_error
-from fem_seal.coupling import LiftedState, most_claimed
+from fem_seal.coupling import LiftedState, allowed_error
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids
@@ -94,7 +94,7 @@ def chosen_grid(
     leak = solved.leak_rate
     if leak.converged and left > least and flow_part(leak) + lift_part(solved.lifted) > left:
         # The lift claims a multiple of rtol, which is up to twice the flow's part.
-        rtol = 2 * left / (1 + 2 * most_claimed(1.0)) if lifts else 2 * sinh(left)
+        rtol = 2 * left / (1 + 2 * allowed_error(1.0)) if lifts else 2 * sinh(left)
         known = Known(solved.contact)
         settings = replace(first.flow_settings, rtol=rtol)
         solved = first.with_(surface=solved.surface, known=known, flow_settings=settings)
@@ -270,7 +270,7 @@ def area_part(error: EstimatedError | None) -> float:
 
 def lift_part(lifted: LiftedState | None) -> float:
     """Estimated |ln| of the leak rate over that of the equilibrium; 0 if it has not settled."""
-    return lifted.claimed if lifted is not None and lifted.converged else 0.0
+    return lifted.error if lifted is not None and lifted.converged else 0.0
 
 
 def relative_error(part: float) -> float:

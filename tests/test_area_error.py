@@ -178,7 +178,7 @@ def test_two_ends_of_one_search():
     )
     assert all(state.converged for state in states)
     apart = abs(log(states[0].leak_rate.value / states[1].leak_rate.value))
-    claims = sum(state.claimed + RTOL / 2 for state in states)
+    claims = sum(state.error + RTOL / 2 for state in states)
     errors = [area_error(patch.with_(known=Known(lifted=state))) for state in states]
     assert claims < apart < claims + sum(error.part for error in errors)
 

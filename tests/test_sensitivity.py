@@ -86,7 +86,7 @@ class Equilibrium:
             leak_rate=None,
             steps=0,
             change=0.0,
-            claimed=0.0,
+            error=0.0,
             converged=True,
             lowest=0.0,
             highest=0.0,

@@ -2,6 +2,6 @@
 
 from fem_seal.coupling.lifted import lifted
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import LiftedState, most_claimed
+from fem_seal.coupling.state import LiftedState, allowed_error
 
-__all__ = ["LiftProblem", "LiftedState", "lifted", "most_claimed"]
+__all__ = ["LiftProblem", "LiftedState", "allowed_error", "lifted"]

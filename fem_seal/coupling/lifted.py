@@ -26,7 +26,7 @@ from fem_seal.coupling.constants import FIRST_EPSILON, FORCING, LEAST, MOST_STAG
 from fem_seal.coupling.newton import Steps, equilibrium
 from fem_seal.coupling.point import LiftPoint, Stage
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import FIRST_ORDER, LiftedState, most_claimed, spread
+from fem_seal.coupling.state import FIRST_ORDER, LiftedState, allowed_error, spread
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.network.pressure_grid import PressureGrid
@@ -64,7 +64,7 @@ def lifted(
     NotConverged
         If a contact or a flow fails.
     """
-    allowed = most_claimed(min(rtol, FIRST_ORDER))
+    allowed = allowed_error(min(rtol, FIRST_ORDER))
     uniform = problem.uniform_pressure
     if problem.load is not None and problem.load <= uniform.mean():
         return _lifted_off(problem, uniform)
@@ -80,7 +80,7 @@ def lifted_from(
     problem: LiftProblem, rtol: float, pressure: np.ndarray, report: Report = silent
 ) -> LiftedState:
     """The state to which Newton's method leads from a fluid pressure (nx, ny) [Pa]."""
-    allowed = most_claimed(min(rtol, FIRST_ORDER))
+    allowed = allowed_error(min(rtol, FIRST_ORDER))
 
     def search() -> _End:
         first = _first_stage(problem, allowed, pressure, None, report)
@@ -269,7 +269,7 @@ def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
         leak_rate=leak,
         steps=steps,
         change=0.0 if leak.state == "sealed" else end.change,
-        claimed=error,
+        error=error,
         converged=not reason,
         lowest=lowest,
         highest=highest,
@@ -286,7 +286,7 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
     widths = [spread(*leak.bounds) for leak in leaks if leak.lower]
     shown = first if first.converged and not second.converged else second
     both = replace(shown, steps=first.steps + second.steps)
-    if apart <= first.claimed + second.claimed + max(widths, default=0.0):
+    if apart <= first.error + second.error + max(widths, default=0.0):
         return both
     settled = all(state.converged or state.state == "sealed" for state in (first, second))
     what = "have two equilibria" if settled else "come to two states, not both of them settled"
@@ -315,7 +315,7 @@ def _lifted_off(problem: LiftProblem, pressure: np.ndarray) -> LiftedState:
         leak_rate=None,
         steps=0,
         change=0.0,
-        claimed=0.0,
+        error=0.0,
         converged=True,
         lowest=inf,
         highest=inf,

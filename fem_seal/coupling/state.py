@@ -31,7 +31,7 @@ class LiftedState:
     leak_rate: LeakRate | None  #: through the contact's gap; None if lifted off
     steps: int  #: Newton's steps
     change: float  #: change of ln Q by the last step, to first order
-    claimed: float  #: error of ln Q, estimated
+    error: float  #: error of ln Q, estimated
     converged: bool  #: whether the equilibrium has settled
     lowest: float  #: least leak rate that is not excluded [m³/s]
     highest: float  #: largest leak rate that is not excluded [m³/s]
@@ -63,8 +63,8 @@ class LiftedState:
         return self.contact is not None and not self.contact.contact.any()
 
 
-def most_claimed(rtol: float) -> float:
-    """Largest error of ln Q that a settled state claims."""
+def allowed_error(rtol: float) -> float:
+    """Largest error of ln Q of a settled state."""
     return SETTLED * rtol
 
 

@@ -10,7 +10,7 @@ of the stiffness have the wrong sign for the proof. So the factors are called es
 from collections.abc import Callable
 from math import exp, isfinite, isinf
 
-from fem_seal.coupling import most_claimed
+from fem_seal.coupling import allowed_error
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.errors import NotConverged, present
 from fem_seal.leak_rate import LeakRate
@@ -117,9 +117,9 @@ def _resolved(patch: Patch) -> Uncertainty:
         "estimate what finer networks for the fluid's pressure, and a smaller gap that conducts in "
         "contact, would still change"
     )
-    error = state.claimed
+    error = state.error
     return Uncertainty(
-        LIFT, "estimated", sentence, exp(-error), exp(error), per_rtol=most_claimed(1.0)
+        LIFT, "estimated", sentence, exp(-error), exp(error), per_rtol=allowed_error(1.0)
     )
 
 

@@ -5,6 +5,7 @@ import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
 
 from fem_seal.contact import ContactStopping, ElasticSolid, Load, load_path, press
+from fem_seal.contact.methods import MEAN_GAP_TOLERANCE
 from fem_seal.errors import NotConverged
 from fem_seal.surface import rms_height
 
@@ -41,7 +42,7 @@ def test_other_loads(rough):
     assert areas == pytest.approx([0.2, 0.25, 0.3], abs=1.5 / rough.values.size)
     wanted = np.array([1.0, 0.5, 0.25]) * rms_height(rough)
     gaps = [state.mean_gap for state in load_path(rough, SOLID, under(wanted, "mean_gap"))]
-    assert gaps == pytest.approx(wanted, rel=1e-5)
+    assert gaps == pytest.approx(wanted, rel=MEAN_GAP_TOLERANCE)
 
 
 def test_resumed(rough):

@@ -169,7 +169,7 @@ def outcome(scene: Scene) -> Outcome:
 
 def _claimed(patch: Patch, state: LiftedState) -> float:
     """Error of ln Q by the lift, and by the search for a contact area."""
-    return state.claimed + area_part(area_error(patch.with_(known=Known(lifted=state))))
+    return state.error + area_part(area_error(patch.with_(known=Known(lifted=state))))
 
 
 def _outside(scene: Scene, patch: Patch, state: LiftedState) -> float:

@@ -67,7 +67,7 @@ def test_a_film_that_loses_its_pressure_just_before_the_outlet():
     ]
     assert all(state.converged for state in states)
     coarse, fine = (state.leak_rate.value / exact for state in states)
-    claims = sum(state.claimed for state in states)
+    claims = sum(state.error for state in states)
     assert coarse < fine < 1
     assert 2 * fine - coarse == pytest.approx(1, abs=0.01 + claims)
 

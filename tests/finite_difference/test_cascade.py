@@ -68,7 +68,10 @@ def test_guess_of_a_uniform_film_is_the_exact_pressure():
 
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
 def test_guess_improves_with_resolution(sides):
-    """Bilinear interpolation: pressure to second order, hence the energy to fourth."""
+    """Bilinear interpolation: pressure to second order, hence the energy to fourth.
+
+    32 samples a side have two levels below them, whose errors are not yet small: above third.
+    """
     fine = [grid(wavy(n), sides) for n in (32, 64, 128)]
     excess = [
         grid_energy(g.network, first_guess(g), g.carrying) / conductance(g.network) - 1

@@ -42,6 +42,7 @@ def test_two_phases_of_contact_and_one_gap(contact, n):
 def test_dimensions_one_and_infinity_are_series_and_parallel():
     k = np.random.default_rng(2).uniform(1, 3, 20)
     assert effective_conductivity(k, dimension=1) == approx(1 / np.mean(1 / k), rel=1e-12)
+    # In n dimensions 1/n of the variance over the mean, 0.08 here, is left.
     assert effective_conductivity(k, dimension=1e9) == approx(np.mean(k), rel=1e-8)
     assert effective_conductivity(np.append(k, 0.0), dimension=1) == 0
 

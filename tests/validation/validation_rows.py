@@ -555,7 +555,7 @@ def lifted_channel(page: bool) -> Row:
         ends = (inlet, 0.0)
         lifted, dry = (channel(load, ends, (4 * n, n), kind) for kind in ("resolved", "none"))
         (low, high), (least, most) = lifted.leak_rate.bounds, dry.leak_rate.bounds
-        claimed = lifted.lifted.claimed
+        claimed = lifted.lifted.error
         value = lifted.leak_rate.value / dry.leak_rate.value
         return Number(value, low / most * (1 - claimed), high / least * (1 + claimed))
 
