@@ -50,7 +50,7 @@ FLAT = GridField(np.zeros((64, 64)), (1.0, 1.0), periodic=True)
 class Settled:
     """A settled lift that claims an error of ln Q."""
 
-    claimed: float
+    error: float
     converged: bool = True
 
 
