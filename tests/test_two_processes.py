@@ -27,7 +27,7 @@ SCENES = {
 SCRIPT = """
 import json, sys
 from fem_seal.cli import main
-print("statuses", *[main(job) for job in json.loads(sys.argv[1])], flush=True)
+sys.exit(max([main(job) for job in json.loads(sys.argv[1])]))
 """
 
 
@@ -52,11 +52,9 @@ def folder(tmp_path_factory):
         path = write_toml(folder / f"{name}.toml", scene)
         jobs.append(["run", str(path), "--out", str(folder / name)])
     status, output, error = mpirun("-c", SCRIPT, json.dumps(jobs))
+    # mpirun ends with 0 where both processes do. The first one alone prints the results.
     assert status == 0, error
-    # Each says how it ended, and the first one alone says the rest.
-    lines = output.splitlines()
-    assert lines.count("statuses 0 0 0 0 0") == 2, output
-    assert len([line for line in lines if line.startswith("state ")]) == 5, output
+    assert len([line for line in output.splitlines() if line.startswith("state ")]) == 5, output
     return folder
 
 
