@@ -8,8 +8,8 @@
 #     weak: ∫ K ∇p·∇q dA = 0 for all q that are 0 at inlet and outlet,
 #
 # where Q_lower and Q_upper are the guaranteed bounds of the flow through the computed gap g, and
-# the factors f are those of all other entries of the error budget that have a number, such as the
-# lift by the fluid's pressure (docs/guide/verdict.md).
+# each factor f is the product of the lower or upper factors of all other entries of the error
+# budget that have numbers, such as the lift by the fluid's pressure (docs/guide/verdict.md).
 #
 # * within limit: the upper end is at most L;
 # * above limit: the lower end is above L;
@@ -64,8 +64,7 @@ def point(n: int, pressure: float, lift: str) -> Point:
 
 # %% [markdown]
 # ## The picture
-# Dark: the bounds of the flow. Light: with all other factors that have a number. Arrow: no upper
-# end.
+# Dark: the bounds of the flow. Light: multiplied by the factors f. Arrow: no upper end.
 
 
 # %%
