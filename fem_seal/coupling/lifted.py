@@ -164,7 +164,9 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
     for _ in range(1, MOST_STAGES):
         point = steps.point
         sealed_stages = sealed_stages + 1 if point.sealed else 0
-        if sealed_stages == MOST_STAGES // 2 or (point.sealed and point.opened is None):
+        # Where Newton's steps have failed, the film is sealed in no equilibrium.
+        stays = sealed_stages >= MOST_STAGES // 2 and not steps.failure
+        if stays or (point.sealed and point.opened is None):
             break
         if point.flow.conductance <= problem.negligible:
             error = inf

@@ -1,6 +1,7 @@
 """Contact and flow in one equilibrium, against closed forms, theorems and other solvers."""
 
 from dataclasses import dataclass, replace
+from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +11,9 @@ from lifted_scenes import E_STAR, problem_of, scene
 import fem_seal as fs
 from fem_seal.contact import press
 from fem_seal.coupling import lifted
+from fem_seal.coupling.constants import MOST_STAGES
 from fem_seal.coupling.lifted import lifted_from
-from fem_seal.coupling.newton import _left, newton
+from fem_seal.coupling.newton import _left, equilibrium, newton
 from fem_seal.coupling.point import FloatingPoint, NewtonStep, Stage
 from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
@@ -90,6 +92,26 @@ def test_an_almost_sealed_film(n, load, inlet):
     assert state.leak_rate.value < 1e-3 * high.value
     assert state.lowest <= state.leak_rate.value <= state.highest
     assert state.leak_rate.value > 0 or not state.converged
+
+
+def test_stages_that_fail_do_not_say_sealed(monkeypatch):
+    """Five sealed stages in a row end the search, but only at an equilibrium."""
+    problem = problem_of(scene(n=16, load=5e5, inlet=3e5, seed=2))
+    low = np.full(problem.height.shape, problem.outlet)
+    stages = []
+    for failure in ("", "no equilibrium"):
+        epsilons = []
+
+        def recorded(point, *arguments, said=failure, seen=epsilons, **settings):
+            seen.append(point.stage.epsilon)
+            return replace(equilibrium(point, *arguments, **settings), failure=said)
+
+        monkeypatch.setattr(import_module("fem_seal.coupling.lifted"), "equilibrium", recorded)
+        state = lifted_from(problem, 0.05, low)
+        assert not state.converged
+        stages.append(len(epsilons))
+    assert stages[0] == MOST_STAGES // 2
+    assert stages[1] > stages[0]
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
