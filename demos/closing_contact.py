@@ -58,7 +58,7 @@ def loaded(scene: Path, changes: list[str], count: int) -> list[Loaded]:
     steps = []
     for left in np.linspace(1, 0, count):
         pressure = closing * (1 - (1 - FIRST) * left**2)
-        settings = [*dry, f"contact.pressure={pressure!r}", 'output.products=["pictures"]']
+        settings = [*dry, f"contact.pressure={pressure}", 'output.products=["pictures"]']
         patch = Patch(Scene.from_file(scene, settings))
         steps.append(Loaded(pressure, patch.film, patch.leak_rate))
     return steps

@@ -161,7 +161,8 @@ def test_a_cut_surface(samples):
         area = f"contact.area_fraction={samples / 48**2}"
         return Patch(scene("contact.model=bearing", "contact.pressure=", area, "flow.lift=none"))
 
-    assert area_error(cut(samples - 0.4)).part == 0
+    # The plane lies at the sample to rounding, 1e-16 of the heights: 1e-14 of a tight constriction.
+    assert area_error(cut(samples - 0.4)).part < 1e-12
     error = area_error(cut(samples + 0.4))
     true = cut(samples + 1).leak_rate.value / cut(samples).leak_rate.value
     assert error.upper == 1
