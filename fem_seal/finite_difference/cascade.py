@@ -55,6 +55,11 @@ class Relaxed:
         """Steps of conjugate gradients."""
         return len(self.decreases)
 
+    @property
+    def residuals(self) -> tuple[float, ...]:
+        """Decrease of the energy in each step, over the energy after the last one."""
+        return tuple(decrease / self.energy for decrease in self.decreases)
+
 
 def grid_energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) -> float:
     """Dissipation Σ c_ab (p_a - p_b)² of a pressure field over the links that carry flow.

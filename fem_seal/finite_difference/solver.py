@@ -71,14 +71,16 @@ def by_differences(
     if film.sealed:
         return LeakRate.sealed(METHOD)
     leak_rate_of_square(film.largest_gap, viscosity, pressure_drop)  # refuses numbers out of range
+    residuals = {}
     if slip is not None:
-        film = film_without_slip(film, slip, links)
+        film, residuals["slip"] = film_without_slip(film, slip, links)
     grid = flow_grid(film, viscosity, links)
     if not grid.carrying.any():
         return LeakRate(
             state="leaking",
             method=METHOD,
             value=0.0,
+            residuals=residuals,
             converged=False,
             reason="the gap is open only along diagonals of its triangulation, which the "
             "five-point stencil does not follow; sample it finer",
@@ -86,6 +88,7 @@ def by_differences(
     if cascade:
         # The dissipation: its error is the square of that of the pressure.
         relaxed = relax(grid.network, grid.carrying, first_guess(grid), rtol)
+        residuals["cascade"] = relaxed.residuals
         rates = relaxed.energy, relaxed.inflow, relaxed.outflow
     else:
         # One link joins the two ends, so that inflow and outflow are equal.
@@ -96,6 +99,7 @@ def by_differences(
         method=METHOD,
         value=value,
         unknowns=grid.unknowns,
+        residuals=residuals,
         inflow=inflow,
         outflow=outflow,
     )

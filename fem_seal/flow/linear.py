@@ -358,13 +358,14 @@ def by_multigrid(
     CG stops by the norm of the preconditioned residual, which is about that of the error: pockets
     that hardly conduct count as much as the channels. CG breaks down at conductances over more
     decades than double precision has digits; the solver of `eliminated` takes its place then, and
-    the user is told.
+    the user is told. The iterations and the residual of each solve are reported.
     """
     index = PETSc.IntType
     rows = matrix.indptr.astype(index), matrix.indices.astype(index), matrix.data
     whole = PETSc.Mat().createAIJ(matrix.shape, csr=rows, comm=PETSc.COMM_SELF)
     solver = preconditioned_cg(whole)
     solver.setNormType(PETSc.KSP.NormType.PRECONDITIONED)
+    solver.setConvergenceHistory(reset=True)
     x, b = whole.createVecs()
 
     def solve(right_side: np.ndarray, tolerance: float) -> np.ndarray:
@@ -373,6 +374,9 @@ def by_multigrid(
         solver.setTolerances(rtol=tolerance, atol=0.0, max_it=2 * MAX_ITERATIONS)
         solver.solve(b, x)
         if solver.getConvergedReason() > 0:
+            first, *_, last = solver.getConvergenceHistory()
+            steps, residual = solver.getIterationNumber(), last / first
+            report("lift", f"{len(right_side)} unknowns, {steps} iterations to {residual:.1e}")
             return x.array_r.copy()
         report(
             NOTE,

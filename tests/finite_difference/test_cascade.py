@@ -82,13 +82,19 @@ def test_guess_improves_with_resolution(sides):
 
 
 def test_energy_of_any_guess_exceeds_the_leak_rate():
-    """Dirichlet's principle, with contact; the cascade is nearer than the uniform gradient."""
+    """Dirichlet's principle, with contact; the cascade is nearer than the uniform gradient.
+
+    Relaxed from it, the energy loses in its steps what the guess has too much.
+    """
     g = np.maximum(0, wavy(32) - 0.75)
-    assert 0.02 < np.mean(g == 0) < 0.4
+    assert g.min() == 0
     fine = grid(g)
     uniform = np.broadcast_to(1 - fine.nodes_x[:, None] / fine.nodes_x[-1], fine.carrying.shape)
     far, near = (grid_energy(fine.network, p, fine.carrying) for p in (uniform, first_guess(fine)))
     assert far > near > conductance(fine.network)
+    film = GridFilm(GridField(g, (1.0, 1.0), periodic=True), "wall")
+    leak = by_differences(film, viscosity=1 / 12, pressure_drop=1.0, cascade=True)
+    assert 1 + sum(leak.residuals["cascade"]) == approx(near / leak.value)
 
 
 @pytest.mark.parametrize(("seed", "deviation"), [(5, 2), (32, 4), (0, 1)])

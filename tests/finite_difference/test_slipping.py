@@ -20,6 +20,7 @@ def mass_rate(gap, slip, **options):
     film = GridFilm(GridField(gap, (1.0, 1.0), periodic=True), "periodic", "constant")
     leak = by_differences(film, viscosity=1 / 12, pressure_drop=drop, slip=slip, **options)
     assert leak.converged
+    assert leak.residuals["slip"][-1] <= slipping.TOLERANCE < leak.residuals["slip"][0]
     return leak.value
 
 
