@@ -374,8 +374,8 @@ def by_multigrid(
         solver.setTolerances(rtol=tolerance, atol=0.0, max_it=2 * MAX_ITERATIONS)
         solver.solve(b, x)
         if solver.getConvergedReason() > 0:
-            first, *_, last = solver.getConvergenceHistory()
-            steps, residual = solver.getIterationNumber(), last / first
+            history = solver.getConvergenceHistory()
+            steps, residual = solver.getIterationNumber(), history[-1] / (history[0] or 1.0)
             report("lift", f"{len(right_side)} unknowns, {steps} iterations to {residual:.1e}")
             return x.array_r.copy()
         report(

@@ -4,9 +4,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from project import leak_rate
 
+from fem_seal.film import GridFilm
 from fem_seal.flow.energy import ROUNDING, Energy
 from fem_seal.flow.traces import one_contact_tensor
+from fem_seal.grid import GridField
 
 
 def exact_energy(corners, tensor, values) -> Fraction:
@@ -108,3 +111,22 @@ def test_traces_of_slender_cells(aspect, edges):
     xx, xy, yy = exact_tensor(e_b, e_c, 0.7, 0.3)
     assert found[[0, 2]] == pytest.approx([xx, yy], rel=1e-14, abs=0)
     assert found[1] == pytest.approx(xy, rel=0, abs=1e-14 * np.sqrt(xx * yy))
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_bounds_of_a_uniform_film_leave_room_for_rounding(representation, sides):
+    """Q = g³ Δp Ly/(12 η Lx) of the numbers as they are stored lies between them.
+
+    Nothing else keeps them apart: the room is that of all sums and averages, with 80 rounding units
+    for the terms of the cells, 2 % of it, and a few for the units.
+    """
+    g, eta, drop, *spacing = np.random.default_rng(0).uniform(0.5, 2, 5)
+    field = GridField(np.full((7, 5), g), tuple(spacing), periodic=True)
+    film = GridFilm(field, sides, representation)
+    leak = leak_rate(film, viscosity=eta, pressure_drop=drop, rtol=1e-6)
+    g, eta, drop, dx, dy = map(Fraction, (g, eta, drop, *spacing))
+    exact = g**3 * drop * 5 * dy / (12 * eta * 7 * dx)
+    for bound, side in ((leak.lower, -1), (leak.upper, 1)):
+        room = side * float(Fraction(bound) / exact - 1)
+        assert room == pytest.approx(ROUNDING, rel=0.03, abs=0)
