@@ -297,6 +297,8 @@ def test_run_mesh_and_render(tmp_path, capsys):
     field = read_flow(tmp_path / "a")
     outwards = (field.flux * field.points[field.cells].mean(axis=1)).sum(axis=1)
     assert (outwards > 0).all()
+    # j = Q/(2π r), as far as edges of h = 0.25 resolve 1/r: to h².
+    assert outwards.mean() == pytest.approx((5e-6) ** 3 / np.log(2), rel=0.25**2, abs=0)
     capsys.readouterr()
     assert main(["mesh", str(path), "--out", str(tmp_path / "b")]) == 0
     # Lengths with the prefix that suits them, as everywhere.
