@@ -112,7 +112,7 @@ def test_representation_leaves_the_arrays_out():
     ],
 )
 def test_number_without_zeros(number, text):
-    """No zeros behind the last digit, nor in front of an exponent; it reads back."""
+    """No zeros behind the last digit, nor in front of an exponent; it reads back to 4 digits."""
     assert in_digits(number) == text
     assert float(text) == pytest.approx(number, rel=5e-4)
 

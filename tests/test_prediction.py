@@ -57,12 +57,15 @@ def test_more_work_takes_longer(small_scene, monkeypatch):
 
 
 def test_a_map_is_predicted_like_the_surface_that_it_shows(tmp_path, monkeypatch):
-    """The heights alone tell the shortest wave; the law of the surface knows it."""
+    """The heights alone tell the shortest wave; the law of the surface knows it.
+
+    Differences of samples in place of derivatives miss (q d)²/24 of it, a tenth at 4 samples.
+    """
     without_clock(monkeypatch)
     scene = pressed(scene_of_samples(64))
     heights = Patch(scene).surface
     other = scene.with_({"surface": Heights(heights)})
-    assert predicted(other).seconds == pytest.approx(predicted(scene).seconds, rel=0.3)
+    assert predicted(other).seconds == pytest.approx(predicted(scene).seconds, rel=0.1)
 
 
 def test_long_runs_come_with_advice(small_scene, monkeypatch):

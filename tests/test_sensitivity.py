@@ -100,7 +100,10 @@ def state(request):
 
 
 def test_derivatives_by_inputs(state):
-    """Central differences of whole solutions: their own error is of order step²."""
+    """Central differences of whole solutions.
+
+    Passes that end at 1e-9 of the load leave 1e-4 over the step of 1e-5, more than its square.
+    """
     found = state.sensitivity.by_input
     step = 1e-5
     assert set(found) == {
@@ -113,7 +116,7 @@ def test_derivatives_by_inputs(state):
             for sign in (1, -1)
         ]
         difference = (ends[0].log_rate - ends[1].log_rate) / (2 * step)
-        assert derivative == pytest.approx(difference, rel=1e-3, abs=1e-4), name
+        assert derivative == pytest.approx(difference, rel=0, abs=1e-4), name
 
 
 def test_taylor_remainder_of_heights(state):
@@ -136,7 +139,10 @@ def test_taylor_remainder_of_heights(state):
 
 
 def test_ties_between_the_derivatives(state):
-    """Q = (Δp/η) s³ F(P/(s E*), p_in/(s E*)), whatever the surface."""
+    """Q = (Δp/η) s³ F(P/(s E*), p_in/(s E*)), whatever the surface.
+
+    The flow and the adjoint equations are solved to 1e-6.
+    """
     found = state.sensitivity
     by = found.by_input
     assert abs(found.by_height.values.sum()) < 1e-6 * np.abs(found.by_height.values).sum()
@@ -144,8 +150,8 @@ def test_ties_between_the_derivatives(state):
     load, drop = by["contact.pressure"], by["flow.pressure_drop"]
     if state.pressure is None:
         assert drop == pytest.approx(1, rel=1e-6)
-    assert by["heights"] == pytest.approx(4 - load - drop, rel=1e-4)
-    assert by["solid.contact_modulus"] == pytest.approx(1 - load - drop, rel=1e-4)
+    assert by["heights"] == pytest.approx(4 - load - drop, rel=1e-6)
+    assert by["solid.contact_modulus"] == pytest.approx(1 - load - drop, rel=1e-6)
 
 
 def test_refused():

@@ -89,6 +89,7 @@ def test_a_load_of_no_known_kind_is_refused():
 
 
 def test_progress_hears_every_iteration(rough):
+    """And the last one is the first below the default tolerance, 1e-6."""
     heard = []
     state = press(rough, E_STAR, pressure=1e4, progress=lambda k, error: heard.append((k, error)))
     assert [k for k, _ in heard] == list(range(state.iterations + 1))

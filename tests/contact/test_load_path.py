@@ -18,6 +18,7 @@ def under(values, kind="pressure"):
 
 
 def test_warm_starts_save_work():
+    """A fifth of it: a few transforms might be chance."""
     height = rough_surface((128, 128), short=1)
     pressures = np.linspace(0.15, 0.3, 8) * E_STAR * SLOPE
     warm = [state.fft_pairs for state in load_path(height, SOLID, under(pressures))]

@@ -213,7 +213,7 @@ def test_finite_differences_agree_with_finite_elements():
 
 @pytest.mark.parametrize("contact", [{"area_fraction": 0.2}, {"mean_gap": 2.5e-7}])
 def test_held_area_or_mean_gap(contact):
-    """They are kept, and the solid bends: the total load is that of solid and fluid."""
+    """They are kept to a sample, or to 1e-4, and the total load is that of solid and fluid."""
     patch = Patch(scene(contact=contact))
     state = patch.lifted
     assert state.converged
@@ -222,7 +222,7 @@ def test_held_area_or_mean_gap(contact):
         state.contact, {"area_fraction": "contact_area_fraction", "mean_gap": "mean_gap"}[name]
     )
     tolerance = 1 / patch.surface.values.size if name == "area_fraction" else 1e-4 * value
-    assert reached == pytest.approx(value, abs=tolerance, rel=1e-3)
+    assert reached == pytest.approx(value, abs=tolerance, rel=0)
     assert patch.mean_pressure == pytest.approx(state.contact.mean_pressure + state.fluid_load)
 
 
@@ -323,14 +323,15 @@ def uniform_film_carries(n):
 def test_a_solid_that_floats(load):
     """Between the load of a uniform film and the inlet's pressure the solid rests on its film.
 
-    Without contact the gap is that of the fluid's pressure alone, which carries the whole load.
+    Without contact the gap is that of the fluid's pressure alone, which carries the whole load, to
+    rounding.
     """
     patch = Patch(scene(load))
     state = patch.lifted
     assert state.converged
     assert state.floats
     assert state.contact.mean_pressure == 0
-    assert state.fluid_load == pytest.approx(load, rel=1e-4)
+    assert state.fluid_load == pytest.approx(load, rel=1e-12)
     level = state.contact.gap.values + patch.surface.values
     level -= problem_of(scene(load)).displacement(state.fluid_pressure.values)
     assert np.ptp(level) < 1e-9 * patch.surface.values.std()

@@ -87,7 +87,7 @@ def test_cells_of_a_mirror_cell_are_marked_as_for_its_leak_rate(representation):
     for name in ("indicators", "blocked_flux", "residuals"):
         expected = getattr(leak, name)([flow])
         np.testing.assert_allclose(
-            getattr(cell, name)([same]), expected, atol=1e-5 * expected.sum(), err_msg=name
+            getattr(cell, name)([same]), expected, atol=SOLVER * expected.sum(), err_msg=name
         )
 
 

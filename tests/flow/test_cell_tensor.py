@@ -219,7 +219,10 @@ def test_every_direction_is_known(seed):
 
 
 def test_the_reason_names_the_direction():
-    """At a limit: which direction is not known, how well it is, and how little flows there."""
+    """At a limit: which direction is not known, how well it is, and how little flows there.
+
+    The direction is an axis, to the rounding of a matrix whose other entry may be 1e9 times larger.
+    """
     values = 10 ** np.random.default_rng(0).uniform(-4.5, -3, (4, 8))
     values[:, 2] = 1.0
     options = {"representation": "constant", "rtol": 0.01, "limits": Limits(unknowns=100)}

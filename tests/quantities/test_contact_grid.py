@@ -42,7 +42,10 @@ def test_four_times_the_samples_lie_within_the_factors(pressure):
 
 
 def test_twice_the_samples_claim_about_a_quarter():
-    """Both parts of the claim fall as the square of the spacing, where the film is open."""
+    """Both parts of the claim fall as the square of the spacing, where the film is open.
+
+    First order would give a half, third order an eighth.
+    """
     coarse, fine = (log(entry(Patch(scene("0.03 MPa", n))).upper) for n in (64, 128))
     assert 0.15 < fine / coarse < 0.4
 

@@ -56,7 +56,7 @@ def test_a_closing_corner_that_leaks_next_to_nothing():
 
 
 def test_corners_by_hand():
-    """Two scenes with the ends written out by hand, to the last digit of the flow."""
+    """Two scenes with the ends written out by hand."""
     solved = solve(scene(DRY, *KNOWN))
     closed = ("0.165 MPa", "8 MPa", 0.95, "1.03 mPa s")
     opened = ("0.135 MPa", "12 MPa", 1.05, "0.97 mPa s")
@@ -72,9 +72,9 @@ def test_corners_by_hand():
         )
         ends.append(solve(by_hand).leak_rate)
     assert entry(solved).kind == "estimated"
-    # The contacts start elsewhere, and agree to their certificate.
-    assert entry(solved).lower == pytest.approx(ends[0].lower / solved.leak_rate.value, rel=1e-3)
-    assert entry(solved).upper == pytest.approx(ends[1].upper / solved.leak_rate.value, rel=1e-3)
+    # The contacts start elsewhere, and agree to their certificate, 1e-6, of which Q makes 1e-5.
+    assert entry(solved).lower == pytest.approx(ends[0].lower / solved.leak_rate.value, rel=1e-5)
+    assert entry(solved).upper == pytest.approx(ends[1].upper / solved.leak_rate.value, rel=1e-5)
 
 
 BOXES = [(0.12e6, 3e4, 1, DRY), (0.12e6, 3e4, 1, LIFTED)]
@@ -116,7 +116,10 @@ def test_random_inputs_lie_inside(box, draws):
 
 
 def test_a_factor_that_is_exact():
-    """Q goes as Δp/η, to the certificate of the contact, which is solved again for each end."""
+    """Q goes as Δp/η, to the certificate of the contact, 1e-6, which is solved again for each end.
+
+    Errors of the gap count three to ten times in Q.
+    """
     known = ["tolerances.fluid.viscosity=4 %", "tolerances.flow.pressure_drop=1 kPa"]
     solved = solve(scene(DRY, *known))
     lower, upper = (end / solved.leak_rate.value for end in solved.leak_rate.bounds)
@@ -124,17 +127,17 @@ def test_a_factor_that_is_exact():
     assert entry(solved).upper == pytest.approx(upper * 1.01 / 0.96, rel=1e-5)
     name, part, share = entry(solved).largest
     assert (name, part) == ("fluid.viscosity", 0.04)
-    assert share == pytest.approx(log(1.04 / 0.96) / log(1.04 / 0.96 * 1.01 / 0.99), rel=1e-6)
+    assert share == pytest.approx(log(1.04 / 0.96) / log(1.04 / 0.96 * 1.01 / 0.99), rel=1e-12)
 
 
 def test_sealed_by_a_load_that_may_be_less():
-    """A sealed state gets the leak rate of its open corner."""
+    """A sealed state gets the leak rate of its open corner, to the certificates of two contacts."""
     settings = [DRY, "contact.pressure=0.4 MPa", "tolerances.contact.pressure=60 %"]
     solved = solve(scene(*settings))
     opened = solve(scene(DRY, "contact.pressure=0.16 MPa")).leak_rate
     assert solved.state == "sealed"
     assert entry(solved).upper is None
-    assert entry(solved).upper_rate == pytest.approx(opened.upper, rel=1e-3)
+    assert entry(solved).upper_rate == pytest.approx(opened.upper, rel=1e-5, abs=0)
     surely = solve(scene(DRY, "contact.pressure=0.8 MPa", "tolerances.contact.pressure=5 %"))
     assert (entry(surely).lower, entry(surely).upper) == (1.0, 1.0)
 
@@ -162,7 +165,7 @@ def test_shares_next_to_lift_off():
     about = scene(LIFTED, "tolerances.flow.pressure_drop=5 %")
     closed, leak, opened = (LeakRate("leaking", "adaptive", rate) for rate in (1e-9, 2e-9, 8e-9))
     shares = input_shares(about, leak, closed, opened, 1 - TINY)
-    assert shares["flow.pressure_drop"] == pytest.approx(log(8), rel=1e-6)
+    assert shares["flow.pressure_drop"] == pytest.approx(log(8), rel=1e-12)
 
 
 def test_without_tolerances_the_inputs_are_named():

@@ -140,7 +140,7 @@ def test_grid_gap_in_polar_coordinates(tmp_path):
     shape = RING | {"mesh_size": 0.08, "grid": "polar", "grid_origin": [1, 0]}
     data = scene(shape, rtol=0.01) | {"gap": {"path": str(tmp_path / "gap.npz")}}
     patch = Patch(Scene.from_mapping(data))
-    np.testing.assert_allclose(patch.film.values, np.hypot(*patch.film.mesh.xy.T), rtol=1e-3)
+    np.testing.assert_allclose(patch.film.values, np.hypot(*patch.film.mesh.xy.T), rtol=1e-12)
     assert patch.leak_rate.value == pytest.approx(6 * np.pi / (1 - 1 / 8), rel=0.01, abs=0)
 
 
@@ -194,13 +194,17 @@ def test_constriction_and_verdict_of_a_shape():
 
 def test_bolts_of_the_flange_lower_its_leak_rate():
     """Six islands in a ring that is cut open: less than without bolts, and about what few discs
-    of the same area do to a plane (Maxwell), for they are far from one another and the rims."""
+    of the same area do to a plane (Maxwell), for they are far from one another and the rims.
+
+    Left out are the square of their share, 0.004, the images of each in both rims, (3.5/20)² of
+    its effect of 0.12, which is 0.004 each, and half of the bracket, 0.01.
+    """
     shape = {"kind": "file", "path": str(ROOT / "meshes" / "flange.geo"), "unit": "mm", "gap": 1}
     flow = solved(shape, rtol=0.02)
     ring = ring_of(20.0, 40.0)
     share = 6 * 3.5**2 / (40**2 - 20**2)
     assert flow.upper < ring
-    assert flow.value == pytest.approx((1 - share) / (1 + share) * ring, rel=0.03, abs=0)
+    assert flow.value == pytest.approx((1 - share) / (1 + share) * ring, rel=0.022, abs=0)
 
 
 GEO = """
@@ -214,12 +218,15 @@ Physical Surface("film") = {1};
 
 
 def test_own_geometry(tmp_path):
-    """Other names of groups, capitals, millimetres, a clockwise curve loop; Q = K Δp W/L."""
+    """Other names of groups, capitals, millimetres, a clockwise curve loop; Q = K Δp W/L.
+
+    The pressure is linear: what is left is the energy error of CG, 1e-8.
+    """
     (tmp_path / "OWN.GEO").write_text(GEO)
     shape = {"kind": "file", "path": str(tmp_path / "OWN.GEO"), "unit": "mm", "gap": 1}
     names = {"inlet": "left", "outlet": "right", "wall": "rest"}
     flow = solved(shape | names, rtol=1e-6, trust=True)
-    assert flow.value == pytest.approx(0.5, rel=1e-7, abs=0)
+    assert flow.value == pytest.approx(0.5, rel=1e-8, abs=0)
     finer = Scene.from_mapping(scene(shape | names | {"mesh_size": "100 mm"})).shape
     assert len(shaped_film(finer, None, trust=True).mesh.cells) > 300
 

@@ -182,10 +182,11 @@ def test_realizations_are_seeds():
 
 
 def test_profiles_have_the_mean_of_the_contact():
+    """The midpoint rule errs by N^-1.5 beside a root: 4e-7."""
     hertz, _ = profile_of(scene(seal={"pressure_profile": "hertz"}))
     assert isinstance(hertz, Hertz)
     x = (np.arange(20000) + 0.5) / 20000 * hertz.length
-    assert np.mean(hertz(x)) == pytest.approx(2e5, rel=1e-5)
+    assert np.mean(hertz(x)) == pytest.approx(2e5, rel=4e-7)
     assert repr(profile_of(scene())[0]) == repr(uniform(2e5, 1e-4))
 
 
@@ -327,8 +328,8 @@ def test_slip_of_a_gas_raises_the_leak_rate(law):
     # The slip goes as one over the pressure, which is 1.25 bar in the mean.
     if law == "first-order":
         share = 1 - 1 / most
-        assert along.upper == pytest.approx(1 + share * 0.25, rel=1e-6)
-        assert along.lower == pytest.approx(1 - share / 6, rel=1e-6)
+        assert along.upper == pytest.approx(1 + share * 0.25, rel=1e-12)
+        assert along.lower == pytest.approx(1 - share / 6, rel=1e-12)
         # Whatever the gap: 1.25 over 1.5 and 1 bar.
         assert along.sentence.endswith("at any gap they lie between 0.833 and 1.25")
         assert along.lower > 1.25 / 1.5
@@ -374,7 +375,7 @@ def test_ring_leaks_as_its_closed_form():
     round_ = Scene.from_mapping(ring(patches=1))
     strip, around = (solve_seal(Patch(one)) for one in (flat, round_))
     ratio = 2 * np.pi / np.log(2.1 / 2) / (10 / 0.1)
-    assert around.value / strip.value == pytest.approx(ratio, rel=1e-8)
+    assert around.value / strip.value == pytest.approx(ratio, rel=1e-12)
 
 
 def test_table_on_a_ring(tmp_path):
@@ -513,7 +514,7 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(monkeypatch):
     assert there.share_sealed.value == 0
     # Besides the interval over the patches, at_most counts the bounds and the contact's grid.
     beside = there.upper / there.value * (1 + (there.contact_error or 0))
-    assert lowered.at_most == pytest.approx(there.interval[1] * beside, rel=1e-6)
+    assert lowered.at_most == pytest.approx(there.interval[1] * beside, rel=1e-12, abs=0)
     limits = (0.9, "undecided"), (1.1, "within limit")
     for factor, decision in limits:
         stated = StatedRate.parse(f"{factor * lowered.at_most} m^3/s")
@@ -576,7 +577,7 @@ def test_a_missed_tolerance_is_one_sentence_whose_remedy_helps(tmp_path):
         outcome.reason,
     )
     half_width = (outcome.upper - outcome.lower) / (outcome.upper + outcome.lower)
-    assert float(words[1]) == pytest.approx(100 * half_width, rel=0.05)
+    assert float(words[1]) == pytest.approx(100 * half_width, rel=0.05)  # two digits
     content = tight | {"rtol": float(words[2])}
     assert solve_seal(Patch(scene(seal=content)), tmp_path).converged
 
@@ -633,14 +634,18 @@ def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
 
 @pytest.mark.parametrize("profile", ["uniform", "hertz"])
 def test_a_sealed_seal_has_pressures_and_words(profile):
-    """The fluid has the inlet's pressure up to where it is sealed."""
+    """The fluid has the inlet's pressure up to where it is sealed.
+
+    The largest pressure of the path lies within 1/500 of the half width of the middle: that of a
+    parabola to 2e-6.
+    """
     asked = scene(contact={"pressure": 2e6}, seal={"patches": 1, "pressure_profile": profile})
     result, _ = entries(asked)
     path = result.seal.path
     p, P = np.array(path.fluid_pressure), np.array(path.contact_pressure)
     assert set(p) == {0.5e5, 0.0}
     assert (np.diff(p) <= 0).all()
-    assert P.max() == pytest.approx(2e6 * (1 if profile == "uniform" else 4 / np.pi), rel=1e-5)
+    assert P.max() == pytest.approx(2e6 * (1 if profile == "uniform" else 4 / np.pi), rel=3e-6)
     (words,) = (text for label, text in lines_of(result) if label == "seal")
     assert "; solved at 2 net loads (contact pressure less fluid pressure) from " in words
     if profile == "hertz":
@@ -661,7 +666,7 @@ def test_picture_of_a_sealed_seal_draws_what_is_known(profile):
     assert before.get_ydata() == pytest.approx(0.05)
     assert set(behind.get_ydata()) == {0.0}
     has = 2 * (1 if profile == "uniform" else 4 / np.pi) - 0.05
-    assert list(margins.lines[0].get_xdata()) == pytest.approx([has] * 2, rel=1e-5)
+    assert list(margins.lines[0].get_xdata()) == pytest.approx([has] * 2, rel=3e-6)
     spare = float(re.search(r"at least (\S+) kPa to", margins.get_title())[1]) / 1e3
     drawn = [1e-6 * one.conductivity.loads[0] for one in seal.patches]
     assert spare == pytest.approx(has - np.median(drawn), rel=1e-2)
