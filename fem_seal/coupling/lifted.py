@@ -159,7 +159,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
     """
     if steps.point.problem is not problem:
         steps = _solved(steps.point.on(problem, allowed), steps, allowed, report)
-    change = error = inf
+    change = error = moved = inf
     sealed_stages = 0
     for _ in range(1, MOST_STAGES):
         point = steps.point
@@ -176,12 +176,14 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
             break
         start, steps = _begun(steps, stage)
         before, change = change, start.error(point.adjoint)
-        error = change * _all_to_come(change, before) + start.by_epsilon
+        to_come = change * _all_to_come(change, before)
+        error = (max(to_come, moved) if steps.difficult else to_come) + start.by_epsilon
         little = error <= allowed and start.keeps_load(allowed)
         if little and not point.sealed and not steps.failure:
             steps = replace(steps, point=start, residuals=(*steps.residuals, start.size))
             break
         steps = _solved(start, steps, allowed, report)
+        moved = abs(log(steps.point.flow.conductance / start.flow.conductance))
     point = steps.point
     opened = point.opened if point.sealed else None
     return _End(

@@ -30,14 +30,13 @@ from fem_seal.network.pressure_grid import PressureGrid
 
 
 def not_by_chance(changes: np.ndarray) -> float:
-    """The sum of changes (nx, ny), in size.
+    """Sum of changes (nx, ny) in size, over parts of the patch.
 
-    Changes in several places may cancel by chance: it is therefore at least the root of the sum of
-    the squares over parts of the patch.
+    Changes in several places may cancel by chance, and those of the next stage need not.
     """
     rows, columns = (np.arange(PARTS) * n // PARTS for n in changes.shape)
     parts = np.add.reduceat(np.add.reduceat(changes, rows, axis=0), columns, axis=1)
-    return max(abs(float(parts.sum())), float(np.sqrt((parts**2).sum())))
+    return float(np.abs(parts).sum())
 
 
 @dataclass(frozen=True)
@@ -88,7 +87,7 @@ class LiftPoint:
         """
         stage = Stage(problem.first_grid, self.stage.epsilon)
         same_triangles = problem.refines and self.problem.first_level == 0
-        if same_triangles and float((self._by_links * self.flow.varies).sum()) > allowed:
+        if same_triangles and float((self._by_parts[0] * self.flow.varies).sum()) > allowed:
             stage = self._finer(stage.grid, allowed)
         every = problem.height.shape[0] // self.pressure.shape[0]
         pressure, start = (
@@ -229,13 +228,15 @@ class LiftPoint:
         if self.by_epsilon > allowed / 2 or not self.problem.refines:
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
         if self.problem.refines:
-            grid = grid.refined(self._by_links, MARKED, self.flow.varies)
+            by_links, past_legs = self._by_parts
+            also = past_legs > LEAST**2 * allowed  # many may open together
+            grid = grid.refined(by_links, MARKED, self.flow.varies, also)
         return Stage(grid, epsilon)
 
     @cached_property
-    def _by_links(self) -> np.ndarray:
-        """|Change| (links,) of ln Q in the end by the logarithm of each link's conductance."""
-        return self.flow.by_links(self._by_u * self.adjoint, FORCING**2)
+    def _by_parts(self) -> tuple[np.ndarray, np.ndarray]:
+        """What parts of the network may change of ln Q in the end, see `FilmPressure.by_parts`."""
+        return self.flow.by_parts(self._by_u * self.adjoint, FORCING**2)
 
     def is_that_of(self, other: "LiftPoint", allowed: float) -> bool:
         """Whether ln Q is another point's, but for a little and what both next steps change."""

@@ -70,7 +70,7 @@ class FilmPressure:
         self._solve = solver(sparse.csr_array(matrix[:, grid.free]))
         u = grid.inlet.astype(float)
         u[grid.free] = self._solve(-(matrix @ u), EXACT)
-        self._links, self._drop = links, u[a] - u[b]
+        self._links, self._u, self._drop, self._places = links, u, u[a] - u[b], places
         self.on_samples = np.clip(self._to_samples(u), 0.0, 1.0)  #: (nx, ny)
         self.dissipation = links * self._drop**2  #: (links,), in a unit of its own
         one, other = places[grid.sides]
@@ -112,11 +112,27 @@ class FilmPressure:
         tolerance
             Relative tolerance of the solve.
         """
-        return self._by_gap(-self._adjoint_drop(weight, tolerance) * self._drop) / self._unit
+        adjoint, (a, b) = self._adjoint(weight, tolerance), self._grid.ends
+        return self._by_gap((adjoint[b] - adjoint[a]) * self._drop) / self._unit
 
-    def by_links(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
-        """|Derivative| (links,) of Σ weight u by the logarithm of each link's conductance."""
-        return np.abs(self._links * self._drop * self._adjoint_drop(weight, tolerance))
+    def by_parts(self, weight: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+        """What parts of the network may change of Σ weight u, to first order and in size.
+
+        Returns
+        -------
+        (links,)
+            By the logarithm of each link's conductance.
+        (C,)
+            By what triangles conduct past their legs; empty for finite differences.
+        """
+        adjoint, grid = self._adjoint(weight, tolerance), self._grid
+        a, b = grid.ends
+        by_links = np.abs(self._links * self._drop * (adjoint[a] - adjoint[b]))
+        if grid.corners is None:
+            return by_links, np.empty(0)
+        _, a, b = grid.corners.T
+        fluxes = grid.past_legs(self._places) * (self._u[a] - self._u[b])
+        return by_links, np.abs(fluxes * (adjoint[a] - adjoint[b]))
 
     def beyond(self, gap: np.ndarray) -> float:
         """Part of the leak rate that is lost with a smaller gap (nx, ny) [m], to first order."""
@@ -124,11 +140,9 @@ class FilmPressure:
         links = grid.links(grid.to_places @ (gap.ravel() / self._unit))
         return 1 - float(links @ self._drop**2) / float(self.dissipation.sum())
 
-    def _adjoint_drop(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
-        """Drop (links,) of the solution with the weights as sources."""
-        a, b = self._grid.ends
-        adjoint = self._solved(self._grid.to_samples.T @ weight.ravel(), tolerance)
-        return adjoint[a] - adjoint[b]
+    def _adjoint(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
+        """Solution at the nodes with the weights as sources."""
+        return self._solved(self._grid.to_samples.T @ weight.ravel(), tolerance)
 
     def _solved(self, inflow: np.ndarray, tolerance: float) -> np.ndarray:
         """Pressure of all nodes with an inflow into the free ones, 0 at the others."""

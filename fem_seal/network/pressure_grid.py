@@ -17,7 +17,7 @@ from scipy import sparse
 
 from fem_seal.errors import present
 from fem_seal.film.grid_film import GridFilm
-from fem_seal.finite_difference.links import LINKS
+from fem_seal.finite_difference.links import LINKS, harmonic_mean
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import refine
@@ -43,6 +43,7 @@ class PressureGrid:
     free: np.ndarray  #: (nodes,) bool, nodes whose pressure is unknown
     mesh: NestedMesh | None = None  #: None for the stencil of finite differences
     legs: np.ndarray | None = None  #: (C, 2), link along each leg of a triangle of the mesh
+    corners: np.ndarray | None = None  #: (C, 3), nodes of each triangle, the right angle first
 
     @classmethod
     def of_stencil(cls, film: GridFilm, rule: str) -> "PressureGrid":
@@ -110,6 +111,7 @@ class PressureGrid:
             free=own & ~mesh.inlet & ~mesh.outlet,
             mesh=mesh,
             legs=legs.reshape(-1, 2),
+            corners=cells,
         )
 
     def conductances(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -129,8 +131,33 @@ class PressureGrid:
         """Conductances (links,) with a gap at the places, times 12 η."""
         return self.weight * LINKS[self.rule](*gap[self.sides])
 
+    def past_legs(self, gap: np.ndarray) -> np.ndarray:
+        """What triangles (C,) conduct along their longest sides beside their legs, times 12 η.
+
+        Where the gap is closed at the right angle, the legs conduct nothing; a film that is open at
+        the other two corners leads through all the same. Zero where a sample fills a pixel, whose
+        gap is even.
+
+        Parameters
+        ----------
+        gap
+            Gap at the places.
+        """
+        corners = present(self.corners, "corners")
+        if self.rule != "linear-gap":
+            return np.zeros(len(corners))
+        right, a, b = gap[corners.T]
+        rule = LINKS[self.rule]
+        # Legs of an even gap conduct half as much as the gap each, one after the other.
+        legs = harmonic_mean(rule(right, a), rule(right, b))
+        return np.maximum(rule(a, b) - legs, 0) / 4
+
     def refined(
-        self, of_links: np.ndarray, share: float, varies: np.ndarray | None = None
+        self,
+        of_links: np.ndarray,
+        share: float,
+        varies: np.ndarray | None = None,
+        also: np.ndarray | None = None,
     ) -> "PressureGrid":
         """The network on half as wide triangles where a share of a sum over its links is.
 
@@ -147,6 +174,8 @@ class PressureGrid:
             Square of the relative variation of the gap along each link, if it is to count.
             Triangles within a pixel then count by its largest value on their legs, which falls
             with their area where the gap is smooth, and hardly where it closes.
+        also : (C,)
+            Bool, triangles that are halved whatever their links tell.
         """
         mesh, legs = present(self.mesh, "mesh"), present(self.legs, "legs")
         times = np.full(len(legs), 2, dtype=np.int8)
@@ -159,6 +188,8 @@ class PressureGrid:
             order = np.argsort(-of_cells)
             most = np.searchsorted(np.cumsum(of_cells[order]), share * of_cells.sum()) + 1
             times[order[most:]] = 0
+            if also is not None:
+                times[also] = 2
         return self.on_mesh(self.film, _halved(mesh, times))
 
 

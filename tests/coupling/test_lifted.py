@@ -14,7 +14,7 @@ from fem_seal.coupling import lifted
 from fem_seal.coupling.constants import MOST_STAGES
 from fem_seal.coupling.lifted import lifted_from
 from fem_seal.coupling.newton import _left, equilibrium, newton
-from fem_seal.coupling.point import FloatingPoint, NewtonStep, Stage
+from fem_seal.coupling.point import FloatingPoint, NewtonStep, Stage, not_by_chance
 from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
@@ -112,6 +112,34 @@ def test_stages_that_fail_do_not_say_sealed(monkeypatch):
         stages.append(len(epsilons))
     assert stages[0] == MOST_STAGES // 2
     assert stages[1] > stages[0]
+
+
+def test_difficult_stages_claim_no_less_than_they_have_changed(monkeypatch):
+    """What a stage changes to first order is then no measure: its solution has to tell.
+
+    The first such stage is therefore always solved.
+    """
+    problem = problem_of(scene(n=16, load=1.2e5, inlet=6e4))
+    changes = []
+
+    def difficult(point, *arguments, **settings):
+        steps = equilibrium(point, *arguments, **settings)
+        changes.append(abs(np.log(steps.point.flow.conductance / point.flow.conductance)))
+        return replace(steps, difficult=True)
+
+    monkeypatch.setattr(import_module("fem_seal.coupling.lifted"), "equilibrium", difficult)
+    state = lifted_from(problem, 0.05, np.full(problem.height.shape, problem.outlet))
+    assert state.converged
+    assert len(changes) > 1
+    assert state.error >= changes[-1]
+
+
+def test_changes_in_several_places_do_not_cancel():
+    """Opposite ones at both ends count twice; noise within a part of the patch cancels."""
+    changes = np.zeros((8, 8))
+    changes[0, 0], changes[7, 7] = 1.0, -1.0
+    assert not_by_chance(changes) == 2
+    assert not_by_chance(np.tile([[1.0, -1.0]], (8, 4))) == 0
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

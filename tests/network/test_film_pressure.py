@@ -101,7 +101,7 @@ def test_smaller_triangles_where_they_matter():
 
     def solved(grid):
         flow = pressure_in(film, grid, gap)
-        return flow.on_samples.mean(), flow.by_links(np.ones(SHAPE), 1e-6), flow.varies
+        return flow.on_samples.mean(), flow.by_parts(np.ones(SHAPE), 1e-6)[0], flow.varies
 
     local = varied = PressureGrid.uniform(film, 0)
     for _ in range(3):
@@ -114,6 +114,33 @@ def test_smaller_triangles_where_they_matter():
     assert 2 * local.free.sum() < whole.free.sum()
     assert abs(solved(varied)[0] - exact) < abs(solved(halved)[0] - exact)
     assert varied.free.sum() < halved.free.sum()
+
+
+def test_a_channel_along_diagonals_is_found():
+    """Each leg beside it has an end in contact, so that no link shows it.
+
+    Beside a straight channel, whose links conduct, only its own triangles tell of it. Halved there,
+    the network conducts as both channels alone do, for contact conducts ε² of a link, a millionth.
+    """
+    n, rows = 8, np.arange(8)
+    diagonal, straight = np.full((2, n, n), 1e-3)
+    diagonal[rows, rows % 2] = 1.0
+    straight[:, 5] = np.where(rows % 2, 1.0, 0.3)
+
+    def halved(gap, found):
+        film = film_of(gap, "periodic", "linear", (1.0, 1.0))
+        grid = PressureGrid.uniform(film, 0)
+        flow = FilmPressure(grid, gap, np.ones((n, n)), eliminated)
+        by_links, past_legs = flow.by_parts(np.ones((n, n)), 1e-12)
+        also = past_legs > 1e-3 * past_legs.max()
+        grid = grid.refined(by_links, 0.9, flow.varies, also if found else None)
+        return FilmPressure(grid, gap, np.ones((n, n)), eliminated).conductance
+
+    both, alone = np.maximum(diagonal, straight), halved(straight, found=False)
+    assert halved(both, found=False) == pytest.approx(alone, rel=1e-3)
+    whole = alone + halved(diagonal, found=True)
+    assert halved(both, found=True) == pytest.approx(whole, rel=1e-3)
+    assert whole > 3 * alone  # or nothing is shown
 
 
 @pytest.mark.parametrize("make", [mixed, partial(PressureGrid.of_stencil, rule="linear-gap")])
