@@ -159,8 +159,8 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
     """
     if steps.point.problem is not problem:
         steps = _solved(steps.point.on(problem, allowed), steps, allowed, report)
-    change = error = moved = inf
-    sealed_stages = 0
+    change = error = inf
+    moved, sealed_stages = 0.0, 0
     for _ in range(1, MOST_STAGES):
         point = steps.point
         sealed_stages = sealed_stages + 1 if point.sealed else 0
