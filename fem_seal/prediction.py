@@ -155,6 +155,9 @@ def predicted(
     if scene.tolerances is not None:
         parts["tolerances"] = 2 * sum(parts.values())
     memory *= max(jobs, parallel.processes())
+    if jobs > 1:
+        # The process that waits for the workers has solved the contact of the first patch.
+        memory += CONTACT[1] + BYTES_OF_SAMPLE * samples
     start = sum(seconds for seconds, _ in libraries)
     if "pictures" in scene.output.products:
         # The memory of the flow is free by then.
