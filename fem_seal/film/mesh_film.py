@@ -17,48 +17,6 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class VertexGraph:
-    """The vertices of a mesh as a graph along its edges.
-
-    As on a grid (`film.constriction`), g_c is the largest h at which the vertices with g >= h join
-    inlet and outlet, here along the edges of the mesh.
-    """
-
-    gap: np.ndarray  #: (V,), gap at the vertices [m], zero in contact
-    #: (E, 2) int, vertices at the ends of each edge. Vertices at one point (on a seam) must share
-    #: one number
-    edges: np.ndarray
-    inlet: np.ndarray  #: (V,) bool, vertices on the inlet
-    outlet: np.ndarray  #: (V,) bool, vertices on the outlet
-
-    def constriction(self, points: np.ndarray) -> CriticalConstriction | None:
-        """Tightest place of the widest path from inlet to outlet; None if there is no path."""
-        critical = highest_spanning(self.gap[self.gap > 0], lambda h: bool(self._spanning(h).any()))
-        if critical == 0:
-            return None
-        x, y = points[np.argmax(self._spanning(critical) & (self.gap == critical))]
-        return CriticalConstriction(critical, (float(x), float(y)))
-
-    def pockets(self) -> np.ndarray:
-        """(V,) bool: open vertices that no path of open vertices joins to inlet or outlet."""
-        is_open = self.gap > 0
-        component = self._components(is_open)
-        ends = np.unique(component[(self.inlet | self.outlet) & is_open])
-        return is_open & ~np.isin(component, ends)
-
-    def _spanning(self, h: float) -> np.ndarray:
-        """(V,) bool: vertices in clusters of {gap >= h} that join inlet and outlet."""
-        above = self.gap >= h
-        component = self._components(above)
-        both = np.intersect1d(component[self.inlet & above], component[self.outlet & above])
-        return above & np.isin(component, both)
-
-    def _components(self, mask: np.ndarray) -> np.ndarray:
-        """(V,) int: number of the cluster of masked vertices to which each vertex belongs."""
-        return components(self.edges[mask[self.edges].all(axis=1)], len(mask))
-
-
-@dataclass(frozen=True, eq=False)
 class MeshFilm:
     """A gap that is linear on the triangles of a mesh; the mesh names inlet, outlet and walls."""
 
@@ -104,13 +62,25 @@ class MeshFilm:
 
     @cached_property
     def constriction(self) -> CriticalConstriction | None:
-        """The tightest place on the widest path from inlet to outlet; None if sealed."""
-        return self._graph.constriction(self.mesh.xy)
+        """The tightest place on the widest path from inlet to outlet; None if sealed.
+
+        As on a grid (`film.constriction`), g_c is the largest h at which the vertices with g >= h
+        join inlet and outlet, here along the edges of the mesh.
+        """
+        gap = self.values
+        critical = highest_spanning(gap[gap > 0], lambda h: bool(self._spanning(h).any()))
+        if critical == 0:
+            return None
+        x, y = self.mesh.xy[np.argmax(self._spanning(critical) & (gap == critical))]
+        return CriticalConstriction(critical, (float(x), float(y)))
 
     @property
     def pockets(self) -> np.ndarray:
         """(V,) bool: open vertices that no open path joins to inlet or outlet."""
-        return self._graph.pockets()[self.mesh.twin]
+        is_open = self.values > 0
+        component = self._components(is_open)
+        ends = np.unique(component[(self.mesh.inlet | self.mesh.outlet) & is_open])
+        return is_open & ~np.isin(component, ends)
 
     @cached_property
     def trapped_volume(self) -> float:
@@ -140,13 +110,18 @@ class MeshFilm:
         """Areas (C,) of the triangles [m²]."""
         return self.mesh.doubled_areas() / 2
 
-    @cached_property
-    def _graph(self) -> VertexGraph:
-        """Graph of the vertices, in which twins are one."""
-        mesh = self.mesh
-        # If a cut starts where inlet and wall meet, only one of the two twins is on an inlet side.
-        inlet, outlet = (np.isin(mesh.twin, mesh.twin[end]) for end in (mesh.inlet, mesh.outlet))
-        return VertexGraph(self.values, mesh.twin[mesh.edges[0]], inlet, outlet)
+    def _spanning(self, h: float) -> np.ndarray:
+        """(V,) bool: vertices in clusters of {gap >= h} that join inlet and outlet."""
+        above, mesh = self.values >= h, self.mesh
+        component = self._components(above)
+        both = np.intersect1d(component[mesh.inlet & above], component[mesh.outlet & above])
+        return above & np.isin(component, both)
+
+    def _components(self, mask: np.ndarray) -> np.ndarray:
+        """(V,) int: number of the cluster of masked vertices of each vertex; twins share theirs."""
+        edges = self.mesh.twin[self.mesh.edges[0]]
+        joined = edges[mask[edges].all(axis=1)]
+        return components(joined, len(mask))[self.mesh.twin]
 
     def summary(self) -> tuple[str, ...]:
         """Lines of text that describe the mesh and the gap on it."""
