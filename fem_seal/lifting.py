@@ -28,14 +28,9 @@ def lifting_problem(
     report: Report,
     comm: parallel.Comm = None,
 ) -> LiftProblem:
-    """Coupled problem of a scene with `flow.lift`; fluid pressures are above ambient.
+    """Coupled problem of a scene with `flow.lift` for heights [m] of the counter-face.
 
-    Parameters
-    ----------
-    surface
-        Heights [m] of the counter-face.
-    comm
-        The processes that solve together; all of this run if None.
+    Fluid pressures are above ambient. All processes of this run solve together without `comm`.
     """
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     arithmetic, slip = contact.arithmetic, settings.slip

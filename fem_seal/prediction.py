@@ -91,14 +91,9 @@ class Prediction:
 def predicted(
     scene: Scene, surface: GridField | None = None, work: Work | None = None
 ) -> Prediction:
-    """Predict time and memory of a scene; a file of heights or gaps is read.
+    """Predict time and memory of a scene; a file of heights or gaps is read if none are given.
 
-    Parameters
-    ----------
-    surface
-        Heights, if they are at hand.
-    work
-        How the patches of a [seal] are shared among workers; one after the other if left out.
+    The patches of a [seal] count as shared among workers, or one after the other without `work`.
 
     Raises
     ------

@@ -122,15 +122,9 @@ LAWS: dict[str, Callable[[float], PoiseuilleCoefficient]] = {
 def flow_rate(delta: float, accommodation: float = 1.0) -> float:
     """Reduced flow rate G of plane Poiseuille flow in the BGK model.
 
-    Parameters
-    ----------
-    delta
-        Rarefaction parameter δ = √π g/(2 λ) > 0.
-    accommodation
-        σ, 0 < σ <= 1.
+    Its arguments are the rarefaction parameter δ = √π g/(2 λ) > 0, and the accommodation σ,
+    0 < σ <= 1.
 
-    Notes
-    -----
     Galerkin's method with u constant on each of n cells keeps the momentum balance. The error of G
     is of the order of the square of that of u: it falls as 1/n², so that two solutions can be
     extrapolated.

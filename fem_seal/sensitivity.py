@@ -61,16 +61,8 @@ def sensitivity(
 
     The leak rate is that of a network of links: the one on which the lift has solved the fluid's
     pressure, or, dry, a coarse one whose links are halved where most is dissipated. The derivatives
-    hold as long as no sample closes or opens.
-
-    Parameters
-    ----------
-    height
-        Heights [m] of the counter-face.
-    contact
-        Contact of these heights, at the equilibrium if it is lifted.
-    lifted
-        The equilibrium; None for a dry contact.
+    hold as long as no sample closes or opens. The contact is that of the counter-face's heights
+    [m], at the equilibrium if there is one.
     """
     if load.kind == "area_fraction":
         raise InvalidInput(

@@ -240,14 +240,8 @@ def answer(
 ) -> Solved:
     """Compute the products of a patch's scene; what the patch has computed already is used.
 
-    Parameters
-    ----------
-    patch, choice
-        As of `accuracy.chosen_patch`.
-    patches
-        Folder that keeps the solved patches of a [seal]; a later run continues from there.
-    work
-        How these patches are shared among workers.
+    Patch and choice are as of `accuracy.chosen_patch`. The solved patches of a [seal] are shared
+    among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
     start, scene = perf_counter(), patch.scene
     # All processes solve film and flow together. From here on `parallel.on_root` marks what the

@@ -33,13 +33,9 @@ def writing(path: Path, what: str = "the output folder") -> Iterator[None]:
 def atomic_write(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
     """Yield a staging path in the folder of `path`; rename it to `path` if the body succeeds.
 
-    Parameters
-    ----------
-    path
-        Final file; the staging file has the same suffix, by which writers choose the format.
-    durable
-        Flush the file to the disk before it is renamed: after a power cut the old or the new file
-        is there. Tables and pictures do not need this, since they can be made again.
+    It has the suffix of the path, by which writers choose the format. A durable file is flushed to
+    the disk before: after a power cut the old or the new file is there. Tables and pictures do not
+    need this, since they can be made again.
     """
     path = Path(path)
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):

@@ -133,14 +133,8 @@ def _continuous_labels(
 
     Corners at one point share a label unless contact separates them: the pressure may jump across a
     contact line, through which nothing flows. Corners are joined only through passable sides, so
-    that linear pressures do not leak across the line.
-
-    Parameters
-    ----------
-    kept : (C,) bool
-        Cells that carry flow.
-    pairs : (n, 2) int
-        Slots of the sides of passable edges.
+    that linear pressures do not leak across the line: `pairs` (n, 2) are the slots of the sides of
+    passable edges. The cells `kept` (C,) carry flow.
     """
     vertex, vertices = mesh.twin.take(mesh.cells), len(mesh.xy)
     pairs = pairs.compress(kept.take(pairs[:, 0] // 3), axis=0)

@@ -78,14 +78,8 @@ def one_contact_tensor(
     each linear in τ. In slender cells the components of the tensor differ by squares of the aspect.
     The formula never adds terms of different powers of the aspect, so that none is lost.
 
-    Parameters
-    ----------
-    e_b, e_c : (2, n)
-        Edges from the contact vertex to the other two.
-    b, c
-        (n,) > 0, gap at these two.
-    power
-        k of the conductivity g^k, 3 or 2.
+    e_b and e_c (2, n) are the edges from the contact vertex to the other two, b and c (n,) > 0 the
+    gaps there. The power k is 3 or 2.
     """
     d, moments = e_c - e_b, segment_moments(b, c, power)
     (d_x, d_y), m = d, POWER

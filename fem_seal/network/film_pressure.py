@@ -88,14 +88,7 @@ class FilmPressure:
         return self._by_gap(self._drop**2) / (self.dissipation.sum() * self._unit)
 
     def change(self, gap: np.ndarray, tolerance: float) -> np.ndarray:
-        """Change of u (nx, ny) with a change of the gap between the solids [m].
-
-        Parameters
-        ----------
-        gap : (nx, ny)
-        tolerance
-            Relative tolerance of the solve.
-        """
+        """Change of u (nx, ny) with one of the gap (nx, ny) [m], to a relative tolerance."""
         grid = self._grid
         moved = grid.to_places @ (self._slope * gap).ravel() / self._unit
         flux = (self._by_sides * moved[grid.sides]).sum(axis=0) * self._drop
@@ -104,14 +97,7 @@ class FilmPressure:
         return self._to_samples(self._solved(inflow, tolerance))
 
     def transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
-        """Transpose of `change`: derivative (nx, ny) of Σ weight u by the gap at the samples [1/m].
-
-        Parameters
-        ----------
-        weight : (nx, ny)
-        tolerance
-            Relative tolerance of the solve.
-        """
+        """Transpose of `change`: derivative (nx, ny) of Σ weight u by the gap [1/m]."""
         adjoint, (a, b) = self._adjoint(weight, tolerance), self._grid.ends
         return self._by_gap((adjoint[b] - adjoint[a]) * self._drop) / self._unit
 

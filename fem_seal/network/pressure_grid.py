@@ -136,12 +136,7 @@ class PressureGrid:
 
         Where the gap is closed at the right angle, the legs conduct nothing; a film that is open at
         the other two corners leads through all the same. Zero where a sample fills a pixel, whose
-        gap is even.
-
-        Parameters
-        ----------
-        gap
-            Gap at the places.
+        gap is even. The gap is that at the places.
         """
         corners = present(self.corners, "corners")
         if self.rule != "linear-gap":
@@ -247,16 +242,9 @@ def _interpolated(
 def _pressure_at_samples(
     mesh: NestedMesh, nodes: np.ndarray, shape: tuple[int, int], first: float
 ) -> sparse.csr_array:
-    """Pressure at the samples, linear on each triangle, from that at its nodes (C, 3).
+    """Pressure at the samples of a shape, linear on each triangle, from that at its nodes (C, 3).
 
-    Parameters
-    ----------
-    mesh
-    nodes
-    shape
-        Samples of the contact.
-    first
-        Coordinate of the first sample in pixels.
+    The first sample has the coordinate `first` [pixels] along both axes.
     """
     cell, shares = np.zeros(shape, dtype=np.int32), np.zeros((3, *shape))
     x, y = np.moveaxis(mesh.xy / PIXEL - first, -1, 0)[:, mesh.cells.T]

@@ -24,16 +24,11 @@ def hydraulic_aperture(
 ) -> HydraulicAperture:
     """Gap h of the uniform film in the same place that leaks as much: Q = Q₁ (h/h₁)³.
 
+    `leak` is Q, and `uniform` Q₁, that of a uniform gap h₁ [m] under the same pressures.
+
     The cubic law, solved for h (P. A. Witherspoon et al., Water Resour. Res. 16, 1016 (1980)).
     With slip, h³ is multiplied by the gain of a gap h. It grows with Q and falls with Q₁, so that
     their bounds give bounds of h.
-
-    Parameters
-    ----------
-    leak
-        Q, of the film.
-    uniform, gap
-        Q₁ with its bounds, of the uniform film of gap h₁ [m] under the same pressures.
     """
     lower, upper = uniform.bounds
     return HydraulicAperture(

@@ -57,14 +57,9 @@ class Headline:
 
 
 def headline(leak: LeakRate, budget: ErrorBudget, shown: Shown | None = None) -> Headline:
-    """Headline of a leak rate [m³/s] of a patch or a seal.
+    """Headline of a leak rate [m³/s] of a patch or a seal, in m³/s without another unit `shown`.
 
-    Parameters
-    ----------
-    leak, budget
-        The leak rate, and its uncertainties; the entry "flow" gives the bounds of `leak`.
-    shown
-        Unit of the sentence; m³/s if left out.
+    The entry "flow" of the budget gives the bounds of the leak rate.
     """
     shown, SI = shown or Shown(), "m^3/s"
     if leak.state == "lifted off":

@@ -61,18 +61,9 @@ def verdict(
 ) -> Verdict:
     """Compare the leak rate with all counted errors with a limit.
 
-    Parameters
-    ----------
-    leak
-        The leak rate; it must have bounds if there is a limit.
-    shown
-        The unit for the sentence.
-    limit, limit_solved
-        The limit in the unit of the scene, and as a leak rate that is solved for [m³/s].
-    budget
-        Uncertainties of the leak rate; the entry "flow" gives the bounds of `leak`.
-    advice
-        Advice for an undecided verdict; if left out, a tolerance of the flow.
+    With a limit, in the unit of the scene and as a leak rate that is solved for [m³/s], the leak
+    rate must have bounds; the entry "flow" of the budget gives them. The advice is for an undecided
+    verdict; left out, it is a tolerance of the flow.
     """
     head, rest = headline(leak, budget, shown), beside_flow(budget)
     names = [entry.name for entry in rest if entry.kind == "not covered"]
@@ -136,18 +127,8 @@ def what_would_decide(
     With a leak rate of Q = √(lower upper) and the factors of the other uncertainties, a bracket of
     the flow with ln(upper / lower) = 2 w just touches the limit L where Q e^w (upper factor) = L or
     Q e^-w (lower factor) = L; (upper - lower) / √(lower upper) is 2 sinh w then. Uncertainties that
-    are at most `per_rtol` times this width make w (1 + 2 per_rtol) of w.
-
-    Parameters
-    ----------
-    leak
-        Leak rate with bounds.
-    limit
-        Limit L [m³/s].
-    lower, upper
-        Factors of the uncertainties beside the flow; None on an unbounded side.
-    per_rtol
-        Errors of ln Q that are proportional to the tolerance of the flow, over this tolerance.
+    are at most `per_rtol` times this width, and proportional to it, make w (1 + 2 per_rtol) of w. A
+    factor of None is unbounded.
     """
     low, high = leak.bounds
     if low == 0:

@@ -97,13 +97,7 @@ def draw_layers(
     """Draw layers, later ones over earlier ones, in parallel projection.
 
     The pixels are (height, width, 3) uint8, the first row at y = y1, the first column at x = x0.
-
-    Parameters
-    ----------
-    window
-        The rectangle [m] that fills the picture exactly.
-    layers, long_side
-        The triangles, and the length of the longer side [pixel].
+    The window fills the picture, whose longer side has `long_side` pixels, exactly.
     """
     vista = _import_pyvista()
     width, height = (round(long_side * part) for part in window.shape)

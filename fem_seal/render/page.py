@@ -62,18 +62,8 @@ def page(
 ) -> Iterator[np.ndarray]:
     """Axes of the panels of a picture, which is written at the end of the `with`.
 
-    Parameters
-    ----------
-    window
-        What each panel shows, for the size of the page.
-    *paths
-        The files, .png, .pdf or .svg.
-    shape
-        Rows and columns of panels.
-    side
-        Longer side of each panel [inch].
-    key
-        Colours with their meaning, shown below the panels.
+    The files end in .png, .pdf or .svg. The shape is the number of rows and of columns of panels,
+    each of which shows the window and has a longer `side` [inch]; below them stands the key.
     """
     from matplotlib.patches import Patch
 

@@ -92,12 +92,7 @@ class Scene(Section):
     ) -> "Scene":
         """Check nested mappings such as `to_mapping` or tomllib return; see `from_file`.
 
-        Parameters
-        ----------
-        folder
-            Folder to which paths are relative; the current one if left out.
-        source
-            Name of the data at the beginning of messages.
+        Paths are relative to the folder, or to the current one. Messages begin with the source.
         """
         try:
             return cls.model_validate(dict(data), context={"folder": folder or Path()})

@@ -72,9 +72,7 @@ class DrawnSeals:
     scatter: float  #: standard deviation of a seal's leak rate over its mean, from draw to draw
 
 
-def drawn_seals(
-    rates: np.ndarray, count: PatchCount, *, draws: int = DRAWS, seed: int = 0
-) -> DrawnSeals:
+def drawn_seals(rates: np.ndarray, count: PatchCount, *, draws: int = DRAWS) -> DrawnSeals:
     """Draw patches into the network of a seal, again and again.
 
     `rates` (N, 3) are lower bound, value and upper bound of the leak rate that the seal would have
@@ -88,7 +86,7 @@ def drawn_seals(
         mean = rates.mean(axis=0)
         scatter = rates[:, 1].std() / np.sqrt(count.across) / mean[1] if mean[1] > 0 else 0.0
         return DrawnSeals(mean, float(scatter))
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
     seals = np.empty((draws, 3))
     for seal in seals:
@@ -162,9 +160,9 @@ def sealed_share(sealed: int, patches: int) -> tuple[float, float]:
     return float(interval.low), float(interval.high)
 
 
-def may_conduct(leaking: float, count: PatchCount, seed: int = 0) -> bool:
+def may_conduct(leaking: float, count: PatchCount) -> bool:
     """Whether patches, of which a share leaks, conduct through one of many drawn blocks."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
     patches = (lognormal_patches(shape, 0.0, leaking, rng) for _ in range(DRAWN_BLOCKS))
     return any(network_conductivity(K, nodes=1) > 0 for K in patches)
