@@ -81,7 +81,6 @@ class TensorBounds(Bounds):
     unknowns: int = 0  #: unknowns of the last mesh for one direction
     converged: bool = True  #: whether the tolerance was reached
     reason: str = ""  #: sentence on why it was not; empty if it was
-    levels: tuple[tuple[int, float], ...] = ()  #: unknowns and relative width of each mesh
 
 
 def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:

@@ -91,7 +91,9 @@ def leak_rate(
     slipping = None if slip is None else SlippingFilm(slip, film)
     slip_factor = slipping.slip_factor if slipping else 1.0
     units = _Units(film, settings.pressure_drop, rate * slip_factor)
-    criterion = _criterion(settings, units.rate)
+    criterion: Tolerance | Decision = Tolerance(settings.rtol)
+    if decide is not None:
+        criterion = Decision(decide, units.rate, settings.margin)
     stopping = _stopping(film, criterion, settings, comm)
     # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
     strategy = Strategy(
@@ -121,12 +123,6 @@ def leak_rate(
         missed = result.refined_bounds if decide is None else result.bounds
         reason = f"{reason}; {criterion.missed(*missed)}"
     return replace(result, converged=not reason, reason=reason, field=drawn)
-
-
-def _criterion(settings: FlowSettings, unit: float) -> Tolerance | Decision:
-    if settings.decide is None:
-        return Tolerance(settings.rtol)
-    return Decision(settings.decide, unit, settings.margin)
 
 
 def _stopping(
