@@ -97,7 +97,7 @@ class FilmPressure:
         return self._to_samples(self._solved(inflow, tolerance))
 
     def transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
-        """Transpose of `change`: derivative (nx, ny) of Σ weight u by the gap [1/m]."""
+        """Transpose of `change`: derivative by the gap [1/m] of Σ weight u, all (nx, ny)."""
         adjoint, (a, b) = self._adjoint(weight, tolerance), self._grid.ends
         return self._by_gap((adjoint[b] - adjoint[a]) * self._drop) / self._unit
 

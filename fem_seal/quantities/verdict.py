@@ -122,10 +122,10 @@ def what_would_decide(
     upper: float | None = 1.0,
     per_rtol: float = 0.0,
 ) -> Needed:
-    """Tolerance and unknowns at which the bounds would exclude the limit; None if unknown.
+    """Tolerance and unknowns at which bounds exclude a limit L [m³/s]; None if unknown.
 
     With a leak rate of Q = √(lower upper) and the factors of the other uncertainties, a bracket of
-    the flow with ln(upper / lower) = 2 w just touches the limit L where Q e^w (upper factor) = L or
+    the flow with ln(upper / lower) = 2 w just touches the limit where Q e^w (upper factor) = L or
     Q e^-w (lower factor) = L; (upper - lower) / √(lower upper) is 2 sinh w then. Uncertainties that
     are at most `per_rtol` times this width, and proportional to it, make w (1 + 2 per_rtol) of w. A
     factor of None is unbounded.
