@@ -71,8 +71,10 @@ class _Parser(argparse.ArgumentParser):
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is not None and value not in action.choices:
-            names = list(map(str, action.choices))
-            noun = "a command" if isinstance(action, argparse._SubParsersAction) else action.metavar
+            names, noun = list(map(str, action.choices)), action.metavar
+            if isinstance(action, argparse._SubParsersAction):
+                # Those with a help: commands that are scripts now have none.
+                names, noun = [shown.dest for shown in action._get_subactions()], "a command"
             nearest = self._nearest(str(value), names) or f"; choose from {', '.join(names)}"
             self.error(f"{str(value)!r} is not {noun or 'a choice'}{nearest}")
 

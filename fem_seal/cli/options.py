@@ -130,16 +130,16 @@ def add_jobs(
 ) -> None:
     """Add --jobs, its help with a purpose, and --memory.
 
-    Left out, the number of jobs is the default; None: as many as pay (`Work.jobs_for`).
+    Left out, the number of jobs is the default; None: as many as save time (`Work.jobs_for`).
     """
-    usual = "as many as pay" if default is None else default
-    text = f"processes of this machine{purpose} ({usual})"
+    usual = "as many as save time" if default is None else default
+    text = f"processes of this machine{purpose} (default: {usual})"
     command.add_argument("--jobs", type=int, default=default, metavar="N", help=text)
     command.add_argument(
         "--memory",
         type=float,
         metavar="GB",
-        help="most memory of all jobs together (what the machine has available)",
+        help="largest memory of all jobs together (default: what is free)",
     )
 
 

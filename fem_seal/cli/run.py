@@ -31,7 +31,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         dest="command",
         action="store_const",
         const=_predict,
-        help="print time and memory; solve and write nothing",
+        help="print the expected time and memory; solve and write nothing",
     )
     add_output(command, "results/NAME for NAME.toml, and -KEY=VALUE for each --set")
     add_for_programs(command)

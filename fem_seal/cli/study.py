@@ -42,7 +42,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "study",
-        "methods side by side, and the price of accuracy",
+        "compare methods, or error against time",
         "fem-seal study trade demos/scenes/first.toml (fem-seal study trade --help says more)",
     )
     studies = command.add_subparsers(

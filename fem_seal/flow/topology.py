@@ -1,6 +1,6 @@
 """Topology of both problems: the corner values of cells that are one unknown.
 
-Contact lines across which the pressure jumps, contact patches on which the stream function is
+Contact lines across which the pressure jumps, contact spots on which the stream function is
 constant, and periodic sides are all expressed by numberings of the corners (`numbering.py`).
 
 **A film between inlet and outlet** has d = 1 jump: the pressure is part + J n with n = 1 at the
@@ -11,7 +11,7 @@ both ends carry flow.
 **A periodic cell**, whose mesh is a `Torus`, has d = 2, one for each seam. A pressure with mean
 gradient e grows by e·(Lx, 0) across the seam x = Lx and by e·(0, Ly) across the seam y = Ly; a
 stream function of mean flux f grows by -f_y Lx and f_x Ly. Only clusters of cells that wind around
-the torus carry flow. A contact patch that winds by n restricts the jumps J of the stream function
+the torus carry flow. A contact spot that winds by n restricts the jumps J of the stream function
 to J·n = 0; so it does for d = 1, where no jump is left.
 """
 
@@ -161,7 +161,7 @@ def dual_numbering(
 ) -> Jumps:
     """Number the stream function on the kept cells (C,) bool.
 
-    It has one unknown for each contact patch, and is constant on each wall and in all other cells.
+    It has one unknown for each contact spot, and is constant on each wall and in all other cells.
     Where patches close every channel, no jump is possible. `merge_blocked`: the corners of a
     blocked cell are one unknown (true dual); otherwise they are free (regularised dual, in which
     blocked cells conduct a little).

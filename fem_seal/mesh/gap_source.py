@@ -137,7 +137,7 @@ def channel_sizes(gap: GapSource, rectangle: Box, smallest: float, largest: floa
     """Edge lengths min(largest, smallest + d/2), d the distance to the nearest bank of a channel.
 
     The banks are the lines where the gap is a tenth of its mean. Edges in a channel of width w are
-    thus no longer than w/4 + `smallest`; contact patches get coarse triangles inside as well.
+    thus no longer than w/4 + `smallest`; contact spots get coarse triangles inside as well.
     """
     from scipy.ndimage import distance_transform_edt
 

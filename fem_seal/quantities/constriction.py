@@ -78,7 +78,7 @@ def channel_width(sites: Lattice, position: tuple[float, float]) -> float | None
     """Distance [m] between the solid on both sides of an open site; None without both.
 
     It is the distance from the nearest contact, or side wall, to the nearest one on the other side.
-    If the gap between two contact patches is convex, only open sites lie between them.
+    If the gap between two contact spots is convex, only open sites lie between them.
     """
     reach = REACH
     while True:

@@ -20,7 +20,7 @@ FLOW_AND_LOADS = "flow_and_load_table"
 ONE_PATCH = "one_patch"
 LIFT, INPUTS = "lift", "inputs"
 # Caution in the texts about a patch that is sealed.
-NOT_THE_SEAL = "this patch is sealed, others of the seal may leak: [seal] judges the seal"
+NOT_THE_SEAL = "others of the seal may leak: [seal] judges the seal"
 # A factor above this one, or below its inverse, counts as unbounded in texts.
 USELESS = 1e6
 # Entries that the bounds of a leak rate contain.

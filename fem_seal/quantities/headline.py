@@ -5,6 +5,7 @@ flow through the gap as it is represented, is named behind them.
 """
 
 from dataclasses import dataclass
+from math import isinf
 
 from fem_seal.digits import bracket_digits, in_digits, per_cent, rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate, relative_half_width
@@ -88,9 +89,9 @@ def _sealed(budget: ErrorBudget, shown: Shown, unit: str) -> tuple[float | None,
         return 0.0, unit, f"0 {shown.unit} as computed; {no_path}"
     rate = opening[0].upper_rate if len(opening) == 1 else None
     _, factor = combined(entry for entry in budget if entry not in opening)
-    if rate is None or factor is None:
+    if rate is None or factor is None or isinf(rate * factor):
         names = " and ".join(entry.name for entry in opening)
-        words = f"0 {shown.unit} as computed, no upper end {COUNTED} ({names}); {no_path}"
+        words = f"0 {shown.unit} as computed; no upper bound is known ({names}); {no_path}"
         return None, unit, words
     high = rounded_up(rate * factor * shown.per_solved)
     words = f"0 to {high} {shown.unit} {COUNTED}; as computed, {no_path}"

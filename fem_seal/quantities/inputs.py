@@ -40,6 +40,7 @@ OPENS = {
 # A lifted corner that leaks less than this part of the scene may leak nothing: next to sealing its
 # leak rate would take many times as long as that of the scene.
 NEGLIGIBLE = 1e-4
+NOT_KNOWN = "errors of the inputs"  # name of the entry without factors
 TINY = 1e-9  # least part of the load that counts as left to the solid
 LOADS = ("contact.pressure", "seal.line_load")
 STIFFNESSES = ("solid.youngs_modulus", "solid.contact_modulus", "heights")
@@ -53,14 +54,14 @@ def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRa
     load, lifted = patch.mean_pressure, patch.lifted
     if patch.scene.tolerances is None:
         sentence = "load, solid, fluid and heights count as exact, without [tolerances]"
-        return Uncertainty(INPUTS, "not covered", sentence)
+        return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
     if lifted is not None and (lifted.floats or _may_float(patch)):
         # Higher heights, or a stiffer solid, may then lower the leak rate.
         sentence = (
             "the fluid may carry the whole load, and at which ends of [tolerances] most leaks is "
             "known of a solid in contact only: change one input at a time"
         )
-        return Uncertainty(INPUTS, "not covered", sentence)
+        return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
     with patch.timed("inputs"):
         closed, opened = (rate_of(_at_corner(patch, end)) for end in (-1, 1))
     carried = lifted.fluid_load / load if lifted is not None and load else 0.0

@@ -81,7 +81,7 @@ def _one_patch_entry(patch: Patch) -> Uncertainty | None:
     if patch.scene.shape is not None and patch.scene.shape.own_gap:
         return None
     sentence = "this is one piece of one rough surface; others leak more or less"
-    return Uncertainty(ONE_PATCH, "not covered", sentence)
+    return Uncertainty(ONE_PATCH, "not covered", sentence, name="other patches of the face")
 
 
 def isotropy_entry(patch: Patch) -> Uncertainty | None:
@@ -107,7 +107,7 @@ def model_entry(patch: Patch) -> Uncertainty:
     contact = patch.scene.contact
     solid = "" if contact is None else f", and {ASSUMPTIONS[contact.model]}"
     sentence = f"Reynolds' equation for a thin film between smooth slopes{solid}"
-    return Uncertainty("model", "not covered", sentence)
+    return Uncertainty("model", "not covered", sentence, name="the model itself")
 
 
 def _inputs_entry(patch: Patch) -> Uncertainty:

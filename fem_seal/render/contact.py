@@ -14,10 +14,10 @@ from fem_seal.render.page import Window, draw_samples, frame_film, page, window_
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Contact is grey, open is blue or green; the largest patch and channel are darker than the others.
+# Contact is grey, open is blue or green; the largest spot and channel are darker than the others.
 CONTACT_KEY = (
     Swatch("other contact", CONTACT_COLOUR),
-    Swatch("largest contact patch", (70, 72, 76)),
+    Swatch("largest contact spot", (70, 72, 76)),
     Swatch("other open", OPEN_COLOUR),
     Swatch("largest open channel", (110, 180, 150)),
 )

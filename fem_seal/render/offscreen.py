@@ -1,4 +1,4 @@
-"""Drawing without a screen: the only module that imports PyVista.
+"""Drawing without a screen: the only module that draws with PyVista.
 
 A drawing is a stack of layers inside a window of the seal. Coordinates are converted from metres to
 pixels for VTK: camera and clipping planes are then the same for a flange of a metre and a patch of

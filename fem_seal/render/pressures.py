@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.digits import readable, with_prefix
+from fem_seal.digits import in_digits, readable, with_prefix
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT_COLOUR, OPEN, Swatch
@@ -38,7 +38,7 @@ def contact_pressure_scale(pressure: np.ndarray) -> Scale | None:
     factor, unit = readable(highest, "Pa")
     label, beyond = f"contact pressure [{unit}]", "neither"
     if carried.max() > highest:
-        label, beyond = f"{label}, at most {factor * carried.max():.2g}", "max"
+        label, beyond = f"{label}, peaks to {in_digits(factor * carried.max(), 2)}", "max"
     return Scale(
         label, 0.0, highest * factor, False, CONTACT_PRESSURE_COLOURS, beyond, per_si=factor
     )

@@ -63,7 +63,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
     if result.seal is None or result.state != "lifted off":
         lines.append(("contact", contact_words(result)))
     memory = result.peak_memory_bytes / 1e6
-    lines.append(("cost", f"{result.seconds['total']:.1f} s, {memory:.0f} MB"))
+    lines.append(("cost", f"{result.seconds['total']:.1f} s elapsed, {memory:.0f} MB at most"))
     return lines
 
 
@@ -101,7 +101,8 @@ def remarks(result: Result) -> list[str]:
         if result.quantities is None or result.quantities.threshold is None:
             opens += "; the product threshold computes the load at which this patch begins to leak"
         sentences.append(opens)
-    sentences += [caution for caution in result.cautions if caution not in first]
+    said = first, result.reason
+    sentences += [text for text in result.cautions if not any(text in words for words in said)]
     return [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(sentences)]
 
 
@@ -260,8 +261,8 @@ def unit_words(unit: str, gas: GasRecord | None) -> str:
 def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
     """Loads of fluid and solid, or the range of leak rates, in words.
 
-    In a sealed film the fluid's pressure is that of a film that conducts a little in contact, so
-    that the loads are an assumption.
+    In a sealed film the fluid's pressure is an assumption, and with it both loads: the model lets
+    contact conduct with a small gap ε.
     """
     area = 100 * lift.dry.contact_area_fraction
     dry = f"dry, {area:.4g} % of the area would touch"
@@ -280,7 +281,7 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
         steps += ", not settled"
     elif lift.change:
         steps += f", the last changed the leak rate by {100 * lift.change:.2g} %"
-    assumed = ", if its pressure falls evenly through the contact" if sealed else ""
+    assumed = " (the model lets contact conduct with a small gap ε)" if sealed else ""
     return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {steps}"
 
 

@@ -182,11 +182,13 @@ def test_budget_of_a_scene():
     names = {entry.name: entry for entry in error_budget(Patch(rough(rtol=0.5)))}
     assert names["flow"].kind == "guaranteed"
     assert names["contact grid"].kind == "estimated"
-    assert {"one patch", "model"} <= names.keys()
+    assert {"other patches of the face", "the model itself"} <= names.keys()
     by_differences = error_budget(Patch(rough(method="finite-difference")))
     counted = [entry.key for entry in by_differences if entry.counted]
     assert counted == ["contact_grid", "contact_area"]
-    assert "; not covered: flow, fluid pressure, one patch" in budget_words(by_differences)
+    assert "; not covered: flow, fluid pressure, other patches of the face" in budget_words(
+        by_differences
+    )
 
 
 def test_an_older_result_still_reads_and_reports(tmp_path):

@@ -122,7 +122,7 @@ def test_a_sealed_contact_that_the_fluid_opens():
     assert "more leaks" in entry(within).sentence
     # No patch speaks for the seal.
     for result in (free, slight):
-        words = "of this patch (this patch is sealed, others of the seal may leak: [seal] judges"
+        words = "of this patch (others of the seal may leak: [seal] judges"
         assert words in result.verdict.sentence
         assert "[seal] judges the seal" in dict(summary_of(result))["leak rate"]
 

@@ -45,7 +45,7 @@ def test_single_samples_of_high_pressure_do_not_set_the_bar():
     values = np.full((100, 100), 0.7e6)
     values[0, 0] = 1e9
     scale = contact_pressure_scale(values)
-    label = "contact pressure [MPa], at most 1e+03"
+    label = "contact pressure [MPa], peaks to 1000"
     assert (scale.high, scale.label) == (pytest.approx(1.0), label)
     assert scale.beyond == "max"
 

@@ -169,7 +169,7 @@ def test_sealed_and_lifted_off():
     assert (lifted.state, lifted.seal.leak_rate) == ("lifted off", None)
     # The dry contact of a patch is not its state, nor do errors of patches matter.
     assert "contact" not in dict(summary_of(lifted))
-    assert [entry.name for entry in lifted.error_budget] == ["lift", "model"]
+    assert [entry.key for entry in lifted.error_budget] == ["lift", "model"]
     # No value: there is nothing to multiply.
     for result in (sealed, lifted):
         words = dict(summary_of(result))
