@@ -2,18 +2,17 @@
 # # How many unknowns does a certain leak rate need?
 #
 # An elastic contact not far from percolation is a few narrow constrictions in a labyrinth. The
-# leak rate Q of its gap g solves
+# fluid in its gap g has the pressure p and, with Δp = 1, the leak rate Q of
 #
-#     ∇·(K ∇p) = 0,  K = g³/(12 η),  p = Δp at the inlet, 0 at the outlet,
+#     strong: ∇·(K ∇p) = 0,  K = g³/(12 η),  p = Δp at the inlet, 0 at the outlet,
+#     weak: ∫ K ∇p·∇q dA = 0 for all q that are 0 at inlet and outlet,
+#     dual: ∫ (1/K) ∇ψ·∇φ dA = 0 for all φ without flux; ψ has unit flux.
 #
-# and two variational principles enclose it: Q Δp = min ∫ K|∇p|² (Dirichlet) and
-# 1/Q = min ∫ |∇ψ|²/K over stream functions ψ of unit flux (Thomson, Δp = 1). With exact averages
-# of g³ and 1/g³ on every triangle both hold on any mesh, so that
-#
-#     lower ≤ Q ≤ upper
-#
-# is a fact about the gap and not an extrapolation. Two ways to spend unknowns are compared: the
-# adaptive mesh, and the pixel mesh refined uniformly.
+# Each weak form is that of a least energy: Q Δp = min ∫ K|∇p|² dA (Dirichlet), and 1/Q = min ∫
+# |∇ψ|²/K dA over stream functions, constant in contact (Thomson). With exact averages of g³ and
+# 1/g³ on every triangle both hold on any mesh: lower ≤ Q ≤ upper is a fact about the gap and not
+# an extrapolation. Two ways to spend unknowns are compared: the adaptive mesh, and the pixel mesh
+# refined uniformly.
 #
 # Expected: half-width ~ unknowns⁻¹ once all channels are open (energy of linear elements errs by
 # h², and adaptive meshes keep that order beside contact), and a number of CG iterations that grows
@@ -43,7 +42,7 @@ WATER = {"viscosity": 1e-3, "pressure_drop": 1e5}
 # ## The gap
 # A self-affine surface (H = 0.8, shortest wavelength 4 samples) pressed into a rubber until 40 %
 # of it touch. Between the samples the gap is linear on the triangles of the pixel grid. Both ways
-# solve the flow through this P1 gap, on every mesh.
+# to spend unknowns solve the flow through this P1 gap, on every mesh.
 
 
 # %%
@@ -55,11 +54,6 @@ def near_percolation(n: int) -> GridField:
     return press(height, 10e6, area_fraction=0.4).gap
 
 
-# %% [markdown]
-# ## The two ways
-
-
-# %%
 def compare(gap: GridField, rtol: float, grids: int) -> tuple[tuple[Level, ...], tuple[Level, ...]]:
     """Levels of the adaptive mesh, refined to `rtol`, and of `grids` uniform ones."""
     film, most = GridFilm(gap, SIDES), 4 ** (grids - 1) * gap.values.size

@@ -1,17 +1,17 @@
 # %% [markdown]
 # # How does a seal close?
 #
-# Just before a seal is tight all the fluid passes one saddle of the gap, between two patches of
-# contact about to meet. How fast does the leak rate vanish with the load?
+# Just before a seal is tight all the fluid passes one saddle of the gap, between two contact spots
+# about to meet. How fast does the leak rate Q vanish with the load p? The contact pressure s has
+# the mean p, the surface is h = H (cos 2πy/λ - cos 2πx/λ), and S(q) = 2 / (E* q) the compliance:
 #
-#     min over p ≥ 0 of ∫ p (S p / 2 - h),  S(q) = 2 / (E* q),       h = H (cos 2πy/λ - cos 2πx/λ)
-#     ∇·(g³ ∇P) = 0,   Q = ∫ g³ |∇P|²
+#     strong: g = S s - h + const ≥ 0, s ≥ 0, s g = 0;  ∇·(g³ ∇P) = 0, P = 1 and 0 at the two ends
+#     weak: ∫ (S s - h) (r - s) dA ≥ 0 for all r ≥ 0 of mean p;  ∫ g³ ∇P·∇R dA = 0 if R is 0 there
 #
-# Were the saddle a channel of fixed shape, Q would follow its gap as g³. Dapp and Müser (EPL 109,
-# 44001, 2015) measured Q ∝ (p_c - p)^(69/20) in simulations: gap, width and length of the
-# constriction all shrink, each with a power of its own. This demo checks the exponent; with
-# `--samples 256 512 1024` it takes a CPU minute (docs/measurements/letter.md).
-# It runs in one process, since most of its time goes into contacts, which threads share.
+# Were the saddle a channel of fixed shape, Q = ∫ g³ |∇P|² dA would follow g³. Dapp and Müser (EPL
+# 109, 44001, 2015) measured Q ∝ (p_c - p)^(69/20): gap, width and length of the constriction all
+# shrink, each with a power of its own. The demo runs in one process, since threads solve the
+# contacts; `--samples 256 512 1024` takes a CPU minute (docs/measurements/letter.md).
 
 # %%
 import argparse

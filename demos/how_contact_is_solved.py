@@ -5,17 +5,20 @@
 #
 #     V = (A0/4) E* Σ q |ũ(q)|² + load,   u >= h
 #
-# (Dapp, Lücke, Persson, Müser, Phys. Rev. Lett. 108, 244301 (2012)). In terms of the pressure:
-# p >= 0, gap g = S p - h + const >= 0, p g = 0, with S(q) = 2 / (E* q).
+# (Dapp, Lücke, Persson, Müser, Phys. Rev. Lett. 108, 244301 (2012)). In terms of the pressure p of
+# mean p0, with the compliance S(q) = 2 / (E* q) and the gap g:
+#
+#     strong: g = S p - h + const >= 0,  p >= 0,  p g = 0
+#     weak: ∫ (S p - h) (r - p) dA >= 0 for all r >= 0 of mean p0: least F = ∫ p (S p / 2 - h) dA
 #
 # Four methods find it: the letter's damped dynamics, its accelerated descendant (fista), the
 # field's standard (Polonsky-Keer) and the default (free-set-cg). All are judged by one number,
 # the duality gap of the pressure they return,
 #
-#     ε = Σ p (g - min g) / (h_rms Σ p),
+#     ε = Σ p (g - min g) / (h_rms Σ p).
 #
 # It bounds the excess of energy by ε × mean pressure × h_rms, however p was computed.
-# It runs in one process, since a contact is solved by threads.
+# The demo runs in one process, since a contact is solved by threads.
 
 # %%
 from dataclasses import dataclass
@@ -38,12 +41,10 @@ MICRON = 1e-6
 
 @dataclass(frozen=True)
 class Answer:
-    """Results: FFT pairs by method, samples on which methods disagree, contact area, mean gaps."""
-
-    pairs: dict[str, float]
-    disagreeing: int
-    area: float
-    bearing_gap: float
+    pairs: dict[str, float]  #: pairs of FFTs by method
+    disagreeing: int  #: samples on which methods disagree
+    area: float  #: A/A0
+    bearing_gap: float  #: mean [m], as the next
     elastic_gap: float
 
 
@@ -91,7 +92,7 @@ def draw(states: dict[str, ContactState], cut: GridField, path: Path) -> None:
             history.loglog(steps + 1, np.maximum(state.residuals, 1e-9), dash, label=name)
         history.axhline(1e-6, color="0.6", lw=0.8)
         history.set(xlabel="iterations + 1", ylabel="certificate ε", title="one surface, one load")
-        history.legend(frameon=False)
+        history.legend(frameon=False, loc="lower left")
         state = states["free-set-cg"]
         maps = ((elastic, state.gap, "elastic"), (plane, cut, "bearing model"))
         for axis, gap, title in maps:

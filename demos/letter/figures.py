@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Rectangle
 from matplotlib.ticker import FormatStrFormatter, NullLocator
 
 from demos.letter.currents import FLOW_AREA, Current
@@ -217,7 +217,14 @@ def _key(axes, seeds: dict[int, str], leaking: Sequence[Current]) -> None:
         entries += [
             _mark("o", colour, f"{model}, certified"),
             Line2D([], [], color=colour, label=f"{medium}, same gaps"),
-            Patch(color=colour, alpha=0.13, label=f"the letter's A*: {middle:g} ± {error:g}"),
+            Rectangle(
+                (0, 0),
+                1,
+                1,
+                color=colour,
+                alpha=0.13,
+                label=f"the letter's A*: {middle:g} ± {error:g}",
+            ),
         ]
     if any(point.harmonic for point in leaking):
         entries.append(_mark("x", "0.4", "finite differences, band of link rules"))

@@ -65,7 +65,7 @@ def page(
     The files end in .png, .pdf or .svg. The shape is the number of rows and of columns of panels,
     each of which shows the window and has a longer `side` [inch]; below them stands the key.
     """
-    from matplotlib.patches import Patch
+    from matplotlib.patches import Rectangle
 
     (rows, columns), (wide, high) = shape, window.shape
     size = columns * (side * wide + MARGINS[0] + BAR), rows * (side * high + MARGINS[1])
@@ -74,7 +74,7 @@ def page(
         yield panels
         rings = [ring for axes in panels.flat for ring in axes.get_legend_handles_labels()[0]]
         entries = [
-            Patch(facecolor=swatch.rgb, edgecolor="black", linewidth=0.6, label=swatch.name)
+            Rectangle((0, 0), 1, 1, fc=swatch.rgb, ec="black", lw=0.6, label=swatch.name)
             for swatch in key
         ] + rings[:1]
         if entries:
