@@ -92,7 +92,7 @@ def draw(states: dict[str, ContactState], cut: GridField, path: Path) -> None:
             history.loglog(steps + 1, np.maximum(state.residuals, 1e-9), dash, label=name)
         history.axhline(1e-6, color="0.6", lw=0.8)
         history.set(xlabel="iterations + 1", ylabel="certificate ε", title="one surface, one load")
-        history.legend(frameon=False, loc="lower left")
+        history.legend(frameon=False, loc="lower left", fontsize=8)
         state = states["free-set-cg"]
         maps = ((elastic, state.gap, "elastic"), (plane, cut, "bearing model"))
         for axis, gap, title in maps:

@@ -1,6 +1,6 @@
 """Control of the total error: coarse runs choose the contact grid and the flow tolerance.
 
-The error of a leak rate has four parts, all measured as |ln| of a ratio of leak rates, so that
+The error of a leak rate has four sources, all measured as |ln| of a ratio of leak rates, so that
 they add up:
 
     c + a + f + l <= ln(1 + total)
@@ -88,11 +88,15 @@ def chosen_grid(
     budget = log1p(total)
     refined = _refined(first, max_refinement, error_of, budget)
     solved, area = refined.patch, refined.area
-    lifts, left = solved.lifted is not None, budget - refined.part
+    lifts, left = solved.lifted is not None, budget - refined.log_error
     # Passes through contact and flow do not settle to any tolerance: samples open and close.
     least = (1 - LAST_SHARE) * budget if lifts else 0.0
     leak = solved.leak_rate
-    if leak.converged and left > least and flow_part(leak) + lift_part(solved.lifted) > left:
+    if (
+        leak.converged
+        and left > least
+        and flow_log_error(leak) + lift_log_error(solved.lifted) > left
+    ):
         # The lift claims a multiple of rtol, which is up to twice the flow's part.
         rtol = 2 * left / (1 + 2 * allowed_error(1.0)) if lifts else 2 * sinh(left)
         known = Known(solved.contact)
@@ -100,8 +104,8 @@ def chosen_grid(
         solved = first.with_(surface=solved.surface, known=known, flow_settings=settings)
         leak = solved.leak_rate
         area = area_error(solved) if lifts else area
-    lift = lift_part(solved.lifted)
-    missed = refined.grid.part + area_part(area) + flow_part(leak) + lift > budget
+    lift = lift_log_error(solved.lifted)
+    missed = refined.grid.log_error + area_log_error(area) + flow_log_error(leak) + lift > budget
     if leak.converged and missed and leak.state == "leaking":
         words = _missed_by_lift(total, lift) if left > least else _missed(total, refined)
         leak = replace(leak, converged=False, reason=words)
@@ -112,11 +116,11 @@ def chosen_grid(
         total=total,
         samples=present(solved.surface, "surface").shape,
         rtol=solved.flow_settings.rtol,
-        contact_error=None if leak.state == "sealed" else _known(refined.grid.part),
-        flow_error=_known(flow_part(leak)),
+        contact_error=None if leak.state == "sealed" else _known(refined.grid.log_error),
+        flow_error=_known(flow_log_error(leak)),
         trials=refined.trials,
         lift_error=_known(lift) if lifts else None,
-        area_error=None if area is None else _known(area.part),
+        area_error=None if area is None else _known(area.log_error),
     )
 
 
@@ -130,9 +134,9 @@ class _Refined:
     area: EstimatedError | None  #: of a prescribed contact area; None without one
 
     @property
-    def part(self) -> float:
+    def log_error(self) -> float:
         """Sum of both."""
-        return self.grid.part + area_part(self.area)
+        return self.grid.log_error + area_log_error(self.area)
 
 
 def _refined(
@@ -163,14 +167,14 @@ def _refined(
         if coarse:
             continue
         refined = _Refined(solved, tuple(trials), error_of(tried), area_error(solved))
-        if refined.part <= (LAST_SHARE if shape == shapes[-1] else SHARE) * budget:
+        if refined.log_error <= (LAST_SHARE if shape == shapes[-1] else SHARE) * budget:
             break
     return refined
 
 
-def _known(part: float) -> float | None:
+def _known(log_error: float) -> float | None:
     """Relative error of |ln| of a ratio of leak rates; None if it is not known."""
-    error = relative_error(part)
+    error = relative_error(log_error)
     return error if error < inf else None
 
 
@@ -255,7 +259,7 @@ def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
     return lighter.leak_rate.state == "sealed" and lighter.leak_rate.converged
 
 
-def flow_part(leak: LeakRate) -> float:
+def flow_log_error(leak: LeakRate) -> float:
     """Largest |ln| of √(lower upper) over the exact leak rate: half of ln(upper / lower)."""
     if leak.state in ("sealed", "lifted off"):
         return 0.0
@@ -263,33 +267,33 @@ def flow_part(leak: LeakRate) -> float:
     return 0.5 * log(upper / lower) if lower > 0 else inf
 
 
-def area_part(error: EstimatedError | None) -> float:
+def area_log_error(error: EstimatedError | None) -> float:
     """Largest |ln| of the factors of a prescribed area; 0 without one."""
-    return 0.0 if error is None else error.part
+    return 0.0 if error is None else error.log_error
 
 
-def lift_part(lifted: LiftedState | None) -> float:
+def lift_log_error(lifted: LiftedState | None) -> float:
     """Estimated |ln| of the leak rate over that of the equilibrium; 0 if it has not settled."""
     return lifted.error if lifted is not None and lifted.converged else 0.0
 
 
-def relative_error(part: float) -> float:
+def relative_error(log_error: float) -> float:
     """Relative error of |ln| of a ratio of leak rates; infinite beyond double precision."""
-    return expm1(part) if part < 700 else inf
+    return expm1(log_error) if log_error < 700 else inf
 
 
 def _missed(total: float, refined: _Refined) -> str:
-    part, also = refined.part, "" if refined.area is None else " and the area's"
+    log_error, also = refined.log_error, "" if refined.area is None else " and the area's"
     nx, ny = refined.trials[-1].samples
-    size = f"about {per_cent(relative_error(part))}" if part < inf else "not known"
+    size = f"about {per_cent(relative_error(log_error))}" if log_error < inf else "not known"
     return (
         f"the contact grid's{also} part of the error is {size} on {nx} x {ny}, "
         f"the finest that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"
     )
 
 
-def _missed_by_lift(total: float, part: float) -> str:
+def _missed_by_lift(total: float, log_error: float) -> str:
     return (
-        f"the lift's part of the error is about {per_cent(relative_error(part))}; together with "
-        f"those of contact grid and flow it is above accuracy.total = {total:g}"
+        f"the lift's part of the error is about {per_cent(relative_error(log_error))}; together "
+        f"with those of contact grid and flow it is above accuracy.total = {total:g}"
     )

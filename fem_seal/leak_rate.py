@@ -198,7 +198,7 @@ class EstimatedError:
             raise Inconsistent(f"factors of an estimated error: {lower} and {upper}")
 
     @property
-    def part(self) -> float:
+    def log_error(self) -> float:
         """Largest |ln| of true over computed leak rate; infinite if a side is open."""
         if not self.lower or self.upper is None:
             return inf

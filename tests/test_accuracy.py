@@ -125,7 +125,7 @@ def test_a_small_error_of_a_grid_goes_with_the_square_of_its_spacing():
     finer = resample(height, (128, 128))
     assert unresolved(finer) == pytest.approx(unresolved(height) / 4, rel=2e-3)
     parts = [
-        grid_error(OnGrid(1.0, 1.0, 1.0, 0.0), OnGrid(exp(4 * c), exp(4 * c), 1.0, c)).part
+        grid_error(OnGrid(1.0, 1.0, 1.0, 0.0), OnGrid(exp(4 * c), exp(4 * c), 1.0, c)).log_error
         for c in (1e-3, 4e-3)
     ]
     epsilon = OF_UNRESOLVED * 1e-3 + OF_CHANGE * 4e-3
@@ -149,7 +149,7 @@ def test_sides_open_next_to_closing():
     assert errors[5].upper == pytest.approx(21.0**3, rel=1e-12)
     coarse = OnGrid(0.7, 0.7, 1.0, 0.1)
     for more in ({"lifted": True}, {"by_area": True}):
-        assert grid_error(coarse, replace(fine[0], **more)).part > errors[0].part
+        assert grid_error(coarse, replace(fine[0], **more)).log_error > errors[0].log_error
     sealed = grid_error(OnGrid(0.0, 0.0, 0.0, 0.1), fine[0])
     assert sealed.lower is None
     assert sealed.upper >= errors[0].upper

@@ -162,7 +162,7 @@ def test_a_cut_surface(samples):
         return Patch(scene("contact.model=bearing", "contact.pressure=", area, "flow.lift=none"))
 
     # The plane lies at the sample to rounding, 1e-16 of the heights: 1e-14 of a tight constriction.
-    assert area_error(cut(samples - 0.4)).part < 1e-12
+    assert area_error(cut(samples - 0.4)).log_error < 1e-12
     error = area_error(cut(samples + 0.4))
     true = cut(samples + 1).leak_rate.value / cut(samples).leak_rate.value
     assert error.upper == 1
@@ -181,7 +181,7 @@ def test_two_ends_of_one_search():
     apart = abs(log(states[0].leak_rate.value / states[1].leak_rate.value))
     claims = sum(state.error + RTOL / 2 for state in states)
     errors = [area_error(patch.with_(known=Known(lifted=state))) for state in states]
-    assert claims < apart < claims + sum(error.part for error in errors)
+    assert claims < apart < claims + sum(error.log_error for error in errors)
 
 
 def test_it_counts_together_with_all_others():

@@ -95,7 +95,7 @@ class CellData(CellContact):
                 getattr(whole, name)[cells] = getattr(batch, name)
         return whole
 
-    def part(self, cells: np.ndarray | slice) -> "CellData":
+    def subset(self, cells: np.ndarray | slice) -> "CellData":
         """Data of the cells of a mask (C,), of indices or of a slice."""
         return CellData(*(getattr(self, name)[cells] for name in self.__dataclass_fields__))
 

@@ -48,7 +48,7 @@ class FilmOnMesh:
         self.mesh, self.tolerance = mesh, tolerance
         self.gap, self.values = gap, values
         self.kept = kept
-        self.data = data.part(kept)
+        self.data = data.subset(kept)
         self._cell_contact: CellContact = data.without_values()
         self.primal_numbering = numbering
         self.cells = triangles = mesh.cells.compress(kept, axis=0)
@@ -88,7 +88,7 @@ class FilmOnMesh:
         """Tensor (n, 3) of the true dual, or of the regularised one if epsilon > 0."""
         if epsilon == 0:
             return self.data.resistivity[cells]
-        return self.data.part(cells).regularised(epsilon, self.gap.cut)
+        return self.data.subset(cells).regularised(epsilon, self.gap.cut)
 
     def indicators(self, flows: Sequence[FlowEstimate]) -> np.ndarray:
         """Error indicators e_T (C,): the part of each cell in upper - lower (Prager and Synge).

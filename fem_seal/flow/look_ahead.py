@@ -44,7 +44,7 @@ def refined_ahead(
     start = start.refined(gap, marks.times)
     for _ in range(times):
         new = np.flatnonzero((start.mesh.cells >= before).any(axis=1))
-        mesh = start.mesh.part(new)
+        mesh = start.mesh.subset(new)
         data = gap.cell_data(mesh, start.values)
         new_cells = _NewCells(mesh, gap.aspect, data, data.regularised(flows[0].epsilon, gap.cut))
         # On walls ψ is prescribed or constant; on a seam two vertices share one value.

@@ -102,7 +102,7 @@ def _with_gap(problem: LevelProblem, gap: LinearGap) -> LevelProblem:
         raise TypeError(f"only films on a grid share a mesh, got a {type(problem.mesh).__name__}")
     other = copy(problem)
     other.gap, other.values = gap, gap.values_at(problem.mesh)
-    other.data = gap.cell_data(problem.mesh, other.values).part(problem.kept)
+    other.data = gap.cell_data(problem.mesh, other.values).subset(problem.kept)
     return other
 
 

@@ -104,7 +104,7 @@ class NestedMesh(Mesh):
         """Mesh with the arrays that bisection made; its sides have no labels to carry over."""
         return replace(self, xy=xy, cells=cells, twin=twin, carried_edges=edges)
 
-    def part(self, cells: np.ndarray) -> "NestedMesh":
+    def subset(self, cells: np.ndarray) -> "NestedMesh":
         """Mesh of the cells (n,) alone, with all vertices."""
         return replace(self, cells=self.cells[cells], carried_edges=None)
 

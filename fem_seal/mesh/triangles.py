@@ -137,7 +137,7 @@ class TriangleMesh(Mesh):
         """Mesh with the arrays that bisection made, and the labels carried to the halves."""
         return TriangleMesh(xy, cells, halvings.carried(self.sides, _halved_labels), twin, edges)
 
-    def part(self, cells: np.ndarray) -> "TriangleMesh":
+    def subset(self, cells: np.ndarray) -> "TriangleMesh":
         """Mesh of the cells (n,) alone, with all vertices."""
         sides = self.sides[cells]
         return replace(self, cells=self.cells[cells], sides=sides, carried_edges=None)

@@ -120,7 +120,7 @@ def _contact_error(patch: LoadedPatch, load: float) -> float | None:
     # The grids may differ by less than the flows of the table may be off.
     fine = patch.with_flows_to(min(patch.rtol, patch.patch.scene.flow.rtol))
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol)
-    error = relative_error(grid_error(_on_grid(coarse, load), _on_grid(fine, load)).part)
+    error = relative_error(grid_error(_on_grid(coarse, load), _on_grid(fine, load)).log_error)
     return error if isfinite(error) else None
 
 

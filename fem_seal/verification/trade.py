@@ -255,7 +255,7 @@ def trade_of(runs: Sequence[Run], by_area: bool = False) -> Trade:
         OnGrid(run.leak_rate, run.leak_rate, run.critical_gap, run.unresolved, by_area)
         for run in (coarser, finest)
     ]
-    estimated = relative_error(grid_error(*two).part)
+    estimated = relative_error(grid_error(*two).log_error)
     uncertainty = max(estimated, relative_half_width(*finest.bounds))
     sealed = tuple(samples for samples, run in best.items() if run.state == "sealed")
     points = [

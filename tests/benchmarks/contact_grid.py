@@ -92,9 +92,9 @@ def main(first: int, count: int, lift: bool, shortest: list[int]) -> None:
         high = inf if error.upper is None else log(error.upper)
         held += low <= true <= high
         if area < 0.4:
-            closed.append(error.part < inf)
-        if error.part < inf and true:
-            ratios.append(error.part / abs(true))
+            closed.append(error.log_error < inf)
+        if error.log_error < inf and true:
+            ratios.append(error.log_error / abs(true))
         fine, coarse = OnGrid.of(patch), OnGrid.of(on_half(patch))
         print(
             f"{number:5d} {'held' if low <= true <= high else 'MISSED':6} A/A0 {area:.3f}, "

@@ -24,7 +24,7 @@ from time import process_time, time
 import numpy as np
 from lifted_scenes import problem_of
 
-from fem_seal.accuracy import area_part
+from fem_seal.accuracy import area_log_error
 from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, lifted
 from fem_seal.coupling.lifted import lifted_from
@@ -169,7 +169,7 @@ def outcome(scene: Scene) -> Outcome:
 
 def _claimed(patch: Patch, state: LiftedState) -> float:
     """Error of ln Q by the lift, and by the search for a contact area."""
-    return state.error + area_part(area_error(patch.with_(known=Known(lifted=state))))
+    return state.error + area_log_error(area_error(patch.with_(known=Known(lifted=state))))
 
 
 def _outside(scene: Scene, patch: Patch, state: LiftedState) -> float:
