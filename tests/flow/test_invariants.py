@@ -198,8 +198,11 @@ def test_brackets_enclose_one_number(case):
         assert flow.state == "leaking"
         assert all(0 < level.lower <= level.upper for level in flow.levels)
         lower, upper = np.transpose([[level.lower, level.upper] for level in flow.levels])
-        assert (np.diff(lower) >= 0).all()
-        assert (np.diff(upper) <= 0).all()
+        # A bound is a sum over cells that each mesh cuts anew. Summed in pairs it is known to the
+        # rounding unit times log2 of their number, below 2^32.
+        rounding = 32 * np.finfo(float).eps
+        assert (np.diff(lower) >= -rounding * lower[1:]).all()
+        assert (np.diff(upper) <= rounding * upper[1:]).all()
         assert flow.converged or "unknowns" in flow.reason
 
 
