@@ -162,7 +162,7 @@ def dual_numbering(
     """Number the stream function on the kept cells (C,) bool.
 
     It has one unknown for each contact spot, and is constant on each wall and in all other cells.
-    Where patches close every channel, no jump is possible. `merge_blocked`: the corners of a
+    Where spots close every channel, no jump is possible. `merge_blocked`: the corners of a
     blocked cell are one unknown (true dual); otherwise they are free (regularised dual, in which
     blocked cells conduct a little).
     """
@@ -174,7 +174,7 @@ def dual_numbering(
     label = unwound.root[of_cell]
     live = np.zeros(len(unwound.root), dtype=bool)
     live[label.compress(~data.blocked[kept], axis=0) if merge_blocked else label] = True
-    # ψ is defined up to a constant: pin it on the walls, or on any one patch.
+    # ψ is defined up to a constant: pin it on the walls, or on any one spot.
     live[live.argmax() if mesh.periodic else unwound.root[patch[near[0]]]] = False
     of_corner, count = numbered(label, live)
     # Use the smallest integer type that holds the offsets.
@@ -223,7 +223,7 @@ def jumps_along(windings: np.ndarray) -> np.ndarray:
 
 
 def jumps_across(windings: np.ndarray) -> np.ndarray:
-    """Jumps (k, d) that stream functions may have, constant on patches with these windings."""
+    """Jumps (k, d) that stream functions may have, constant on contact spots with these windings."""
     d = windings.shape[1]
     if not len(windings):
         return np.eye(d, dtype=np.int8)

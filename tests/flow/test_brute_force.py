@@ -39,7 +39,7 @@ def test_the_brute_force_itself(representation, sides):
 
 
 def nasty_gap(rng: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
-    """Low or high contrast, with scattered contact, contact lines, or patches at the sides."""
+    """Low or high contrast, with scattered contact, contact lines, or spots at the sides."""
     gap = 10 ** rng.uniform(-rng.choice([0.1, 0.5, 2.0]), 0, shape)
     kind = rng.integers(4)
     if kind == 1:

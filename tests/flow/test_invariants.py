@@ -170,7 +170,7 @@ def assert_overlap(one, other) -> None:
 @settings(max_examples=120)
 @given(cases())
 def test_sealed_exactly_when_no_path_is_open(case):
-    """Joined samples, the labelled lattice, the cells of the mesh and the patches of the
+    """Joined samples, the labelled lattice, the cells of the mesh and the spots of the
     stream function: four answers to one question."""
     open_path = leaks(case)
     assert case.film.sealed == (not open_path)
