@@ -223,7 +223,7 @@ def jumps_along(windings: np.ndarray) -> np.ndarray:
 
 
 def jumps_across(windings: np.ndarray) -> np.ndarray:
-    """Jumps (k, d) that stream functions may have, constant on contact spots with these windings."""
+    """Jumps (k, d) of stream functions that are constant on contact spots with these windings."""
     d = windings.shape[1]
     if not len(windings):
         return np.eye(d, dtype=np.int8)

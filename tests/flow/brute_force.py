@@ -109,7 +109,7 @@ def _components(pairs: np.ndarray, count: int) -> np.ndarray:
 
 
 def _potentials(patch: np.ndarray, top: np.ndarray, bottom: np.ndarray):
-    """Walk over the contact spots on the seam, where ψ(top) = ψ(bottom) + 1: root and height of each."""
+    """Walk over the spots on the seam, where ψ(top) = ψ(bottom) + 1: root and height of each."""
     steps: dict[int, list[tuple[int, int]]] = {}
     for low, high in zip(patch[bottom].tolist(), patch[top].tolist(), strict=True):
         steps.setdefault(low, []).append((high, 1))
