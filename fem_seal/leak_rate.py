@@ -117,8 +117,8 @@ class LeakRate:
     inflow: float = 0.0
     outflow: float = 0.0
     levels: tuple[Level, ...] = field(default=(), repr=False)  #: refinement history
-    #: of the iterations of finite differences: largest change of the pressures over the inlet's in
-    #: each step for "slip", decrease of the energy over the last energy in each of the "cascade"
+    #: of the iteration of finite differences for "slip": largest change of the pressures over the
+    #: inlet's in each step
     residuals: dict[str, tuple[float, ...]] = field(default_factory=dict, repr=False)
     #: flow on the last mesh, if the caller of the solver wanted it
     field: FlowField | None = field(default=None, repr=False)

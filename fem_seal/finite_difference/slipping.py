@@ -9,7 +9,7 @@ little on the pressure where most of the pressure drop is.
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import csc_matrix, diags
+from scipy.sparse import csc_matrix, csr_array, diags
 from scipy.sparse.linalg import spsolve
 
 from fem_seal.errors import NotConverged, present
@@ -61,16 +61,13 @@ def node_pressure(film: GridFilm, pressure_drop: float, links: str = "linear-gap
     """
     # The pressure does not depend on the viscosity.
     grid = flow_grid(film, 1.0, links)
-    pressure = np.where(grid.carrying, 0.0, np.nan)
-    pressure[0, grid.carrying[0]] = 1.0
-    free = np.flatnonzero(grid.carrying[1:-1]) + pressure.shape[1]
-    if free.size:
-        matrix = grid.network.laplacian(grid.carrying)
-        right_side = -(matrix @ np.nan_to_num(pressure.ravel()))[free]
-        # Divide the rows by their diagonal: conductances differ by many decades.
-        diagonal = matrix.diagonal()[free]
-        rows = diags(1 / diagonal) @ matrix[free][:, free]
-        pressure.flat[free] = spsolve(csc_matrix(rows), right_side / diagonal)
+    pressure = grid.network.pressure(grid.carrying, _solved)
     if film.representation == "constant":
         pressure = pressure[1:-1]  # the ends are nodes of their own
     return film.sites.on_samples(pressure_drop * pressure)
+
+
+def _solved(matrix: csr_array, right_side: np.ndarray) -> np.ndarray:
+    # Divide the rows by their diagonal: conductances differ by many decades.
+    diagonal = matrix.diagonal()
+    return spsolve(csc_matrix(diags(1 / diagonal) @ matrix), right_side / diagonal)

@@ -10,7 +10,6 @@ and the leak rate is Q = C Δp, C the conductance of the network between its two
 
 from fem_seal.film.grid_film import GridFilm, require_film
 from fem_seal.film.law import leak_rate_of_square
-from fem_seal.finite_difference.cascade import first_guess, relax
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.slipping import film_without_slip
 from fem_seal.finite_difference.stencil import flow_grid
@@ -28,8 +27,6 @@ def by_differences(
     pressure_drop: float,
     slip: Slip | None = None,
     links: str = "linear-gap",
-    rtol: float = 1e-8,
-    cascade: bool = False,
 ) -> LeakRate:
     """Leak rate of a film by central differences on its samples, without bounds.
 
@@ -49,24 +46,15 @@ def by_differences(
     links
         Mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear gap
         that varies along the flow only, "harmonic" for a stepwise one.
-    rtol
-        Relative tolerance of the leak rate; used with the cascade only.
-    cascade
-        False: eliminate the nodes, which is exact to rounding at any contrast. True: relax on the
-        letter's cascade of grids, on each from the pressure of the coarser one.
 
     Raises
     ------
     InvalidInput
         For values out of range, unknown links, or an argument that is no film on a grid.
     NotConverged
-        If the relaxation does not reach `rtol`, or the iteration for slip does not settle.
-
-    References
-    ----------
-    W. B. Dapp, A. Lücke, B. N. J. Persson, M. H. Müser, Phys. Rev. Lett. 108, 244301 (2012).
+        If the iteration for slip does not settle.
     """
-    require_positive(viscosity=viscosity, pressure_drop=pressure_drop, rtol=rtol)
+    require_positive(viscosity=viscosity, pressure_drop=pressure_drop)
     require_film(film, (GridFilm,))
     if film.sealed:
         return LeakRate.sealed(METHOD)
@@ -85,21 +73,14 @@ def by_differences(
             reason="the gap is open only along diagonals of its triangulation, which the "
             "five-point stencil does not follow; sample it finer",
         )
-    if cascade:
-        # The dissipation: its error is the square of that of the pressure.
-        relaxed = relax(grid.network, grid.carrying, first_guess(grid), rtol)
-        residuals["cascade"] = relaxed.residuals
-        rates = relaxed.energy, relaxed.inflow, relaxed.outflow
-    else:
-        # One link joins the two ends, so that inflow and outflow are equal.
-        rates = (conductance(grid.network),) * 3
-    value, inflow, outflow = (rate * pressure_drop for rate in rates)
+    value = conductance(grid.network) * pressure_drop
     return LeakRate(
         state="leaking",
         method=METHOD,
         value=value,
         unknowns=grid.unknowns,
         residuals=residuals,
-        inflow=inflow,
-        outflow=outflow,
+        # One link joins the two ends in the end, so that inflow and outflow are equal.
+        inflow=value,
+        outflow=value,
     )

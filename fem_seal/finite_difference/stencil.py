@@ -4,6 +4,7 @@ The conductance of a link is the mean of K = g³/(12 η) along it, by one of the
 times its width over its length.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -62,16 +63,32 @@ class Network:
         links = sparse.coo_array((np.tile(c, 2), (np.r_[a, b], np.r_[b, a])), shape=shape).tocsr()
         return sparse.csr_array(sparse.diags(np.asarray(links.sum(axis=1)).ravel()) - links)
 
+    def pressure(
+        self,
+        carrying: np.ndarray,
+        solve: "Callable[[sparse.csr_array, np.ndarray], np.ndarray]",
+    ) -> np.ndarray:
+        """Pressure (mx, my) from 1 at the inlet to 0 at the outlet; NaN at nodes not `carrying`.
+
+        `solve` takes the matrix of the carrying nodes between the ends, and the right side.
+        """
+        pressure = np.where(carrying, 0.0, np.nan)
+        pressure[0, carrying[0]] = 1.0
+        free = np.flatnonzero(carrying[1:-1]) + self.shape[1]
+        if free.size:
+            matrix = self.laplacian(carrying)
+            right_side = -(matrix @ np.nan_to_num(pressure.ravel()))[free]
+            pressure.flat[free] = solve(matrix[free][:, free], right_side)
+        return pressure
+
 
 @dataclass(frozen=True, eq=False)
 class FlowGrid:
-    """Network of a gap's samples with the coordinates of its nodes."""
+    """Network of a gap's samples, and which of its nodes are open."""
 
     sites: Lattice  #: samples of the gap
     network: Network  #: links between the samples, and to the two ends
     open: np.ndarray  #: (mx, my) bool, nodes that are not in contact
-    nodes_x: np.ndarray  #: (mx,), coordinates of the nodes along the flow, from 0 to Lx [m]
-    size: tuple[float, float]  #: (Lx, Ly), lengths of the rectangle [m]
 
     @cached_property
     def carrying(self) -> np.ndarray:
@@ -118,9 +135,7 @@ def _vertex_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
     if not sites.periodic[1]:
         x[:, [0, -1]] *= 0.5
     y[[0, -1]] *= 0.5
-    (mx, my), periodic = g.shape, sites.periodic[1]
-    size = (mx - 1) * dx, (my if periodic else my - 1) * dy
-    return FlowGrid(sites, Network(x, y, periodic), sites.open, dx * np.arange(mx), size)
+    return FlowGrid(sites, Network(x, y, sites.periodic[1]), sites.open)
 
 
 def _centre_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
@@ -131,10 +146,7 @@ def _centre_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
     x = np.concatenate([2 * g[:1] ** 3, inner, 2 * g[-1:] ** 3]) * (fluidity * dy / dx)
     y = _along_y(sites, rule) * (fluidity * dx / dy)
     links = Network(x, np.pad(y, ((1, 1), (0, 0))), sites.periodic[1])
-    nx, ny = g.shape
-    nodes_x = dx * np.concatenate([[0.0], np.arange(nx) + 0.5, [nx]])
-    ends_open = np.pad(sites.open, ((1, 1), (0, 0)), mode="edge")
-    return FlowGrid(sites, links, ends_open, nodes_x, (nx * dx, ny * dy))
+    return FlowGrid(sites, links, np.pad(sites.open, ((1, 1), (0, 0)), mode="edge"))
 
 
 _BUILDERS = {"linear": _vertex_grid, "constant": _centre_grid}

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
-from math import isfinite, isnan, log2, nan, prod
+from math import log2, prod
 from pathlib import Path
 
 from fem_seal import __version__
@@ -207,8 +207,8 @@ def _rows(series: Series, reference: Reference, expected: float | None) -> Itera
         answers = [(n, a) for n, group in series.items() for a in group if a.method == name]
         errors = [answer.value / reference.value - 1 for _, answer in answers]
         for k, (n, answer) in enumerate(answers):
-            change = abs(answer.value - answers[k - 1][1].value) / answer.value if k else nan
-            band = _half_width(answer, series[n]) or (change if isfinite(change) else None)
+            change = abs(answer.value - answers[k - 1][1].value) / answer.value if k else None
+            band = _half_width(answer, series[n]) or change
             effectivity, distance = _claim(answer, band, errors[k], doubt)
             yield Row(
                 method=name,
@@ -230,7 +230,7 @@ def _claim(
     answer: Answer, band: float | None, error: float, doubt: float
 ) -> tuple[float | None, float | None]:
     """Effectivity and distance of a row; `doubt` is the half-width of the reference."""
-    if band is None or answer.certified or isnan(answer.value):
+    if band is None or answer.certified:
         return None, None
     claimed = band * (1 + error)  # of the reference
     return claimed / max(abs(error) + doubt, EXACT), error / max(claimed + doubt, EXACT)
@@ -248,7 +248,7 @@ def _half_width(answer: Answer, group: Sequence[Answer]) -> float | None:
 def _observed(coarse: float, fine: float, reference: Reference) -> float | None:
     """Order of convergence from the errors on a grid and on one of half the spacing."""
     half_width = relative_half_width(reference.lower, reference.upper)
-    if not isfinite(coarse * fine) or min(abs(coarse), abs(fine)) <= max(EXACT, half_width):
+    if min(abs(coarse), abs(fine)) <= max(EXACT, half_width):
         return None
     return log2(abs(coarse / fine))
 
@@ -258,10 +258,8 @@ def judge(answer: Answer, band: float | None, reference: Reference) -> str:
 
     "bound" for bounds; "inside" the bracket; "agrees" if band and bracket overlap; "disagrees" if
     they do not: the method then underestimates its error; "outside" if the number lies outside the
-    bracket and has no band, as the first of a series; "not converged" without a number.
+    bracket and has no band, as the first of a series.
     """
-    if isnan(answer.value):
-        return "not converged"
     if answer.certified:
         return "bound"
     rounding = EXACT * reference.value
@@ -275,8 +273,6 @@ def judge(answer: Answer, band: float | None, reference: Reference) -> str:
 
 
 def _side(error: float) -> str:
-    if isnan(error):
-        return "not converged"
     if abs(error) <= EXACT:
         return "exact"
     return "high" if error > 0 else "low"

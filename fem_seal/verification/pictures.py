@@ -116,8 +116,6 @@ def _style(name: str, number: int) -> dict[str, object]:
     side = next((s for s in ("upper", "lower") if s in name), "")
     plain = "sDPX*h"[number % 6] if family == "FD" else "o"
     marker = {"upper": "v", "lower": "^", "": plain}[side]
-    if "cascade" in name:
-        marker = "x"  # visible on top of the equal value by elimination
     dash = "--" if side else "-"
     return {"color": colour, "marker": marker, "ls": dash, "ms": 4, "lw": 1.2, "label": name}
 

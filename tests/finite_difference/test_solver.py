@@ -5,10 +5,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
-from fem_seal.finite_difference.cascade import relax
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.finite_difference.slipping import node_pressure
 from fem_seal.finite_difference.stencil import flow_grid
@@ -172,24 +171,6 @@ def test_a_linear_gap_needs_two_rows_and_columns():
     assert leak(np.ones((1, 7)), periodic=True) == approx(7, rel=1e-13)
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("sides", SIDES)
-def test_cascade_agrees_with_elimination_and_conserves(representation, sides):
-    """Both solve the same network: the energies agree to tol, inflow and outflow to √tol."""
-    s = np.sin(2 * np.pi * np.arange(48) / 48)
-    c = np.roll(s, 5)
-    g = np.maximum(0, np.outer(s, c) + 0.5 * np.add.outer(c, s**3) + 0.5)
-    assert 0.05 < np.mean(g == 0) < 0.4
-    gap = GridField(g, (1, 1), True)
-    film = GridFilm(gap, sides, representation)
-    exact, tol = by_differences(film, **FLUID), 1e-8
-    iterated = by_differences(film, cascade=True, rtol=tol, **FLUID)
-    assert iterated.unknowns == exact.unknowns
-    assert iterated.value == approx(exact.value, rel=10 * tol)
-    assert iterated.value >= exact.value * (1 - 1e-12)  # Dirichlet's principle
-    assert iterated.inflow == approx(iterated.outflow, rel=np.sqrt(tol))
-
-
 def test_bad_input_is_refused():
     gap = GridField(np.ones((3, 3)), (1, 1))
     with pytest.raises(InvalidInput, match="viscosity = -1"):
@@ -198,14 +179,6 @@ def test_bad_input_is_refused():
         by_differences(GridFilm(gap, sides="wall"), links="median", **FLUID)
     with pytest.raises(InvalidInput, match="sides"):
         by_differences(GridFilm(gap, sides="slit"), **FLUID)
-
-
-def test_relaxation_that_does_not_converge_raises():
-    """Each step of conjugate gradients reaches one row further: ten cannot cross 40 rows."""
-    g = random_gap(1, (40, 40), contact=0.2)
-    grid = flow_grid(GridFilm(GridField(g, (1, 1)), "wall", "constant"), 1 / 12, "harmonic")
-    with pytest.raises(NotConverged, match="after 10 steps"):
-        relax(grid.network, grid.carrying, np.zeros(grid.open.shape), 1e-8, max_iterations=10)
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])

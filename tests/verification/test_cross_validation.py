@@ -8,13 +8,12 @@ import pytest
 from project import leak_rate
 from sample_gaps import rough_gap
 
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings, Limits
 from fem_seal.grid import GridField
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
-from fem_seal.verification import methods
 from fem_seal.verification.cross_validation import Reference, StudiedGap, compare, judge
 from fem_seal.verification.exact_cases import CASES, finer_film
 from fem_seal.verification.methods import METHODS, Answer
@@ -177,29 +176,6 @@ def test_the_judge():
     assert judge(answer, 0.3, reference) == "agrees"
     assert judge(replace(answer, value=1.0), 0.3, reference) == "inside"
     assert judge(replace(answer, certified="below"), None, reference) == "bound"
-    assert judge(replace(answer, value=np.nan), None, reference) == "not converged"
-
-
-def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch, tmp_path):
-    """The cascade is stopped after too few steps on the second grid of two."""
-    real = methods.by_differences
-
-    def failing(film, *, cascade, **options):
-        if cascade and film.gap.shape[0] > 16:
-            raise NotConverged("too few steps")
-        return real(film, cascade=cascade, **options)
-
-    monkeypatch.setattr(methods, "by_differences", failing)
-    rows, _ = on_film(FILM, SETTING, grids=2, methods=("cascade", "linear-gap", "adaptive"))
-    first, second = series(rows, "FD cascade")
-    # Where it converges it is the number of the elimination, to its tolerance of 1e-8.
-    assert first.value == pytest.approx(series(rows, "FD linear-gap")[0].value, rel=1e-7)
-    assert (second.verdict, second.band, second.order) == ("not converged", None, None)
-    # Kept as such, and not tried again.
-    asked = (FILM, SETTING, 2, ("cascade", "adaptive"))
-    kept, _ = on_film(*asked, out=tmp_path)
-    assert series(kept, "FD cascade")[1].verdict == "not converged"
-    assert on_film(*asked, out=tmp_path, work=Work(gather=True)) is not None
 
 
 def test_an_unknown_method_lists_those_there_are():
