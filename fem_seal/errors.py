@@ -51,6 +51,10 @@ class InvalidScene(InvalidInput):
         words = errors[0] if len(errors) == 1 else f"{len(errors)} errors: {'; '.join(errors)}"
         super().__init__(": ".join(filter(None, (source, words))))
 
+    def __reduce__(self) -> tuple[type, tuple[str, tuple[str, ...]]]:
+        """Pickle the arguments, which are not those of other errors."""
+        return type(self), (self.source, self.errors)
+
     @property
     def lines(self) -> tuple[str, ...]:
         """A line for each error, if there are several."""

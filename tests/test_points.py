@@ -17,7 +17,7 @@ from project import MPI_ENVIRONMENT, printed_by, started, write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.points import Expected
-from fem_seal.points.farm import WorkerKilledError, farm, processes_that_fit
+from fem_seal.points.farm import farm, processes_that_fit
 from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 
 VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
@@ -168,9 +168,12 @@ def test_a_worker_is_alone_with_one_thread(tmp_path, monkeypatch):
 
 
 def test_a_killed_worker_is_said(tmp_path):
-    with pytest.raises(WorkerKilledError):
-        farm([tmp_path], killed_once, 1, lambda: 0)
-    farm([tmp_path], killed_once, 1, lambda: 0)
+    """And stops no other: each has a process of its own."""
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "met").touch()
+    assert farm([tmp_path, other], killed_once, 2, lambda: 0) == (["done"], [tmp_path])
+    assert farm([tmp_path], killed_once, 1, lambda: 0) == (["done"], [])
 
 
 def test_a_point_that_kills_its_process_is_a_row(scene_file, tmp_path, monkeypatch):
@@ -253,7 +256,7 @@ def test_processes_do_not_wait_for_the_first_point(tmp_path):
     """Both of two begin at once, where the memory holds two points."""
     here = tmp_path / "here"
     here.mkdir()
-    assert farm([here, here], meet, 2, lambda: 0, need=400 * MB) == [True, True]
+    assert farm([here, here], meet, 2, lambda: 0, need=400 * MB) == ([True, True], [])
 
 
 @pytest.mark.parametrize(

@@ -178,14 +178,6 @@ def part(text: str) -> tuple[int, int]:
     return k, n
 
 
-def prepare_workers(options: argparse.Namespace, module: str) -> None:
-    """Let the workers of --jobs import a module while this process imports it."""
-    if (options.jobs or 1) > 1 and not options.gather:
-        from fem_seal.points.farm import preload
-
-        preload([module])
-
-
 def add_output(command: argparse.ArgumentParser, default: str) -> None:
     """Add the result folder."""
     command.add_argument("--out", type=Path, metavar="DIR", help=f"result folder ({default})")

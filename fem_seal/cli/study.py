@@ -15,7 +15,6 @@ from fem_seal.cli.options import (
     add_moved,
     add_scene,
     add_work,
-    prepare_workers,
     work_of,
 )
 from fem_seal.cli.printing import WIDTH, say
@@ -87,10 +86,9 @@ def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argp
 
 
 def _shared(command: Command) -> Command:
-    """Start the workers and lock the folder of a study, which its parts share."""
+    """Lock the folder of a study, which its parts share."""
 
     def locked(options: argparse.Namespace) -> int:
-        prepare_workers(options, "fem_seal.points.compute")
         with locked_folder(options.out, shared=True):
             return command(options)
 

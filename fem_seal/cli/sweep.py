@@ -11,7 +11,6 @@ from fem_seal.cli.options import (
     add_scene,
     add_trust,
     add_work,
-    prepare_workers,
     work_of,
 )
 from fem_seal.cli.printing import say
@@ -58,7 +57,6 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    prepare_workers(options, "fem_seal.sweep.sweep")
     from fem_seal.sweep import Axis, combinations, read_points, sweep
     from fem_seal.sweep.summary import write_summary
 

@@ -1,22 +1,21 @@
 """Compute the points that are missing, in this process or in many."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from concurrent.futures import Executor, wait
+from dataclasses import dataclass
 from functools import partial
-from time import monotonic
 from typing import TypeAlias
 
 from fem_seal import parallel
-from fem_seal.errors import FemSealError, MissingPackage, NotConverged
-from fem_seal.points.farm import WorkerKilledError, farm, watch
-from fem_seal.points.task import Chain, Task, nothing
+from fem_seal.digits import number_of
+from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, NotConverged
+from fem_seal.points.farm import POLL, farm
+from fem_seal.points.task import Chain, nothing
 from fem_seal.points.work import UNKNOWN_POINT, Expected, Work
 from fem_seal.progress import Pace, Report, silent
 
 Failures: TypeAlias = dict[str, FemSealError]
 KILLED = "the process that computed it was killed; most likely it ran out of memory"
-# `_Throttled` waits at least this many times as long as its last call took.
-SELDOM = 50
 
 
 @dataclass(frozen=True)
@@ -25,22 +24,7 @@ class Outcome:
 
     computed: int  #: number of points that any process has computed meanwhile
     missing: int  #: number of points without a file, those of other parts included
-    #: errors by label, of points that failed and left no file
-    failures: Failures
-
-
-class _Throttled:
-    """A function whose calls are skipped if they would take much of the time."""
-
-    def __init__(self, call: Callable[[], object]):
-        self._call, self._next = call, 0.0
-
-    def __call__(self) -> None:
-        start = monotonic()
-        if start >= self._next:
-            self._call()
-            end = monotonic()
-            self._next = end + SELDOM * (end - start)
+    failures: Failures  #: errors by label, of points that failed and left no file
 
 
 def compute_points(
@@ -48,17 +32,15 @@ def compute_points(
     work: Work,
     *,
     report: Report = silent,
-    gather: Callable[[], object] = nothing,
     name: str = "points",
     each: Expected | None = None,
     comm: parallel.Comm = None,
 ) -> Outcome:
     """Compute the points of some chains that their folders do not hold.
 
-    The chains are those of all parts. `gather` makes a table of the finished points; the first
-    process calls it now and then, and at the end. `name` is that of the points in the progress,
-    `each` what one is expected to take, by which `work.jobs_for` decides. `comm` computes them,
-    `work.comm` if left out.
+    The chains are those of all parts. `name` is that of the points in the progress, `each` what one
+    is expected to take, by which `work.jobs_for` decides. `comm` computes them, `work.comm` if left
+    out.
 
     Raises
     ------
@@ -70,25 +52,26 @@ def compute_points(
     mine = [] if work.gather else list(chains[k - 1 :: n])
     missing = parallel.on_root(lambda: _cleared(mine), comm)
     jobs = work.jobs_for(min(len(mine), len(missing)), len(missing), each)
-    need = UNKNOWN_POINT if each is None else each.reserved
     expected = None if each is None else len(missing) * each.seconds / jobs
     pace = Pace(len(missing), name, report, expected)
     failures: Failures = {}
-    try:
-        if missing and jobs == 1 and work.executor is None:
-            now_and_then = _Throttled(gather)
+    if missing and jobs == 1 and work.executor is None:
+        for chain in mine:
+            failures |= compute_chain(chain, pace, comm=comm, after_each=pace.count)
+    elif missing:
 
-            def after_each() -> None:
-                pace.count()
-                now_and_then()
+        def poll() -> int:
+            """Show the progress, and count the finished points."""
+            pace.count(len(missing) - len(_without_file(mine)))
+            pace("", "")
+            return pace.done
 
-            for chain in mine:
-                failures |= compute_chain(chain, pace, comm=comm, after_each=after_each)
-        elif missing:
-            failures = _by_workers(mine, missing, replace(work, jobs=jobs), need, pace, gather)
-    finally:
-        if parallel.is_root(comm):
-            gather()
+        waiting = [chain for chain in mine if _without_file([chain])]
+        if work.executor is not None:
+            failures = _by_executor(waiting, work.executor, poll)
+        else:
+            need = UNKNOWN_POINT if each is None else each.reserved
+            failures = _by_workers(waiting, jobs, poll, work.memory, need)
     left, all_left = parallel.on_root(lambda: (_without_file(mine), _without_file(chains)), comm)
     return Outcome(len(missing) - len(left), len(all_left), failures)
 
@@ -120,7 +103,7 @@ def compute_chain(
 ) -> Failures:
     """Compute the points of a chain that its folder does not hold, `comm` together.
 
-    Returns the errors, by label, of points that failed and left no file.
+    Returns the errors of points that failed.
     """
     handed_on = chain.begin()
     failures: Failures = {}
@@ -130,15 +113,14 @@ def compute_chain(
             continue
         try:
             point = task.compute(handed_on, under(task.label, report), comm)
+            parallel.on_root(partial(chain.folder.write, task.name, point), comm)
         except MissingPackage:
             raise
         except FemSealError as error:
-            point = task.failed(str(error))
-            if point is None:
-                failures[task.label] = error
-                continue
-        parallel.on_root(partial(chain.folder.write, task.name, point), comm)
-        parallel.on_root(lambda: after_each() and None, comm)
+            failures[task.label] = error
+        except (MemoryError, OSError) as error:
+            failures[task.label] = InvalidInput(str(error) or type(error).__name__)
+        after_each()
     return failures
 
 
@@ -154,61 +136,39 @@ def under(head: str, report: Report) -> Report:
     return lambda stage, detail: report(f"{head}: {stage}", detail)
 
 
-def _by_workers(
-    chains: list[Chain],
-    missing: Sequence[str],
-    work: Work,
-    need: int,
-    pace: Pace,
-    gather: Callable[[], object],
-) -> Failures:
-    """Compute chains in workers; return the errors of points that failed and left no file."""
-    folder_of = {task.name: chain.folder for chain in chains for task in chain.tasks}
-    now_and_then = _Throttled(gather)
-
-    def poll() -> int:
-        """Gather the table now and then, show the progress, and count the finished points."""
-        now_and_then()
-        pace.count(sum(folder_of[name].exists(name) for name in missing))
-        pace("", "")
-        return pace.done
-
-    chains = [chain for chain in chains if _without_file([chain])]
+def _by_executor(chains: Sequence[Chain], executor: Executor, poll: Callable[[], int]) -> Failures:
+    """Compute chains by an executor, such as that of a Dask cluster."""
+    running = {executor.submit(compute_alone, chain) for chain in chains}
     failures: Failures = {}
-    if work.executor is not None:
-        for errors in watch(chains, compute_alone, work.executor, poll):
-            failures |= errors
-        return failures
-    alone = False
-    while chains:
-        # A point whose process is killed twice, the second time alone, has failed.
-        batch = chains[:1] if alone else chains
-        try:
-            jobs = 1 if alone else work.jobs or 1
-            for errors in farm(batch, compute_alone, jobs, poll, work.memory, need):
-                failures |= errors
-        except WorkerKilledError:
-            chains = [chain for chain in chains if _without_file([chain])]
-            if not chains:
-                break
-            if alone:
-                chains[0] = _without_killer(chains[0], failures)
-            alone = True
-        else:
-            chains, alone = chains[len(batch) :], False
+    while running:
+        poll()
+        finished, running = wait(running, POLL)
+        for future in finished:
+            failures |= future.result()
     return failures
 
 
-def _without_killer(chain: Chain, failures: Failures) -> Chain:
-    """Record the failure of the point that killed its process; the points after it go on."""
-    killer = next(task for task in chain.tasks if not chain.folder.exists(task.name))
-    point = killer.failed(KILLED)
-    if point is None:
-        failures[killer.label] = NotConverged(KILLED)
-    else:
-        chain.folder.write(killer.name, point)
-    rest: tuple[Task, ...] = chain.tasks[chain.tasks.index(killer) + 1 :]
-    return Chain(chain.folder, rest, chain.begin)
+def _by_workers(
+    chains: Sequence[Chain], jobs: int, poll: Callable[[], int], memory: int | None, need: int
+) -> Failures:
+    """Compute chains in workers of this machine, those whose process was killed once more alone.
+
+    If that is killed as well, the point has failed, and the points after it go on.
+    """
+    failures: Failures = {}
+    answers, killed = farm(chains, compute_alone, jobs, poll, memory, need)
+    while killed:
+        chain = killed.pop()
+        more, again = farm([chain], compute_alone, 1, poll, memory, need)
+        answers += more
+        if again:
+            names = _without_file([chain])
+            number = [task.name for task in chain.tasks].index(names[0])
+            failures[chain.tasks[number].label] = NotConverged(KILLED)
+            killed.append(Chain(chain.folder, chain.tasks[number + 1 :], chain.begin))
+    for errors in answers:
+        failures |= errors
+    return failures
 
 
 def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) -> Outcome:
@@ -222,10 +182,7 @@ def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) ->
         If points have failed, after the others have been computed.
     """
     outcome = compute_points(chains, work or Work(), report=report)
-    if outcome.failures:
-        label, error = next(iter(outcome.failures.items()))
-        count = len(outcome.failures)
-        points = "a point has failed" if count == 1 else f"{count} points have failed, the first of"
-        points += "" if count == 1 else " them"
-        raise type(error)(f"{points}: {label}: {error}")
+    for label, error in outcome.failures.items():
+        count = number_of(len(outcome.failures), "point")
+        raise type(error)(f"{count} failed, the first of them {label}: {error}")
     return outcome

@@ -5,10 +5,9 @@ import os
 import signal
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from math import inf
+from contextlib import contextmanager, suppress
 from multiprocessing import forkserver, parent_process
 from threading import Thread
 from typing import TypeVar
@@ -21,30 +20,9 @@ from fem_seal.points.work import UNKNOWN_POINT
 Chain = TypeVar("Chain")
 Answer = TypeVar("Answer")
 
-_POLL = 0.5  # time between two polls of the chains [s]
+POLL = 0.5  # time between two polls of the chains [s]
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _SPARE = 1.2  # memory kept free for each process, over that of the largest point so far
-
-
-class WorkerKilledError(Exception):
-    """A process of the pool has died, most likely of too little memory."""
-
-
-def preload(modules: Sequence[str]) -> None:
-    """Start the process from which workers are forked, and let it import what they will need.
-
-    Optional: `farm` starts it otherwise. A command calls this before it imports the same modules
-    itself, so that both happen at the same time. None of them may start MPI, which does not survive
-    a fork.
-    """
-    multiprocessing.set_forkserver_preload(list(modules))
-    # The fork server and its workers inherit this mask: only the present process handles Ctrl-C.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        with _environment():
-            forkserver.ensure_running()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def farm(
@@ -54,60 +32,69 @@ def farm(
     poll: Callable[[], int],
     memory: int | None = None,
     need: int = UNKNOWN_POINT,
-) -> list[Answer]:
+) -> tuple[list[Answer], list[Chain]]:
     """Compute chains in processes of this machine.
 
     At most `jobs` processes are started, and no more than the memory holds. Until a point is
-    finished and shows how much memory it takes, `need` is kept free for each process. The answers
-    of `compute` are in the order in which they came.
+    finished and shows how much memory it takes, `need` is kept free for each process. Returns the
+    answers of `compute`, in the order in which they came, and the chains whose process was killed.
 
     Parameters
     ----------
     chains, compute
         Each chain is pickled; `compute` is a function of a module.
     poll
-        Called every half second and at the end; returns how many points are finished.
+        Called every half second; returns how many points are finished.
     memory
         Most memory of all processes together [bytes]; what the machine has if left out.
     need
         Memory that a process is expected to need [bytes].
-
-    Raises
-    ------
-    WorkerKilledError
-        If a process has died; the chains that were not finished are then not computed.
     """
-    preload([compute.__module__])
+    context = multiprocessing.get_context("forkserver")
     with _environment() as environment:
-        context = multiprocessing.get_context("forkserver")
-        pool = ProcessPoolExecutor(jobs, context, _begin, (environment,))
-    largest = 0
-
-    def fitting(finished: int) -> int:
-        """Processes that the memory holds, from the largest use of any so far."""
-        nonlocal largest
-        used = [size for pid in list(pool._processes or ()) if (size := memory_of(pid))]
-        largest = max([largest, *(size.peak for size in used)])
-        resident = [size.resident for size in used]
-        left = available_memory()
-        if memory is not None:
-            left = min(left, memory - sum(resident))
-        most = max(int(_SPARE * largest), 0 if finished else need)
-        return min(jobs, processes_that_fit(most, resident, left))
-
-    done = False
+        _start_fork_server(compute.__module__)
+    # One process each, so that the end of one tells which chain has ended it, and stops no other.
+    workers: list[ProcessPoolExecutor] = []
+    idle: list[ProcessPoolExecutor] = []
+    running: dict[Future[Answer], tuple[ProcessPoolExecutor, Chain]] = {}
+    waiting, answers, killed = deque(chains), list[Answer](), list[Chain]()
+    largest = finished = 0
     try:
-        answers = watch(chains, compute, pool, poll, fitting)
-        done = True
-    except BrokenProcessPool:
-        raise WorkerKilledError from None
+        while waiting or running:
+            used = [size for pid in _processes_of(workers) if (size := memory_of(pid))]
+            largest = max([largest, *(size.peak for size in used)])
+            resident = [size.resident for size in used]
+            left = available_memory()
+            if memory is not None:
+                left = min(left, memory - sum(resident))
+            most = max(int(_SPARE * largest), 0 if finished else need)
+            while waiting and len(running) < min(jobs, processes_that_fit(most, resident, left)):
+                if not idle:
+                    idle.append(ProcessPoolExecutor(1, context, _begin, (environment,)))
+                    workers.append(idle[-1])
+                worker, chain = idle.pop(), waiting.popleft()
+                running[worker.submit(compute, chain)] = worker, chain
+            finished = poll()
+            for future in wait(running, POLL, FIRST_COMPLETED).done:
+                worker, chain = running.pop(future)
+                try:
+                    answers.append(future.result())
+                    idle.append(worker)
+                except BrokenProcessPool:
+                    killed.append(chain)
     finally:
-        if not done:
-            # After an interrupt or an error of one chain, the others would go on for long.
-            for process in list((pool._processes or {}).values()):
-                process.terminate()
-        pool.shutdown(cancel_futures=True)
-    return answers
+        # After an interrupt or an error of one chain, the others would go on for long.
+        for pid in _processes_of([worker for worker, _ in running.values()]):
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGTERM)
+        for worker in workers:
+            worker.shutdown(wait=False)
+    return answers, killed
+
+
+def _processes_of(workers: Sequence[ProcessPoolExecutor]) -> list[int]:
+    """Numbers of the processes of workers that run."""
+    return [pid for worker in workers for pid in list(worker._processes or ())]
 
 
 def processes_that_fit(need: int, resident: Sequence[int], available: int) -> int:
@@ -120,35 +107,6 @@ def processes_that_fit(need: int, resident: Sequence[int], available: int) -> in
         return 1
     growth = sum(max(0, need - size) for size in resident)
     return max(1, len(resident) + (available - growth) // need)
-
-
-def watch(
-    chains: Sequence[Chain],
-    compute: Callable[[Chain], Answer],
-    executor: Executor,
-    poll: Callable[[], int],
-    most_running: Callable[[int], float] | None = None,
-) -> list[Answer]:
-    """Compute chains by an executor, such as that of a Dask cluster.
-
-    As `farm`; `most_running` gives the largest number of chains that run at a time from the number
-    of finished points, and without it all are submitted at once.
-    """
-    waiting = deque(chains)
-    running: set[Future[Answer]] = set()
-    answers: list[Answer] = []
-    most = inf if most_running is None else most_running(0)
-    while waiting or running:
-        while waiting and len(running) < most:
-            running.add(executor.submit(compute, waiting.popleft()))
-        # All workers are busy now: the time of the poll, which may write a table, is not lost.
-        finished_points = poll()
-        if most_running is not None:
-            most = most_running(finished_points)
-        finished, running = wait(running, _POLL, FIRST_COMPLETED)
-        answers += [future.result() for future in finished]
-    poll()
-    return answers
 
 
 @contextmanager
@@ -164,6 +122,20 @@ def _environment() -> Iterator[dict[str, str]]:
     finally:
         os.environ.clear()
         os.environ.update(before)
+
+
+def _start_fork_server(module: str) -> None:
+    """Start the process from which workers are forked; it imports the module that they need.
+
+    The module may not start MPI, which does not survive a fork.
+    """
+    multiprocessing.set_forkserver_preload([module])
+    # The fork server and its workers inherit this mask: only the present process handles Ctrl-C.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin(environment: dict[str, str]) -> None:

@@ -1,9 +1,9 @@
 """A folder with a file for each finished point; any number of processes may write into it."""
 
 from abc import ABC, abstractmethod
-from functools import cached_property
+from functools import cache
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from pydantic import TypeAdapter
 
@@ -22,11 +22,6 @@ class PointFolder(ABC, Generic[Point]):
 
     def __init__(self, folder: Path):
         self.folder = folder
-        self._read: dict[str, Point] = {}
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Leave out the points that were read: a worker does not need them."""
-        return vars(self) | {"_read": {}}
 
     @abstractmethod
     def load(self, path: Path) -> Point:
@@ -42,12 +37,10 @@ class PointFolder(ABC, Generic[Point]):
 
     def point(self, name: str) -> Point | None:
         """Read a point; None if there is none or its file is damaged."""
-        if name not in self._read:
-            try:
-                self._read[name] = self.load(self.path_of(name))
-            except (OSError, ValueError):
-                return None
-        return self._read[name]
+        try:
+            return self.load(self.path_of(name))
+        except (OSError, ValueError):
+            return None
 
     def finished(self, name: str) -> bool:
         """Whether a point need not be computed any more."""
@@ -64,7 +57,9 @@ class PointFolder(ABC, Generic[Point]):
     def remove(self, name: str) -> None:
         """Remove a point, if it is there."""
         self.path_of(name).unlink(missing_ok=True)
-        self._read.pop(name, None)
+
+
+_json_of = cache(TypeAdapter)  # building one takes as long as reading many points
 
 
 class RecordFolder(PointFolder[Point]):
@@ -74,18 +69,11 @@ class RecordFolder(PointFolder[Point]):
         super().__init__(folder)
         self.kind: type = kind
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Leave out pydantic's adapter, which cannot be pickled."""
-        return {key: value for key, value in super().__getstate__().items() if key != "_json"}
-
-    @cached_property
-    def _json(self) -> "TypeAdapter[Point]":
-        return TypeAdapter(self.kind)
-
     def load(self, path: Path) -> Point:
         """Read a file; pydantic's ValidationError is a ValueError."""
-        return self._json.validate_json(path.read_bytes())
+        point: Point = _json_of(self.kind).validate_json(path.read_bytes())
+        return point
 
     def save(self, path: Path, point: Point) -> None:
         """Write a file."""
-        write_text(path, self._json.dump_json(point, indent=1).decode() + "\n")
+        write_text(path, _json_of(self.kind).dump_json(point, indent=1).decode() + "\n")

@@ -23,13 +23,9 @@ class Task(ABC, Generic[Point]):
     def compute(self, handed_on: Any, report: Report, comm: Comm) -> Point:
         """Compute the point.
 
-        `handed_on` is the object that the points of the chain share; see `Chain.begin`. After a
-        FemSealError the other points are computed all the same.
+        `handed_on` is the object that the points of the chain share; see `Chain.begin`. After an
+        error the other points are computed all the same.
         """
-
-    def failed(self, reason: str) -> Point | None:
-        """Make the point that says why there is no result; None if no such point is kept."""
-        return None
 
 
 def nothing() -> None:

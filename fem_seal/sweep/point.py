@@ -1,10 +1,9 @@
 """One point of a sweep: its numbers, and the name of the file that keeps them."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -45,8 +44,8 @@ class Point:
 
     values: tuple[str, ...]  #: values of the axes, as text
     numbers: dict[str, Number]  #: by column; those of COLUMNS first
-    version: str = __version__  #: of fem_seal
     again: bool = False  #: whether the cause of its failure may be gone in the next sweep
+    version: str = __version__  #: of fem_seal
     finished: str = field(default_factory=lambda: datetime.now(UTC).isoformat())
 
     def number(self, column: str) -> float | None:
@@ -69,29 +68,19 @@ def numbers_only(scene: Scene) -> Scene:
     return scene.model_copy(update={"output": output})
 
 
-def name_of(scene: Scene) -> str:
-    """Name of the file of a point: a hash of its scene, its input files and the version."""
-    inputs = [_digest(path, *_stamp(path)) for path in scene.input_files]
-    point = {"scene": numbers_only(scene).to_mapping(), "inputs": inputs, "version": __version__}
-    return sha256(json.dumps(point, sort_keys=True).encode()).hexdigest()[:32]
-
-
-def _stamp(path: Path) -> tuple[int, int]:
-    """Size and time of a file; (-1, 0) for a missing one, which the point reports as its error."""
-    try:
-        status = path.stat()
-    except OSError:
-        return -1, 0
-    return status.st_size, status.st_mtime_ns
-
-
-@lru_cache
-def _digest(path: Path, size: int, time: int) -> str:
-    """Digest of a file, computed once until its size or time changes."""
+def digest_or_none(path: Path) -> str:
+    """Digest of a file; the computation of the point says why one cannot be read."""
     try:
         return digest(path)
     except OSError:
         return "unreadable"
+
+
+def name_of(scene: Scene, digest_of: Callable[[Path], str] = digest_or_none) -> str:
+    """Name of the file of a point: a hash of its scene, its input files and the version."""
+    inputs = [digest_of(path) for path in scene.input_files]
+    point = {"scene": numbers_only(scene).to_mapping(), "inputs": inputs, "version": __version__}
+    return sha256(json.dumps(point, sort_keys=True).encode()).hexdigest()[:32]
 
 
 @dataclass(frozen=True)
@@ -113,18 +102,14 @@ class ScenePoint(Task[Point]):
                 solved = solve(scene, report, trust=self.trust, comm=comm)
             return Point(self.values, dict(_numbers(solved.result())))
         except NotConverged as error:
-            return Point(self.values, _failed(str(error)))
-        except (MemoryError, OSError) as error:
-            return self.failed(str(error) or type(error).__name__)
-
-    def failed(self, reason: str) -> Point:
-        """Row of a point that has no numbers, and is tried again by the next sweep."""
-        return Point(self.values, _failed(reason), again=True)
+            return failed(self.values, str(error))
 
 
-def _failed(reason: str) -> dict[str, Number]:
+def failed(values: tuple[str, ...], reason: str, *, again: bool = False) -> Point:
+    """Row of a point that has no numbers, and which the next sweep may try again."""
     one_line = " ".join(reason.split())
-    return dict.fromkeys(COLUMNS) | {"converged": False, "reason": one_line}
+    empty: dict[str, Number] = dict.fromkeys(COLUMNS)
+    return Point(values, empty | {"converged": False, "reason": one_line}, again)
 
 
 def _numbers(result: Result) -> Iterator[tuple[str, Number]]:

@@ -70,14 +70,6 @@ class SweepFolder(RecordFolder[Point]):
         """Write the file of a point, with infinite numbers, which pydantic writes as null."""
         write_text(path, json.dumps(vars(point), indent=1) + "\n")
 
-    def point(self, name: str) -> Point | None:
-        """Read a point, also one that failed; None if there is none, or it is damaged."""
-        point = super().point(name)
-        if point is not None and point.again:
-            # Another process may replace it at any time.
-            del self._read[name]
-        return point
-
     def finished(self, name: str) -> bool:
         """Whether a point has a result, or a failure that need not be tried again."""
         point = self.point(name)

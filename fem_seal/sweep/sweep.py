@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from fem_seal import parallel
@@ -16,7 +17,7 @@ from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 from fem_seal.sweep.axis import Axis, combinations
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import Point, ScenePoint, name_of
+from fem_seal.sweep.point import Point, ScenePoint, digest_or_none, failed, name_of
 from fem_seal.sweep.store import SweepFolder
 
 
@@ -77,12 +78,13 @@ def sweep(
     work = work or Work()
     keys, points = axes if isinstance(axes, tuple) else combinations(list(axes))
     tasks_of: dict[str, ScenePoint] = {}
+    digest_of = cache(digest_or_none)  # for this sweep: the next one may find another file
     equal = []
     for values in points:
         scene = Scene.from_file(path, [*overrides, *map("{}={}".format, keys, values)])
         require_trusted(scene, trust)
         label = ", ".join(map("{}={}".format, keys, values))
-        task = ScenePoint(name_of(scene), label, values, scene, trust)
+        task = ScenePoint(name_of(scene, digest_of), label, values, scene, trust)
         if (first := tasks_of.setdefault(task.name, task)) is not task:
             equal.append(f"{label} is the same scene as {first.label}: one point of both")
     tasks = list(tasks_of.values())
@@ -98,16 +100,27 @@ def sweep(
     with ExitStack() as held:
         origin = _origin(tasks[0].scene, keys)
         parallel.on_root(lambda: _open(held, folder, origin, overwrite), work.comm)
-        outcome = compute_points(
-            chains,
-            work,
-            report=report,
-            gather=lambda: folder.gather(order),
-            each=_expected(tasks) if work.open and len(chains) > 1 else None,
-        )
-        table = parallel.on_root(lambda: folder.gather(order), work.comm)
+        try:
+            outcome = compute_points(
+                chains,
+                work,
+                report=report,
+                each=_expected(tasks) if work.open and len(chains) > 1 else None,
+            )
+        except KeyboardInterrupt:
+            # An interrupted sweep leaves a table as well.
+            if parallel.is_root(work.comm):
+                folder.gather(order)
+            raise
+
+        def gather() -> tuple[list[Point], list[Point | None]]:
+            for task in tasks:
+                if error := outcome.failures.get(task.label):
+                    folder.write(task.name, failed(task.values, str(error), again=True))
+            return folder.gather(order), [folder.point(name) for name in order]
+
+        table, points = parallel.on_root(gather, work.comm)
     # An earlier sweep may have written a point in other words, such as 100 kPa for 0.1 MPa.
-    points = parallel.on_root(lambda: [folder.point(name) for name in order], work.comm)
     own = [point for point in points if point is not None]
     failures = sum(not point.converged for point in own)
     missing = len(tasks) - len(own)
