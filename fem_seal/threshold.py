@@ -99,9 +99,34 @@ def threshold(patch: Patch) -> Threshold | None:
 
     None if a contact without load, or a given gap that is sealed already, has none.
     """
+    dry = dry_threshold(patch)
+    if dry is None or dry.pressure_sealed is None or patch.lift == "none":
+        return dry
+    # The fluid carries at least the outlet's pressure and at most the inlet's.
+    inlet, outlet = patch.scene.gauge_pressures
+    return replace(
+        dry,
+        pressure_leaking=present(dry.pressure_leaking, "pressure") + outlet,
+        pressure_sealed=dry.pressure_sealed + inlet,
+    )
+
+
+def dry_threshold(patch: Patch) -> Threshold | None:
+    """Threshold without the fluid's pressure; see `threshold`."""
     patch.solve_film()  # by all processes: the first one searches alone
     model = "gap" if patch.scene.contact is None else patch.scene.contact.model
     return parallel.on_root(lambda: THRESHOLDS[model](patch), patch.comm)
+
+
+def sealing_load(patch: Patch) -> float | None:
+    """Least load that seals the dry contact of a patch: mean pressure [Pa], or A/A0 of a bearing.
+
+    That of an elastic contact is up to 1 % too large. None without load.
+    """
+    dry = dry_threshold(patch)
+    if dry is None or dry.pressure_sealed is None:
+        return None if dry is None else dry.area_sealed
+    return dry.pressure_sealed
 
 
 def _of_bearing(patch: Patch) -> Threshold | None:
@@ -112,8 +137,7 @@ def _of_bearing(patch: Patch) -> Threshold | None:
     return threshold_of_cut(patch.film_of(untouched), "bearing")
 
 
-def dry_threshold(patch: Patch) -> Threshold | None:
-    """Threshold of an elastic contact, without the fluid's pressure."""
+def _of_elastic(patch: Patch) -> Threshold | None:
     surface = present(patch.surface, "surface")
     if patch.elastic.mean_pressure == 0:
         return None
@@ -123,32 +147,6 @@ def dry_threshold(patch: Patch) -> Threshold | None:
         return elastic_contact(patch.scene, surface, start, Load("pressure", pressure))
 
     return threshold_of_pressure(patch.elastic, press, lambda gap: patch.film_of(gap).sealed)
-
-
-def _of_elastic(patch: Patch) -> Threshold | None:
-    dry = dry_threshold(patch)
-    if dry is None or patch.lift == "none":
-        return dry
-    # The fluid carries at least the outlet's pressure and at most the inlet's.
-    inlet, outlet = patch.scene.gauge_pressures
-    return replace(
-        dry,
-        pressure_leaking=present(dry.pressure_leaking, "pressure") + outlet,
-        pressure_sealed=present(dry.pressure_sealed, "pressure") + inlet,
-    )
-
-
-def sealing_load(patch: Patch) -> float | None:
-    """Least load that seals the dry contact of a patch: mean pressure [Pa], or A/A0 of a bearing.
-
-    That of an elastic contact is up to 1 % too large. None without load.
-    """
-    patch.solve_film()  # by all processes: the first one searches alone
-    if present(patch.scene.contact, "[contact]").is_elastic:
-        closing = parallel.on_root(lambda: dry_threshold(patch), patch.comm)
-        return None if closing is None else closing.pressure_sealed
-    cut = parallel.on_root(lambda: _of_bearing(patch), patch.comm)
-    return None if cut is None else cut.area_sealed
 
 
 THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {

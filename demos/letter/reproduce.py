@@ -19,7 +19,7 @@ from demos.letter.contacts import MODELS, RoughCase
 from demos.letter.currents import FLOW_AREA, Current, Finer, current, finer, over_first_contact
 from demos.letter.flows import FlowMeasures, PictureFolder, picture
 from demos.letter.page import Found, page
-from demos.letter.persson import SampledSpectrum, comparisons, predictions
+from demos.letter.persson import comparisons, predictions, ring_spectrum
 from demos.letter.thresholds import Thresholds, threshold_rows, thresholds
 from fem_seal import parallel
 from fem_seal.cli.options import add_work, work_of
@@ -151,7 +151,7 @@ def _currents(case: RoughCase, points: list[Current], grids: list[Finer], out: P
     """Write and draw Fig. 3 and the comparison with theory; the points over first contact."""
     currents = over_first_contact(points, grids)
     first = {point.seed: point.value for point in points if point.wanted == 0}
-    spectra = {seed: SampledSpectrum.of(case, case.surface(seed)) for seed in first}
+    spectra = {seed: ring_spectrum(case, case.surface(seed)) for seed in first}
     curves = [
         row
         for law in AREA_LAWS

@@ -56,6 +56,11 @@ class IsotropicSpectrum:
         return np.where(inside, self.values[np.clip(ring, 0, len(self.values) - 1)], 0.0)
 
     @property
+    def wavenumbers(self) -> tuple[float, ...]:
+        """Ends of the support, and the steps of C between them [1/m]."""
+        return tuple(self.edges.tolist())
+
+    @property
     def rms_height(self) -> float:
         """Root mean square height [m], 2π ∫ q C dq = <h²>."""
         return float((np.pi * np.sum(self.values * np.diff(self.edges**2))) ** 0.5)

@@ -41,7 +41,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.registry import choose
-from fem_seal.surface.spectrum import Spectrum
+from fem_seal.surface import IsotropicSpectrum, Spectrum
 from fem_seal.theory.bruggeman import (
     ELASTIC_THRESHOLD,
     effective_conductivity,
@@ -118,7 +118,7 @@ def contact_area(
 
 
 def persson_state(
-    spectrum: Spectrum,
+    spectrum: Spectrum | IsotropicSpectrum,
     *,
     pressure: float,
     contact_modulus: float,
