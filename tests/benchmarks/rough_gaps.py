@@ -1,12 +1,18 @@
-"""Gaps for the benchmarks: elastic contacts of self-affine surfaces, one pixel = 1 µm."""
+"""What the benchmarks share: elastic contacts of self-affine surfaces, and what a call costs."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from time import process_time
+from typing import TypeVar
 
 from fem_seal.contact import press
 from fem_seal.grid import GridField
+from fem_seal.memory import peak_memory
 from fem_seal.surface import Spectrum, self_affine
 
-PIXEL = 1e-6
+FLUID = {"viscosity": 1e-3, "pressure_drop": 1e5}
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -22,14 +28,27 @@ class Case:
     def __str__(self) -> str:
         return f"n={self.n} H={self.hurst} λs={self.short:g}px A/A0={self.area:g} seed={self.seed}"
 
+    def heights(self) -> GridField:
+        """Rough surface in units of a pixel, with an rms slope of 0.1."""
+        spectrum = Spectrum(self.hurst, self.n / 8, self.short)
+        size = (self.n, self.n)
+        return self_affine(spectrum, size, size, rms_slope=0.1, seed=self.seed)
+
     def gap(self) -> GridField:
-        """Press the surface until the wanted part of the points touches."""
-        length = self.n * PIXEL
-        spectrum = Spectrum(self.hurst, length / 8, self.short * PIXEL)
-        height = self_affine(
-            spectrum, (self.n, self.n), (length, length), rms_slope=0.1, seed=self.seed
-        )
-        return press(height, 1e7, area_fraction=self.area, tolerance=1e-6).gap
+        """Press the surface until the wanted part of the points touches; one pixel is 1 µm."""
+        gap = press(self.heights(), 1e7, area_fraction=self.area, tolerance=1e-6).gap
+        return GridField(1e-6 * gap.values, (1e-6, 1e-6), periodic=True)
+
+
+def cost_of(function: Callable[[], Value]) -> tuple[Value, float, int]:
+    """Value of a function, its CPU seconds, and the peak memory of the process meanwhile [bytes].
+
+    The memory includes the libraries, and what the process held before.
+    """
+    Path("/proc/self/clear_refs").write_text("5")  # forget the peak so far (proc(5))
+    start = process_time()
+    value = function()
+    return value, process_time() - start, peak_memory()
 
 
 VARIETY = (
