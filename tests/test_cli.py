@@ -290,7 +290,7 @@ def test_version_is_that_of_the_package():
 def test_commands_that_are_scripts_now_name_them(command, capsys):
     """Whatever stands behind them."""
     assert run(*command) == 2
-    script = re.search(r"python (?:-m )?(demos[^ ,]+)", capsys.readouterr().err)[1]
+    script = re.search(r"python (?:-m )?(demos[^ ;]+)", capsys.readouterr().err)[1]
     path = script if script.endswith(".py") else script.replace(".", "/") + ".py"
     assert (Path(fem_seal.__file__).parents[1] / path).exists()
 

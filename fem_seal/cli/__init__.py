@@ -28,14 +28,16 @@ with ended_silently():
         surface,
         sweep,
     )
-    from fem_seal.cli.options import add_moved
     from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, printable
     from fem_seal.files import use_writable_cache
     from fem_seal.installed import why_not_imported
 
+# Commands and studies that are scripts of a checkout of the project now.
 MOVED = {
     "letter": "python -m demos.letter.reproduce --size 256",
     "percolation": "python -m demos.letter.reproduce --only thresholds",
+    "saddle": "python demos/closing_saddle.py",
+    "closing": "python demos/closing_contact.py",
 }
 COMMANDS = (new, run, leak, sweep, render, surface, mesh, study, doctor)
 INTERRUPTED = 130
@@ -73,8 +75,9 @@ class _Parser(argparse.ArgumentParser):
         if action.choices is not None and value not in action.choices:
             names, noun = list(map(str, action.choices)), action.metavar
             if isinstance(action, argparse._SubParsersAction):
-                # Those with a help: commands that are scripts now have none.
-                names, noun = [shown.dest for shown in action._get_subactions()], "a command"
+                noun = "a command"
+                if value in MOVED:
+                    self.error(f"{value} is a script of a checkout now: {MOVED[str(value)]}")
             nearest = self._nearest(str(value), names) or f"; choose from {', '.join(names)}"
             self.error(f"{str(value)!r} is not {noun or 'a choice'}{nearest}")
 
@@ -101,7 +104,6 @@ def parser(whole: bool = True) -> argparse.ArgumentParser:
     subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     for command in COMMANDS:
         command.add(subparsers)
-    add_moved(subparsers, MOVED)
     if whole:
         for name in subparsers.choices:
             subparsers.choices[name].fill()

@@ -5,11 +5,9 @@ Each part of the installation that may crash is tried in a process of its own.
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
-from ctypes.util import find_library
 from dataclasses import dataclass
 from importlib.util import find_spec
 from shutil import which
@@ -17,10 +15,8 @@ from shutil import which
 from fem_seal.cli.options import add_command
 from fem_seal.cli.printing import say
 from fem_seal.errors import MissingPackage
-from fem_seal.files import user_cache
 from fem_seal.installed import how_to_add, how_to_get_fenicsx
 
-OFF_SCREEN = "vtkEGLRenderWindow"
 PATIENCE = 120  # seconds that one probe may take: the first use of DOLFINx compiles
 
 # Parts that are only looked for, and what needs them; pip installs the first two with fem_seal.
@@ -32,6 +28,8 @@ PARTS = {
     "gmsh": "seals that are not rectangles",
 }
 REQUIRED = ("meshio", "matplotlib")
+COMPILER = "apt-get install gcc python3-dev; unset CC if it names no compiler"
+DRAWING = "unset VTK_DEFAULT_OPENGL_WINDOW; pip install pyvista; apt-get install libegl1"
 # Phrases in the output of Open MPI and VTK, and their causes. If one failure leads to another, it
 # comes first.
 CAUSES = {
@@ -46,15 +44,11 @@ CAUSES = {
 MPIRUN = ("mpirun", "--oversubscribe", "--allow-run-as-root")
 
 _DOLFINX = """
-import fem_seal.fenicsx
-import dolfinx
-print(dolfinx.__version__)
-"""
-_PETSC = """
 from fem_seal.fenicsx import HAS_HYPRE, PETSc
-version = "PETSc " + ".".join(map(str, PETSc.Sys.getVersion()))
-gamg = "this PETSc has no hypre: GAMG takes its place, with more iterations"
-print(f"{version} with hypre" if HAS_HYPRE else f"{version}; {gamg}")
+import dolfinx
+versions = f"{dolfinx.__version__}, PETSc {'.'.join(map(str, PETSc.Sys.getVersion()))}"
+gamg = "without hypre: GAMG takes its place, with more iterations"
+print(versions, "with hypre" if HAS_HYPRE else gamg)
 """
 _MPI = """
 from mpi4py import MPI
@@ -132,14 +126,15 @@ class Finding:
 
 
 def examine() -> Iterator[Finding]:
-    """Run all checks, those with the simplest remedy first; takes a few seconds."""
-    yield _probe("DOLFINx", "leak rates with bounds", _DOLFINX, how_to_get_fenicsx())
-    yield _probe("PETSc", "the linear solver", _PETSC, how_to_get_fenicsx())
+    """Run all checks; takes a few seconds."""
+    for name, use, code, remedy in (
+        ("DOLFINx", "leak rates with bounds", _DOLFINX, how_to_get_fenicsx()),
+        ("form compiler", "leak rates with bounds", _FORM, COMPILER),
+        ("pictures", "contact.png and others", _PICTURE, DRAWING),
+        ("FFTW threads", "elastic contact", _FFTW, "pip install pyfftw"),
+    ):
+        yield Finding(name, use, *_try([sys.executable, "-c", code]), remedy)
     yield _mpi()
-    yield _cache()
-    yield _probe("form compiler", "leak rates with bounds", _FORM, _compiler_remedy())
-    yield _probe("pictures", "contact.png and others", _PICTURE, _picture_remedy())
-    yield _probe("FFTW threads", "elastic contact", _FFTW, "pip install pyfftw")
     for name, use in PARTS.items():
         works = find_spec(name) is not None
         found = "installed" if works else "not installed"
@@ -157,11 +152,6 @@ def table(findings: list[Finding]) -> str:
         if not finding.works:
             lines.append(f"{'':<6}{'':<{width}}  for {finding.needed_for}: {finding.remedy}")
     return "\n".join(lines)
-
-
-def _probe(name: str, needed_for: str, code: str, remedy: str) -> Finding:
-    works, found = _try([sys.executable, "-c", code])
-    return Finding(name, needed_for, works, found, remedy)
 
 
 def _try(command: list[str], patience: float = PATIENCE) -> tuple[bool, str]:
@@ -195,27 +185,3 @@ def _mpi() -> Finding:
     if which("mpirun") is None:
         remedy = "apt-get install openmpi-bin"
     return Finding("mpirun", "several processes", works, found, remedy, required=False)
-
-
-def _cache() -> Finding:
-    folder = user_cache() / "fenics"
-    existing = next(p for p in (folder, *folder.parents) if p.exists())
-    name, use = "JIT cache", "compiled forms"
-    if not (existing.is_dir() and os.access(existing, os.W_OK)):
-        remedy = "set XDG_CACHE_HOME to a folder that can be written"
-        return Finding(name, use, False, f"{folder} cannot be written", remedy)
-    return Finding(name, use, True, f"{folder} can be written", "")
-
-
-def _picture_remedy() -> str:
-    if os.environ.get("VTK_DEFAULT_OPENGL_WINDOW", OFF_SCREEN) != OFF_SCREEN:
-        return "unset VTK_DEFAULT_OPENGL_WINDOW"
-    if not (find_library("EGL") or find_library("OSMesa")):
-        return "apt-get install libegl1"
-    return "pip install pyvista; apt-get install libegl1"
-
-
-def _compiler_remedy() -> str:
-    if "CC" in os.environ and which(os.environ["CC"]) is None:
-        return f"unset CC, which names no compiler: {os.environ['CC']!r}"
-    return "apt-get install gcc python3-dev" if which("gcc") is None else "see the lines above"

@@ -7,8 +7,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.errors import InvalidInput
-
 if TYPE_CHECKING:
     from fem_seal.points import Work
     from fem_seal.scene import Scene
@@ -26,22 +24,6 @@ def add_command(
         help=purpose,
         description=f"{purpose[0].upper()}{purpose[1:]}.",
         epilog=f"Example: {example}",
-    )
-
-
-def add_moved(subparsers: argparse._SubParsersAction, scripts: dict[str, str]) -> None:
-    """Add commands that are scripts now; with any words behind, each names its script."""
-    for name, script in scripts.items():
-        # With another prefix character options are words like any other.
-        command = subparsers.add_parser(name, add_help=False, prefix_chars="\0")
-        command.add_argument("words", nargs="*")
-        command.set_defaults(command=_refuse_moved, moved=name, script=script)
-
-
-def _refuse_moved(options: argparse.Namespace) -> int:
-    raise InvalidInput(
-        f"{options.moved} is a script now: {options.script}, from a checkout of the project "
-        "(docs/theory/letter.md, docs/guide/pictures.md)"
     )
 
 

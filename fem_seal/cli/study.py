@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from fem_seal import parallel
 from fem_seal.cli.options import (
     add_command,
-    add_moved,
     add_scene,
     add_work,
     work_of,
@@ -29,10 +28,6 @@ if TYPE_CHECKING:
     from fem_seal.patch import Patch
     from fem_seal.scene import Scene
 
-MOVED = {
-    "saddle": "python demos/closing_saddle.py",
-    "closing": "python demos/closing_contact.py",
-}
 Command = Callable[[argparse.Namespace], int]
 
 
@@ -68,7 +63,6 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     add_scene(trade)
     add_work(trade, "contact grid")
     trade.set_defaults(command=_shared(_trade))
-    add_moved(studies, MOVED)
 
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
