@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 
 import numpy as np
-from numpy.lib.format import MAGIC_PREFIX
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.field_file.named_arrays import NamedArrays, Variable, text_of
@@ -19,7 +18,6 @@ from fem_seal.installed import how_to_add
 
 if TYPE_CHECKING:
     import h5py
-    from scipy.io import netcdf_variable
 
 # Errors that the libraries raise on truncated or damaged files. The list comes from a test that
 # cuts files off at every length and flips bytes.
@@ -47,27 +45,18 @@ def whole(path: Path, kind: str) -> Iterator[None]:
         raise InvalidInput(f"{path} cannot be read: {reason}") from None
 
 
-def read_npz(path: Path, names: Iterable[str]) -> NamedArrays:
-    """Read the named arrays of an npz; lengths without a unit are metres, but for Tamaas files."""
-    with whole(path, "npz"), path.open("rb") as file:
-        if file.read(len(MAGIC_PREFIX)) == MAGIC_PREFIX:
-            raise InvalidInput(f"{path} holds one array without lengths; rename it to .npy")
-        file.seek(0)
-        with np.load(file, allow_pickle=False) as loaded:
-            # np.load returns an NpzFile here, also for an empty archive; it has refused pickles.
-            present = [name for name in names if name in loaded.files]
-            arrays = {name: Variable(loaded[name]) for name in present}
-            # Tamaas, which writes `attrs`, has no units; the package's own files are in metres.
+def read_numpy(path: Path, names: Iterable[str]) -> NamedArrays:
+    """Read the named arrays of an npz, or an npy as the first of them.
+
+    Lengths without a unit are metres in an npz, but for Tamaas's, which has `attrs` and no units.
+    """
+    with whole(path, path.suffix[1:]), path.open("rb") as file:
+        loaded = np.load(file, allow_pickle=False)
+        if isinstance(loaded, np.ndarray):
+            return NamedArrays(path, {next(iter(names)): Variable(loaded)}, (), {})
+        with loaded:
+            arrays = {name: Variable(loaded[name]) for name in names if name in loaded.files}
             return NamedArrays(path, arrays, tuple(loaded.files), {}, si="attrs" not in arrays)
-
-
-def read_npy(path: Path) -> np.ndarray:
-    """Read the one array of an npy."""
-    with whole(path, "npy"), path.open("rb") as file:
-        if file.read(2) == b"PK":
-            raise InvalidInput(f"{path} holds many arrays; rename it to .npz")
-        file.seek(0)
-        return np.load(file, allow_pickle=False)
 
 
 def read_netcdf(path: Path, names: Iterable[str]) -> NamedArrays:
@@ -78,9 +67,11 @@ def read_netcdf(path: Path, names: Iterable[str]) -> NamedArrays:
         return read_hdf5(path, names)
     from scipy.io import netcdf_file
 
-    with whole(path, "NetCDF"), netcdf_file(path, mmap=False, maskandscale=True) as file:
-        present = {name: file.variables[name] for name in names if name in file.variables}
-        arrays = {n: _netcdf_variable(array, f"{n} in {path}") for n, array in present.items()}
+    with whole(path, "NetCDF"), netcdf_file(path, mmap=False) as file:
+        arrays = {}
+        for name in file.variables.keys() & set(names):
+            array, what = file.variables[name], f"{name} in {path}"
+            arrays[name] = _variable(what, array.data, array._attributes, array.dimensions)
         return NamedArrays(path, arrays, tuple(file.variables), file._attributes)
 
 
@@ -96,7 +87,11 @@ def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
     with whole(path, "HDF5"), h5py.File(path, "r") as file:
         refuse_data_elsewhere(file, path)
         data_sets = tuple(name for name in file if _is_data_set(file[name]))
-        arrays = {n: _data_set(file[n], f"{n} in {path}") for n in names if n in data_sets}
+        arrays = {}
+        for name in set(names).intersection(data_sets):
+            array, what = file[name], f"{name} in {path}"
+            dimensions = tuple(map(_scale_name, array.dims))
+            arrays[name] = _variable(what, array[()], dict(array.attrs), dimensions)
         return NamedArrays(path, arrays, data_sets, dict(file.attrs))
 
 
@@ -139,24 +134,16 @@ def _is_data_set(item: "h5py.Dataset | h5py.Group") -> bool:
     return hasattr(item, "shape") and not name.startswith("This is a netCDF dimension but not")
 
 
-def _netcdf_variable(variable: "netcdf_variable", what: str) -> Variable:
-    attributes, dtype = variable._attributes, np.dtype(variable.data.dtype)
-    # Check these attributes first: SciPy uses them unchecked.
-    _numbers_about(variable.data, attributes, what)
-    values = variable[...].astype(float if dtype.kind in "iuf" else dtype)
-    return Variable(np.ma.filled(values, np.nan), attributes, variable.dimensions)
-
-
-def _data_set(dataset: "h5py.Dataset", what: str) -> Variable:
-    values = dataset[()]
-    attributes = dict(dataset.attrs)
+def _variable(
+    what: str, values: np.ndarray, attributes: Mapping[str, object], dimensions: tuple[str, ...]
+) -> Variable:
+    """Array of a file, with NaN at missing points, unpacked from integers."""
     about = _numbers_about(values, attributes, what)
     if missing := [about[name] for name in _MISSING if name in about]:
         values = np.where(values == missing[0], np.nan, values)
     if about.keys() & {"scale_factor", "add_offset"}:
         values = values * about.get("scale_factor", 1.0) + about.get("add_offset", 0.0)
-    names = tuple(_scale_name(dimension) for dimension in dataset.dims)
-    return Variable(values, attributes, names)
+    return Variable(values, attributes, dimensions)
 
 
 def _numbers_about(

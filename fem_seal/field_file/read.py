@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.containers import read_hdf5, read_netcdf, read_npy, read_npz
+from fem_seal.field_file.containers import read_hdf5, read_netcdf, read_numpy
 from fem_seal.field_file.instruments import read_instrument
 from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.named_arrays import NamedArrays, interpret, names_to_read
@@ -74,15 +74,6 @@ def _named(read: Callable[[Path, Names], NamedArrays], path: Path, names: Names)
     return interpret(read(path, names_to_read(names)), names)
 
 
-def _npy(path: Path, names: Names) -> Recorded:
-    values = read_npy(path)
-    if values.dtype.kind not in "iuf":
-        raise InvalidInput(f"{path} must hold real numbers, not {values.dtype}")
-    if values.ndim != 2 or 0 in values.shape:
-        raise InvalidInput(f"{path} must be two-dimensional, (nx, ny), not {values.shape}")
-    return Recorded(values.astype(float))
-
-
 def _instrument(path: Path, names: Names) -> Recorded:
     if path.suffix.lower() in TEXT_ENDINGS and is_text(path):
         return replace(read_text(path), measured=True)
@@ -92,8 +83,8 @@ def _instrument(path: Path, names: Names) -> Recorded:
 
 
 READERS: dict[str, Callable[[Path, Names], Recorded]] = {
-    ".npz": partial(_named, read_npz),
-    ".npy": _npy,
+    ".npz": partial(_named, read_numpy),
+    ".npy": partial(_named, read_numpy),
     ".nc": partial(_named, read_netcdf),
     ".h5": partial(_named, read_hdf5),
     ".hdf5": partial(_named, read_hdf5),

@@ -43,17 +43,16 @@ NO_FACTOR = {"x", "y", "xy", "lateral", "color", "colour", "bar"}
 PRESSURES = {"p", "pressure", "cpress", "druck", "kontaktdruck", "pression"}
 MARKS = [{"nodata"}, {"no", "data"}, {"missing"}, {"bad"}, {"invalid"}, {"undefined"}]
 
-# Marks that group digits by thousands: blanks of several widths, apostrophes.
-_BY_THOUSANDS = "|".join(
-    rf"[1-9]\d{{0,2}}(?:{group}\d{{3}})+(?:{mark}\d+)?(?![\d.,])"
-    for group, mark in ((",", r"\."), (r"\.", ","), ("[\u00a0\u2009\u202f'\u2019]", "[.,]"))
-)
-_NUMBER = rf"[-+]?(?:{_BY_THOUSANDS}|\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
-_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}")
-_GROUP_MARK = re.compile(r"[\u00a0\u2009\u202f'\u2019]")
-# "1 024": no number begins with 0, so that the blank stands in one; "1 250 um" may be two.
-_ZERO_LED = re.compile(r"(?<=\d) (?=0\d\d(?!\d))")
-_BLANKS = re.compile(r"(?<![\d.,])\d{1,3}(?: \d{3})+(?=[\s\[(]*[A-Za-zµμÅ~])")
+_NUMBER = r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
+# Digits in groups of three, by decimal mark: "1 250", "1'250", "1,250.5" and, with a decimal point,
+# "1,250". They may be one number or two, or about one or a thousand.
+_THOUSANDS = {
+    mark: re.compile(
+        r"(?<![\d.,])[1-9]\d{0,2}(?:(?:[ '\u2019\u00a0\u2009\u202f]\d{3})+(?!\d)"
+        rf"|(?:(?:[.,]\d{{3}})+[.,]\d+|{other}\d{{3}})(?![\d.,]))"
+    )
+    for mark, other in ((".", ","), (",", r"\."))
+}
 _QUANTITY = re.compile(rf"({_NUMBER})[\s;,\t\[(]*([A-Za-zµμÅ~]*)")
 _NAME = re.compile(r"[A-Za-zµÅ~]+")
 _BRACKETS = re.compile(r"[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
@@ -141,8 +140,9 @@ def statements(table: TextTable, path: Path) -> Statements:
     for line in table.header:
         text = bare(line).rstrip(" ,;\t")
         if match := _FACTOR.fullmatch(text):
-            number = _number(match.group(2), table.layout.decimal)
-            if _names_a_factor(_words(match.group(1)), match.group(3)) and number != 1:
+            numbers = _quantities(text[match.start(2) :], None, table.layout.decimal)
+            factor, _ = next(numbers, (None, None))
+            if _names_a_factor(_words(match[1]), match[3]) and factor != 1:
                 raise InvalidInput(
                     f"the header of {path} says {text!r}, a factor: multiply the heights by it "
                     "unless the file holds their products already, and delete the line"
@@ -348,31 +348,13 @@ def _put(
 
 
 def _quantities(value: str, unit: str | None, decimal: str) -> Iterator[tuple[float, str | None]]:
-    """Numbers of a value with their units, else with that of the key."""
-    value = _ZERO_LED.sub("", value)
-    numbers = [(_number(text, decimal), name) for text, name in _QUANTITY.findall(value)]
-    if _BLANKS.search(value) or None in (number for number, _ in numbers):
-        return  # not understood
-    for number, name in numbers:
-        if number is not None and isfinite(number):
+    """Numbers of a value with their units, else with that of the key; none of a doubtful value."""
+    if _THOUSANDS[decimal].search(value):
+        return
+    for text, name in _QUANTITY.findall(value):
+        number = float(text.rstrip(".,").replace(",", "."))
+        if isfinite(number):
             yield number, _length_unit(name) or unit
-
-
-def _number(text: str, decimal: str) -> float | None:
-    """A number with a decimal point or comma, which may group its digits by thousands.
-
-    None for one such as 1,024, which may be about one or a thousand; a decimal comma in the table
-    decides for one, and makes 1.024 the doubtful number.
-    """
-    text = _GROUP_MARK.sub("", text).rstrip(".,")
-    marks = [mark for mark in text if mark in ".,"]
-    if len(marks) == 1 and marks[0] != decimal and _THOUSANDS.fullmatch(text):
-        return None
-    if len(marks) > 1:
-        # The last mark is the decimal one unless it stands before as well.
-        decimals = marks[-1] if marks.count(marks[-1]) == 1 else ""
-        text = "".join(letter for letter in text if letter not in ".," or letter == decimals)
-    return float(text.replace(",", "."))
 
 
 def _length_unit(name: str) -> str | None:

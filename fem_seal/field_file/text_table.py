@@ -76,9 +76,19 @@ class Layout:
             marks = cell.lower() in MISSING or _NO_DATA.fullmatch(cell)
             return float("nan") if marks else None
 
-    def row(self, line: str) -> list[float | None]:
-        """Numbers of a line by `number`, one for each cell."""
-        return [self.number(cell) for cell in self.cells(line)]
+    def numbers(self, cells: list[str]) -> Sequence[float | None]:
+        """Numbers of the cells of a line by `number`; most need no closer look."""
+        try:
+            # float() takes 1_000 for a thousand, which no instrument writes.
+            if self.decimal == "." and not any("_" in cell for cell in cells):
+                return [float(cell) for cell in cells]
+        except ValueError:
+            pass
+        return [self.number(cell) for cell in cells]
+
+    def row(self, line: str) -> Sequence[float | None]:
+        """Numbers of a line, one for each cell."""
+        return self.numbers(self.cells(line))
 
 
 # The first of the layouts that read most lines is chosen.
@@ -182,7 +192,7 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
     return layout, columns
 
 
-def _is_data(row: list[float | None]) -> bool:
+def _is_data(row: Sequence[float | None]) -> bool:
     """Whether a line holds numbers and marks of missing points alone."""
     return None not in row and any(number == number for number in row)
 
@@ -202,8 +212,7 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
         cells = layout.cells(line)
         if len(cells) == columns + 1 and not cells[-1]:
             cells.pop()
-        numbers = _plain_numbers(cells, layout)
-        row = [layout.number(cell) for cell in cells] if numbers is None else numbers
+        row = layout.numbers(cells)
         begins = _begins(row, cells, columns, bool(header)) or (strict and None not in row)
         if not rows and not begins:
             header.append(line)
@@ -237,17 +246,6 @@ def even_step(x: np.ndarray) -> float | None:
     step = float(x[-1] - x[0]) / (len(x) - 1)
     off = np.abs(x - x[0] - step * np.arange(len(x))).max()
     return step if off < OFF_GRID * abs(step) else None
-
-
-def _plain_numbers(cells: list[str], layout: Layout) -> list[float] | None:
-    """Numbers of a line without marks and decimal commas; None if cells need a closer look."""
-    try:
-        # float() takes 1_000 for a thousand, which no instrument writes.
-        if layout.decimal == "," or any("_" in cell for cell in cells):
-            return None
-        return list(map(float, cells))
-    except ValueError:
-        return None
 
 
 def _begins(row: Sequence[float | None], cells: list[str], columns: int, headed: bool) -> bool:

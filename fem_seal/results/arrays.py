@@ -8,7 +8,7 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.containers import read_npz
+from fem_seal.field_file.containers import read_numpy
 from fem_seal.files import write_npz
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
@@ -90,7 +90,7 @@ def read_log_rate_by_height(folder: str | Path) -> GridField | None:
 def _beside(folder: str | Path, gap: GridField, name: str) -> GridField | None:
     """Another array of contact.npz on the samples of the gap; None if the file has none."""
     path = Path(folder) / CONTACT_FILE
-    arrays = {key: part.values for key, part in read_npz(path, (name,)).variables.items()}
+    arrays = {key: part.values for key, part in read_numpy(path, (name,)).variables.items()}
     if name not in arrays:
         return None
     return GridField(_array(arrays, name, gap.shape, path), gap.spacing, gap.periodic)

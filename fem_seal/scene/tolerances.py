@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Annotated, Any
 
-from pydantic import Field, PlainSerializer, PlainValidator
+from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo
 
 from fem_seal.scene.sections import Section
 from fem_seal.units import to_si
@@ -27,8 +26,13 @@ class InputTolerance:
         return self.part if self.part is not None else (self.amount or 0.0) / value
 
 
-def _tolerance(value: object, unit: str | None = None) -> InputTolerance:
+# SI units in which ± of an input may be given as an amount; pressures are the rest.
+_UNITS = {"line_load": "N/m", "viscosity": "Pa s", "heights": None}
+
+
+def _tolerance(value: object, info: ValidationInfo) -> InputTolerance:
     """Read "10 %", or a number with a unit such as "0.01 MPa" where the input has one."""
+    unit = _UNITS.get(info.field_name or "", "Pa")
     expected = "should be a part such as '10 %'"
     if unit is not None:
         expected += f" or an amount with a unit of {unit}"
@@ -51,49 +55,40 @@ def _tolerance(value: object, unit: str | None = None) -> InputTolerance:
     return InputTolerance(value, None, amount)
 
 
-Part = Annotated[InputTolerance, PlainValidator(_tolerance), PlainSerializer(str)]
-OfPressure = Annotated[
-    InputTolerance, PlainValidator(partial(_tolerance, unit="Pa")), PlainSerializer(str)
-]
-OfLineLoad = Annotated[
-    InputTolerance, PlainValidator(partial(_tolerance, unit="N/m")), PlainSerializer(str)
-]
-OfViscosity = Annotated[
-    InputTolerance, PlainValidator(partial(_tolerance, unit="Pa s")), PlainSerializer(str)
-]
+Tolerance = Annotated[InputTolerance, PlainValidator(_tolerance), PlainSerializer(str)]
 
 
 class OfContact(Section):
     """Tolerances of [contact]."""
 
-    pressure: OfPressure | None = Field(None, description="± of contact.pressure")
+    pressure: Tolerance | None = Field(None, description="± of contact.pressure")
 
 
 class OfSeal(Section):
     """Tolerances of [seal]."""
 
-    line_load: OfLineLoad | None = Field(None, description="± of seal.line_load")
+    line_load: Tolerance | None = Field(None, description="± of seal.line_load")
 
 
 class OfSolid(Section):
     """Tolerances of [solid]."""
 
-    youngs_modulus: OfPressure | None = Field(None, description="± of solid.youngs_modulus")
-    contact_modulus: OfPressure | None = Field(None, description="± of solid.contact_modulus")
+    youngs_modulus: Tolerance | None = Field(None, description="± of solid.youngs_modulus")
+    contact_modulus: Tolerance | None = Field(None, description="± of solid.contact_modulus")
 
 
 class OfFluid(Section):
     """Tolerances of [fluid]."""
 
-    viscosity: OfViscosity | None = Field(None, description="± of fluid.viscosity")
+    viscosity: Tolerance | None = Field(None, description="± of fluid.viscosity")
 
 
 class OfFlow(Section):
     """Tolerances of [flow]."""
 
-    pressure_drop: OfPressure | None = Field(None, description="± of flow.pressure_drop")
-    inlet_pressure: OfPressure | None = Field(None, description="± of flow.inlet_pressure")
-    outlet_pressure: OfPressure | None = Field(None, description="± of flow.outlet_pressure")
+    pressure_drop: Tolerance | None = Field(None, description="± of flow.pressure_drop")
+    inlet_pressure: Tolerance | None = Field(None, description="± of flow.inlet_pressure")
+    outlet_pressure: Tolerance | None = Field(None, description="± of flow.outlet_pressure")
 
 
 class Tolerances(Section):
@@ -104,7 +99,7 @@ class Tolerances(Section):
     solid: OfSolid = Field(OfSolid(), description="± of its fields")
     fluid: OfFluid = Field(OfFluid(), description="± of its fields")
     flow: OfFlow = Field(OfFlow(), description="± of its fields")
-    heights: Part | None = Field(None, description="± of one factor on all heights")
+    heights: Tolerance | None = Field(None, description="± of one factor on all heights")
 
     def given(self) -> Iterator[tuple[str, InputTolerance]]:
         """Names of the inputs, such as "contact.pressure" or "heights", and their tolerances."""

@@ -111,7 +111,6 @@ CASES = {
     "too many coordinates": of_h5("6 coordinates", x=np.arange(7.0)),
     "infinite": of_npy("24 of 24 values .* infinite", GAP + np.inf),
     "missing points of a gap": of_npy("not finite", GAP * np.nan),
-    "line scan": of_npy(r"two-dimensional, .* not \(4,\)", GAP[0]),
     "volume": of_h5(r"has shape \(2, 6, 4\)", gap=np.stack([GAP, GAP])),
     "complex": of_h5("must hold real numbers, not complex", gap=GAP * 1j),
     "no gap": (

@@ -130,12 +130,6 @@ WHOLE = {
     "coordinates without a corner": (
         "# Unit: mm\n" + around(missing="NaN").replace("\t", " ").replace(",", ".").lstrip()
     ),
-    "points and commas between thousands": (
-        "Width: 3,000.00 nm\nHeight: 1'000 nm\nz-unit: um\n" + matrix(values=HEIGHTS.T)
-    ),
-    "blanks and points between thousands": (
-        "Breite: 3.000,0 nm\nHöhe: 1 000 nm\nEinheit Z: um\n" + matrix(";", ",", values=HEIGHTS.T)
-    ),
     "SDF": (
         SDF
         + matrix(missing="BAD", values=1e3 * HEIGHTS.T).replace(" ", "\n")
@@ -286,14 +280,16 @@ LENGTHS = "Unit: um\nHeight: 1 um\n"
     ("text", "reason"),
     [
         # One number or two, about one or a thousand: the line is quoted in the place of a guess.
-        ("Width: 1,024 um\n" + LENGTHS + matrix(), "does not say its lengths.*'Width: 1,024 um'"),
-        ("Size: 1,024 x 768 um\nUnit: um\n" + matrix(), "does not say its lengths.*'Size: 1,024 x"),
-        ("Width: 1 250 um\n" + LENGTHS + matrix(), "does not say its lengths.*'Width: 1 250 um'"),
+        *(
+            (f"Width: {width} um\n" + LENGTHS + matrix(), "does not say its lengths.*'Width: 1")
+            for width in ("1,024", "1 250", "1’250.5", "1.250,0", "1.250.000", "1,024 x 768")
+        ),
         ("Breite: 1.024 um\n" + LENGTHS + matrix(";", ","), "does not say its lengths.*'Breite"),
         ("DSAA\n4 6\n0 1\n0 3\n" + matrix(), "do.* not say its lengths.*says '4 6' and '0 1'"),
         # A factor may be applied already or not.
         ("Z Scale: 0.001\n" + matrix(), "says 'Z Scale: 0.001', a factor"),
         ("Multiplier;0,001\n" + matrix(";", ","), "a factor"),
+        ("Multiplier: 1'000\n" + matrix(), "a factor"),
         ("Zscale = 1e-6\nXscale = 5e-7\n" + matrix(), "'Zscale = 1e-6', a factor"),
         # Coordinates, or columns of a list, must not become heights.
         (
