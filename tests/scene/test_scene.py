@@ -22,7 +22,6 @@ from fem_seal.threshold import THRESHOLDS
 from fem_seal.units import to_si
 
 DOCUMENT = (ROOT / "docs/reference/scene.md").read_text()
-REFERENCE = re.search(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL).group(1)
 
 
 @pytest.mark.parametrize(
@@ -266,48 +265,6 @@ def test_quantities_are_products_of_the_page():
     products = set(get_args(Product))
     assert {field.name for field in fields(Quantities)} == set(QUANTITIES) <= products
     assert products <= set(re.findall(r"^\| `(\w+)` \|", DOCUMENT, re.MULTILINE))
-
-
-def test_reference_scene_is_valid(tmp_path):
-    path = tmp_path / "reference.toml"
-    path.write_text(REFERENCE)
-    assert Scene.from_file(path).surface.shape == (512, 512)
-
-
-AS_GAS = [
-    *("fluid.kind=gas", "flow.pressure_drop="),
-    *("flow.inlet_pressure=2 bar", "flow.outlet_pressure=1 bar"),
-]
-# What must go, or come, for an alternative of the reference scene.
-INSTEAD = {
-    "rms_height": ["surface.rms_slope="],
-    "youngs_modulus": ["solid.contact_modulus=", "solid.poisson_ratio=[0.5, 0.3]"],
-    "poisson_ratio": ["solid.contact_modulus=", "solid.youngs_modulus=[1e7, 1e11]"],
-    "layer_poisson_ratio": ["solid.layer_thickness=1 mm"],
-    "area_fraction": ["contact.pressure="],
-    "mean_gap": ["contact.pressure="],
-    "inlet_pressure": ["flow.pressure_drop=", "flow.outlet_pressure=1 bar"],
-    "outlet_pressure": ["flow.pressure_drop=", "flow.inlet_pressure=2 bar"],
-    "ambient_pressure": [
-        *("flow.pressure_drop=", "flow.inlet_pressure=2 bar", "flow.outlet_pressure=1 bar"),
-    ],
-    "molar_mass": [*AS_GAS, "fluid.temperature=20 degC"],
-    "temperature": [*AS_GAS, "fluid.molar_mass=29 g/mol"],
-    "reference_temperature": [*AS_GAS, "fluid.molar_mass=29 g/mol", "fluid.temperature=20 degC"],
-    "reference_pressure": [*AS_GAS, "fluid.molar_mass=29 g/mol", "fluid.temperature=20 degC"],
-    "slip": [*AS_GAS, "fluid.molar_mass=29 g/mol", "fluid.temperature=20 degC"],
-    "accommodation": [*AS_GAS, "fluid.molar_mass=29 g/mol", "fluid.temperature=20 degC"],
-}
-
-
-@pytest.mark.parametrize("line", re.findall(r"^# (\w+ = .*?)$", REFERENCE, re.MULTILINE))
-def test_alternatives_of_the_reference_scene(line, tmp_path):
-    """Each commented line can be switched on where what it stands in place of is taken away."""
-    path = tmp_path / "reference.toml"
-    path.write_text(REFERENCE.replace(f"# {line}", line))
-    key = line.split()[0]
-    section = re.findall(r"^\[(\w+)\]", REFERENCE.partition(f"# {line}")[0], re.MULTILINE)[-1]
-    assert key in Scene.from_file(path, INSTEAD.get(key, [])).to_mapping()[section]
 
 
 def test_links_in_a_circle(tmp_path, small_scene):

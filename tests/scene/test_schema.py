@@ -1,7 +1,6 @@
 """fem-seal schema: scenes that are accepted are valid by it, and what it refuses is refused."""
 
 import json
-import re
 import tomllib
 
 import pytest
@@ -13,22 +12,12 @@ from fem_seal.scene.schema import scene_schema
 
 SCHEMA = scene_schema()
 SCENES = sorted((ROOT / "demos" / "scenes").glob("*.toml"))
-PAGE = (ROOT / "docs/reference/scene.md").read_text()
-LISTINGS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 is_valid = Draft202012Validator(SCHEMA).is_valid
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_scenes_are_valid(path):
     assert is_valid(tomllib.loads(path.read_text(encoding="utf-8")))
-
-
-@pytest.mark.parametrize("text", LISTINGS)
-def test_listings_are_valid(text):
-    """Each alternative of the page in its turn."""
-    assert is_valid(tomllib.loads(text))
-    for line in re.findall(r"^# (\w+ = .*?)$", text, re.MULTILINE):
-        assert is_valid(tomllib.loads(text.replace(f"# {line}", line))), line
 
 
 @pytest.mark.parametrize(
