@@ -17,8 +17,7 @@ from fem_seal.results.arrays import (
     CONTACT_FILE,
     FLOW_FILE,
     MESH_FILE,
-    read_lift,
-    read_log_rate_by_height,
+    ContactArrays,
     read_mesh,
     write_mesh,
 )
@@ -44,18 +43,15 @@ def draw(
         require_gl()
     with ResultFolder(folder, Result.from_folder(folder).provenance) as target:
         result = Result.from_folder(folder)
-        film = _film_of(result, folder)
+        contact = read_contact(folder) if (folder / CONTACT_FILE).is_file() else None
+        film = _film_of(result, folder, contact)
         leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
-        pressure, lift, by_height = None, None, None
-        if isinstance(film, GridFilm) and (folder / CONTACT_FILE).is_file():
-            pressure, lift = read_contact(folder)[1], read_lift(folder)
-            by_height = read_log_rate_by_height(folder)
         report("pictures", "")
         with writing(folder):
             names: tuple[str, ...] = ()
             # The arrays of a result that is lifted off are those of a dry contact: not its state.
             if result.state != "lifted off":
-                names = draw_pictures(film, leak, target.staged, pressure, lift, by_height)
+                names = draw_pictures(film, leak, target.staged, contact)
             if result.seal is not None:
                 from fem_seal.render.seal import seal_picture
 
@@ -67,7 +63,7 @@ def draw(
     return names
 
 
-def _film_of(result: Result, folder: Path) -> GridFilm | MeshFilm:
+def _film_of(result: Result, folder: Path, contact: ContactArrays | None) -> GridFilm | MeshFilm:
     """Film of a result, from the arrays in its folder or the gap that its scene names."""
     if (folder / MESH_FILE).is_file():
         from fem_seal.mesh.gap_source import Formula
@@ -75,9 +71,8 @@ def _film_of(result: Result, folder: Path) -> GridFilm | MeshFilm:
         shape = result.provenance.scene.get("shape", {})
         text, middle = shape.get("gap_expression"), shape.get("angle", 0.0) / 2
         return replace(read_mesh(folder), formula=None if text is None else Formula(text, middle))
-    if (folder / CONTACT_FILE).is_file():
-        flow = result.flow()
-        gap = read_contact(folder)[0]
+    if contact is not None:
+        flow, gap = result.flow(), contact.gap
         return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
     if "gap" not in result.provenance.scene:
         raise InvalidInput(f"{folder} holds neither {CONTACT_FILE} nor {MESH_FILE}; run it again")

@@ -14,8 +14,7 @@ from fem_seal.results.arrays import (
     CONTACT_FILE,
     FLOW_FILE,
     MESH_FILE,
-    by_height_of,
-    lift_of,
+    ContactArrays,
     write_contact,
     write_flow,
     write_mesh,
@@ -60,11 +59,11 @@ def file_names(scene: Scene) -> Iterator[str]:
 def write_products(patch: Patch, seal: SealLeak | None, folder: Path) -> tuple[str, ...]:
     """Write arrays and pictures, and return the names of the files."""
     products, film, names = patch.scene.output.products, patch.film, list[str]()
-    contact = patch.film_contact
+    contact = ContactArrays.of(patch)
     leak = patch.leak_rate if patch.scene.needs_flow else None
     with writing(folder.parent):
         if contact is not None:
-            names.append(write_contact(folder, contact, lift_of(patch), by_height_of(patch)))
+            names.append(write_contact(folder, contact))
         if isinstance(film, MeshFilm):
             names.append(write_mesh(folder, film))
         if "mesh" in products and leak is not None and leak.field is not None:

@@ -79,17 +79,17 @@ def test_read_back_exactly(scene, spy, tmp_path):
     assert result.leak_rate.value == spy.leak.value
     assert result.leak_rate.lower == spy.leak.lower
     assert [level.upper for level in result.levels] == [level.upper for level in LEVELS]
-    gap, pressure = read_contact(tmp_path / "out")
-    contact = Patch(scene).contact
-    np.testing.assert_array_equal(gap.values, contact.gap.values)
-    np.testing.assert_array_equal(pressure.values, contact.pressure.values)
-    assert (gap.spacing, gap.periodic) == (contact.gap.spacing, True)
+    read, contact = read_contact(tmp_path / "out"), Patch(scene).contact
+    np.testing.assert_array_equal(read.gap.values, contact.gap.values)
+    np.testing.assert_array_equal(read.pressure.values, contact.pressure.values)
+    assert (read.gap.spacing, read.gap.periodic) == (contact.gap.spacing, True)
     assert result.scene() == scene
 
 
 def test_numbers_are_those_of_the_contact(scene, spy, tmp_path):
     result = run(scene, tmp_path / "out")
-    gap, pressure = read_contact(tmp_path / "out")
+    contact = read_contact(tmp_path / "out")
+    gap, pressure = contact.gap, contact.pressure
     assert result.contact_area_fraction == np.mean(gap.values == 0)
     # Sums of some thousand numbers in another order.
     assert result.mean_gap == pytest.approx(gap.values.mean(), rel=1e-13, abs=0)
@@ -237,14 +237,14 @@ def test_a_move_that_is_cut_short_is_finished(scene, small_scene, spy, tmp_path,
         whole = Result.from_folder(tmp_path / "out")
         assert whole.provenance.scene["contact"]["area_fraction"] in (0.1, 0.2)
         alike = scene if whole.scene() == scene else other
-        written = read_contact(tmp_path / "out")[0]
+        written = read_contact(tmp_path / "out").gap
         assert np.array_equal(written.values, Patch(alike).film.gap.values)
     with ResultFolder(tmp_path / "out", Provenance.of(scene), overwrite=True):
         pass
     after = content(tmp_path / "out")
     assert set(after) == {"contact.npz", "result.json", "notes.txt"}
     kept = scene if Result.from_folder(tmp_path / "out").scene() == scene else other
-    assert np.array_equal(read_contact(tmp_path / "out")[0].values, Patch(kept).film.gap.values)
+    assert np.array_equal(read_contact(tmp_path / "out").gap.values, Patch(kept).film.gap.values)
     if ends == "interrupted" and stops > 1:
         assert kept == scene
 

@@ -18,7 +18,7 @@ from fem_seal.lifting import lifting_problem
 from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
-from fem_seal.results.arrays import read_log_rate_by_height
+from fem_seal.results import read_contact
 from fem_seal.scene import Scene
 from fem_seal.sensitivity import EPSILON, sensitivity
 from fem_seal.solved import solve
@@ -175,7 +175,7 @@ def test_product(tmp_path):
     assert by["heights"] == pytest.approx(
         4 - by["contact.pressure"] - by["flow.pressure_drop"], rel=1e-3
     )
-    read = read_log_rate_by_height(tmp_path)
+    read = read_contact(tmp_path).log_rate_by_height
     assert np.array_equal(read.values, solved.patch.sensitivity.by_height.values)
     sealed = solve(Scene.from_file(FIRST, [*plain, "contact.pressure=0.6 MPa"]))
     assert sealed.quantities.sensitivity is None

@@ -1,10 +1,10 @@
 """The pictures of one patch."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.patch import Patch
 from fem_seal.render.bounds import bounds_plot, close_in
@@ -17,8 +17,9 @@ from fem_seal.render.pressures import (
     sensitivity_picture,
 )
 from fem_seal.render.relief import relief_picture
-from fem_seal.results.arrays import Lift, by_height_of, lift_of
+from fem_seal.results.arrays import ContactArrays
 
+Pictures = dict[str, Callable[[Path], Path]]  # by the stems of their files
 SEAL_PICTURE = "seal.png"
 # Pictures that a run may draw.
 PICTURES = (
@@ -32,59 +33,52 @@ def draw_patch(patch: Patch, folder: Path) -> tuple[str, ...]:
     if patch.lifted_off:
         return ()
     leak = patch.leak_rate if patch.scene.needs_flow else None
-    pressure = getattr(patch.film_contact, "pressure", None)
-    lift = None if pressure is None else lift_of(patch)
-    return draw_pictures(patch.film, leak, folder, pressure, lift, by_height_of(patch))
+    return draw_pictures(patch.film, leak, folder, ContactArrays.of(patch))
 
 
 def draw_pictures(
     film: GridFilm | MeshFilm,
     leak: LeakRate | None,
     folder: Path,
-    pressure: GridField | None = None,
-    lift: Lift | None = None,
-    by_height: GridField | None = None,
+    contact: ContactArrays | None = None,
 ) -> tuple[str, ...]:
     """Draw contact and gap, and what else is given; return the names of the files.
 
-    `leak` is drawn if it has its field. `pressure` [Pa] is that of an elastic contact, `lift` of a
-    lifted one, `by_height` ∂ ln Q/∂h [1/m] of the product "sensitivity". For the film of a shape
-    its mesh is drawn in place of the contact.
+    `leak` is drawn if it has its field. For the film of a shape its mesh is drawn in place of the
+    contact.
     """
     if isinstance(film, MeshFilm):
         from fem_seal.render.shape import draw_shape
 
         return draw_shape(film, leak, folder)
-    names = ["contact.png", "gap.png"]
-    contact_picture(film, folder / "contact.png")
-    gap_picture(film, folder / "gap.png")
-    if pressure is not None:
-        names.append("contact_pressure.png")
-        contact_pressure_picture(film, pressure, folder / names[-1])
-        if lift is not None:
-            names.append("lift.png")
-            dry = GridFilm(lift.dry_gap, film.sides, film.representation)
-            lift_picture(film, dry, pressure, lift.fluid_pressure, folder / names[-1])
-    if by_height is not None:
-        names.append("sensitivity.png")
-        sensitivity_picture(film, by_height, folder / names[-1])
+    pictures: Pictures = {
+        "contact": partial(contact_picture, film),
+        "gap": partial(gap_picture, film),
+    }
+    if contact is not None and contact.pressure is not None:
+        pictures["contact_pressure"] = partial(contact_pressure_picture, film, contact.pressure)
+        if contact.dry_gap is not None and contact.fluid_pressure is not None:
+            dry = GridFilm(contact.dry_gap, film.sides, film.representation)
+            fields = contact.pressure, contact.fluid_pressure
+            pictures["lift"] = partial(lift_picture, film, dry, *fields)
+    if contact is not None and contact.log_rate_by_height is not None:
+        by_height = contact.log_rate_by_height
+        pictures["sensitivity"] = partial(sensitivity_picture, film, by_height)
     if leak is not None and leak.field is not None:
-        names.append("flow.png")
-        flow_picture(leak, film, folder / names[-1])
-    return tuple(sorted(names))
+        pictures["flow"] = partial(flow_picture, leak, film)
+    return _draw(pictures, folder)
 
 
 def draw_details(
     film: GridFilm | MeshFilm, leak: LeakRate | None, levels: Sequence[Level], folder: Path
 ) -> tuple[str, ...]:
     """Draw pressure, mesh and relief of a flow on a grid, and the bounds of its levels."""
-    names: list[str] = []
+    pictures: Pictures = {"bounds": partial(bounds_plot, levels)} if close_in(levels) else {}
     if isinstance(film, GridFilm) and leak is not None and leak.field is not None:
-        names += ["pressure.png", "mesh.png", "relief.png"]
-        pressure_picture(leak, film, folder / names[0])
-        mesh_picture(leak, film, folder / names[1])
-        relief_picture(leak, film, folder / names[2])
-    if close_in(levels):
-        bounds_plot(levels, folder / "bounds.png")
-        names.append("bounds.png")
-    return tuple(names)
+        of_flow = {"pressure": pressure_picture, "mesh": mesh_picture, "relief": relief_picture}
+        pictures |= {name: partial(picture, leak, film) for name, picture in of_flow.items()}
+    return _draw(pictures, folder)
+
+
+def _draw(pictures: Pictures, folder: Path) -> tuple[str, ...]:
+    return tuple(draw(folder / f"{name}.png").name for name, draw in sorted(pictures.items()))

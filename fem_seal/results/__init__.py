@@ -1,7 +1,7 @@
 """Results: the content of result.json, and the folder of it with arrays, mesh and pictures."""
 
-from fem_seal.results.arrays import read_contact, read_flow, read_lift
+from fem_seal.results.arrays import read_contact, read_flow
 from fem_seal.results.folder import ResultFolder
 from fem_seal.results.result import Result
 
-__all__ = ["Result", "ResultFolder", "read_contact", "read_flow", "read_lift"]
+__all__ = ["Result", "ResultFolder", "read_contact", "read_flow"]

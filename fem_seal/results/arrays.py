@@ -1,12 +1,13 @@
 """The arrays of a result folder: contact.npz and flow.vtu."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.contact.state import ContactState, GapState
+from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import read_numpy
 from fem_seal.files import write_npz
@@ -22,78 +23,53 @@ CONTACT_FILE = "contact.npz"
 FLOW_FILE = "flow.vtu"
 MESH_FILE = "mesh.vtu"
 TAGS = "facet_tags"
-BY_HEIGHT = "log_rate_by_height"
 
 
-class Lift(NamedTuple):
-    """Fields of a lifted contact beside gap and pressure."""
+@dataclass(frozen=True, eq=False)
+class ContactArrays:
+    """The fields of contact.npz on the samples of the contact; None where there is none."""
 
-    dry_gap: GridField
-    fluid_pressure: GridField
+    gap: GridField  #: [m]
+    pressure: GridField | None = None  #: between the solids [Pa]; a bearing contact has none
+    dry_gap: GridField | None = None  #: of a lifted contact, without the fluid's pressure [m]
+    fluid_pressure: GridField | None = None  #: of a lifted contact [Pa], above ambient
+    #: ∂ ln Q/∂h [1/m] of the product "sensitivity"; None also if nothing leaks
+    log_rate_by_height: GridField | None = None
+
+    @classmethod
+    def of(cls, patch: Patch) -> "ContactArrays | None":
+        """Fields of a patch, of the dry contact if it is lifted off; None without a contact."""
+        contact, lifted = patch.film_contact, None if patch.lifted_off else patch.lifted
+        if contact is None:
+            return None
+        wanted = "sensitivity" in patch.scene.output.products
+        sensitivity = patch.sensitivity if wanted else None
+        return cls(
+            contact.gap,
+            contact.pressure if isinstance(contact, ContactState) else None,
+            None if lifted is None else patch.elastic.gap,
+            None if lifted is None else lifted.fluid_pressure,
+            None if sensitivity is None else sensitivity.by_height,
+        )
 
 
-def lift_of(patch: Patch) -> Lift | None:
-    """Dry gap and fluid pressure of a lifted contact; None if dry or lifted off."""
-    if patch.lifted is None or patch.lifted_off:
-        return None
-    return Lift(patch.elastic.gap, patch.lifted.fluid_pressure)
-
-
-def by_height_of(patch: Patch) -> GridField | None:
-    """∂ ln Q/∂h [1/m] of a patch whose scene asks for it; None if nothing leaks."""
-    if "sensitivity" not in patch.scene.output.products or patch.sensitivity is None:
-        return None
-    return patch.sensitivity.by_height
-
-
-def write_contact(
-    folder: Path,
-    contact: GapState,
-    lift: Lift | None = None,
-    log_rate_by_height: GridField | None = None,
-) -> str:
-    """Write gap [m] and pressure [Pa], and return the name of the file, a gap file as well.
-
-    A lifted contact has the fields of `lift` too, the product "sensitivity" `log_rate_by_height`
-    [1/m]; a bearing contact has no pressure.
-    """
+def write_contact(folder: Path, contact: ContactArrays) -> str:
+    """Write contact.npz, a gap file as well, and return the name of the file."""
     gap = contact.gap
-    arrays = {"gap": gap.values, "spacing": np.array(gap.spacing), "periodic": gap.periodic}
-    if isinstance(contact, ContactState):
-        arrays["pressure"] = contact.pressure.values
-    if lift is not None:
-        arrays.update({name: field.values for name, field in lift._asdict().items()})
-    if log_rate_by_height is not None:
-        arrays[BY_HEIGHT] = log_rate_by_height.values
-    write_npz(folder / CONTACT_FILE, arrays)
+    present = {name: field.values for name, field in vars(contact).items() if field is not None}
+    spacing = {"spacing": np.array(gap.spacing), "periodic": gap.periodic}
+    write_npz(folder / CONTACT_FILE, present | spacing)
     return CONTACT_FILE
 
 
-def read_contact(folder: str | Path) -> tuple[GridField, GridField | None]:
-    """Gap [m] and pressure [Pa] of a result folder, to the last digit."""
-    gap = load_gap(Path(folder) / CONTACT_FILE)
-    return gap, _beside(folder, gap, "pressure")
-
-
-def read_lift(folder: str | Path) -> Lift | None:
-    """Gap [m] of the dry contact and fluid pressure [Pa]; None if the contact is not lifted."""
-    gap = load_gap(Path(folder) / CONTACT_FILE)
-    dry, fluid = (_beside(folder, gap, name) for name in Lift._fields)
-    return None if dry is None or fluid is None else Lift(dry, fluid)
-
-
-def read_log_rate_by_height(folder: str | Path) -> GridField | None:
-    """∂ ln Q/∂h [1/m] of the product "sensitivity"; None if the result lacks it."""
-    return _beside(folder, load_gap(Path(folder) / CONTACT_FILE), BY_HEIGHT)
-
-
-def _beside(folder: str | Path, gap: GridField, name: str) -> GridField | None:
-    """Another array of contact.npz on the samples of the gap; None if the file has none."""
+def read_contact(folder: str | Path) -> ContactArrays:
+    """Fields of a result folder, to the last digit."""
     path = Path(folder) / CONTACT_FILE
-    arrays = {key: part.values for key, part in read_numpy(path, (name,)).variables.items()}
-    if name not in arrays:
-        return None
-    return GridField(_array(arrays, name, gap.shape, path), gap.spacing, gap.periodic)
+    gap, names = load_gap(path), [field.name for field in fields(ContactArrays)[1:]]
+    arrays = {name: part.values for name, part in read_numpy(path, names).variables.items()}
+    beside = {name: _array(arrays, name, gap.shape, path) for name in arrays}
+    others = {name: GridField(x, gap.spacing, gap.periodic) for name, x in beside.items()}
+    return ContactArrays(gap, **others)
 
 
 def write_flow(folder: Path, field: FlowField) -> str:

@@ -14,7 +14,7 @@ from fem_seal.coupling.point import LiftPoint
 from fem_seal.drawing import draw
 from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
-from fem_seal.results import Result, read_contact, read_lift
+from fem_seal.results import Result, read_contact
 from fem_seal.results.words import remarks, summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import answer, solve
@@ -34,7 +34,8 @@ def test_a_scene_without_a_leak_rate_is_dry():
 def test_folder_holds_the_lifted_contact(tmp_path):
     """Area, gap and pressure are of the contact that the leak rate belongs to; dry beside them."""
     result = run(scene(output={"products": ["contact", "leak_rate", "constriction"]}), tmp_path)
-    gap, pressure = read_contact(tmp_path)
+    contact = read_contact(tmp_path)
+    gap, pressure = contact.gap, contact.pressure
     assert result.contact_area_fraction == np.count_nonzero(gap.values == 0) / gap.values.size
     assert result.lift.solid_pressure == pytest.approx(pressure.values.mean(), rel=1e-12)
     assert result.lift.solid_pressure + result.lift.fluid_pressure == pytest.approx(1.5e5, rel=1e-9)
@@ -55,7 +56,7 @@ def test_render_draws_the_lift_again_from_the_folder(tmp_path):
     drawn = {"contact.png", "contact_pressure.png", "gap.png", "lift.png"}
     assert drawn | {"flow.png"} <= set(result.files)
     patch = Patch(scene())
-    lift = read_lift(tmp_path)
+    lift = read_contact(tmp_path)
     np.testing.assert_array_equal(lift.dry_gap.values, patch.contact.gap.values)
     assert lift.fluid_pressure.values.mean() == pytest.approx(result.lift.fluid_pressure)
     before = {name: (tmp_path / name).read_bytes() for name in drawn}
@@ -69,7 +70,7 @@ def test_no_picture_of_a_lift_without_one(tmp_path):
     result = run(scene(lift="none", output={"products": ["leak_rate", "pictures"]}), tmp_path)
     assert "lift.png" not in result.files
     assert "contact_pressure.png" in result.files
-    assert read_lift(tmp_path) is None
+    assert read_contact(tmp_path).fluid_pressure is None
 
 
 def test_what_is_lifted_off_has_no_pictures(tmp_path):
