@@ -31,7 +31,7 @@ from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict, verdict
 from fem_seal.results import Result, ResultFolder
 from fem_seal.results.folder import PATCHES
-from fem_seal.results.records import GasRecord, LiftRecord, Rate, SealRecord, StepRecord
+from fem_seal.results.records import GasRecord, LiftRecord, Rate, SealRecord
 from fem_seal.results.result import Origin, Provenance
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
@@ -178,7 +178,7 @@ class Solved:
             lift=LiftRecord.of(patch),
             contact_area_fraction=film.contact_area_fraction,
             mean_gap=film.mean_gap,
-            preparation=StepRecord.all_of(patch),
+            preparation=None if patch.prepared is None else patch.prepared.steps,
             files=files,
             seconds=patch.seconds | {"total": total},
             peak_memory_bytes=parallel.total(peak_memory(), patch.comm),

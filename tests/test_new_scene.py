@@ -56,7 +56,7 @@ def test_options_fill_in_what_the_file_does_not_say():
     data = new("map.txt", *STATED)
     assert data["surface"]["unit"] == "um"
     patch = Patch(Scene.from_file("map.toml"))
-    assert patch.prepared.steps[0].statistics.rms_height == pytest.approx(HEIGHTS.std(), rel=1e-12)
+    assert patch.prepared.steps[0].rms_height == pytest.approx(HEIGHTS.std(), rel=1e-12)
     assert patch.surface.spacing == pytest.approx((1e-6, 1e-6), rel=1e-12)
 
 
@@ -68,7 +68,7 @@ def test_mark_of_missing_points():
     assert surface["missing"] == -9999
     # 60 of 384 points are more than the tenth that is filled without a word.
     assert 60 / 384 < surface["max_missing"] < 0.3
-    assert Patch(Scene.from_file("map.toml")).prepared.steps[0].statistics.missing == 60
+    assert Patch(Scene.from_file("map.toml")).prepared.steps[0].missing == 60
 
 
 def test_map_that_repeats():

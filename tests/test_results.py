@@ -15,12 +15,12 @@ from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.patch import Patch
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow
 from fem_seal.results.arrays import write_flow
-from fem_seal.results.records import StepRecord
 from fem_seal.results.result import Provenance
 from fem_seal.results.words import preparation_words
 from fem_seal.scene import Scene
 from fem_seal.solved import Solved, answer
 from fem_seal.steps import FLOWS
+from fem_seal.surface import MapStatistics
 
 LEVELS = (
     Level(9, 8, 0.0, 3e-13, {"primal": 4}, {"primal": 0.1}),
@@ -316,7 +316,7 @@ def test_words_of_a_preparation():
     """How many points were filled is what was missing before and is not any more."""
     numbers = {"samples": (8, 8), "rms_height": 2e-6, "rms_slope": 0.1, "seam": 1.5}
     steps = (("read", 7), ("crop", 5), ("fill linear", 0), ("detrend plane", 0))
-    records = tuple(StepRecord(name=name, missing=count, **numbers) for name, count in steps)
+    records = tuple(MapStatistics(name=name, missing=count, **numbers) for name, count in steps)
     assert preparation_words(records) == (
         "read: 2 um, 0.1, 1.5; crop: 2 um, 0.1, 1.5; fill linear (5 points): 2 um, 0.1, 1.5; "
         "detrend plane: 2 um, 0.1, 1.5 (rms height, rms slope, seam)"

@@ -68,13 +68,13 @@ def _surface(options: argparse.Namespace) -> int:
     if options.csv is not None:
         write_text(options.csv, _csv(scene, prepared))
     head = ("step", "samples", "missing", "rms height", "rms slope", "seam", "skewness")
-    lines = [aligned([head, *((step.name, *_cells(step.statistics)) for step in prepared.steps)])]
+    lines = [aligned([head, *map(_cells, prepared.steps)])]
     if _is_scene(options):
         try:
             prepared.require_cell("as it is")
         except InvalidInput as error:
             lines.append(str(error))  # an elastic contact would refuse the surface
-    slope = steep(prepared.steps[-1].statistics.rms_slope, "the surface")
+    slope = steep(prepared.steps[-1].rms_slope, "the surface")
     cautions = [*cautions_of_map(patch), *filter(None, (slope,))]
     lines += [*(f"caution: {sentence}" for sentence in cautions), ""]
     rows = [*_map_rows(prepared), *_longest(scene), *_fit_rows(fit, failure), *_profile_rows(scene)]
@@ -146,14 +146,14 @@ def _profile_rows(scene: "Scene") -> Rows:
 
 
 def _prepared(patch: "Patch") -> "PreparedSurface":
-    from fem_seal.surface import MapStatistics, PreparedSurface, Step
+    from fem_seal.surface import MapStatistics, PreparedSurface
 
     if patch.prepared is not None:
         return patch.prepared
     field = patch.surface
     if field is None:
         raise InvalidInput("the scene has a gap in place of a surface; there is nothing to press")
-    return PreparedSurface(field, field, (Step("made", MapStatistics.of(field)),))
+    return PreparedSurface(field, field, (MapStatistics.of(field, "made"),))
 
 
 def _map_rows(prepared: "PreparedSurface") -> Rows:
@@ -172,7 +172,8 @@ def _map_rows(prepared: "PreparedSurface") -> Rows:
 
 def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
     return (
-        f"{statistics.shape[0]} x {statistics.shape[1]}",
+        statistics.name,
+        f"{statistics.samples[0]} x {statistics.samples[1]}",
         str(statistics.missing),
         _length(statistics.rms_height),
         f"{statistics.rms_slope:.4g}",

@@ -1,6 +1,5 @@
 """The parts of result.json, each made of the solver's own objects."""
 
-from dataclasses import asdict
 from math import isfinite
 from typing import Annotated
 
@@ -153,29 +152,6 @@ class LiftRecord(Record):
             settled=state.converged,
             residuals=state.residuals,
         )
-
-
-class StepRecord(Record):
-    """A step and the map after it."""
-
-    name: str
-    samples: tuple[int, int]
-    missing: int
-    rms_height: float
-    rms_slope: float
-    seam: float
-    skewness: float | None = None  # None in results of earlier versions
-
-    @classmethod
-    def all_of(cls, patch: Patch) -> "tuple[StepRecord, ...] | None":
-        """Records of all steps of a patch; None if its surface was not read from a map."""
-        if patch.prepared is None:
-            return None
-        records = []
-        for step in patch.prepared.steps:
-            numbers = asdict(step.statistics)
-            records.append(cls(name=step.name, samples=numbers.pop("shape"), **numbers))
-        return tuple(records)
 
 
 class SealPatchRecord(Record):

@@ -26,11 +26,11 @@ from fem_seal.results.records import (
     Rate,
     Record,
     SealRecord,
-    StepRecord,
 )
 from fem_seal.scene import Flow, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain
+from fem_seal.surface import MapStatistics
 from fem_seal.tables import html_table
 
 RESULT_FILE = "result.json"
@@ -131,7 +131,7 @@ class Result(Record):
     contact_iterations: int | None = None
     levels: tuple[Level, ...] = ()
     accuracy: Choice | None = None
-    preparation: tuple[StepRecord, ...] | None = None
+    preparation: tuple[MapStatistics, ...] | None = None
     files: tuple[FileName, ...]
     seconds: dict[str, float]
     peak_memory_bytes: int

@@ -35,8 +35,9 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.results.records import GasRecord, LiftRecord, SealRecord, StepRecord
+from fem_seal.results.records import GasRecord, LiftRecord, SealRecord
 from fem_seal.results.result import Result
+from fem_seal.surface import MapStatistics
 from fem_seal.threshold import Threshold
 from fem_seal.units import RateUnit
 
@@ -285,7 +286,7 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
     return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {steps}"
 
 
-def preparation_words(steps: tuple[StepRecord, ...]) -> str:
+def preparation_words(steps: tuple[MapStatistics, ...]) -> str:
     """Rms height, rms slope and seam after each step, and the number of points filled."""
     words = []
     for before, step in zip((None, *steps), steps, strict=False):

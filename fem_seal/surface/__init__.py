@@ -10,7 +10,6 @@ from fem_seal.surface.outliers import outliers, spikes_caution, without_outliers
 from fem_seal.surface.preparation import (
     Preparation,
     PreparedSurface,
-    Step,
     measured_surface,
     prepare,
 )
@@ -44,7 +43,6 @@ __all__ = [
     "RadialSpectrum",
     "Spectrum",
     "SpectrumFit",
-    "Step",
     "cropped",
     "detrended",
     "fill",

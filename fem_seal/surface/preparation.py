@@ -41,14 +41,6 @@ class Preparation:
     twin_seed: int | None = None
 
 
-@dataclass(frozen=True)
-class Step:
-    """A step of a preparation, after it was taken."""
-
-    name: str  #: name of the step
-    statistics: MapStatistics  #: statistics of the map after the step
-
-
 @dataclass(frozen=True, eq=False)
 class PreparedSurface:
     """Heights to be pressed, with the steps of their preparation."""
@@ -57,7 +49,7 @@ class PreparedSurface:
     #: heights [m] before the map was made periodic or replaced by its twin; the spectrum is fitted
     #: to them
     measured: GridField
-    steps: tuple[Step, ...]  #: the map as it was read, and after each step
+    steps: tuple[MapStatistics, ...]  #: the map as it was read, and after each step
 
     @cached_property
     def outliers(self) -> np.ndarray:
@@ -74,7 +66,7 @@ class PreparedSurface:
         """Refuse heights, called `what`, that do not repeat: an elastic contact repeats them."""
         if self.field.periodic:
             return
-        seam = self.steps[-1].statistics.seam
+        seam = self.steps[-1].seam
         raise InvalidInput(
             f"{what}: an elastic contact repeats the map, which does not repeat itself (the "
             f"heights jump {seam:.2g} times as much across its border as between neighbours, rms): "
@@ -116,10 +108,10 @@ def prepare(field_map: FieldMap, preparation: Preparation) -> PreparedSurface:
     If neither file nor scene states whether the map repeats, it counts as periodic if its seam is
     at most `LARGEST_SEAM`.
     """
-    steps = [Step("read", MapStatistics.of(field_map))]
+    steps = [MapStatistics.of(field_map, "read")]
     for name, prepared in _on_maps(field_map, preparation):
         field_map = prepared
-        steps.append(Step(name, MapStatistics.of(field_map)))
+        steps.append(MapStatistics.of(field_map, name))
     if field_map.missing:
         raise InvalidInput(
             f"{field_map.missing} of {field_map.values.size} points are missing; say how to fill "
@@ -129,12 +121,12 @@ def prepare(field_map: FieldMap, preparation: Preparation) -> PreparedSurface:
         raise InvalidInput("the map repeats already; leave make_periodic out")
     repeats = field_map.periodic
     if repeats is None:
-        repeats = steps[-1].statistics.seam <= LARGEST_SEAM
+        repeats = steps[-1].seam <= LARGEST_SEAM
     repeats = repeats and preparation.make_periodic is None
     field = measured = GridField(field_map.values, field_map.spacing, repeats)
     for name, cell in _on_fields(field, preparation):
         field = cell
-        steps.append(Step(name, MapStatistics.of(field)))
+        steps.append(MapStatistics.of(field, name))
     return PreparedSurface(field, measured, tuple(steps))
 
 

@@ -24,7 +24,8 @@ class RadialSpectrum:
 class MapStatistics:
     """Statistics of a map before or after a step of its preparation; missing points are ignored."""
 
-    shape: tuple[int, int]  #: number of samples
+    name: str  #: step after which these are
+    samples: tuple[int, int]
     missing: int  #: number of missing points
     rms_height: float  #: root mean square deviation from the mean [m]
     #: root mean square of the differences of neighbours over their distance. The seam is left out,
@@ -35,11 +36,11 @@ class MapStatistics:
     seam: float
     #: mean cube of the deviation from the mean over the cube of `rms_height`: 0 for Gaussian
     #: roughness, negative for plateaus with pits. 0 for a smooth face.
-    skewness: float
+    skewness: float | None = None  # None in results of earlier versions
 
     @classmethod
-    def of(cls, field: FieldMap | GridField) -> "MapStatistics":
-        """Statistics of a map of heights [m]."""
+    def of(cls, field: FieldMap | GridField, name: str = "") -> "MapStatistics":
+        """Statistics of a map of heights [m] after a step."""
         values = field.values
         known = values[~np.isnan(values)]
         inside = [_mean_square(np.diff(values, axis=axis)) for axis in (0, 1)]
@@ -49,6 +50,7 @@ class MapStatistics:
         nx, ny = values.shape
         rms = float(known.std()) if known.size else 0.0
         return cls(
+            name,
             (nx, ny),
             values.size - known.size,
             rms,

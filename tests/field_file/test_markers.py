@@ -102,7 +102,7 @@ def test_missing_in_a_scene(tmp_path):
     with pytest.raises(InvalidInput, match=r"1e\+38 stands"):
         Patch(scene(fill="harmonic")).prepared  # noqa: B018
     patch = Patch(scene(fill="harmonic", missing=1e38))
-    assert patch.prepared.steps[0].statistics.missing == HOLES.sum()
+    assert patch.prepared.steps[0].missing == HOLES.sum()
     assert np.ptp(patch.surface.values) < 1e-5
     for bad in ("some", True, [1.0]):
         with pytest.raises(InvalidInput, match=r"missing .*should be a number as it stands"):

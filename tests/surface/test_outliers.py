@@ -68,7 +68,7 @@ def test_spikes_become_missing_before_the_trend_is_fitted():
     plane.values[5, 7] += 1e3
     prepared = prepare(plane, Preparation(outliers="missing", detrend="plane", fill="harmonic"))
     assert [step.name for step in prepared.steps[1:3]] == ["outliers missing", "detrend plane"]
-    assert prepared.steps[1].statistics.missing == 1
+    assert prepared.steps[1].missing == 1
     assert np.abs(prepared.field.values).max() < 6e-3
 
 

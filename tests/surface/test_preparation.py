@@ -54,10 +54,10 @@ def test_all_steps_in_their_order():
     assert np.array_equal(prepared.field.values, expected.values)
     names = ["read", "crop", "detrend plane", "fill harmonic", "mirror", "twin"]
     assert [step.name for step in prepared.steps] == names
-    counts = [step.statistics.missing for step in prepared.steps]
+    counts = [step.missing for step in prepared.steps]
     assert counts == [12, 12, 12, 0, 0, 0]
     # A tilt of 0.3 over 32 rows has an rms height of 0.3 · 32 / √12, the cell one of 1 at most.
-    before, after = (prepared.steps[k].statistics.rms_height for k in (1, 2))
+    before, after = (prepared.steps[k].rms_height for k in (1, 2))
     assert before > 0.3 * 32 / 12**0.5 - 1
     assert after < 1.1
 
@@ -89,7 +89,7 @@ def test_an_unsaid_map_repeats_if_its_seam_does(rise, repeats):
     """The seam of the cell is about 1, that of the tilt 3 over a rms step of 0.3 or so."""
     found = FieldMap(tilted(rise), CELL.spacing, None)
     prepared = prepare(found, Preparation())
-    assert (prepared.steps[-1].statistics.seam <= 2) is repeats
+    assert (prepared.steps[-1].seam <= 2) is repeats
     assert prepared.field.periodic is repeats
     # The tilt was all that did not repeat.
     assert prepare(found, Preparation(detrend="plane")).field.periodic

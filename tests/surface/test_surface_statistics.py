@@ -82,7 +82,7 @@ def test_statistics_of_a_wave():
     slope = ((every.sum() - every[-1]) / (n - 1)) ** 0.5 / 0.5
     assert statistics.rms_slope == pytest.approx(slope, rel=1e-13)
     assert every.mean() == pytest.approx((2 * np.sin(q / 2) * amplitude) ** 2 / 2, rel=1e-13)
-    assert (statistics.shape, statistics.missing) == ((64, 5), 0)
+    assert (statistics.samples, statistics.missing) == ((64, 5), 0)
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-120])
