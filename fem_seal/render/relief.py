@@ -9,13 +9,15 @@ from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import LeakRate
 from fem_seal.render.colours import CONTACT, INLET, NO_FLOW, OUTLET, Swatch
 from fem_seal.render.flow import draw_flow, flow_of, flow_scale
-from fem_seal.render.offscreen import Relief, draw_relief
+from fem_seal.render.offscreen import SUPERSAMPLING, off_screen, pixels_of
 from fem_seal.render.page import SIDE, Window, add_bar, page, window_of
 from fem_seal.render.plot import DPI
 from fem_seal.render.scale import step_above
 
 SAMPLES = 400  # samples of the landscape along its longer side, at most; means of blocks
 DEPTH = 0.06  # least depth of the deepest valley, as part of the longer side
+# Light on the landscape: direction towards the sun, at the left front, and part without direction.
+SUN, AMBIENT = (-0.6, -0.5, 1.0), 0.35
 WIDTH = 1600  # width of the drawing before its margins are cut off [pixel]
 PIN = Swatch("pin: critical constriction", (0, 0, 0))
 
@@ -45,8 +47,7 @@ def relief_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
     points = np.stack([*np.meshgrid(x, y, indexing="ij"), -factor * gap], axis=2)
     critical = film.constriction
     pin = None if critical is None else (*critical.position, -factor * critical.gap)
-    relief = Relief(points, _flat(leak, film), (INLET.colour, OUTLET.colour), pin)
-    pixels = draw_relief(relief, WIDTH)
+    pixels = draw_relief(points, _flat(leak, film), pin, WIDTH)
     height, width = pixels.shape[:2]
     key = (CONTACT, NO_FLOW, INLET, OUTLET, PIN)
     with page(Window(0, width, 0, height), path, side=1.3 * SIDE, key=key) as axes:
@@ -57,6 +58,52 @@ def relief_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
         )
         add_bar(axes[0, 0], scale)
     return Path(path)
+
+
+def draw_relief(
+    points: np.ndarray,
+    picture: np.ndarray,
+    pin: tuple[float, float, float] | None,
+    width: int,
+) -> np.ndarray:
+    """Draw a landscape, seen from above the edge of smallest y, as (height, width, 3) uint8.
+
+    Its points (mx, my, 3) are in any unit, x and y from 0. A picture (height, width, 3) uint8, whose
+    first row lies at the largest y, covers it. A black pin has its foot at (x, y, z). The white
+    margins of the drawing are cut off; before that it is so many pixels wide.
+    """
+    from PIL import Image, ImageOps
+
+    with off_screen(width, width) as (vista, plotter):
+        unit = points[..., :2].max()
+        surface = vista.StructuredGrid(*np.moveaxis(points / unit, 2, 0))
+        _, along, _, across, *_ = surface.bounds
+        plane = {"origin": (0, 0, 0), "point_u": (along, 0, 0), "point_v": (0, across, 0)}
+        plotter.add_light(vista.Light(position=SUN, light_type="scene light"))
+        # Level ground, such as contact, keeps the colours of the picture and of its key.
+        diffuse = (1 - AMBIENT) / (SUN[2] / np.linalg.norm(SUN))
+        plotter.add_mesh(
+            surface.texture_map_to_plane(**plane),
+            texture=vista.Texture(np.ascontiguousarray(picture)),
+            ambient=AMBIENT,
+            diffuse=diffuse,
+            specular=0.0,
+            smooth_shading=True,
+        )
+        plain = {"lighting": False, "line_width": SUPERSAMPLING * 4.0}
+        for swatch, row in ((INLET, points[0]), (OUTLET, points[-1])):
+            raised = vista.lines_from_points(np.add(row / unit, (0.0, 0.0, 0.004)))
+            plotter.add_mesh(raised, color=swatch.colour, **plain)
+        if pin is not None:
+            foot = np.array(pin) / unit
+            head = np.array([*foot[:2], 0.1])
+            plotter.add_mesh(vista.Line(foot, head), color="black", **plain)
+            ball = vista.Sphere(radius=0.012, center=head)
+            plotter.add_mesh(ball, color="black", lighting=False)
+        plotter.view_vector((-0.8, -1.5, 1.5), viewup=(0.0, 0.0, 1.0))
+        plotter.camera.zoom(0.9)  # room for lines and pin
+        drawn = Image.fromarray(pixels_of(plotter))
+    return np.asarray(drawn.crop(ImageOps.invert(drawn).getbbox()))
 
 
 def _flat(leak: LeakRate, film: GridFilm) -> np.ndarray:

@@ -10,17 +10,16 @@ from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.render.colours import INLET, OUTLET
-from fem_seal.render.offscreen import Relief, draw_relief
-from fem_seal.render.relief import DEPTH, exaggeration, relief_picture
+from fem_seal.render.relief import DEPTH, draw_relief, exaggeration, relief_picture
 
 pytestmark = pytest.mark.render
-EDGES = (INLET.colour, OUTLET.colour)
 
 
 def flat(pin=None, colour=(90, 140, 60)):
+    """Drawing of a plane of one colour."""
     x, y = np.meshgrid(np.linspace(0, 2, 9), np.linspace(0, 1, 5), indexing="ij")
     picture = np.full((50, 100, 3), colour, np.uint8)
-    return Relief(np.stack([x, y, 0 * x], axis=2), picture, EDGES, pin)
+    return draw_relief(np.stack([x, y, 0 * x], axis=2), picture, pin, 300).astype(int)
 
 
 @pytest.mark.parametrize("deepest", [1e-9, 3.3e-8, 2e-6])
@@ -32,14 +31,14 @@ def test_depth_is_visible_and_its_factor_a_round_number(deepest):
 
 
 def test_inlet_lies_left_outlet_right_and_the_pin_between():
-    pixels = draw_relief(flat(pin=(1.0, 0.5, 0.0)), 300).astype(int)
+    pixels = flat(pin=(1.0, 0.5, 0.0))
     places = {}
-    for name, colour in (("inlet", EDGES[0]), ("outlet", EDGES[1]), ("pin", (0, 0, 0))):
+    for name, colour in (("inlet", INLET.colour), ("outlet", OUTLET.colour), ("pin", (0, 0, 0))):
         found = np.argwhere(np.abs(pixels - colour).max(axis=2) < 10)
         assert len(found) > 20, name
         places[name] = found[:, 1].mean()
     assert places["inlet"] < places["pin"] < places["outlet"]
-    without = draw_relief(flat(), 300).astype(int)
+    without = flat()
     assert (without.max(axis=2) > 10).all()
     # The foot stands on the plane: nothing black lies below the drawing of the plane alone.
     assert abs(pixels.shape[1] - without.shape[1]) <= 2
@@ -47,8 +46,8 @@ def test_inlet_lies_left_outlet_right_and_the_pin_between():
 
 def test_level_ground_keeps_the_colours_of_the_key():
     """Contact is the plateau, and its grey must not be taken for the white of open ground."""
-    pixels = draw_relief(flat(), 300)
-    middle = pixels[pixels.shape[0] // 2, pixels.shape[1] // 2].astype(int)
+    pixels = flat()
+    middle = pixels[pixels.shape[0] // 2, pixels.shape[1] // 2]
     assert np.abs(middle - (90, 140, 60)).max() <= 1  # rounding
 
 
