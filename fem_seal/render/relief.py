@@ -68,9 +68,9 @@ def draw_relief(
 ) -> np.ndarray:
     """Draw a landscape, seen from above the edge of smallest y, as (height, width, 3) uint8.
 
-    Its points (mx, my, 3) are in any unit, x and y from 0. A picture (height, width, 3) uint8, whose
-    first row lies at the largest y, covers it. A black pin has its foot at (x, y, z). The white
-    margins of the drawing are cut off; before that it is so many pixels wide.
+    Its points (mx, my, 3) are in any unit, x and y from 0. The picture (height, width, 3) uint8
+    covers it; its first row lies at the largest y. A black pin has its foot at (x, y, z). The
+    drawing is so many pixels wide before its white margins are cut off.
     """
     from PIL import Image, ImageOps
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from math import ceil
+from math import ceil, log2
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -100,24 +100,22 @@ def _contact_of(film: MeshFilm) -> list[DrawnTriangles]:
     mesh = film.mesh
     touching = (film.values[mesh.cells] == 0).sum(axis=1)
     layers = [DrawnTriangles(mesh.xy, mesh.cells[touching == 3], CONTACT.colour)]
-    if film.formula is not None:
-        at_rim = mesh.xy[mesh.cells[(touching > 0) & (touching < 3)]]
-        xy = _cut(at_rim, float(np.ptp(mesh.xy, axis=0).max()) / LONG_SIDE)
-        xy = xy[film.formula(xy.mean(axis=1)) == 0]
-        cells = np.arange(3 * len(xy)).reshape(-1, 3)
-        layers.append(DrawnTriangles(xy.reshape(-1, 2), cells, CONTACT.colour))
+    at_rim = mesh.cells[(touching > 0) & (touching < 3)]
+    if film.formula is not None and len(at_rim):
+        points, cells = _cut(mesh.xy, at_rim, float(np.ptp(mesh.xy, axis=0).max()) / LONG_SIDE)
+        touches = film.formula(points[cells].mean(axis=1)) == 0
+        layers.append(DrawnTriangles(points, cells[touches], CONTACT.colour))
     return [layer for layer in layers if len(layer.cells)]
 
 
-def _cut(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Cut each of the triangles (n, 3, 2) into equal ones (m, 3, 2) with sides up to `longest`."""
-    if not len(triangles):
-        return triangles
-    sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
-    parts = ceil(sides.max() / longest)
-    i, j = (k.ravel() for k in np.mgrid[:parts, :parts])
-    upright = np.stack([[i, j], [i + 1, j], [i, j + 1]])[:, :, i + j < parts]
-    turned = np.stack([[i + 1, j], [i + 1, j + 1], [i, j + 1]])[:, :, i + j < parts - 1]
-    steps = np.concatenate([upright, turned], axis=2) / parts
-    origin, along = triangles[:, None, None, 0], triangles[:, 1:] - triangles[:, :1]
-    return (origin + np.einsum("cdk,ndx->nkcx", steps, along)).reshape(-1, 3, 2)
+def _cut(points: np.ndarray, cells: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Halve triangles until no side is longer: points (n, 2) and cells (m, 3)."""
+    from matplotlib.tri import Triangulation, UniformTriRefiner
+
+    used, cells = np.unique(cells, return_inverse=True)
+    points, cells = points[used], cells.reshape(-1, 3)
+    sides = np.linalg.norm(points[cells] - points[np.roll(cells, 1, axis=1)], axis=2)
+    halvings = max(0, ceil(log2(sides.max() / longest)))
+    refiner = UniformTriRefiner(Triangulation(points[:, 0], points[:, 1], cells))
+    fine = refiner.refine_triangulation(subdiv=halvings)
+    return np.column_stack([fine.x, fine.y]), fine.triangles

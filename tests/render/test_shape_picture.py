@@ -83,20 +83,6 @@ def test_contact_is_drawn_where_the_formula_is_zero():
     assert as_meshed < drawn - 10 * rim
 
 
-def test_triangles_are_cut_into_equal_ones_that_cover_them():
-    corners = np.array([[[0.0, 0], [3, 0], [0, 2]], [[5.0, 5], [6, 5], [6, 7]]])
-    parts = shape._cut(corners, longest=0.5)
-    sides = np.linalg.norm(parts - np.roll(parts, 1, axis=1), axis=2)
-    assert sides.max() <= 0.5
-    count = len(parts) // 2
-    for whole, pieces in zip(corners, (parts[:count], parts[count:]), strict=True):
-        areas = [shape._area(piece, np.array([[0, 1, 2]])) for piece in pieces]
-        assert np.ptp(areas) < 1e-12
-        assert sum(areas) == pytest.approx(shape._area(whole, np.array([[0, 1, 2]])))
-        centres = pieces.mean(axis=1)
-        assert len(np.unique(centres.round(9), axis=0)) == count  # no piece lies on another
-
-
 @pytest.mark.render
 def test_flow_of_a_shape_does_not_claim_to_run_along_x(tmp_path):
     film = strip({"gap": "1 um"})
