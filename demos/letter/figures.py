@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
 from matplotlib.ticker import FormatStrFormatter, NullLocator
 
 from demos.letter.currents import FLOW_AREA, Current
@@ -30,6 +30,11 @@ LAWS = {"persson": ("Persson (2001)", "-."), "wang-mueser": ("Wang and Müser (2
 # The colours of models also differ in their grey values; seeds and sizes differ in the marker.
 COLOURS = {"bearing": "#b2452b", "elastic": "#1f4e9e"}
 CORRECTED, PERSSON = "#16805f", "#444444"
+# Effective medium beside each model, and its field of a `Current`.
+MEDIA = {
+    "bearing": ("Bruggeman", "bruggeman"),
+    "elastic": ("modified Bruggeman, A* = 0.42", "modified"),
+}
 MARKERS = ("o", "s", "^", "D", "v", "p", "h", "<", ">", "*")
 # What the letter's text says of Fig. 3: A*/A0 of each model with its uncertainty (elastic: one half
 # less 0.075 ± 0.015), and by how many decades elastic deformation reduces the flow at A/A0 = 0.2.
@@ -84,31 +89,42 @@ def current_figure(
     currents: Sequence[Current], persson: Sequence[Prediction], folder: Path
 ) -> None:
     """Fig. 3: leak rate over that at first contact, against contact area; and its errors."""
-    leaking = sorted((p for p in currents if p.value > 0), key=lambda p: (p.model, p.area))
-    seeds = dict(zip(sorted({point.seed for point in leaking}), MARKERS * 9, strict=False))
+    leaking = [point for point in currents if point.value > 0]
+    markers = dict(zip(sorted({point.seed for point in leaking}), MARKERS * 9, strict=False))
+    series = {
+        (model, seed): [p for p in leaking if (p.model, p.seed) == (model, seed)]
+        for model, seed in product(COLOURS, markers)
+    }
     with new_figure((10, 7.4), *paths(folder, "fig3")) as figure:
         places = [["counted", "corrected"], ["errors", "key"]]
         axes = figure.subplot_mosaic(places, gridspec_kw={"height_ratios": (3, 1.4)})
-        counted, corrected = axes["counted"], axes["corrected"]
-        smallest = min(point.lower for point in leaking)
-        for point in leaking:
-            style = {"color": COLOURS[point.model], "marker": seeds[point.seed]}
-            _draw_point(counted, point, point.area, style)
-            _draw_differences(counted, point, style["color"])
-            if point.model == "elastic":
-                _draw_point(corrected, point, point.corrected, style)
-        for model, medium in (("bearing", "bruggeman"), ("elastic", "modified")):
-            x, y = _medium(currents, model, medium)
-            counted.plot(x, y, "-", color=COLOURS[model], linewidth=1.2)
+        counted, corrected, errors = axes["counted"], axes["corrected"], axes["errors"]
+        for (model, seed), points in series.items():
+            style = {"color": COLOURS[model], "marker": markers[seed]}
+            style |= {"linestyle": "none", "label": f"{model}, seed {seed}, certified"}
+            _draw_currents(counted, [point.area for point in points], points, style)
+            _draw_differences(counted, points, style["color"])
+            if model == "elastic":
+                _draw_currents(corrected, [point.corrected for point in points], points, style)
+                _draw_errors(errors, points, style)
+        for model, (name, medium) in MEDIA.items():
+            curve = {"color": COLOURS[model], "linewidth": 1.2, "label": f"{name}, same gaps"}
+            counted.plot(*_medium(currents, model, medium), "-", **curve)
             middle, error = LETTERS_THRESHOLDS[model]
-            counted.axvspan(middle - error, middle + error, color=COLOURS[model], alpha=0.13, lw=0)
+            band = {"color": COLOURS[model], "alpha": 0.13, "lw": 0}
+            band["label"] = f"the letter's A*: {middle:g} ± {error:g}"
+            counted.axvspan(middle - error, middle + error, **band)
         _draw_decades(counted, leaking)
         for row in _curves(persson):
             x, y = ([getattr(r, name) for r in row] for name in ("area", "current"))
-            corrected.plot(x, y, LAWS[row[0].law][1], color=PERSSON, linewidth=1)
+            name, dash = LAWS[row[0].law]
+            style = {"color": PERSSON, "linewidth": 1, "label": f"Persson, area of {name}"}
+            corrected.plot(x, y, dash, **style)
         for panel in (counted, corrected):
-            panel.plot([0], [1], "*", color="k", markersize=9, clip_on=False, zorder=5)
-            panel.set(yscale="log", xlim=(0, 0.55), ylim=(smallest / 30, 2))
+            unit = {"color": "k", "markersize": 9, "label": "first contact, the unit"}
+            panel.plot([0], [1], "*", clip_on=False, zorder=5, **unit)
+            lowest = min(point.lower for point in leaking) / 30
+            panel.set(yscale="log", xlim=(0, 0.55), ylim=(lowest, 2))
         counted.set(
             xlabel="contact area A/A0, counted in samples",
             ylabel="leak rate / leak rate at first contact",
@@ -118,40 +134,52 @@ def current_figure(
             xlabel="contact area A/A0, corrected for the perimeter",
             title="Persson's theory belongs on the corrected area",
         )
-        _draw_errors(axes["errors"], leaking, seeds)
-        _key(axes["key"], seeds, leaking)
+        errors.set(
+            yscale="log",
+            xlim=(0, 0.55),
+            xlabel="contact area A/A0, counted in samples",
+            ylabel="relative error",
+            title="How well the elastic leak rates are known",
+        )
+        axes["key"].axis("off")
+        named = {}  # each label once, whatever the number of its artists
+        for panel in (counted, corrected, errors):
+            handles, labels = panel.get_legend_handles_labels()
+            named |= dict(zip(labels, handles, strict=True))
+        bars = "bars: bracket of the flow, widened by the contact grid's error where it is known"
+        style = {"fontsize": 7, "title": bars, "title_fontsize": 7}
+        axes["key"].legend(named.values(), named, ncols=2, frameon=False, loc="center", **style)
 
 
-def _draw_point(axes, point: Current, area: float, style: dict) -> None:
-    """Draw a certified leak rate; its bar is the bracket, widened by the contact grid's error."""
-    grid = np.exp(point.grid_change or 0.0)
-    bar = [[point.value - point.lower / grid], [point.upper * grid - point.value]]
-    axes.errorbar(
-        [area],
-        [point.value],
-        yerr=bar,
-        markersize=5,
-        markerfacecolor="white",
-        capsize=2.5,
-        linestyle="none",
-        **style,
-    )
+def _draw_currents(axes, areas: list[float], points: Sequence[Current], style: dict) -> None:
+    """Draw certified leak rates; bars are the brackets, widened by the contact grid's error."""
+    values = np.array([point.value for point in points])
+    grid = np.exp([point.grid_change or 0.0 for point in points])
+    lower, upper = (np.array([getattr(p, end) for p in points]) for end in ("lower", "upper"))
+    bars = [values - lower / grid, upper * grid - values]
+    axes.errorbar(areas, values, bars, markersize=5, mfc="white", capsize=2.5, **style)
 
 
-def _draw_differences(axes, point: Current, colour: str) -> None:
-    """Draw finite differences beside the bracket: a cross, and the band of the link rules."""
-    if not point.harmonic:  # left out, or zero, for which the logarithmic axis has no place
+def _draw_differences(axes, points: Sequence[Current], colour: str) -> None:
+    """Draw finite differences beside the brackets: a cross, and the band of the link rules."""
+    # Left out, or zero, for which the logarithmic axis has no place.
+    points = [point for point in points if point.harmonic]
+    if not points:
         return
-    band = [[point.linear_gap - point.harmonic], [point.arithmetic - point.linear_gap]]
+    low, middle, high = (
+        np.array([getattr(point, rule) for point in points])
+        for rule in ("harmonic", "linear_gap", "arithmetic")
+    )
     axes.errorbar(
-        [point.area + 0.004],
-        [point.linear_gap],
-        yerr=band,
+        [point.area + 0.004 for point in points],
+        middle,
+        [middle - low, high - middle],
         fmt="x",
         color=colour,
         alpha=0.55,
         markersize=4,
         elinewidth=0.8,
+        label="finite differences, band of link rules",
     )
 
 
@@ -160,8 +188,11 @@ def _draw_decades(axes, leaking: Sequence[Current]) -> None:
     start = [p.value for p in leaking if p.model == "bearing" and p.wanted == FLOW_AREA]
     if start:
         top = float(np.exp(np.mean(np.log(start))))
-        ends = (FLOW_AREA, top * 10.0**-LETTERS_DECADES), (FLOW_AREA, top)
-        axes.annotate("", *ends, arrowprops={"arrowstyle": "->", "color": "0.45"})
+        end = top * 10.0**-LETTERS_DECADES
+        arrow = {"arrowstyle": "->", "color": "0.45"}
+        axes.annotate("", (FLOW_AREA, end), (FLOW_AREA, top), arrowprops=arrow)
+        words = {"ha": "right", "va": "bottom", "fontsize": 7.5, "color": "0.35"}
+        axes.text(FLOW_AREA - 0.005, end, "the letter:\nthree decades", **words)
 
 
 def _medium(currents: Sequence[Current], model: str, medium: str) -> tuple[list, list]:
@@ -183,21 +214,15 @@ def _curves(persson: Sequence[Prediction]) -> list[list[Prediction]]:
     return [curve for curve in curves if curve]
 
 
-def _draw_errors(axes, leaking: Sequence[Current], seeds: dict[int, str]) -> None:
-    """Draw the errors of the elastic points: half-width of the bracket, change of the grid."""
-    elastic = [point for point in leaking if point.model == "elastic"]
-    for point in elastic:
-        style = {"marker": seeds[point.seed], "linestyle": "none", "markersize": 5}
-        axes.plot(point.area, point.half_width, color=COLOURS["elastic"], mfc="white", **style)
-        if point.grid_change:
-            axes.plot(point.area, point.grid_change, color="k", **style)
-    axes.set(
-        yscale="log",
-        xlim=(0, 0.55),
-        xlabel="contact area A/A0, counted in samples",
-        ylabel="relative error",
-        title="How well the elastic leak rates are known",
-    )
+def _draw_errors(axes, elastic: Sequence[Current], style: dict) -> None:
+    """Draw the errors of elastic points: half-width of the bracket, change of the grid."""
+    areas, widths = ([getattr(p, name) for p in elastic] for name in ("area", "half_width"))
+    axes.plot(areas, widths, mfc="white", markersize=5, **style)
+    finer = [point for point in elastic if point.grid_change]
+    if finer:
+        areas, changes = ([getattr(p, name) for p in finer] for name in ("area", "grid_change"))
+        style = {**style, "color": "k", "label": "error of the contact's grid"}
+        axes.plot(areas, changes, markersize=5, **style)
 
 
 def _mark(marker: str, colour: str, label: str, face: str = "white", alpha: float = 1.0) -> Line2D:
@@ -205,40 +230,6 @@ def _mark(marker: str, colour: str, label: str, face: str = "white", alpha: floa
     return Line2D(
         [], [], marker=marker, color=colour, mfc=face, ls="none", label=label, alpha=alpha
     )
-
-
-def _key(axes, seeds: dict[int, str], leaking: Sequence[Current]) -> None:
-    """Explain all of Fig. 3 in a panel of its own."""
-    axes.axis("off")
-    entries = [_mark("*", "k", "first contact, the unit", "k")]
-    entries += [_mark(marker, "0.4", f"seed {seed}") for seed, marker in seeds.items()]
-    for model, medium in (("bearing", "Bruggeman"), ("elastic", "modified Bruggeman, A* = 0.42")):
-        colour, (middle, error) = COLOURS[model], LETTERS_THRESHOLDS[model]
-        entries += [
-            _mark("o", colour, f"{model}, certified"),
-            Line2D([], [], color=colour, label=f"{medium}, same gaps"),
-            Rectangle(
-                (0, 0),
-                1,
-                1,
-                color=colour,
-                alpha=0.13,
-                label=f"the letter's A*: {middle:g} ± {error:g}",
-            ),
-        ]
-    if any(point.harmonic for point in leaking):
-        entries.append(_mark("x", "0.4", "finite differences, band of link rules"))
-    entries.append(_mark(r"$\downarrow$", "0.45", "the letter: three decades at 0.2", "0.45"))
-    entries += [
-        Line2D([], [], color=PERSSON, ls=style, label=f"Persson, area of {name}")
-        for name, style in LAWS.values()
-    ]
-    if any(point.grid_change for point in leaking):
-        entries.append(_mark("o", "k", "error of the contact's grid", "k"))
-    bars = "bars: bracket of the flow, widened by the contact grid's error where it is known"
-    axes.legend(
-        handles=entries, ncols=2, frameon=False, fontsize=7.5, loc="center", title=bars
-    ).get_title().set_fontsize(7.5)
 
 
 # Quantities of the threshold rows: model, fields of mean and deviation, colour, filled marker.
