@@ -27,9 +27,8 @@ from fem_seal.grid import GridField
 from fem_seal.grid_series import LEAST_SAMPLES, OnGrid, grid_error
 from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
-from fem_seal.parallel import Comm
 from fem_seal.patch import Known, Patch
-from fem_seal.points import Chain, RecordFolder, Task, Work, compute_study
+from fem_seal.points import Chain, RecordFolder, StudyTask, Work, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -96,56 +95,45 @@ class TradePoint(Run):
     contact_error: float = field(metadata={"header": "contact grid's"})
     flow_error: float = field(metadata={"header": "flow's"})
     total_error: float = field(metadata={"header": "total error"})
-    #: whether no other point is both faster and more accurate, among those with bounds if it has
-    #: bounds, otherwise among those without
-    pareto: bool = False
 
 
-@dataclass(frozen=True)
-class GridTask(Task[tuple[Run, ...]]):
-    """Task of the contact on one grid and of all flows through it."""
-
-    scene: Scene
-    samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
-    flows: tuple[FlowMethod, ...]
-
-    def compute(self, handed_on: None, report: Report, comm: Comm) -> tuple[Run, ...]:
-        """Solve the contact, then the flows one after the other; nothing is handed on."""
-        warm_up()
-        surface = resample(surface_of(self.scene, comm), self.samples)
-        pressed = Patch(self.scene, report, surface=surface, comm=comm)
+def runs_on(scene: Scene, samples: tuple[int, int], flows: Sequence[FlowMethod]) -> tuple[Run, ...]:
+    """Solve the contact on a grid, then the flows through it, one after the other."""
+    _warm_up()
+    surface = resample(surface_of(scene), samples)
+    pressed = Patch(scene, surface=surface)
+    start = process_time()
+    contact = pressed.contact
+    of_contact = process_time() - start
+    flow, runs = scene.flow_settings, []
+    for own in flows:
+        limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
+        settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
+        patch = pressed.with_(
+            surface=surface, known=Known(contact), lift="none", flow_settings=settings
+        )
+        # Reset the kernel's largest resident memory of this process (proc(5)).
+        Path("/proc/self/clear_refs").write_text("5")
         start = process_time()
-        contact = pressed.contact
-        of_contact = process_time() - start
-        flow, runs = self.scene.flow_settings, []
-        for own in self.flows:
-            limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
-            settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
-            patch = pressed.with_(
-                surface=surface, known=Known(contact), lift="none", flow_settings=settings
+        leak = patch.leak_rate
+        seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
+        runs.append(
+            Run(
+                samples=samples,
+                flow=own,
+                state=leak.state,
+                leak_rate=leak.value,
+                lower=leak.lower,
+                upper=leak.upper,
+                converged=leak.converged,
+                seconds=of_contact + seconds,
+                contact_seconds=of_contact,
+                memory_bytes=memory,
+                critical_gap=grid.critical_gap,
+                unresolved=grid.unresolved,
             )
-            # Reset the kernel's largest resident memory of this process (proc(5)).
-            Path("/proc/self/clear_refs").write_text("5")
-            start = process_time()
-            leak = patch.leak_rate
-            seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
-            runs.append(
-                Run(
-                    samples=self.samples,
-                    flow=own,
-                    state=leak.state,
-                    leak_rate=leak.value,
-                    lower=leak.lower,
-                    upper=leak.upper,
-                    converged=leak.converged,
-                    seconds=of_contact + seconds,
-                    contact_seconds=of_contact,
-                    memory_bytes=memory,
-                    critical_gap=grid.critical_gap,
-                    unresolved=grid.unresolved,
-                )
-            )
-        return tuple(runs)
+        )
+    return tuple(runs)
 
 
 @dataclass(frozen=True)
@@ -158,9 +146,17 @@ class Trade:
     sealed: tuple[tuple[int, int], ...] = ()  #: contact grids left out, since they are sealed
 
     def front(self, certified: bool) -> tuple[TradePoint, ...]:
-        """Pareto front of the points with or without bounds, the fastest point first."""
-        points = (p for p in self.points if p.pareto and p.certified == certified)
-        return tuple(sorted(points, key=lambda p: p.seconds))
+        """Pareto front: points that no other one beats in time and error, the fastest point first.
+
+        Points with and without bounds are compared separately: the error of a point without bounds
+        is known only because the others were computed as well.
+        """
+        kind = [point for point in self.points if point.certified == certified]
+        front: list[TradePoint] = []
+        for point in sorted(kind, key=lambda p: (p.seconds, p.total_error)):
+            if not front or point.total_error < front[-1].total_error:
+                front.append(point)
+        return tuple(front)
 
 
 def trade(
@@ -192,12 +188,12 @@ def trade(
         How the grids are shared among workers; one after the other if left out. Jobs that run at
         the same time slow each other down, also in CPU time.
     """
-    grids = trade_grids(surface_of(scene, None).shape, factors)
+    grids = trade_grids(surface_of(scene).shape, factors)
     adaptive = [FlowMethod("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
     flows = FlowMethod("finite-difference", None), FlowMethod("uniform", None, 1), *adaptive
     inputs = sha256(repr((name_of(scene), flows)).encode()).hexdigest()[:24]
     tasks = [
-        GridTask(f"{inputs}-{k}", f"contact {_size(samples)}", scene, samples, flows)
+        StudyTask(f"{inputs}-{k}", f"contact {_size(samples)}", runs_on, (scene, samples, flows))
         for k, samples in enumerate(grids)
     ]
     with temporary_folder() if out is None else nullcontext(out) as kept:
@@ -209,9 +205,9 @@ def trade(
     return trade_of(runs, by_area)
 
 
-def surface_of(scene: Scene, comm: Comm) -> GridField:
+def surface_of(scene: Scene) -> GridField:
     """Surface of a scene; InvalidInput if it gives a gap instead."""
-    surface = Patch(scene, comm=comm).surface
+    surface = Patch(scene).surface
     if surface is None:
         raise InvalidInput(
             "a trade needs [surface] and [contact]: the contact of a given gap cannot be solved "
@@ -220,7 +216,7 @@ def surface_of(scene: Scene, comm: Comm) -> GridField:
     return surface
 
 
-def warm_up() -> None:
+def _warm_up() -> None:
     """Import the libraries, and compile the forms, before the time of the first point is taken."""
     from fem_seal.flow import leak_rate
 
@@ -258,12 +254,12 @@ def trade_of(runs: Sequence[Run], by_area: bool = False) -> Trade:
     estimated = relative_error(grid_error(*two).log_error)
     uncertainty = max(estimated, relative_half_width(*finest.bounds))
     sealed = tuple(samples for samples, run in best.items() if run.state == "sealed")
-    points = [
+    points = tuple(
         _point(run, best[run.samples].leak_rate, reference, uncertainty)
         for run in runs
         if run.samples not in sealed
-    ]
-    return Trade(mark_pareto(points), reference, uncertainty, sealed)
+    )
+    return Trade(points, reference, uncertainty, sealed)
 
 
 def _point(run: Run, best: float, reference: float, uncertainty: float) -> TradePoint:
@@ -276,22 +272,8 @@ def _point(run: Run, best: float, reference: float, uncertainty: float) -> Trade
     )
 
 
-def mark_pareto(points: Sequence[TradePoint]) -> tuple[TradePoint, ...]:
-    """Mark the points that no other one of their kind beats in time and error.
-
-    Points with and without bounds are compared separately: the error of a point without bounds is
-    known only because the others were computed as well.
-    """
-    front, least = set(), {True: inf, False: inf}
-    for point in sorted(points, key=lambda p: (p.seconds, p.total_error)):
-        if point.total_error < least[point.certified]:
-            least[point.certified] = point.total_error
-            front.add(id(point))
-    return tuple(replace(point, pareto=id(point) in front) for point in points)
-
-
-def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, ...]:
-    """Sentence on the cheapest point of a trade for each total relative error.
+def recommend(result: Trade) -> tuple[str, ...]:
+    """Sentence on the cheapest point of a trade for each of the TARGETS.
 
     A single one if a finer grid than all may change the leak rate by its own size. Before them, one
     for each grid that was left out.
@@ -307,7 +289,7 @@ def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, .
             "nothing to recommend: a finer grid may change the leak rate so much that it is "
             f"{known if result.uncertainty < inf else 'not known'}; take more samples",
         )
-    return *left_out, *(_advice(result, target) for target in sorted(targets, reverse=True))
+    return *left_out, *(_advice(result, target) for target in TARGETS)
 
 
 def _advice(result: Trade, target: float) -> str:

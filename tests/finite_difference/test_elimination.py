@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import sparse
-from scipy.sparse import linalg as splinalg
+from scipy.sparse.linalg import spsolve
 
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.star_mesh import star_mesh, star_mesh_in_step
@@ -29,23 +28,10 @@ def random_network(shape, periodic, rng, decades=0.0):
 
 def assembled_conductance(network):
     """Conductance from Kirchhoff's laws as one sparse system, solved by SuperLU."""
-    mx, my = network.shape
-    number = np.arange(mx * my).reshape(mx, my)
-    start_y = number if network.periodic else number[:, :-1]
-    stop_y = np.roll(number, -1, axis=1) if network.periodic else number[:, 1:]
-    a = np.concatenate([number[:-1].ravel(), start_y.ravel()])
-    b = np.concatenate([number[1:].ravel(), stop_y.ravel()])
-    c = np.concatenate([network.x.ravel(), network.y.ravel()])
-    links = sparse.coo_matrix((c, (a, b)), shape=(mx * my,) * 2).tocsr()
-    links = links + links.T
-    laplacian = sparse.diags(np.asarray(links.sum(axis=1)).ravel()).tocsr() - links
-    free = number[1:-1].ravel()
-    pressure = np.zeros(mx * my)
-    pressure[number[0]] = 1
-    if free.size:
-        rhs = -(laplacian @ pressure)[free]
-        pressure[free] = splinalg.spsolve(laplacian[free][:, free].tocsc(), rhs)
-    return (laplacian @ pressure)[number[0]].sum()
+    pressure = network.pressure(
+        np.ones(network.shape, dtype=bool), lambda matrix, b: spsolve(matrix.tocsc(), b)
+    )
+    return np.sum(network.x[0] * (pressure[0] - pressure[1]))
 
 
 def schur_links(links, eliminated):
