@@ -7,13 +7,16 @@ from shutil import get_terminal_size
 from threading import Event, Thread
 from time import monotonic
 
+from fem_seal import parallel
 from fem_seal.errors import printable
 
 # Function of stage and detail, such as ("contact", "iteration 40, residual 3e-05").
 Report = Callable[[str, str], None]
 
-LINES_APART = 30.0  # seconds between two plain lines
+# Seconds until the first line, and between two, on a terminal and elsewhere.
+ON_TERMINAL, ELSEWHERE = (2.0, 0.5), (30.0, 30.0)
 NOTE = "note"  # stage whose detail is a line that stays
+CLEAR = "\r\x1b[K"  # goes back to the start of the terminal's line and erases it
 
 
 def silent(stage: str, detail: str) -> None:
@@ -61,33 +64,22 @@ def duration(seconds: float) -> str:
 class Display:
     """Context manager that shows stage, detail and elapsed time in a line on standard error.
 
-    On a terminal it updates one line in place, after a patience and with a beat of some seconds;
-    elsewhere it prints a plain line every 30 s. The object is a `Report`: calling it with stage and
-    detail updates the line.
+    On a terminal it updates one line in place; elsewhere it prints a plain line every 30 s; of
+    several processes the first one alone shows it. The object is a `Report`: calling it with stage
+    and detail changes the line.
     """
 
-    def __init__(self, shown: bool = True, *, patience: float = 2.0, beat: float = 0.5):
-        terminal = sys.stderr.isatty()
-        self._shown = shown and terminal
-        self._lines = shown and not terminal
-        self._patience, self._beat_seconds = patience, beat
-        self._start = monotonic()
-        self._next = self._start + LINES_APART
-        self._line = ""
-        self._done = Event()
+    def __init__(self) -> None:
+        self._terminal, self._shown = sys.stderr.isatty(), parallel.is_root()
+        self._start, self._line, self._done = monotonic(), "", Event()
         self._thread = Thread(target=self._refresh, daemon=True)
 
     def __call__(self, stage: str, detail: str) -> None:
         """Set the stage and the detail to show, or print a note."""
-        if stage == NOTE:
-            if self._shown or self._lines:
-                clear = "\r\x1b[K" if self._shown else ""
-                print(f"{clear}fem-seal: {printable(detail)}", file=sys.stderr, flush=True)  # noqa: T201
-            return
-        self._line = printable(f"{stage}: {detail}" if detail else stage)
-        if self._lines and monotonic() > self._next:
-            self._next = monotonic() + LINES_APART
-            print(f"fem-seal: {self._line}", file=sys.stderr, flush=True)  # noqa: T201
+        if stage != NOTE:
+            self._line = printable(f"{stage}: {detail}" if detail else stage)
+        elif self._shown:
+            self._write(f"{CLEAR if self._terminal else ''}fem-seal: {printable(detail)}\n")
 
     def __enter__(self) -> "Display":
         if self._shown:
@@ -100,14 +92,20 @@ class Display:
             self._thread.join()
 
     def _refresh(self) -> None:
-        """Update the line from a thread, so that the time advances during a long library call."""
-        if self._done.wait(self._patience):
-            return
-        while not self._done.wait(self._beat_seconds):
+        """Show the line from a thread, so that the time advances during a long library call."""
+        patience, beat = ON_TERMINAL if self._terminal else ELSEWHERE
+        ended = self._done.wait(patience)
+        while not ended:
             elapsed = timedelta(seconds=int(monotonic() - self._start))
-            self._draw(f"{self._line}  [{elapsed}]"[: get_terminal_size().columns - 1])
-        self._draw("")
+            if self._terminal:
+                width = get_terminal_size().columns - 1
+                self._write(f"{CLEAR}{f'{self._line}  [{elapsed}]'[:width]}")
+            elif self._line:
+                self._write(f"fem-seal: {self._line}\n")
+            ended = self._done.wait(beat)
+            if ended and self._terminal:
+                self._write(CLEAR)
 
-    def _draw(self, line: str) -> None:
-        """Write a line over the one before."""
-        print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)  # noqa: T201
+    @staticmethod
+    def _write(text: str) -> None:
+        print(text, end="", file=sys.stderr, flush=True)  # noqa: T201 (the progress)

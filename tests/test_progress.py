@@ -6,9 +6,8 @@ import time
 
 import pytest
 
+from fem_seal import progress
 from fem_seal.progress import Display, Pace
-
-FAST = {"patience": 0.05, "beat": 0.01}  # seconds
 
 
 class Terminal(io.StringIO):
@@ -16,10 +15,18 @@ class Terminal(io.StringIO):
         return True
 
 
-def watch(stream, monkeypatch, until, shown=True, **pace):
+@pytest.fixture
+def fast(monkeypatch):
+    """Show lines at once."""
+    for times in ("ON_TERMINAL", "ELSEWHERE"):
+        monkeypatch.setattr(progress, times, (0.05, 0.01))
+
+
+def watch(stream, monkeypatch, until, root=True):
     """Text that a display writes while a stage reports, until it has written or time is up."""
     monkeypatch.setattr(sys, "stderr", stream)
-    with Display(shown, **pace) as report:
+    monkeypatch.setattr("fem_seal.parallel.is_root", lambda: root)
+    with Display() as report:
         report("contact", "iteration 3")
         end = time.monotonic() + until
         while "iteration 3" not in stream.getvalue() and time.monotonic() < end:
@@ -27,38 +34,28 @@ def watch(stream, monkeypatch, until, shown=True, **pace):
     return stream.getvalue()
 
 
-def test_shown_on_a_terminal(monkeypatch):
+def test_shown_on_a_terminal(monkeypatch, fast):
     """One line, cut at the edge of the terminal, drawn over itself and erased at the end."""
     monkeypatch.setenv("COLUMNS", "27")
-    written = watch(Terminal(), monkeypatch, until=30, **FAST)
-    *drawn, erased, end = written.split("\x1b[K")
-    assert "\rcontact: iteration 3  [0:0" in drawn
-    assert max(map(len, drawn)) <= len("\r") + 26
-    assert {len(line) for line in drawn} == {len("\r") + 26}
-    assert (erased, end) == ("\r", "")
+    start, *drawn, end = watch(Terminal(), monkeypatch, until=30).split(progress.CLEAR)
+    assert drawn[0].startswith("contact: iteration 3  [0:0")
+    assert {len(line) for line in drawn} == {26}
+    assert (start, end) == ("", "")
 
 
-@pytest.mark.parametrize(("stream", "shown"), [(io.StringIO(), True), (Terminal(), False)])
-def test_silent_without_a_terminal(monkeypatch, stream, shown):
-    """In a file, and on all processes but the first."""
-    assert watch(stream, monkeypatch, until=0.5, shown=shown, **FAST) == ""
+def test_plain_lines_where_there_is_no_terminal(monkeypatch, fast):
+    text = watch(io.StringIO(), monkeypatch, until=30)
+    assert set(text.splitlines()) == {"fem-seal: contact: iteration 3"}
 
 
-def test_silent_on_quick_computations(monkeypatch):
-    """It shows nothing before two seconds have passed."""
-    assert watch(Terminal(), monkeypatch, until=0.2) == ""
+def test_only_the_first_process_shows_its_progress(monkeypatch, fast):
+    assert watch(Terminal(), monkeypatch, until=0.5, root=False) == ""
 
 
-def test_plain_lines_where_there_is_no_terminal(monkeypatch, capsys):
-    """One every half minute, each a line of its own."""
-    now = [0.0]
-    monkeypatch.setattr("fem_seal.progress.monotonic", lambda: now[0])
-    for shown, expected in ((True, ["fem-seal: 2/9 points", "fem-seal: 4/9 points"]), (False, [])):
-        now[0] = 0.0
-        with Display(shown) as report:
-            for done, now[0] in enumerate([10.0, 31.0, 50.0, 62.0, 70.0], start=1):
-                report(f"{done}/9 points", "")
-        assert capsys.readouterr().err.splitlines() == expected
+@pytest.mark.parametrize("stream", [io.StringIO(), Terminal()])
+def test_silent_on_quick_computations(monkeypatch, stream):
+    """It shows nothing before two seconds have passed, and 30 where there is no terminal."""
+    assert watch(stream, monkeypatch, until=0.2) == ""
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fem_seal import parallel
 from fem_seal.cli.options import add_command, add_for_programs, add_output
 from fem_seal.cli.printing import print_result, require_limit, run_and_print
 from fem_seal.digits import with_prefix
@@ -109,6 +108,6 @@ def _leak(options: argparse.Namespace) -> int:
     if options.out is not None:
         return run_and_print(scene, options.out, options, head=_assumed(scene, options))
     require_limit(options, scene)
-    with Display(parallel.is_root()) as report:
+    with Display() as report:
         result = solve(scene, report).result()
     return print_result(result, None, options, _assumed(scene, options))

@@ -3,7 +3,6 @@
 import argparse
 from pathlib import Path
 
-from fem_seal import parallel
 from fem_seal.cli.options import add_command, add_scene, add_trust, default_folder
 from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput
@@ -37,7 +36,7 @@ def _mesh(options: argparse.Namespace) -> int:
             "solved: name 'mesh' in output.products of fem-seal run"
         )
     out = options.out or default_folder(options.scene, options.overrides)
-    with Display(parallel.is_root()) as report:
+    with Display() as report:
         lines, names = mesh(scene, out, report, trust=options.trust)
     say("\n".join([*lines, f"result     {', '.join(names)} in {out}"]))
     return 0

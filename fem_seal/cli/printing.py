@@ -45,7 +45,7 @@ def run_and_print(
     # result.json is UTF-8: bytes of other names become \xe9 and the like.
     words = (os.fsencode(word).decode("utf-8", "backslashreplace") for word in options.command_line)
     origin = Origin(tuple(words), scene_text)
-    with Display(parallel.is_root()) as report:
+    with Display() as report:
         result = run(
             scene,
             out,

@@ -66,7 +66,7 @@ def _sweep(options: argparse.Namespace) -> int:
     else:
         folder = options.scene.parent
         axes = combinations([Axis.parse(text, folder) for text in options.vary])
-    with Display(parallel.is_root()) as report:
+    with Display() as report:
         tally = sweep(
             options.scene,
             axes,
