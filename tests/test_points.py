@@ -18,7 +18,7 @@ from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.points import Expected
 from fem_seal.points.farm import farm, processes_that_fit
-from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
+from fem_seal.sweep import Work, combinations, read_points, sweep
 
 VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
 
@@ -72,10 +72,10 @@ def dask_cluster():
 
 @pytest.mark.parametrize("begun", [partial(ThreadPoolExecutor, 1), dask_cluster])
 def test_rows_are_the_same_for_any_executor(begun, scene_file):
-    axes = [Axis.parse(text) for text in VARY[1::2]]
-    sweep(scene_file, axes, Path("one"))
+    points = combinations(*VARY[1::2])
+    sweep(scene_file, points, Path("one"))
     with begun() as executor:
-        tally = sweep(scene_file, axes, Path("other"), work=Work(executor=executor))
+        tally = sweep(scene_file, points, Path("other"), work=Work(executor=executor))
     assert (tally.points, tally.computed, tally.failed) == (6, 6, 0)
     assert rows("other") == rows("one")
 
@@ -84,11 +84,11 @@ MPI_SCRIPT = """
 from pathlib import Path
 from mpi4py import MPI
 from mpi4py.futures import MPICommExecutor
-from fem_seal.sweep import Axis, Work, sweep
+from fem_seal.sweep import Work, combinations, sweep
 
 def compute(executor):
-    axes = [Axis.parse("surface.seed=1..3"), Axis.parse("contact.area_fraction=0.1,0.2")]
-    sweep(Path("scene.toml"), axes, Path("mpi"), work=Work(executor=executor))
+    points = combinations("surface.seed=1..3", "contact.area_fraction=0.1,0.2")
+    sweep(Path("scene.toml"), points, Path("mpi"), work=Work(executor=executor))
 
 if __name__ == "__main__":
     with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:
@@ -125,17 +125,41 @@ def test_what_is_no_table_of_points(text):
         read_points(Path("points.csv"))
 
 
-def test_ranges_and_patterns():
-    assert Axis.parse("surface.seed=3..5,9").values == ("3", "4", "5", "9")
-    for wrong in ("surface.seed=5..3", "surface.seed=1..9999999", "surface.path=none/*.npz"):
-        with pytest.raises(InvalidInput):
-            Axis.parse(wrong)
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("a.b=0.1,0.2", "0.1 0.2"),
+        ("a.b=0.1", "0.1"),
+        ("a.b=1 MPa , 2 MPa", "1 MPa|2 MPa"),
+        ("a.b=[8, 8],[16,16]", "[8, 8]|[16,16]"),
+        ("a.path='a,b.npz',\"c\"", "'a,b.npz'|\"c\""),
+        ("a.b=3..5,9", "3 4 5 9"),
+        ("a.path=maps/*.npz", "'maps/a.npz' 'maps/b.npz'"),
+    ],
+)
+def test_values_of_a_field(text, values):
     Path("maps").mkdir()
     for name in ("b.npz", "a.npz", "c.txt"):
         Path("maps", name).touch()
-    assert Axis.parse("surface.path=maps/*.npz").values == ("'maps/a.npz'", "'maps/b.npz'")
-    keys, points = combinations([Axis("a.b", ("1", "2")), Axis("c.d", ("3",))])
-    assert (keys, points) == (("a.b", "c.d"), [("1", "3"), ("2", "3")])
+    keys, points = combinations(text)
+    assert keys == (text.partition("=")[0],)
+    assert [value for (value,) in points] == values.split("|" if "|" in values else " ")
+
+
+def test_all_combinations_of_several_fields():
+    assert combinations("a.b=1,2", "c.d=3") == (("a.b", "c.d"), [("1", "3"), ("2", "3")])
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        *("flow.rtol", "flow.rtol=", "flow.rtol=1,,2", "a.b=[1,2", "a.b=1,1", "a.b=5..3"),
+        *("a.b=1..9999999", "surface.path=none/*.npz", "a.b=1 a.b=2"),
+    ],
+)
+def test_what_is_no_field_with_values(texts):
+    with pytest.raises(InvalidInput):
+        combinations(*texts.split())
 
 
 @pytest.mark.parametrize("options", [("--jobs", "0"), ("--part", "3/2"), ("--part", "0/2")])
@@ -192,8 +216,8 @@ def test_a_point_that_kills_its_process_is_a_row(scene_file, tmp_path, monkeypat
     compute_module = sys.modules["fem_seal.points.compute"]
 
     monkeypatch.setattr(compute_module, "compute_alone", deadly.compute_alone)
-    axes = [Axis.parse("surface.seed=1..3")]
-    tally = sweep(scene_file, axes, Path("out"), work=Work(jobs=2))
+    points = combinations("surface.seed=1..3")
+    tally = sweep(scene_file, points, Path("out"), work=Work(jobs=2))
     assert (tally.points, tally.failed) == (3, 1)
     assert [row["converged"] for row in rows("out")] == ["True", "False", "True"]
     assert "killed" in rows("out")[1]["reason"]

@@ -9,14 +9,13 @@ import pytest
 from project import write_toml
 
 from fem_seal import cli
-from fem_seal.errors import InvalidInput
 from fem_seal.files import locked_folder
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.steps import FLOWS
-from fem_seal.sweep import Axis, sweep
+from fem_seal.sweep import sweep
 from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.sweep.point import COLUMNS, UNSETTLED, Point, _numbers
 from fem_seal.sweep.store import SweepFolder
@@ -45,28 +44,6 @@ def test_an_infinite_end_survives_its_file(tmp_path):
     folder.write("a" * 32, Point(("0.1",), numbers))
     read = SweepFolder(tmp_path / "sweep", ("flow.rtol",)).point("a" * 32)
     assert read.number("together.upper") == inf
-
-
-@pytest.mark.parametrize(
-    ("text", "key", "values"),
-    [
-        ("flow.rtol=0.1,0.2", "flow.rtol", ("0.1", "0.2")),
-        ("flow.rtol=0.1", "flow.rtol", ("0.1",)),
-        ("contact.pressure=1 MPa , 2 MPa", "contact.pressure", ("1 MPa", "2 MPa")),
-        ("surface.shape=[8, 8],[16,16]", "surface.shape", ("[8, 8]", "[16,16]")),
-        ("surface.path='a,b.npz',\"c\"", "surface.path", ("'a,b.npz'", '"c"')),
-    ],
-)
-def test_axis(text, key, values):
-    assert Axis.parse(text) == Axis(key, values)
-
-
-@pytest.mark.parametrize(
-    "text", ["flow.rtol", "flow.rtol=", "flow.rtol=1,,2", "a.b=[1,2", "a.b=1,1"]
-)
-def test_what_is_no_axis(text):
-    with pytest.raises(InvalidInput):
-        Axis.parse(text)
 
 
 def test_rows_are_those_of_single_runs(scene_file, tmp_path):

@@ -1,7 +1,7 @@
 """fem-seal study: comparison of methods, and price of accuracy."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -28,7 +28,10 @@ if TYPE_CHECKING:
     from fem_seal.patch import Patch
     from fem_seal.scene import Scene
 
-Command = Callable[[argparse.Namespace], int]
+# Columns on a terminal, within 100 characters; the CSV has all.
+COLUMNS = (
+    *("method", "squares", "unknowns", "value", "error", "band", "order", "effectivity", "verdict"),
+)
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -39,12 +42,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "compare methods, or error against time",
         "fem-seal study trade demos/scenes/first.toml (fem-seal study trade --help says more)",
     )
-    studies = command.add_subparsers(
-        metavar="STUDY", required=True, parser_class=type(command), dest="study"
+    studies = command.add_subparsers(metavar="STUDY", required=True, parser_class=type(command))
+    of_method, grids = "method on a grid", "number of grids, each twice as fine"
+    cross = studies.add_parser(
+        "cross-validation", help="every method on one gap over ever finer grids"
     )
-    cross = _study(studies, "cross-validation", "every method on one gap over ever finer grids")
+    cross.set_defaults(command=_study, study=_cross_validation)
     add_scene(cross)
-    _add_grids(cross, 3, "each twice as fine")
     cross.add_argument(
         "--vary",
         action="append",
@@ -52,53 +56,38 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         metavar="KEY=V1,V2,…",
         help="several gaps, as in fem-seal sweep: surface.seed=1..4, contact.pressure=1bar,2bar",
     )
-    add_work(cross, "method on a grid")
-    cross.set_defaults(command=_shared(_cross_validation))
-    exact = _study(studies, "exact", "every method where the leak rate is known exactly")
+    add_work(cross, of_method)
+    exact = studies.add_parser("exact", help="every method where the leak rate is known exactly")
+    exact.set_defaults(command=_study, study=_exact)
     exact.add_argument("cases", nargs="*", metavar="CASE", help="exact cases by name (all)")
-    _add_grids(exact, 4, "of 8, 16, … squares")
-    add_work(exact, "method on a grid")
-    exact.set_defaults(command=_shared(_exact))
-    trade = _study(studies, "trade", "error against time of contact grids, methods and tolerances")
+    add_work(exact, of_method)
+    trade = studies.add_parser(
+        "trade", help="error against time of contact grids, methods and tolerances"
+    )
+    trade.set_defaults(command=_study, study=_trade)
     add_scene(trade)
     add_work(trade, "contact grid")
-    trade.set_defaults(command=_shared(_trade))
+    for study, default in ((cross, 3), (exact, 4)):
+        study.add_argument(
+            "--grids",
+            type=int,
+            choices=range(1, 9),
+            default=default,
+            metavar="1..8",
+            help=f"{grids} ({default})",
+        )
+    for name, study in studies.choices.items():
+        out = Path("results") / name
+        study.add_argument(
+            "--out", type=Path, metavar="DIR", default=out, help=f"result folder ({out})"
+        )
 
 
-def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
-    description = f"{purpose[0].upper()}{purpose[1:]}."
-    study = studies.add_parser(name, help=purpose, description=description)
-    default = f"results/{name}"
-    study.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        default=Path(default),
-        help=f"result folder ({default})",
-    )
-    return study
-
-
-def _shared(command: Command) -> Command:
-    """Lock the folder of a study, which its parts share."""
-
-    def locked(options: argparse.Namespace) -> int:
-        with locked_folder(options.out, shared=True):
-            return command(options)
-
-    return locked
-
-
-def _add_grids(command: argparse.ArgumentParser, default: int, which: str) -> None:
-    """Add the option for the number of grids."""
-    command.add_argument(
-        "--grids",
-        type=int,
-        choices=range(1, 9),
-        default=default,
-        metavar="1..8",
-        help=f"number of grids, {which} ({default})",
-    )
+def _study(options: argparse.Namespace) -> int:
+    """Run a study in its folder, which its parts share."""
+    with locked_folder(options.out, shared=True):
+        status: int = options.study(options)
+        return status
 
 
 def _unfinished(options: argparse.Namespace) -> int:
@@ -119,24 +108,12 @@ def _scene(options: argparse.Namespace, assignments: Sequence[str] = ()) -> "Sce
     return scene
 
 
-NOT_LIFTED = "no fluid pressure lifts the solid in this study: leak rates of flow.lift = 'none'"
-# Columns on a terminal, within 100 characters; the CSV has all.
-COLUMNS = (
-    *("method", "squares", "unknowns", "value", "error", "band", "order", "effectivity", "verdict"),
-)
-
-
 def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
     """The scene's patches by the fields that tell them apart; says which are sealed."""
     from fem_seal.patch import Patch
-    from fem_seal.sweep import Axis, combinations
+    from fem_seal.sweep import combinations
 
-    keys: tuple[str, ...] = ()
-    points: list[tuple[str, ...]] = [()]
-    if options.vary:
-        keys, points = combinations(
-            [Axis.parse(text, options.scene.parent) for text in options.vary]
-        )
+    keys, points = combinations(*options.vary, folder=options.scene.parent)
     gaps = {}
     for values in points:
         assignments = [f"{key}={value}" for key, value in zip(keys, values, strict=True)]
@@ -242,6 +219,6 @@ def _trade(options: argparse.Namespace) -> int:
     write_text(options.out / "advice.txt", f"{text}\n")
     trade_figure(result, options.out / "trade.png")
     if scene.lift != "none":
-        say(f"dry        {NOT_LIFTED}")
+        say("dry        no fluid pressure lifts the solid: leak rates of flow.lift = 'none'")
     say(f"{text}\n\n{as_text(result.points, TRADE_COLUMNS)}")
     return 0

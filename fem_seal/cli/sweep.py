@@ -57,19 +57,18 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    from fem_seal.sweep import Axis, combinations, read_points, sweep
+    from fem_seal.sweep import combinations, read_points, sweep
     from fem_seal.sweep.summary import write_summary
 
     out = options.out or Path("results") / f"{options.scene.stem}-sweep"
     if options.points is not None:
-        axes = read_points(options.points)
+        points = read_points(options.points)
     else:
-        folder = options.scene.parent
-        axes = combinations([Axis.parse(text, folder) for text in options.vary])
+        points = combinations(*options.vary, folder=options.scene.parent)
     with Display() as report:
         tally = sweep(
             options.scene,
-            axes,
+            points,
             out,
             overrides=options.overrides,
             overwrite=options.overwrite,
@@ -77,14 +76,15 @@ def _sweep(options: argparse.Namespace) -> int:
             trust=options.trust,
             work=work_of(options),
         )
+    keys = points[0]
     if parallel.is_root():
         with writing(out):
-            write_summary(axes[0], tally.table, out)
+            write_summary(keys, tally.table, out)
             if options.picture:
                 from fem_seal.sweep.picture import sweep_figure
 
-                sweep_figure(axes[0], tally.table, out)
-    names = [", ".join(map("{}={}".format, axes[0], point.values)) for point in tally.table]
+                sweep_figure(keys, tally.table, out)
+    names = [", ".join(map("{}={}".format, keys, point.values)) for point in tally.table]
     width = max(map(len, names), default=0)
     for name, point in zip(names, tally.table, strict=True):
         say(f"{name:{width}}  {_summary(point)}")

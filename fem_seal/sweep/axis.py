@@ -1,10 +1,10 @@
-"""Axes of a sweep: a field of the scene and the values that it takes."""
+"""Points of a sweep: fields of the scene and the values that they take."""
 
 import csv
 import re
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
+from typing import TypeAlias
 
 from fem_seal.errors import InvalidInput
 from fem_seal.scene.files import parse_assignment
@@ -15,30 +15,29 @@ _RANGE = re.compile(r"(-?\d+)\.\.(-?\d+)")
 MOST_POINTS = 1_000_000
 
 
-@dataclass(frozen=True)
-class Axis:
-    """A field of a scene and the values that it takes, as text."""
+Points: TypeAlias = tuple[tuple[str, ...], list[tuple[str, ...]]]  # keys, and their values
 
-    key: str  #: such as "contact.pressure"
-    values: tuple[str, ...]
 
-    @classmethod
-    def parse(cls, text: str, folder: Path | None = None) -> "Axis":
-        """Read "key=v1,v2,..."; commas inside lists and quotes do not separate.
+def combinations(*texts: str, folder: Path = Path()) -> Points:
+    """Keys of fields such as "key=v1,v2,...", and all combinations of their values.
 
-        A value may be a range of whole numbers, 1..1000, both ends included. That of a path may be
-        a pattern such as ``maps/*.npz`` relative to `folder`, for all files that match.
-        """
+    Commas inside lists and quotes do not separate. A value may be a range of whole numbers,
+    1..1000, both ends included. That of a path may be a pattern such as ``maps/*.npz`` relative to
+    `folder`, for all files that match.
+    """
+    values_of: dict[str, list[str]] = {}
+    for text in texts:
         keys, listed = parse_assignment(text)
         written = [value.strip() for value in _VALUE.findall(listed)]
         whole = "".join(",".join(written).split()) == "".join(listed.split())
         if not (whole and written and all(written)):
             raise InvalidInput(f"{text!r} is not of the form section.key=v1,v2,...")
         key = ".".join(keys)
-        values = tuple(one for value in written for one in _expanded(key, value, folder or Path()))
-        if len(set(values)) < len(values):
-            raise InvalidInput(f"{text!r} names a value twice")
-        return cls(key, values)
+        values = [one for value in written for one in _expanded(key, value, folder)]
+        if len(set(values)) < len(values) or key in values_of:
+            raise InvalidInput(f"{text!r} names a value twice, or a field that stands before it")
+        values_of[key] = values
+    return tuple(values_of), list(product(*values_of.values()))
 
 
 def _expanded(key: str, value: str, folder: Path) -> list[str]:
@@ -62,19 +61,8 @@ def _expanded(key: str, value: str, folder: Path) -> list[str]:
     return [value]
 
 
-def combinations(axes: list[Axis]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Keys of several axes, and all combinations of their values, one for each point."""
-    keys = tuple(axis.key for axis in axes)
-    if not keys or len(set(keys)) < len(keys):
-        raise InvalidInput(f"a sweep needs fields to vary, each once; got {', '.join(keys)}")
-    return keys, list(product(*(axis.values for axis in axes)))
-
-
-def read_points(path: Path) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Points of a CSV file: a header of keys such as contact.pressure, and a line for each point.
-
-    Returns keys, and the values of each point.
-    """
+def read_points(path: Path) -> Points:
+    """Points of a CSV file: a header of keys such as contact.pressure, and a line for each."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             head, *lines = [row for row in csv.reader(file) if row]

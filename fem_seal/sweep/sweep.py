@@ -15,7 +15,7 @@ from fem_seal.prediction import predicted
 from fem_seal.progress import Report, silent
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
-from fem_seal.sweep.axis import Axis, combinations
+from fem_seal.sweep.axis import Points
 from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.sweep.point import Point, ScenePoint, digest_or_none, failed, name_of
 from fem_seal.sweep.store import SweepFolder
@@ -35,7 +35,7 @@ class Tally:
 
 def sweep(
     path: Path,
-    axes: Sequence[Axis] | tuple[tuple[str, ...], list[tuple[str, ...]]],
+    points: Points,
     out: Path,
     *,
     overrides: Sequence[str] = (),
@@ -53,9 +53,8 @@ def sweep(
     ----------
     path
         Scene file.
-    axes
-        Fields and their values, of which all combinations are computed; or the keys and the values
-        of each point.
+    points
+        Fields, and their values at each point, as `combinations` or `read_points` makes them.
     out
         Folder of points/, with a file for each finished point, and of sweep.csv, the table of all
         these points; any number of sweeps may write into it at once.
@@ -76,11 +75,11 @@ def sweep(
         folder holds another sweep or cannot be written.
     """
     work = work or Work()
-    keys, points = axes if isinstance(axes, tuple) else combinations(list(axes))
     tasks_of: dict[str, ScenePoint] = {}
     digest_of = cache(digest_or_none)  # for this sweep: the next one may find another file
     equal = []
-    for values in points:
+    keys = points[0]
+    for values in points[1]:
         scene = Scene.from_file(path, [*overrides, *map("{}={}".format, keys, values)])
         require_trusted(scene, trust)
         label = ", ".join(map("{}={}".format, keys, values))
@@ -119,9 +118,9 @@ def sweep(
                     folder.write(task.name, failed(task.values, str(error), again=True))
             return folder.gather(order), [folder.point(name) for name in order]
 
-        table, points = parallel.on_root(gather, work.comm)
+        table, computed = parallel.on_root(gather, work.comm)
     # An earlier sweep may have written a point in other words, such as 100 kPa for 0.1 MPa.
-    own = [point for point in points if point is not None]
+    own = [point for point in computed if point is not None]
     failures = sum(not point.converged for point in own)
     missing = len(tasks) - len(own)
     return Tally(len(tasks), outcome.computed, failures, missing, tuple(table), tuple(equal))
