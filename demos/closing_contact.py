@@ -31,8 +31,8 @@ from fem_seal.digits import per_cent, with_prefix
 from fem_seal.film import GridFilm
 from fem_seal.render.colours import CONTACT, NO_FLOW
 from fem_seal.render.flow import draw_flow, flow_density, flow_scale
-from fem_seal.render.gap import draw_gap, gap_scale
 from fem_seal.render.page import add_bar, page, window_of
+from fem_seal.render.samples import draw_gap, gap_scale
 from fem_seal.threshold import threshold
 
 FIRST_SCENE = Path(__file__).parent / "scenes/first.toml"

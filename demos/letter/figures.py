@@ -16,10 +16,10 @@ from demos.letter.thresholds import REFERENCE, ThresholdRow
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT, NO_FLOW
-from fem_seal.render.contact import CONTACT_KEY, draw_contact
 from fem_seal.render.flow import FLOW_COLOURS, draw_flow
 from fem_seal.render.page import Window, add_bar, page, window_of
 from fem_seal.render.plot import new_figure
+from fem_seal.render.samples import CONTACT_KEY, draw_contact
 from fem_seal.render.scale import Scale
 
 FORMATS = ("png", "pdf")

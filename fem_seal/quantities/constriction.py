@@ -149,12 +149,7 @@ def share_within(
 def cell_dissipation(field: FlowField, potential: np.ndarray) -> np.ndarray:
     """-j·∇φ integrated over each triangle, (C,); [W] if the potential φ is the pressure."""
     corners = field.points[field.cells]
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    edges = corners[:, 1:] - corners[:, :1]
     phi = potential[field.cells]
-    along_a, along_b = phi[:, 1] - phi[:, 0], phi[:, 2] - phi[:, 0]
-    # j·∇φ × area: both edges give a component of the gradient in the dual basis.
-    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    gradient_x = (along_a * b[:, 1] - along_b * a[:, 1]) / twice
-    gradient_y = (along_b * a[:, 0] - along_a * b[:, 0]) / twice
-    power = field.flux[:, 0] * gradient_x + field.flux[:, 1] * gradient_y
-    return -power * 0.5 * np.abs(twice)
+    gradient = np.linalg.solve(edges, (phi[:, 1:] - phi[:, :1])[..., None])[..., 0]
+    return -(field.flux * gradient).sum(axis=1) * 0.5 * np.abs(np.linalg.det(edges))

@@ -101,6 +101,14 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
     )
 
 
+def ends_words(low: float | None, high: float | None) -> str:
+    """Text of a range, rounded outwards; None is an open end, and the text of two is empty."""
+    if low is None or high is None:
+        least = "" if low is None else f"at least {rounded_down(low)}"
+        return least or ("" if high is None else f"at most {rounded_up(high)}")
+    return f"{rounded_down(low)} to {rounded_up(high)}"
+
+
 def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> str:
     """Text of two factors, rounded outwards; None or `USELESS` ones are unbounded."""
     low = None if lower is None or lower < 1 / USELESS else rounded_down(lower, digits)

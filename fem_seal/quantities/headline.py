@@ -18,6 +18,7 @@ from fem_seal.quantities.error_budget import (
     ErrorBudget,
     beside_flow,
     combined,
+    ends_words,
     may_open,
 )
 
@@ -43,6 +44,9 @@ class Shown:
         return f"{in_digits(solved * self.per_solved)} {self.name}"
 
 
+SI = Shown()
+
+
 @dataclass(frozen=True)
 class Headline:
     """The leak rate with all counted errors; `str(headline)` is the sentence."""
@@ -50,52 +54,51 @@ class Headline:
     value: float | None  #: None if lifted off, where nothing limits the leak rate
     lower: float | None  #: None where an error leaves this side open
     upper: float | None  #: the same
-    unit: str  #: of the three numbers
     sentence: str  #: the same in the unit that the scene asks for, and what is guaranteed
+    unit: str = "m^3/s"  #: of the three numbers
 
     def __str__(self) -> str:
         return self.sentence
 
 
-def headline(leak: LeakRate, budget: ErrorBudget, shown: Shown | None = None) -> Headline:
+def headline(leak: LeakRate, budget: ErrorBudget, shown: Shown = SI) -> Headline:
     """Headline of a leak rate [m³/s] of a patch or a seal, in m³/s without another unit `shown`.
 
     The entry "flow" of the budget gives the bounds of the leak rate.
     """
-    shown, SI = shown or Shown(), "m^3/s"
     if leak.state == "lifted off":
-        return Headline(None, None, None, SI, "unlimited, the fluid carries the whole load")
+        return Headline(None, None, None, "unlimited, the fluid carries the whole load")
     if leak.state == "sealed":
-        return Headline(0.0, 0.0, *_sealed(budget, shown, SI))
+        return _sealed(budget, shown)
     if leak.lower is None:
         words = f"{in_digits(leak.value * shown.per_solved)} {shown.unit}, without bounds"
-        return Headline(leak.value, None, None, SI, words)
+        return Headline(leak.value, None, None, words)
     (lower, upper), (least, most) = leak.bounds, combined(beside_flow(budget))
     low = least * lower or None if least is not None else None
     high = None if most is None else most * upper
     words = (
         f"{_all_errors(leak.value, low, high, budget, shown)}; {_flow_alone(leak, budget, shown)}"
     )
-    return Headline(leak.value, low, high, SI, words)
+    return Headline(leak.value, low, high, words)
 
 
-def _sealed(budget: ErrorBudget, shown: Shown, unit: str) -> tuple[float | None, str, str]:
-    """Upper end of a sealed leak rate [m³/s], its unit, and the sentence."""
+def _sealed(budget: ErrorBudget, shown: Shown) -> Headline:
+    """Headline of a sealed film, whose upper end is what an entry says that it may leak."""
     opening = [entry for entry in budget if may_open(entry)]
     no_path = NO_PATH
     if any(entry.key == ONE_PATCH for entry in budget):
         no_path += f" of this patch ({NOT_THE_SEAL})"
     if not opening:
-        return 0.0, unit, f"0 {shown.unit} as computed; {no_path}"
+        return Headline(0.0, 0.0, 0.0, f"0 {shown.unit} as computed; {no_path}")
     rate = opening[0].upper_rate if len(opening) == 1 else None
     _, factor = combined(entry for entry in budget if entry not in opening)
     if rate is None or factor is None or isinf(rate * factor):
         names = " and ".join(entry.name for entry in opening)
         words = f"0 {shown.unit} as computed; no upper bound is known ({names}); {no_path}"
-        return None, unit, words
+        return Headline(0.0, 0.0, None, words)
     high = rounded_up(rate * factor * shown.per_solved)
     words = f"0 to {high} {shown.unit} {COUNTED}; as computed, {no_path}"
-    return rate * factor, unit, words
+    return Headline(0.0, 0.0, rate * factor, words)
 
 
 def _all_errors(
@@ -114,10 +117,8 @@ def _all_errors(
     if low is not None and high is not None:
         text, least, most = bracket_digits(value * scale, low * scale, high * scale)
         number, ends = f"{text} {shown.unit}, ", f"{least} to {most}"
-    elif low is not None:
-        ends = f"at least {rounded_down(low * scale)}"
-    elif high is not None:
-        ends = f"at most {rounded_up(high * scale)}"
+    elif low is not None or high is not None:
+        ends = ends_words(low and low * scale, high and high * scale)
     else:
         wide = [e.name for e in budget if e.counted and None in (e.lower, e.upper)]
         names = " and ".join(wide) or "the counted errors together"

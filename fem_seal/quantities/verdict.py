@@ -15,6 +15,7 @@ from fem_seal.quantities.error_budget import (
     Uncertainty,
     beside_flow,
     combined,
+    ends_words,
     entry_words,
     may_open,
 )
@@ -101,18 +102,10 @@ def verdict(
         per_rtol = sum(entry.per_rtol for entry in others)
         needed = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
         advice = _advice(leak, *needed, limit_solved, fixed)
-    share = _share(low and low / limit_solved, high and high / limit_solved)
+    per_cent = 100 / limit_solved
+    share = ends_words(low and per_cent * low, high and per_cent * high)
+    share = f"{share} % of the " if share else ""
     return decided("undecided", f"{share}{allowed}; {advice}", needed)
-
-
-def _share(low: float | None, high: float | None) -> str:
-    """Text of the ends of a range over the limit, in per cent of it."""
-    least = "" if low is None else rounded_down(100 * low)
-    most = "" if high is None else rounded_up(100 * high)
-    if least and most:
-        return f"{least} to {most} % of the "
-    ends = f"at least {least}" if least else f"at most {most}"
-    return f"{ends} % of the " if least or most else ""
 
 
 def what_would_decide(

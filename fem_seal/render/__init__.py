@@ -7,11 +7,11 @@ from importlib import import_module
 
 _MODULE_OF = {
     "bounds_plot": "bounds",
-    "contact_picture": "contact",
-    "contact_pressure_picture": "pressures",
+    "contact_picture": "samples",
+    "contact_pressure_picture": "samples",
     "flow_picture": "flow",
-    "gap_picture": "gap",
-    "lift_picture": "pressures",
+    "gap_picture": "samples",
+    "lift_picture": "samples",
     "mesh_picture": "flow",
     "pressure_picture": "flow",
     "relief_picture": "relief",

@@ -13,9 +13,6 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
-CONTACT_COLOUR = (200, 202, 206)
-OPEN_COLOUR = (214, 234, 252)
-
 
 @dataclass(frozen=True)
 class Swatch:
@@ -33,9 +30,9 @@ class Swatch:
 
 # In print without colour the inlet is a darker grey than the outlet.
 INLET, OUTLET = Swatch("inlet", (200, 30, 30)), Swatch("outlet", (70, 160, 255))
-CONTACT = Swatch("contact", CONTACT_COLOUR)
-OPEN = Swatch("open", OPEN_COLOUR)
-NO_FLOW = Swatch("open, but no flow", OPEN_COLOUR)
+CONTACT = Swatch("contact", (200, 202, 206))
+OPEN = Swatch("open", (214, 234, 252))
+NO_FLOW = Swatch("open, but no flow", OPEN.colour)
 
 # For each name the map of matplotlib, and the range 0..1 of it that is used.
 _PARTS = {

@@ -91,8 +91,8 @@ def page(
             )
 
 
-def frame(axes: "Axes", window: Window, title: str = "", x_label: str = "x") -> None:
-    """Give axes the limits of a window, lengths in a readable unit, and a title."""
+def frame(axes: "Axes", window: Window, title: str = "", along_x: str = "") -> None:
+    """Give axes the limits of a window, lengths in a readable unit, a title and words beside x."""
     (wide, high), (width, height) = window.sides, window.shape
     axes.set(xlim=(window.x0, window.x1), ylim=(window.y0, window.y1))
     axes.set_box_aspect(height / width)
@@ -102,8 +102,7 @@ def frame(axes: "Axes", window: Window, title: str = "", x_label: str = "x") -> 
         title = f"{title}, {axis} stretched {times:.3g} times".removeprefix(", ")
     axes.set_title(title, fontsize=FONT_POINTS, pad=5)
     factor, unit = readable(max(window.x1, window.y1), "m")
-    label, *note = x_label.split(",")
-    axes.set_xlabel(",".join((f"{label} [{unit}]", *note)))
+    axes.set_xlabel(f"x [{unit}]{along_x}")
     axes.set_ylabel(f"y [{unit}]")
     axes.tick_params(direction="out", length=3)
     axes.locator_params(nbins=6)
@@ -125,7 +124,7 @@ def frame_film(
     """
     whole = window_of(film)
     window = window or whole
-    frame(axes, window, title, "x, flow →")
+    frame(axes, window, title, ", flow →")
     rounding = 1e-9 * whole.x1
     at_outlet = window.x1 >= whole.x1 - rounding
     ends = (window.x0 <= rounding, "left", INLET, 0), (at_outlet, "right", OUTLET, 1)

@@ -8,15 +8,15 @@ from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.patch import Patch
 from fem_seal.render.bounds import bounds_plot, close_in
-from fem_seal.render.contact import contact_picture
 from fem_seal.render.flow import flow_picture, mesh_picture, pressure_picture
-from fem_seal.render.gap import gap_picture
-from fem_seal.render.pressures import (
+from fem_seal.render.relief import relief_picture
+from fem_seal.render.samples import (
+    contact_picture,
     contact_pressure_picture,
+    gap_picture,
     lift_picture,
     sensitivity_picture,
 )
-from fem_seal.render.relief import relief_picture
 from fem_seal.results.arrays import ContactArrays
 
 Pictures = dict[str, Callable[[Path], Path]]  # by the stems of their files

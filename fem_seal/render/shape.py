@@ -12,9 +12,9 @@ from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.leak_rate import LeakRate
 from fem_seal.render.colours import CONTACT, INLET, NO_FLOW, OUTLET, Swatch
 from fem_seal.render.flow import flow_layer, flow_of, flow_scale
-from fem_seal.render.gap import gap_scale
 from fem_seal.render.offscreen import LONG_SIDE, DrawnTriangles, draw_layers
 from fem_seal.render.page import Window, add_bar, frame, page
+from fem_seal.render.samples import gap_scale
 from fem_seal.render.scale import Scale
 
 if TYPE_CHECKING:

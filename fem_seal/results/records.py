@@ -10,7 +10,7 @@ from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.headline import Shown
+from fem_seal.quantities.headline import SI, Shown
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
@@ -50,19 +50,13 @@ class Rate(Record):
     unit: str = "m^3/s"
 
     @classmethod
-    def of(cls, leak: LeakRate | None, shown: Shown | None = None) -> "Rate | None":
+    def of(cls, leak: LeakRate | None, shown: Shown = SI) -> "Rate | None":
         """Value and bounds of a leak rate in a unit; None if nothing limits it (lifted off)."""
         if leak is None or leak.state == "lifted off":
             return None
-        return cls.in_unit(leak, shown or Shown())
-
-    @classmethod
-    def in_unit(cls, leak: LeakRate, shown: Shown) -> "Rate":
-        """Value and bounds of a leak rate that has a limit."""
-        lower, upper = (
-            None if b is None else b * shown.per_solved for b in (leak.lower, leak.upper)
-        )
-        return cls(value=leak.value * shown.per_solved, lower=lower, upper=upper, unit=shown.name)
+        ends = (leak.value, leak.lower, leak.upper)
+        value, lower, upper = (None if end is None else end * shown.per_solved for end in ends)
+        return cls(value=present(value, "value"), lower=lower, upper=upper, unit=shown.name)
 
 
 class GasRecord(Record):
@@ -83,16 +77,16 @@ class GasRecord(Record):
     def of(cls, patch: Patch, leak: LeakRate | None) -> "GasRecord | None":
         """Rates of a patch or its seal; None for a liquid, without a flow, or if lifted off."""
         gas = None if leak is None or leak.state == "lifted off" else patch.scene.drive
-        if leak is None or not isinstance(gas, GasDrive):
+        if not isinstance(gas, GasDrive):
             return None
         fluid = present(patch.scene.fluid, "[fluid]")
-        rates = {
-            kind: Rate.in_unit(leak, Shown(RATES[kind], size)) for kind, size in gas.rates.items()
-        }
+        kinds = ("mass", "amount", "throughput")
+        rates = (Rate.of(leak, Shown(RATES[kind], gas.rates[kind])) for kind in kinds)
+        mass, amount, throughput = (present(rate, "leak rate") for rate in rates)
         return cls(
-            mass_rate=rates["mass"],
-            amount_rate=rates["amount"],
-            throughput=rates["throughput"],
+            mass_rate=mass,
+            amount_rate=amount,
+            throughput=throughput,
             reference_temperature=gas.reference_temperature,
             reference_pressure=gas.reference_pressure,
             mean_free_path=gas.mean_free_path(fluid.viscosity),

@@ -15,8 +15,6 @@ from fem_seal.digits import (
     number_of,
     per_cent,
     readable,
-    rounded_down,
-    rounded_up,
     with_prefix,
 )
 from fem_seal.errors import present
@@ -29,6 +27,7 @@ from fem_seal.quantities.error_budget import (
     ONE_PATCH,
     ErrorBudget,
     combined,
+    ends_words,
     entry_words,
     factor_words,
     may_open,
@@ -268,10 +267,9 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
     area = 100 * lift.dry.contact_area_fraction
     dry = f"dry, {area:.4g} % of the area would touch"
     if lift.model == "range":
-        low = rounded_down(present(lift.lowest, "lowest leak rate"))
-        ends = f"at least {low} m^3/s, and without limit if the seal lifts off"
-        if lift.highest is not None:
-            ends = f"{low} to {rounded_up(lift.highest)} m^3/s"
+        ends = f"{ends_words(lift.lowest, lift.highest)} m^3/s"
+        if lift.highest is None:
+            ends += ", and without limit if the seal lifts off"
         return f"{ends}, whatever the fluid's pressure between those of inlet and outlet"
     if lift.solid_pressure is None:
         return f"no load is left to the solid; {dry}"

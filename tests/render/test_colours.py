@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fem_seal.render import contact, flow, gap, pressures, scale, shape
-from fem_seal.render.colours import CONTACT, CONTACT_COLOUR, NO_FLOW, OPEN_COLOUR, colour_map
+from fem_seal.render import flow, samples, scale, shape
+from fem_seal.render.colours import CONTACT, NO_FLOW, OPEN, colour_map
 
 # Rec. 709: how light a printed colour is, 0 to 1.
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
@@ -17,8 +17,8 @@ def lightness(colours):
 @pytest.mark.parametrize(
     "name",
     [
-        *(flow.FLOW_COLOURS, scale.PRESSURE_COLOURS, gap.GAP_COLOURS),
-        pressures.CONTACT_PRESSURE_COLOURS,
+        *(flow.FLOW_COLOURS, scale.PRESSURE_COLOURS, samples.GAP_COLOURS),
+        samples.CONTACT_PRESSURE_COLOURS,
     ],
 )
 def test_maps_are_monotonic_and_darker_than_contact(name):
@@ -27,20 +27,12 @@ def test_maps_are_monotonic_and_darker_than_contact(name):
     steps = np.diff(shades)
     assert (steps > -1e-3).all() or (steps < 1e-3).all()
     assert abs(shades[-1] - shades[0]) > 0.55
-    assert shades.max() < lightness(CONTACT_COLOUR) - 0.1 < lightness(OPEN_COLOUR) - 0.2
+    assert shades.max() < lightness(CONTACT.colour) - 0.1 < lightness(OPEN.colour) - 0.2
 
 
 @pytest.mark.parametrize(
-    "key", [contact.CONTACT_KEY, (*shape.BOUNDARIES.values(), CONTACT, NO_FLOW)]
+    "key", [samples.CONTACT_KEY, (*shape.BOUNDARIES.values(), CONTACT, NO_FLOW)]
 )
 def test_entries_of_a_key_differ_in_grey(key):
     shades = np.sort([lightness(swatch.colour) for swatch in key])
     assert np.diff(shades).min() > 0.1
-
-
-@pytest.mark.parametrize("name", [flow.FLOW_COLOURS, "magma"])
-def test_numbers_beyond_a_scale_have_the_colour_of_its_end(name):
-    """Pale blue is left to what has no number: open places without flow."""
-    colours = colour_map(name)
-    assert colours(-0.1) == colours(0.0)
-    assert colours(1.1) == colours(1.0)

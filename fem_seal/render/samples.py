@@ -1,7 +1,7 @@
-"""Pictures of fields on the samples of a contact: its pressure, and that of a fluid that lifts it.
+"""Pictures of fields on the samples of a film: contact, gap, pressures of solid and fluid.
 
-`lift_picture` shows the dry contact beside the lifted one, `sensitivity_picture` where a nanometre
-of height matters.
+`contact_picture` is like Fig. 1 of the letter (PRL 108, 244301, 2012), `lift_picture` shows the dry
+contact beside the lifted one, `sensitivity_picture` where a nanometre of height matters.
 """
 
 from pathlib import Path
@@ -10,23 +10,106 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.digits import in_digits, readable, with_prefix
+from fem_seal.errors import InvalidInput
+from fem_seal.film.clusters import label, largest
 from fem_seal.film.grid_film import GridFilm
+from fem_seal.film.lattice import DUAL_CONNECTIVITY, Lattice
 from fem_seal.grid import GridField
-from fem_seal.render.colours import CONTACT_COLOUR, OPEN, Swatch
-from fem_seal.render.gap import CONTACT, draw_gap, gap_scale
-from fem_seal.render.page import ISOLINES, add_bar, draw_samples, frame_film, page, window_of
+from fem_seal.render.colours import CONTACT, OPEN, Swatch
+from fem_seal.render.page import (
+    ISOLINES,
+    Window,
+    add_bar,
+    draw_samples,
+    frame_film,
+    page,
+    window_of,
+)
 from fem_seal.render.scale import Scale, logarithmic_scale, pressure_scale, step_above
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-CONTACT_PRESSURE_COLOURS = "contact pressure"
+# Contact is grey, open is blue or green; the largest spot and channel are darker than the others.
+CONTACT_KEY = (
+    Swatch("other contact", CONTACT.colour),
+    Swatch("largest contact spot", (70, 72, 76)),
+    Swatch("other open", OPEN.colour),
+    Swatch("largest open channel", (110, 180, 150)),
+)
+GAP_COLOURS, CONTACT_PRESSURE_COLOURS = "gap", "contact pressure"
+# Lengths of the bars.
+GAP_DECADES = SENSITIVITY_DECADES = 3
 POCKET = Swatch("pocket: its fluid pressure is assumed", (246, 222, 150))
 # Part of the contact whose pressure lies within the colour bar; single peaks lie above it.
 SHOWN = 0.999
 SENSITIVITY = "|change of ln Q| for 1 nm of height on 1 µm²"
-SENSITIVITY_DECADES = 3
 LIFT_SIDE = 3.0  # longer side of each of the four drawings of a lift [inch]
+
+
+def contact_classes(sites: Lattice) -> np.ndarray:
+    """Index in CONTACT_KEY of every site, uint8 of the shape of sites.gap.
+
+    The connectivities of contact and open sites are dual: at most one of the two largest clusters
+    spans.
+    """
+    classes = np.where(sites.open, np.uint8(2), np.uint8(0))
+    phases = (
+        (~sites.open, DUAL_CONNECTIVITY[sites.connectivity]),
+        (sites.open, sites.connectivity),
+    )
+    for mask, connectivity in phases:
+        classes[largest(*label(mask, connectivity, sites.periodic))] += 1
+    return classes
+
+
+def draw_contact(
+    axes: "Axes", film: GridFilm, *, window: Window | None = None, title: str = ""
+) -> None:
+    """Draw contact and open domains, whole or in part; see `contact_picture`."""
+    frame_film(axes, film, window, title)
+    palette = np.array([(*swatch.colour, 255) for swatch in CONTACT_KEY], dtype=np.uint8)
+    draw_samples(axes, film, palette[film.sites.on_samples(contact_classes(film.sites))])
+
+
+def contact_picture(film: GridFilm, path: str | Path) -> Path:
+    """Picture of contact (gap exactly 0) and open domains, the largest cluster of each in colour.
+
+    Clusters are connected across the periodic sides of the film; `path` ends in .png, .pdf or .svg.
+    """
+    with page(window_of(film), path, key=CONTACT_KEY) as axes:
+        draw_contact(axes[0, 0], film)
+    return Path(path)
+
+
+def gap_scale(*gaps: np.ndarray) -> Scale:
+    """One logarithmic scale for all gaps [m]; no gap lies above its end."""
+    values = np.concatenate([gap.ravel() for gap in gaps])
+    values = values[values > 0]
+    if not values.size:
+        raise InvalidInput("the gap is zero everywhere: there is no open place to draw")
+    factor, unit = readable(float(values.max()), "m")
+    return logarithmic_scale(f"gap [{unit}]", values, GAP_DECADES, GAP_COLOURS, factor)
+
+
+def draw_gap(axes: "Axes", film: GridFilm, scale: Scale | None, *, title: str = "") -> None:
+    """Draw the gap on a scale from `gap_scale`; a gap that is 0 everywhere has none."""
+    frame_film(axes, film, None, title, marked=True)
+    gap = film.sites.on_samples(film.sites.gap)
+    scale = scale or Scale("", 0.0, 1.0)
+    draw_samples(axes, film, scale.paint(gap, gap > 0, CONTACT.colour))
+
+
+def gap_picture(film: GridFilm, path: str | Path) -> Path:
+    """Picture of the gap on a logarithmic scale, contact in grey, the critical constriction marked.
+
+    `path` ends in .png, .pdf or .svg.
+    """
+    scale = gap_scale(film.gap.values) if film.largest_gap > 0 else None
+    with page(window_of(film), path, key=(CONTACT,)) as axes:
+        draw_gap(axes[0, 0], film, scale)
+        add_bar(axes[0, 0], scale)
+    return Path(path)
 
 
 def contact_pressure_scale(pressure: np.ndarray) -> Scale | None:
@@ -75,7 +158,7 @@ def draw_fluid_pressure(axes: "Axes", film: GridFilm, pressure: GridField, title
     scale = pressure_scale("fluid pressure", samples)
     frame_film(axes, film, None, title, marked=True)
     wet = (film.sites.on_samples(film.sites.gap) > 0) & ~film.pockets
-    colours = scale.paint(samples, wet, CONTACT_COLOUR)
+    colours = scale.paint(samples, wet, CONTACT.colour)
     colours[film.pockets] = (*POCKET.colour, 255)
     draw_samples(axes, film, colours)
     add_bar(axes, scale)
@@ -128,6 +211,6 @@ def sensitivity_picture(film: GridFilm, by_height: GridField, path: str | Path) 
     scale = logarithmic_scale(SENSITIVITY, size, SENSITIVITY_DECADES, "flow")
     with page(window_of(film), path) as axes:
         frame_film(axes[0, 0], film, None, "Where a nanometre matters", marked=True)
-        draw_samples(axes[0, 0], film, scale.paint(size, size > 0, CONTACT_COLOUR))
+        draw_samples(axes[0, 0], film, scale.paint(size, size > 0, CONTACT.colour))
         add_bar(axes[0, 0], scale)
     return Path(path)
