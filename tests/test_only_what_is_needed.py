@@ -18,14 +18,7 @@ HEAVY = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py"} | DRAWING | FFT
 OF_SHAPES = {"gmsh", "meshio", "fem_seal.expression", "fem_seal.render.shape"}
 OF_SHAPES |= {
     f"fem_seal.mesh.{part}"
-    for part in [
-        "checks",
-        "cut",
-        "files",
-        "gap_source",
-        "geometry",
-        "shape",
-    ]
+    for part in ("checks", "cut", "files", "gap_source", "geometry", "shape")
 }
 
 RUN = """

@@ -11,13 +11,12 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from fem_seal.digits import per_cent, rounded_down, rounded_up
 from fem_seal.errors import printable
 from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.quantities.error_budget import combined, factor_words
 from fem_seal.render.bounds import bounds_plot, close_in
 from fem_seal.results import Result
-from fem_seal.results.words import first_sentence, remarks, summary_of, unit_words
+from fem_seal.results.words import first_sentence, remarks, summary_of
 from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
 
@@ -73,14 +72,10 @@ def report(folder: str | Path) -> Path:
         pictures=list(_pictures(folder, result)),
         summary=summary_of(result),
         scene=rows_of_mapping(provenance.scene, Scene),
-        unit=unit_words("m^3/s", result.gas),
         numbers=list(flat(numbers)),
         provenance=list(flat(origin)),
         factors=factor_words,
         combined=combined,
-        down=rounded_down,
-        up=rounded_up,
-        per_cent=per_cent,
     )
     path = folder / "report.html"
     with atomic_write(path, durable=False) as staged:

@@ -38,7 +38,6 @@ from fem_seal.results.records import GasRecord, LiftRecord, SealRecord
 from fem_seal.results.result import Result
 from fem_seal.surface import MapStatistics
 from fem_seal.threshold import Threshold
-from fem_seal.units import RateUnit
 
 WALLS = (
     "walls, though the gap is periodic, and walls make it leak less; --sides periodic (flow.sides "
@@ -249,13 +248,6 @@ def aperture_words(aperture: HydraulicAperture) -> str:
     scale, unit = readable(aperture.value, "m")
     lower, upper = (None if b is None else b * scale for b in (aperture.lower, aperture.upper))
     return rate_text(aperture.value * scale, lower, upper, unit.replace("µ", "u"))
-
-
-def unit_words(unit: str, gas: GasRecord | None) -> str:
-    """Unit of a leak rate; of a volume of gas with the conditions at which it is stated."""
-    if gas is None or RateUnit.parse(unit).kind != "volume":
-        return unit
-    return f"{unit} {volume_conditions(gas.reference_temperature, gas.reference_pressure)}"
 
 
 def lift_words(lift: LiftRecord, sealed: bool = False) -> str:

@@ -22,23 +22,6 @@ def aperture(leak, film, viscosity, pressure_drop):
     return hydraulic_aperture(leak, uniform, 3e-6)
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("periodic", [False, True])
-def test_a_smooth_channel_is_its_own_aperture(representation, periodic):
-    """Whatever the grid covers: (n-1) or n intervals."""
-    gap = GridField(np.full((6, 9), 2e-6), (1e-6, 3e-6), periodic)
-    leak = leak_rate(
-        GridFilm(gap, representation=representation),
-        viscosity=VISCOSITY,
-        pressure_drop=DROP,
-        rtol=0.01,
-    )
-    found = aperture(leak, GridFilm(gap, "wall", representation), VISCOSITY, DROP)
-    assert found.value == pytest.approx(2e-6, rel=1e-7, abs=0)
-    assert found.lower <= 2e-6 * (1 + 1e-11)
-    assert found.upper >= 2e-6 * (1 - 1e-11)
-
-
 def test_layers_across_and_along():
     """Across: h³ is the harmonic mean of g³ (bounds), along: the arithmetic one."""
     heights = np.array([1e-6, 2e-6])
@@ -77,18 +60,26 @@ def test_the_aperture_of_a_ring_of_uniform_gap_is_that_gap():
     assert found.value == pytest.approx(2e-6, rel=1e-9, abs=0)
 
 
-@pytest.mark.parametrize("law", ["first-order", "kinetic"])
-@pytest.mark.parametrize("height", [3e-8, 1e-6])
-def test_a_smooth_channel_of_a_slipping_gas_is_its_own_aperture(law, height):
-    """From 30 nm, where slip carries most of the gas, to 1 um; measured by a film of 200 nm."""
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("law", [None, "first-order", "kinetic"])
+@pytest.mark.parametrize("height", [3e-8, 2e-6])
+def test_a_smooth_channel_is_its_own_aperture(representation, periodic, law, height):
+    """Whatever the grid covers, (n-1) or n intervals; measured by a film of 200 nm.
+
+    From 30 nm, where slip carries most of the gas, to 2 um.
+    """
     air = GasDrive(2e5, 1e5, 293.15, 0.02896, 273.15, 101325.0)
-    slip = air.slip(1.8e-5, 1.0, law)
-    film = GridFilm(GridField(np.full((6, 9), height), (1e-6, 3e-6)))
+    slip = None if law is None else air.slip(1.8e-5, 1.0, law)
+    gap = GridField(np.full((6, 9), height), (1e-6, 3e-6), periodic)
+    film = GridFilm(gap, "wall", representation)
     flow = {"viscosity": 1.8e-5, "pressure_drop": air.pressure_drop, "slip": slip}
     leak = leak_rate(film, rtol=0.01, **flow)
     found = hydraulic_aperture(leak, uniform_rectangle(film, 2e-7, **flow), 2e-7, slip)
-    assert slip.mean_gain(3e-8) > 5  # without slip the aperture would be 70 % larger
+    assert (
+        slip is None or slip.mean_gain(3e-8) > 5
+    )  # without slip the aperture would be 70 % larger
     # A kinetic law is tabulated to 2e-4; it moves the height by a third of that or more.
-    assert found.value == pytest.approx(height, rel=1e-7 if law == "first-order" else 2e-4)
+    assert found.value == pytest.approx(height, rel=2e-4 if law == "kinetic" else 1e-7)
     assert found.lower <= height * (1 + 1e-7)
     assert found.upper >= height * (1 - 1e-7)

@@ -76,20 +76,25 @@ def test_leak_rates_and_errors_that_cannot_be_are_refused(make, message):
 
 
 @pytest.mark.parametrize(
-    ("limit", "decision"),
+    ("limit", "entries", "decision"),
     [
-        (5.001e-10, "within limit"),  # 4e-10 × 1.25
-        (4.999e-10, "undecided"),
-        (0.801e-10, "undecided"),  # 1e-10 × 0.8
-        (0.799e-10, "above limit"),
+        (4e-10, (), "within limit"),  # the limit itself is allowed
+        (3.999e-10, (), "undecided"),
+        (1e-10, (), "undecided"),
+        (0.999e-10, (), "above limit"),
+        (5.001e-10, (GRID, MODEL), "within limit"),  # 4e-10 × 1.25
+        (4.999e-10, (GRID, MODEL), "undecided"),
+        (0.801e-10, (GRID, MODEL), "undecided"),  # 1e-10 × 0.8
+        (0.799e-10, (GRID, MODEL), "above limit"),
     ],
 )
-def test_verdict_counts_every_entry_with_a_number(limit, decision):
-    """The bounds of the flow alone would decide all four but at the limit itself."""
-    found = judged(limit, GRID, MODEL)
+def test_verdict_counts_every_entry_with_a_number(limit, entries, decision):
+    found = judged(limit, *entries)
     assert found.decision == decision
-    assert "counting contact grid 0.8 to 1.25 (estimated)" in found.sentence
-    assert "not covered: model" in found.sentence
+    assert found.sentence.startswith(decision)
+    assert (found.needed_rtol is None) == (decision != "undecided")
+    counting = "counting contact grid 0.8 to 1.25 (estimated)", "not covered: model"
+    assert all((words in found.sentence) == bool(entries) for words in counting)
 
 
 def test_open_above_only_above_limit_stands():

@@ -83,7 +83,7 @@ def test_every_number_and_picture_is_inside(folder):
     assert page.texts["h1"] == [folder.name]  # escaped in the file, whole for the reader
     result = Result.from_folder(folder)
     numbers = result.model_dump(mode="json", by_alias=True)
-    assert numbers["levels"] == []  # have a table of their own
+    assert numbers["levels"] == []  # by finite differences
     assert numbers.pop("inflow") == pytest.approx(numbers.pop("outflow"))  # in result.json alone
     provenance = numbers.pop("provenance")
     scene = provenance["scene"]
@@ -166,8 +166,7 @@ def test_folders_of_the_sender_are_not_told(scene_of_gap, tmp_path):
     assert str(tmp_path) not in text
 
 
-def test_bounds_are_drawn_and_listed(small_scene, tmp_path):
-    """Each mesh a line whose bounds enclose those of the result."""
+def test_bounds_are_drawn(small_scene, tmp_path):
     small_scene["flow"] |= {"method": "uniform", "rtol": 0.02}
     result = run(Scene.from_mapping(small_scene), tmp_path / "out")
     assert len(result.levels) > 1
@@ -175,11 +174,6 @@ def test_bounds_are_drawn_and_listed(small_scene, tmp_path):
     assert captions(page) == ["How sure"]
     assert page.pictures[0].startswith(b"\x89PNG")
     assert not (tmp_path / "out" / "bounds.png").exists()
-    head = next(k for k, row in enumerate(page.rows) if row[0] == "mesh")
-    rows = page.rows[head + 1 : head + 1 + len(result.levels)]
-    for row, level in zip(rows, result.levels, strict=True):
-        assert int(row[1]) == level.unknowns
-        assert float(row[2]) <= level.lower <= level.upper <= float(row[3])
     assert "bounds.png" in draw(tmp_path / "out", everything=True)
 
 
@@ -197,21 +191,3 @@ def test_the_first_sentence_is_the_headline_and_what_the_limit_makes_of_it(small
 def test_verdict_of_a_contact_alone(folder):
     alone = changed(folder, headline=None, leak_rate=None, contact_area_fraction=0.1)
     assert first_sentence(alone) == "10 % of the nominal area is in contact."
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (None, "cannot read the result"),
-        (b"{", "not a result"),
-        (b"\xff\xfe", "not a result"),
-        (b"[1]", "not a result"),
-        (b'{"leak_rate": 3}', "not a result"),
-    ],
-)
-def test_folders_without_a_result_are_refused(tmp_path, content, message):
-    if content is not None:
-        (tmp_path / "result.json").write_bytes(content)
-    with pytest.raises(InvalidInput, match=message):
-        report(tmp_path)
-    assert not (tmp_path / "report.html").exists()
