@@ -11,7 +11,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.own_layouts import read_own_layout
 from fem_seal.field_file.recorded import metres_in
-from fem_seal.field_file.text_header import Statements, statements
+from fem_seal.field_file.text_header import statements
 from fem_seal.field_file.text_table import even_step, read_table
 from fem_seal.memory import within_available_memory
 
@@ -74,7 +74,9 @@ def read_profiles(
     return Profiles(heights, read[0].step)
 
 
-def _profiles(path: Path, unit: str | None, step: float | None, missing: float | None) -> Profiles:
+def _profiles(
+    path: Path, unit: str | None, stated: float | None, missing: float | None
+) -> Profiles:
     recorded = read_own_layout(path)
     if recorded is not None:
         spacing = present(recorded.spacing, "spacing")
@@ -86,40 +88,23 @@ def _profiles(path: Path, unit: str | None, step: float | None, missing: float |
     # x is the column with this title, else the first one.
     along = next((k for k, title in enumerate(header.titles) if title.axis == "x"), 0)
     even = even_step(values[:, along]) if values.shape[1] > 1 else None
-    columns = list(range(values.shape[1]))
+    columns, step = list(range(values.shape[1])), header.metres(header.steps, "x")
     if even is not None and even > 0:
         values = np.delete(values, columns.pop(along), axis=1)
+        step = even * metres_in(header.unit_of_coordinates(along), unit, f"x in {path}")
     elif header.titled_as_profiles:
         raise InvalidInput(f"x in {path} does not rise evenly; resample the profile to even steps")
-    else:
-        even = None
     refuse_markers(values, str(path))
     scale = metres_in(header.unit_of_values(columns), unit, f"the heights of {path}")
-    return Profiles(values.T * scale, _step(path, header, along, even, unit, step))
-
-
-def _step(
-    path: Path,
-    header: Statements,
-    column: int,
-    even: float | None,
-    unit: str | None,
-    stated: float | None,
-) -> float:
-    """Step of the samples [m]: from the column x, the header, or the scene."""
-    if even is not None:
-        along = header.unit_of_coordinates(column)
-        step: float | None = even * metres_in(along, unit, f"x in {path}")
-    else:
-        step = header.metres(header.steps, "x")
-    if step is None and stated is None:
-        raise InvalidInput(
-            f"{path} has no x, and does not say the step of its samples; give it, such as "
-            "surface.step = '0.5 um'"
-        )
     if step is not None and stated is not None and not isclose(step, stated, rel_tol=SAME_STEP):
         raise InvalidInput(
             f"{path} has a step of {step:g} m, but surface.step = {stated:g} m was given; leave "
             "out the wrong one"
         )
-    return step if step is not None else float(stated or 0)
+    step = stated if step is None else step
+    if step is None:
+        raise InvalidInput(
+            f"{path} has no x, and does not say the step of its samples; give it, such as "
+            "surface.step = '0.5 um'"
+        )
+    return Profiles(values.T * scale, step)

@@ -23,13 +23,11 @@ _SPELT_OTHERWISE = {"A": "angstrom", "Å": "angstrom", "~m": "um"}
 _WANTED = {"m": "length such as nm, um, mm or m", "Pa": "pressure such as Pa, MPa or bar"}
 
 
-def length_in_metres(unit: str, what: str) -> float:
-    """Metres in a unit of length such as "um", "µm", "nm", "A" (ångström) or "m"; see `in_si`."""
-    return in_si(unit, "m", what)
-
-
 def in_si(unit: str, si: str, what: str) -> float:
-    """Metres ("m") or pascals ("Pa") in a unit of the quantity that a message calls `what`."""
+    """Metres ("m") or pascals ("Pa") in a unit such as "um", "A" (ångström) or "bar".
+
+    A message calls the quantity `what`.
+    """
     try:
         return to_si(f"1 {_SPELT_OTHERWISE.get(unit, unit)}", si)
     except ValueError:
@@ -131,9 +129,9 @@ def metres_in(recorded: str | None, stated: str | None, what: str) -> float:
                 f"{what} have no unit; say it in the scene, such as "
                 'unit = "um", or by --length-unit um'
             )
-        return length_in_metres(stated, what)
-    scale = length_in_metres(recorded, what)
-    if stated is not None and not isclose(length_in_metres(stated, what), scale, rel_tol=1e-12):
+        return in_si(stated, "m", what)
+    scale = in_si(recorded, "m", what)
+    if stated is not None and not isclose(in_si(stated, "m", what), scale, rel_tol=1e-12):
         raise InvalidInput(
             f"{what} are in {recorded}, but unit = {stated!r} was given; leave out the wrong one"
         )

@@ -13,7 +13,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
-from fem_seal.field_file.recorded import Pair, Recorded, length_in_metres
+from fem_seal.field_file.recorded import Pair, Recorded, in_si
 from fem_seal.field_file.text_header import Statements, bare, statements, unit_in
 from fem_seal.field_file.text_table import OFF_GRID, TextTable, even_step, read_table
 
@@ -155,7 +155,7 @@ def _with_units(
     if units[0] is None:
         return Recorded(values, unit, steps)
     dx, dy = (
-        step * length_in_metres(name or "", f"the lengths of {path}")
+        step * in_si(name or "", "m", f"the lengths of {path}")
         for step, name in zip(steps, units, strict=True)
     )
     return Recorded(values, unit, (dx, dy), "m")

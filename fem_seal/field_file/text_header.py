@@ -11,12 +11,12 @@ from math import isfinite
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.recorded import in_si, length_in_metres
+from fem_seal.field_file.recorded import in_si
 from fem_seal.field_file.text_table import Layout, TextTable
 
 # Words of a key, in lower case. German ones are those of instruments sold with German software.
 STEPS = {"step", "spacing", "increment", "pitch", "cellsize", "sampling", "calibration", "dx", "dy"}
-STEPS |= {"interval", "delta", "xstep", "ystep", "schritt", "schrittweite", "punktabstand"}
+STEPS |= {"interval", "delta", "schritt", "schrittweite", "punktabstand"}
 STEPS |= {"abstand", "pixelgröße", "justierung", "pas"}
 STEP_PAIRS = [{"pixel", "size"}, {"pixel", "width"}, {"pixel", "height"}, {"point", "distance"}]
 STEP_PAIRS += [{"lateral", "resolution"}, {"cell", "size"}, {"x", "resolution"}]
@@ -29,9 +29,9 @@ AXES = {"axis", "achse", "axe"}
 # These are numbers of points only if they are the whole key, as in files of Keyence.
 DIRECTIONS = {"horizontal", "vertical", "horizont", "vertikal"}
 UNITS = {"unit", "units", "einheit", "unité"}
-ALONG_LINE = {"x", "dx", "xstep", "width", "breite", "horizontal", "columns", "cols", "ncols"}
+ALONG_LINE = {"x", "dx", "width", "breite", "horizontal", "columns", "cols", "ncols"}
 ALONG_LINE |= {"spalten", "horizont"}
-ACROSS_LINES = {"y", "dy", "ystep", "height", "höhe", "vertical", "rows", "nrows", "lines"}
+ACROSS_LINES = {"y", "dy", "height", "höhe", "vertical", "rows", "nrows", "lines"}
 ACROSS_LINES |= {"zeilen", "vertikal"}
 LATERAL = {"xy", "lateral", "horizontal", "x", "y"}
 VALUES = {"z", "value", "values", "height", "heights", "data", "gap", "wert"}
@@ -54,7 +54,6 @@ _THOUSANDS = {
     for mark, other in ((".", ","), (",", r"\."))
 }
 _QUANTITY = re.compile(rf"({_NUMBER})[\s;,\t\[(]*([A-Za-zµμÅ~]*)")
-_NAME = re.compile(r"[A-Za-zµÅ~]+")
 _BRACKETS = re.compile(r"[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
 _TITLE = re.compile(r"([A-Za-z][\w ]*?)\s*[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
 # "dx = 1", "Width: 10", "Unit,um"; or words and a number with blanks between, "cellsize 30".
@@ -70,7 +69,9 @@ _SENTENCE = re.compile(r"(?:\bin units of|\bz in|\bheights? in) (\S+?)\.?$", re.
 _BOTH = re.compile(r"[\[(]\s*x\s*[,;/]\s*y\s*[\])]", re.IGNORECASE)
 # "Z Scale: 0.001", "Multiplier 1e-3 um".
 _FACTOR = re.compile(rf"([^:=\d]*?)[\s:=;,]+({_NUMBER})[\s\[(]*([A-Za-zµμÅ~]*).*")
-_AXIS_FIRST = re.compile(r"\b([xyz])(?=scale|factor|resolution|size|length|range|unit|spacing)")
+_AXIS_FIRST = re.compile(
+    r"\b([xyz])(?=step|scale|factor|resolution|size|length|range|unit|spacing)"
+)
 # Titles of columns: "x [mm]", "x/mm" and "x in mm", whose ends must be units; "x_mm", "x mm".
 _MARKED = re.compile(r"(.*?)\s*(?:[\[({]\s*([^\[({]*?)\s*[\])}]|/\s*(\S.*?)|\s+in\s+(\S+))\s*")
 _UNMARKED = re.compile(r"(.*\w)[\s_,]+([^\s_]+)")
@@ -123,7 +124,7 @@ class Statements:
         """Length [m] along an axis out of `steps` or `lengths`; None if they lack it."""
         number, unit = numbers.get(axis) or numbers.get("") or (0.0, None)
         unit = unit or self.lateral_unit
-        return None if unit is None or not number else number * length_in_metres(unit, "lengths")
+        return None if unit is None or not number else number * in_si(unit, "m", "lengths")
 
     @property
     def length_hint(self) -> str:
@@ -249,15 +250,20 @@ def names_units(line: str) -> bool:
     return bool(_UNIT_WORD.search(line))
 
 
-def _is_unit(text: str) -> bool:
-    """Whether a text is a unit of length or pressure."""
-    for si in ("m", "Pa") if _UNIT.fullmatch(text) else ():
+def _is_unit(text: str, *quantities: str) -> bool:
+    """Whether a text is a unit of a quantity, by default of length ("m") or pressure ("Pa")."""
+    for si in quantities or ("m", "Pa") if _UNIT.fullmatch(text) else ():
         try:
             in_si(text, si, "")
         except InvalidInput:
             continue
         return True
     return False
+
+
+def _length_unit(text: str) -> str | None:
+    """The unit of length that a text is; None for any other text."""
+    return text if _is_unit(text, "m") else None
 
 
 def _names_a_factor(words: set[str], unit: str) -> bool:
@@ -355,17 +361,3 @@ def _quantities(value: str, unit: str | None, decimal: str) -> Iterator[tuple[fl
         number = float(text.rstrip(".,").replace(",", "."))
         if isfinite(number):
             yield number, _length_unit(name) or unit
-
-
-def _length_unit(name: str) -> str | None:
-    """The name of a unit of length; None for any other text."""
-    name = name.replace("μ", "µ")
-    if name in ("micron", "microns"):
-        return "um"
-    if not _NAME.fullmatch(name):
-        return None
-    try:
-        length_in_metres(name, "")
-    except InvalidInput:
-        return None
-    return name

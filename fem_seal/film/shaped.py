@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 from fem_seal.errors import present
-from fem_seal.field_file.recorded import length_in_metres
+from fem_seal.field_file.recorded import in_si
 from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.mesh.checks import labelled
@@ -57,7 +57,7 @@ def _triangles(shape: AnyShape, source: GapSource, trust: bool) -> Triangles:
     if not isinstance(shape, MeshFile):
         path = SOURCES / present(shape.source, "source of the geometry")
         return mesh_geometry(path, shape.numbers(), 1.0, GroupNames(), sizes)
-    unit = length_in_metres(shape.unit, "lengths of the mesh")
+    unit = in_si(shape.unit, "m", "lengths of the mesh")
     names = GroupNames(shape.inlet, shape.outlet, shape.wall)
     if shape.needs_gmsh:
         return mesh_geometry(shape.path, {}, unit, names, sizes, shape.mesh_size, trust=trust)

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.recorded import Stated, length_in_metres
+from fem_seal.field_file.recorded import Stated, in_si
 from fem_seal.files import atomic_write, use_writable_cache, user_cache
 from fem_seal.grid import GridField
 from fem_seal.scene.sections import (
@@ -32,7 +32,7 @@ WINDOW_END = 1e-5  # part of a window by which its end is shortened, to leave ou
 
 def _length_unit(unit: str) -> str:
     try:
-        length_in_metres(unit, "lengths")
+        in_si(unit, "m", "lengths")
     except InvalidInput:
         raise ValueError("is no unit of length such as 'nm', 'um' or 'mm'") from None
     return unit
