@@ -22,51 +22,33 @@ ROUNDED = {"rtol": 5e-16, "atol": 0}
 SAID = Stated(unit="um", size=SIZE)
 
 
+IN_UM, STEPS, ONE_UM = GAP * 1e6, np.array(SPACING) * 1e6, Stated(unit="um")
+NORMAL = np.stack([IN_UM * 0, IN_UM * 0, IN_UM], axis=-1)
+LAST = np.stack([IN_UM + 7, IN_UM])
+# What the scene must say about a file, and how it is written.
+LAYOUTS = {
+    "ours.npz": (Stated(), lambda p: np.savez(p, gap=GAP, spacing=SPACING)),
+    "unit.npz": (Stated(), lambda p: np.savez(p, gap=IN_UM, spacing=STEPS, unit="um")),
+    "reynoldsflow.npz": (Stated(), lambda p: np.savez(p, gaps=GAP, spacing=SPACING)),
+    "plain.npy": (SAID, lambda p: np.save(p, IN_UM)),
+    "tamaas.npz": (
+        ONE_UM,
+        lambda p: layouts.tamaas_npz(p, UM, gap=IN_UM, traction=(GAP == 0) * 1.0),
+    ),
+    "vector.npz": (ONE_UM, lambda p: layouts.tamaas_npz(p, UM, gap=NORMAL)),
+    "tamaas.h5": (ONE_UM, lambda p: layouts.tamaas_h5(p, UM, gap=IN_UM)),
+    "tamaas.nc": (ONE_UM, lambda p: layouts.tamaas_nc(p, UM, gap=LAST)),
+    "hard_wall.txt": (Stated(size=SIZE), lambda p: layouts.hard_wall_text(p, IN_UM, "µm")),
+    "container.nc": (SAID, lambda p: layouts.contact_mechanics_nc(p, gap=LAST)),
+    "units.h5": (Stated(), lambda p: layouts.plain_h5(p, "gap", IN_UM, STEPS * 1e3, "um", "nm")),
+}
+
+
 def in_um(path):
-    """Gap in µm, by whatever layout the name of the file stands for."""
-    gap, um = GAP * 1e6, Stated(unit="um")
-    match path.name:
-        case "ours.npz":
-            np.savez(path, gap=GAP, spacing=SPACING)
-            return Stated()
-        case "unit.npz":
-            np.savez(path, gap=gap, spacing=np.array(SPACING) * 1e6, unit="um")
-            return Stated()
-        case "plain.npy":
-            np.save(path, gap)
-            return SAID
-        case "tamaas.npz":
-            layouts.tamaas_npz(path, UM, gap=gap, traction=(GAP == 0) * 1.0)
-            return um
-        case "vector.npz":
-            gap3 = np.stack([gap * 0, gap * 0, gap], axis=-1)
-            layouts.tamaas_npz(path, UM, gap=gap3)
-            return um
-        case "tamaas.h5":
-            layouts.tamaas_h5(path, UM, gap=gap)
-            return um
-        case "tamaas.nc":
-            layouts.tamaas_nc(path, UM, gap=np.stack([gap + 7, gap]))
-            return um
-        case "hard_wall.txt":
-            layouts.hard_wall_text(path, gap, "µm")
-            return Stated(size=SIZE)
-        case "container.nc":
-            layouts.contact_mechanics_nc(path, gap=np.stack([gap + 7, gap]))
-            return SAID
-        case "units.h5":
-            layouts.plain_h5(path, "gap", gap, np.array(SPACING) * 1e9, "um", "nm")
-            return Stated()
-        case "reynoldsflow.npz":
-            np.savez(path, gaps=GAP, spacing=SPACING)
-            return Stated()
-    raise AssertionError(path)
-
-
-LAYOUTS = [
-    *("ours.npz", "unit.npz", "plain.npy", "tamaas.npz", "vector.npz", "tamaas.h5", "tamaas.nc"),
-    *("hard_wall.txt", "container.nc", "units.h5", "reynoldsflow.npz"),
-]
+    """Write the gap in the layout of this name; return what the scene must say about it."""
+    stated, write = LAYOUTS[path.name]
+    write(path)
+    return stated
 
 
 @pytest.mark.parametrize("name", LAYOUTS)

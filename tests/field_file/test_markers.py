@@ -6,8 +6,6 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import HEIGHT_NAMES, Stated, read_map
 from fem_seal.field_file.markers import refuse_markers, without_marked
-from fem_seal.patch import Patch
-from fem_seal.scene import Scene
 from fem_seal.surface import Spectrum, self_affine
 
 # In micrometres: rms 1, about 6 from top to bottom.
@@ -83,37 +81,3 @@ def test_whether_it_is_a_height_may_be_said(tmp_path):
     assert said.missing == 0
     # A gap has contact, which recurs and may lie far from a wide film.
     assert read_map(path, HEIGHT_NAMES).missing == 0
-
-
-def test_missing_in_a_scene(tmp_path):
-    """The mark is in the unit of the file; its holes are filled, and bad marks are refused."""
-    np.savez(tmp_path / "a.npz", heights=marked(1e38).astype("f4"), spacing=[1, 1], unit="um")
-
-    def scene(**fields):
-        return Scene.from_mapping(
-            {
-                "surface": {"kind": "file", "path": str(tmp_path / "a.npz"), **fields},
-                "solid": {"contact_modulus": 1e7},
-                "contact": {"area_fraction": 0.1},
-                "output": {"products": ["contact"]},
-            }
-        )
-
-    with pytest.raises(InvalidInput, match=r"1e\+38 stands"):
-        Patch(scene(fill="harmonic")).prepared  # noqa: B018
-    patch = Patch(scene(fill="harmonic", missing=1e38))
-    assert patch.prepared.steps[0].missing == HOLES.sum()
-    assert np.ptp(patch.surface.values) < 1e-5
-    for bad in ("some", True, [1.0]):
-        with pytest.raises(InvalidInput, match=r"missing .*should be a number as it stands"):
-            scene(missing=bad)
-
-
-def test_three_columns_are_a_list_of_points_unless_there_are_three_lines(tmp_path):
-    points = np.indices((4, 5)).reshape(2, -1).T
-    np.savetxt(tmp_path / "a.txt", np.column_stack([points, ROUGH.flat[:20]]))
-    said = Stated(unit="um", size=(1e-3, 1e-3))
-    with pytest.raises(InvalidInput, match=r"says size = 4e-06 m by 5e-06 m, but size = 0.001 m"):
-        read_map(tmp_path / "a.txt", HEIGHT_NAMES, said)
-    np.savetxt(tmp_path / "b.txt", ROUGH[:3, :3])
-    assert read_map(tmp_path / "b.txt", HEIGHT_NAMES, said).values.shape == (3, 3)

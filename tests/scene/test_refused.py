@@ -168,6 +168,9 @@ BAD = {
         "accuracy.total=0.1": "set flow",
     },
     "map": {
+        "surface.missing=some": "surface.missing = 'some' should be a number as it stands",
+        "surface.missing=true": "surface.missing = True should be a number as it stands",
+        "surface.missing=[1.0]": "should be a number as it stands",
         "surface.unit=kg": "surface.unit = 'kg' is no unit of length such as 'nm', 'um' or 'mm'",
         "surface.size=['1 mm']": r"surface.size\[1\] is missing",
         "surface.crop=[[0, 1e-6], ['2 um', '1 um']]": "crop in y must end after 2e-06 m, not 1e-06",
