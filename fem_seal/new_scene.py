@@ -87,13 +87,13 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist")
     name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False)
-    if path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path):
-        surface, facts, needed = _profiles(path, name, stated)
-        others = OTHER_SECTIONS.format(patches=SEEDS, window="")
-    else:
+    if not (path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path)):
         surface, facts, needed, window = _map(path, name, stated)
         patches = WINDOWS_OF_THE_MAP if window.startswith(WINDOW_LINE) else TWINS
-        others = OTHER_SECTIONS.format(patches=patches, window=window)
+    else:
+        surface, facts = _profiles(path, name, stated)
+        needed, window, patches = [], "", SEEDS
+    others = OTHER_SECTIONS.format(patches=patches, window=window)
     head = [
         f"# Scene of {printable(path.name)}, by fem-seal new; docs/reference/scene.md names every",
         '# field. Values marked "yours" are examples.',
@@ -104,9 +104,6 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
         # Read the scene back: `fem-seal run` must not refuse it.
         Scene.from_mapping(tomllib.loads(text), folder=folder)
     return NewScene(text, tuple(facts), tuple(needed))
-
-
-Parts = tuple[list[str], list[str], list[str]]
 
 
 def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], list[str], str]:
@@ -194,8 +191,8 @@ def _unit_and_size(path: Path, recorded: Recorded, stated: Stated) -> tuple[list
     return lines, needed
 
 
-def _profiles(path: Path, name: str, stated: Stated) -> Parts:
-    """Lines of [surface] for profiles, facts, and fields to fill in."""
+def _profiles(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str]]:
+    """Lines of [surface] for profiles, and facts."""
     profiles = read_profiles([path], unit=stated.unit)
     (count, samples), length = profiles.heights.shape, profiles.heights.shape[1] * profiles.step
     side = 256 * profiles.step
@@ -214,7 +211,7 @@ def _profiles(path: Path, name: str, stated: Stated) -> Parts:
         f"{count} profile(s) of {samples} samples, {with_prefix(profiles.step, 'm', 6)} apart, "
         f"{with_prefix(length, 'm')} long"
     ]
-    return lines, facts, []
+    return lines, facts
 
 
 def _line(key: str, value: str, comment: str) -> str:

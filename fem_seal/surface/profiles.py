@@ -51,9 +51,7 @@ class IsotropicSpectrum:
 
     def density(self, q: np.ndarray) -> np.ndarray:
         """C(q) [m⁴] at wavenumbers [1/m]; 0 below the first edge and above the last."""
-        ring = np.searchsorted(self.edges, q, side="right") - 1
-        inside = (ring >= 0) & (ring < len(self.values))
-        return np.where(inside, self.values[np.clip(ring, 0, len(self.values) - 1)], 0.0)
+        return np.pad(self.values, 1)[np.searchsorted(self.edges, q, side="right")]
 
     @property
     def wavenumbers(self) -> tuple[float, ...]:

@@ -69,18 +69,20 @@ def fit_spectrum(field: GridField) -> SpectrumFit:
     spectrum = _sloped(spectrum, _rings(field, -first.slope), first.knee)
     x, y, variance = _bins(spectrum, independent)
     fit = power_law(x, y, variance, segments)
-    q = np.exp(x[segments.start : segments.stop])
+    wavelength = 2 * np.pi / np.exp(x)
+    rolloff = None if fit.knee is None else 2 * np.pi / np.exp(fit.knee)
+    fitted = x[segments.start : segments.stop]
     return SpectrumFit(
         hurst=-fit.slope / 2 - 1,
         hurst_error=fit.slope_error / 2,
-        rolloff_wavelength=None if fit.knee is None else 2 * np.pi / np.exp(fit.knee),
-        rolloff_error=None if fit.knee is None else 2 * np.pi / np.exp(fit.knee) * fit.knee_error,
-        long_wavelength=_cut_off(x, segments.start - 1) if segments.start > 0 else None,
-        short_wavelength=_cut_off(x, edge) if edge < len(x) else None,
+        rolloff_wavelength=rolloff,
+        rolloff_error=None if rolloff is None else rolloff * fit.knee_error,
+        long_wavelength=float(wavelength[segments.start - 1]) if segments.start > 0 else None,
+        short_wavelength=float(wavelength[edge]) if edge < len(x) else None,
         misfit=fit.misfit,
         spectrum=spectrum,
-        wavenumber=q,
-        density=np.exp(fit.at(np.log(q))),
+        wavenumber=np.exp(fitted),
+        density=np.exp(fit.at(fitted)),
     )
 
 
@@ -90,11 +92,6 @@ def map_spectrum(field: GridField) -> RadialSpectrum:
     Heights [m] that are not periodic are multiplied by a Hann window and scaled back to its power.
     """
     return _rings(_windowed(field)[0])
-
-
-def _cut_off(x: np.ndarray, index: int) -> float:
-    """Wavelength [m] of the bin between two segments."""
-    return float(2 * np.pi / np.exp(x[index]))
 
 
 def _windowed(field: GridField) -> tuple[GridField, float]:
