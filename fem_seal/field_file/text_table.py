@@ -55,8 +55,7 @@ class Layout:
 
     def cells(self, line: str) -> list[str]:
         """Texts between the separators of a line, without blanks and quotes around them."""
-        if '"' in line:
-            line = line.replace('"', "")
+        line = line.replace('"', "")
         if self.separator is None:
             return _NO_DATA.sub("nodata", line).split()
         return [cell.strip() for cell in line.split(self.separator)]
@@ -200,8 +199,7 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
         if len(cells) == columns + 1 and not cells[-1]:
             cells.pop()
         row = layout.numbers(cells)
-        begins = _begins(row, cells, columns, bool(header)) or (strict and None not in row)
-        if not rows and not begins:
+        if not (rows or _begins(row, cells, columns, bool(header)) or (strict and None not in row)):
             header.append(line)
             continue
         if len(cells) != columns:
@@ -209,12 +207,12 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
                 f"line {k} of {path} has {number_of(len(cells), 'number')}, and other lines have "
                 f"{columns}: {_quoted(line)}"
             )
-        for column, (number, cell) in enumerate(zip(row, cells, strict=True), 1):
-            if number is None:
-                raise InvalidInput(
-                    f"line {k}, column {column} of {path} is {_quoted(cell)}, which is no number, "
-                    "nor a mark of a missing point such as NaN, BAD, *** or nothing at all"
-                )
+        if None in row:
+            column = row.index(None)
+            raise InvalidInput(
+                f"line {k}, column {column + 1} of {path} is {_quoted(cells[column])}, which is no "
+                "number, nor a mark of a missing point such as NaN, BAD, *** or nothing at all"
+            )
         numbers_of_lines.append(k)
         rows.append(np.array(row, dtype=float))
     if not rows:
