@@ -44,9 +44,12 @@ def critical_constriction(sites: Lattice) -> CriticalConstriction | None:
     critical = widest_path(sites)
     if critical == 0:
         return None
-    labels, count = clusters.label(sites.gap >= critical, sites.connectivity, sites.periodic)
-    spanning = clusters.touching(labels, count, labels[0], labels[-1])
-    i, j = np.unravel_index(np.argmax(spanning & (sites.gap == critical)), spanning.shape)
+    places = np.flatnonzero(sites.gap == critical)
+    if len(places) > 1:
+        labels, count = clusters.label(sites.gap >= critical, sites.connectivity, sites.periodic)
+        spanning = clusters.touching(labels, count, labels[0], labels[-1])
+        places = places[spanning.ravel()[places]]
+    i, j = np.unravel_index(places[0], sites.gap.shape)
     (x0, y0), (dx, dy) = sites.origin, sites.spacing
     return CriticalConstriction(critical, (x0 + int(i) * dx, y0 + int(j) * dy))
 

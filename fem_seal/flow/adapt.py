@@ -37,6 +37,10 @@ from fem_seal.mesh.bisection import TooFine
 USUAL_CORRECTION_RATIO = 0.4
 # Largest growth of the unknowns from level to level: 3.9 was seen on open rough gaps.
 GROWTH = 4.0
+# Multiples of the tolerance that the expected width is compared with: below NEAR the true dual is
+# solved at once; below SOON on the next mesh, before the regularised dual, which is not needed if
+# the bounds decide there. A full step leaves a third of the width.
+NEAR, SOON = 1.2, 3.0
 TOO_MANY = "the next mesh would have more than {} unknowns"
 
 
@@ -93,6 +97,7 @@ def refined(
         )
         if stopping.ended:
             return None
+        solve_true_dual = solve_true_dual or solution.expected < SOON * strategy.rtol
         # Mark, refine, look ahead.
         log = _Log()
         # Stop before making a uniform mesh that would exceed the limit. It has at least twice as
@@ -143,6 +148,8 @@ class _Solved:
     pressure: Pressures
     regularised: Streams | None = None
     stream: Streams | None = None
+    #: relative width of the corrected bounds that the regularised dual foretells
+    expected: float = np.inf
 
 
 def _solve(
@@ -160,17 +167,17 @@ def _solve(
     """
     pressure = problem.pressure(guess.pressures)
     log.lap("primal", pressure)
-    psi, regularised = guess.streams, None
+    psi, regularised, expected = guess.streams, None, np.inf
     if not solve_true_dual:
         regularised = _regularised_dual(problem, psi, strategy, log)
         psi = regularised.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
-        difference = problem.difference(pressure, regularised)
-        if not last and correction_ratio * difference >= 2 * strategy.rtol:
-            return _Solved(pressure, regularised)
+        expected = correction_ratio * problem.difference(pressure, regularised)
+        if not last and expected >= NEAR * strategy.rtol:
+            return _Solved(pressure, regularised, expected=expected)
     stream = problem.stream(psi)
     log.lap("dual", stream)
-    return _Solved(pressure, regularised, stream)
+    return _Solved(pressure, regularised, stream, expected)
 
 
 def _regularised_dual(

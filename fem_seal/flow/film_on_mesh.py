@@ -4,7 +4,7 @@ What depends on the mesh, not on a solution, and what is estimated from any flow
 problems that are solved are in `level.py`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -77,6 +77,11 @@ class FilmOnMesh:
         """Gap (V,) at the vertices of the mesh, in units of its maximum."""
         return self.gap.plotted_values(self.mesh, self.values)
 
+    def batches(self) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+        """Batches of n cells with gradients (n, 3, 2) and areas (n,), as of `shape_gradients`."""
+        for cells in parts(0, self.space.count, AT_ONCE):
+            yield cells, *shape_gradients(self.corners(cells))
+
     def _at_vertices(self, numbering: Numbering, values: np.ndarray) -> np.ndarray:
         """Values (V,) at the vertices of a continuous function; zero where nothing flows."""
         at_vertices = np.zeros(len(self.mesh.xy))
@@ -98,8 +103,7 @@ class FilmOnMesh:
         since ψ in blocked cells does not match the power traces of their neighbours.
         """
         indicators = np.zeros(self.space.count)
-        for cells in parts(0, len(indicators), AT_ONCE):
-            slopes, areas = shape_gradients(self.corners(cells))
+        for cells, slopes, areas in self.batches():
             K, contact = self.data.K[cells], self.data.contact_vertex[cells]
             xx, xy, yy = self.resistivity(flows[0].epsilon, cells).T
             for flow in flows:
@@ -147,8 +151,7 @@ class FilmOnMesh:
     def _flux_out(self, pressure: CornerValues) -> np.ndarray:
         """Flux of a pressure out of each cell through its sides (C, 3)."""
         out = np.empty((self.space.count, 3))
-        for cells in parts(0, len(out), AT_ONCE):
-            slopes, areas = shape_gradients(self.corners(cells))
+        for cells, slopes, areas in self.batches():
             slope = gradients(slopes, pressure(cells))
             weight = -2 * areas * self.data.K[cells]
             out[cells] = weight[:, None] * (slopes * slope[:, None]).sum(axis=2)

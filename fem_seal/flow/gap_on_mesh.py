@@ -105,7 +105,8 @@ class LinearGap(GapOnMesh):
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
         self.cut, self.ceiling, self._floor = cut, ceiling, floor
         self._width = width
-        self._samples = _raised_and_lowered(samples, floor, cut)
+        # Samples of the gap for the primal and for the dual, not yet raised or lowered.
+        self._samples = samples, samples
         self._use(law)
 
     def with_samples(self, gap: GridField) -> "LinearGap":
@@ -113,9 +114,8 @@ class LinearGap(GapOnMesh):
 
         For the dual, contact stays contact even where the other gap is open.
         """
-        other = copy(self)
-        other._samples = _raised_and_lowered(gap.vertices(), self._floor, self.cut)
-        other._samples[..., 1][self._samples[..., 1] == 0] = 0.0
+        other, samples = copy(self), gap.vertices()
+        other._samples = samples, np.where(self._samples[1] < self.cut, 0.0, samples)
         other._use(self.law)
         return other
 
@@ -127,7 +127,7 @@ class LinearGap(GapOnMesh):
 
     def _pixel_means(self, strip: slice) -> np.ndarray:
         """Means (2, n, my, 2) of conductivity and inverse on the triangles of some pixels."""
-        raised, lowered = np.moveaxis(self._samples[strip.start : strip.stop + 1], -1, 0)
+        raised, lowered = self._raised_and_lowered(np.s_[strip.start : strip.stop + 1])
         conductivity = partial(averages.conductivity_of_corners, self.law.above)
         resistivity = partial(averages.resistivity_of_corners, self.law.below)
         return np.stack(
@@ -140,7 +140,14 @@ class LinearGap(GapOnMesh):
     def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of a mesh of whole pixels."""
         i, j = (mesh.xy // PIXEL).T
-        return self._samples[i, j]
+        return np.stack(self._raised_and_lowered((i, j)), axis=-1)
+
+    def _raised_and_lowered(
+        self, index: slice | tuple[np.ndarray, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Gap for the primal and for the dual at some samples."""
+        for_primal, for_dual = self._samples
+        return _raised(for_primal[index], self._floor), _lowered(for_dual[index], self.cut)
 
     def values_at(self, mesh: NestedMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of any mesh of the nested family."""
@@ -149,8 +156,8 @@ class LinearGap(GapOnMesh):
         values = np.zeros((len(mesh.xy), 2))
         for (a, b), weight in zip(*triangle_at(i, j, x, y), strict=True):
             # A vertex on the last row or column has no weight beyond it.
-            sample = self._samples[np.minimum(a, last[0]), np.minimum(b, last[1])]
-            values += weight[:, None] * sample
+            place = np.minimum(a, last[0]), np.minimum(b, last[1])
+            values += weight[:, None] * np.stack(self._raised_and_lowered(place), axis=-1)
         return values
 
     def refined_values(
@@ -164,9 +171,8 @@ class LinearGap(GapOnMesh):
     def _sampled(self, x: np.ndarray, y: np.ndarray, linear: np.ndarray) -> np.ndarray:
         """Gap (n, 2) at points of a mesh: `linear`, replaced by the samples at pixel vertices."""
         on_pixel = np.flatnonzero((x | y) & (PIXEL - 1) == 0)
-        i, j = x[on_pixel] >> DEPTH, y[on_pixel] >> DEPTH
-        samples = self._samples.reshape(-1, 2)
-        linear[on_pixel] = samples.take(i * self._samples.shape[1] + j, axis=0)
+        place = x[on_pixel] >> DEPTH, y[on_pixel] >> DEPTH
+        linear[on_pixel] = np.stack(self._raised_and_lowered(place), axis=-1)
         return linear
 
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
@@ -227,7 +233,7 @@ class VertexGap(GapOnMesh):
     ):
         self.aspect = 1 / unit
         self.cut, self.ceiling, self.law = cut, ceiling, law
-        self._values = _raised_and_lowered(values, floor, cut)
+        self._values = np.stack([_raised(values, floor), _lowered(values, cut)], axis=-1)
 
     def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
@@ -249,13 +255,14 @@ class VertexGap(GapOnMesh):
         return QuarterData.of(*_quarter_means(with_middles(gaps), self.law))
 
 
-def _raised_and_lowered(gap: np.ndarray, floor: float, cut: float) -> np.ndarray:
-    """A gap (..., 2): positive gaps raised to the floor, and those below the cut lowered to 0."""
-    both = np.stack([gap, gap], axis=-1)
-    raised, lowered = np.moveaxis(both, -1, 0)
-    raised[(raised > 0) & (raised < floor)] = floor
-    lowered[lowered < cut] = 0.0
-    return both
+def _raised(gap: np.ndarray, floor: float) -> np.ndarray:
+    """A gap with its positive values raised to the floor, for the primal."""
+    return np.where((gap > 0) & (gap < floor), floor, gap)
+
+
+def _lowered(gap: np.ndarray, cut: float) -> np.ndarray:
+    """A gap that is 0, contact, where it was below the cut, for the dual."""
+    return np.where(gap < cut, 0.0, gap)
 
 
 def _linear_means(gaps: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarray]:
@@ -310,9 +317,7 @@ class ConstantGap(GapOnMesh):
         self.squares = gap.shape
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
         self.cut, self.ceiling = cut, ceiling
-        self._raised, self._lowered = np.moveaxis(
-            _raised_and_lowered(gap.values, floor, cut), -1, 0
-        )
+        self._raised, self._lowered = _raised(gap.values, floor), _lowered(gap.values, cut)
         self._width = width
         self._use(law)
 

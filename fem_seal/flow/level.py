@@ -29,16 +29,14 @@ import numpy as np
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.cell_data import ISOTROPIC
-from fem_seal.flow.energy import ROUNDING, Energy, gradients, shape_gradients
+from fem_seal.flow.energy import ROUNDING, Energy, gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Jumps
 from fem_seal.flow.solution import CornerValues, FlowEstimate, SolvedLevel, Start
 from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.grouping import parts
 
 # J×G = J·_CROSS[d]·G for d components. The pressure rises by J from the outlet to the inlet, but
 # by J_x along x across a seam.
@@ -234,8 +232,7 @@ class LevelProblem(FilmOnMesh):
         if len(minima) < 2:
             return energies
         mixed = 0.0
-        for cells in parts(0, self.space.count, AT_ONCE):
-            slopes, areas = shape_gradients(self.corners(cells))
+        for cells, slopes, areas in self.batches():
             xx, xy, yy = (areas[:, None] * tensor(cells)).T
             (ax, ay), (bx, by) = (gradients(slopes, v.corners(cells)).T for v in minima)
             mixed += float((xx * ax * bx + xy * (ax * by + ay * bx) + yy * ay * by).sum())

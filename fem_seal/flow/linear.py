@@ -16,6 +16,7 @@ diagonal: constants would no longer be near-null vectors.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from math import fsum
 from weakref import finalize
 
 import numpy as np
@@ -169,11 +170,12 @@ class CellSpace:
         try:
             while True:
                 right_side.set(0)
-                total = start = self._energy(tensor, numbering, values, right_side)
+                start = self._started(tensor, numbering, values, right_side)
+                total: Energy | None = None
                 right_side.scale(-1)
-                lost = LOST * start.value
+                lost = LOST * start
                 spent, stalled = minimise_by_cg(
-                    solver, right_side, x, start.value, tolerance, balanced, lost / 2
+                    solver, right_side, x, start, tolerance, balanced, lost / 2
                 )
                 residuals += spent
                 moved = values + np.concatenate(self.comm.allgather(x.array_r))
@@ -181,9 +183,11 @@ class CellSpace:
                     moved = numbering.representable(moved)
                     energy = self.energy(tensor, partial(numbering.corners, moved))
                     # False for NaN: the returned function is always admissible.
-                    if energy.value < start.value:
+                    if energy.value < start:
                         values, total = moved, energy
-                again = total.value < (WORTH * start.value if stalled else lost)
+                if total is None:
+                    total = self.energy(tensor, partial(numbering.corners, values))
+                again = total.value < (WORTH * start if stalled else lost)
                 if not again and (not stalled or stalled_before):
                     return Minimum(numbering, values, total, residuals, stalled)
                 stalled_before = bool(stalled)
@@ -204,26 +208,26 @@ class CellSpace:
             energies.append(Energy.of_cells(self._corners(part), tensor(part), v, self._blur))
         return Energy.sum(self.comm.allgather(Energy.sum(energies)))
 
-    def _energy(
+    def _started(
         self,
         tensor: Callable[[slice], np.ndarray],
         numbering: Numbering,
         values: np.ndarray,
         slopes: PETSc.Vec,
-    ) -> Energy:
-        """Energy; half its derivative by the unknowns is added to `slopes`."""
+    ) -> float:
+        """Energy to start from; half its derivative by the unknowns is added to `slopes`."""
         energies = []
         for part in self._own_parts():
             v = numbering.corners(values, part)
             # Subtract the value at the first corner: the differences then keep all their digits.
             v -= v[:, :1].copy()
-            corners, T = self._corners(part), tensor(part)
-            energies.append(Energy.of_cells(corners, T, v, self._blur))
-            batch().place(corners, T)
+            batch().place(self._corners(part), tensor(part))
             of_corner = batch().slopes(v)
+            # The energy is quadratic: it is v times half its derivative.
+            energies.append(float((v * of_corner).sum()))
             slopes.setValues(numbering.of_corner[part], of_corner, PETSc.InsertMode.ADD_VALUES)
         slopes.assemble()
-        return Energy.sum(self.comm.allgather(Energy.sum(energies)))
+        return fsum(self.comm.allgather(fsum(energies)))
 
     def _own_parts(self) -> list[slice]:
         """Batches of this rank, padded by empty ones: collective assembly needs as many on all."""

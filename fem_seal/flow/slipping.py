@@ -21,12 +21,10 @@ from fem_seal.film.law import (
     mean_pressure_law,
 )
 from fem_seal.flow.bounds import Bounds
-from fem_seal.flow.energy import gradients, shape_gradients
+from fem_seal.flow.energy import gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.level import LevelProblem, LevelSolution, Pressures, Streams
 from fem_seal.fluid import Slip
-from fem_seal.mesh.grouping import parts
 
 # Parameters of the choice of a weight. Every choice gives valid bounds; these give narrow ones.
 _GAPS = np.geomspace(1e-12, 1.0, 1200)  # gaps of the table, in units of the largest gap
@@ -203,8 +201,7 @@ def _cell_energies(
     """Energy of each cell (C,): its part of ∫K|∇p|², and of ∫∇ψ·R·∇ψ of the true dual."""
     (psi,) = stream.psi
     primal, dual = np.empty((2, problem.space.count))
-    for cells in parts(0, len(primal), AT_ONCE):
-        slopes, areas = shape_gradients(problem.corners(cells))
+    for cells, slopes, areas in problem.batches():
         px, py = gradients(slopes, pressure.minima[0].corners(cells)).T
         primal[cells] = areas * problem.data.K[cells] * (px * px + py * py)
         sx, sy = gradients(slopes, psi[problem.cells[cells]]).T

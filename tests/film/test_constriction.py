@@ -59,15 +59,21 @@ def test_links_are_those_of_the_slow_reference(shape, sides):
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_gap_and_position_of_a_saddle(representation):
-    """gap = max(0, 0.2 + x² - 2y²): the constriction is the saddle point at the centre."""
+    """gap = max(0, 0.2 + x² - 2y²): the constriction is the saddle point at the centre, also where
+    a pocket before it in the order of the sites has the same gap."""
     x = np.linspace(-1, 1, 41)[:, None]
     y = np.linspace(-1, 1, 41)[None, :]
     h = np.maximum(0.0, 0.2 + x**2 - 2 * y**2)
-    gap = GridField(h, (0.05, 0.05))
-    constriction = GridFilm(gap, "wall", representation).constriction
-    assert constriction.gap == approx(0.2, abs=1e-12)
-    shift = 0.025 if representation == "constant" else 0.0
-    assert constriction.position == approx((1 + shift, 1 + shift))
+    pocket = h.copy()
+    assert not h[9:12, :3].any()
+    pocket[10, 1] = h[20, 20]
+    for values in (h, pocket):
+        constriction = GridFilm(
+            GridField(values, (0.05, 0.05)), "wall", representation
+        ).constriction
+        assert constriction.gap == approx(0.2, abs=1e-12)
+        shift = 0.025 if representation == "constant" else 0.0
+        assert constriction.position == approx((1 + shift, 1 + shift))
 
 
 def test_critical_gap_of_a_uniform_gap_is_that_gap():

@@ -93,36 +93,27 @@ def test_oblique_layers():
 
 @pytest.mark.parametrize("contact", [0.0, 0.3])
 @pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_transposed_and_mirrored(contact, representation):
+def test_images(contact, representation):
+    """Transposed, mirrored, and rolled by an even number of samples, as a cell has no beginning:
+    the bounds turn with the cell."""
     gap = rough(1, contact, spacing=(1.0, 1.5))
-    found = on_first_mesh(gap, representation)
-    flip, mirror = np.array([[0.0, 1.0], [1.0, 0.0]]), np.diag([-1.0, 1.0])
-    transposed = on_first_mesh(GridField(gap.values.T, (1.5, 1.0), True), representation)
+    values, found = gap.values, on_first_mesh(gap, representation)
     # Sample 0 stays in place on a linear gap; pixels swap ends.
-    reverse = np.roll(gap.values[::-1], 1 if representation == "linear" else 0, axis=0)
-    mirrored = on_first_mesh(cell(reverse, gap.spacing), representation)
-    for bound in ("lower", "upper"):
-        matrix = getattr(found, bound)
-        size = np.abs(matrix).max() + 1e-300
-        assert abs(matrix[0, 1] - matrix[1, 0]) <= 1e-12 * size
-        np.testing.assert_allclose(
-            getattr(transposed, bound), flip @ matrix @ flip, atol=size * SOLVER
-        )
-        np.testing.assert_allclose(
-            getattr(mirrored, bound), mirror @ matrix @ mirror, atol=size * SOLVER
-        )
+    mirrored = np.roll(values[::-1], 1 if representation == "linear" else 0, axis=0)
+    images = [
+        (cell(values.T, (1.5, 1.0)), np.array([[0.0, 1.0], [1.0, 0.0]])),
+        (cell(mirrored, gap.spacing), np.diag([-1.0, 1.0])),
+        (cell(np.roll(values, (6, 14), axis=(0, 1)), gap.spacing), np.eye(2)),
+    ]
+    for image, turn in images:
+        other = on_first_mesh(image, representation)
+        for bound in ("lower", "upper"):
+            matrix = getattr(found, bound)
+            size = np.abs(matrix).max() + 1e-300
+            assert abs(matrix[0, 1] - matrix[1, 0]) <= 1e-12 * size
+            expected = turn @ matrix @ turn
+            np.testing.assert_allclose(getattr(other, bound), expected, atol=size * SOLVER)
     assert abs(found.upper[0, 1]) > 1e-3 * found.upper[0, 0]
-
-
-def test_shifted():
-    """A cell has no beginning: rolled by whole squares of the first mesh nothing changes."""
-    gap = rough(2, 0.2)
-    found = on_first_mesh(gap)
-    rolled = on_first_mesh(cell(np.roll(gap.values, (6, 14), axis=(0, 1))))
-    for bound in ("lower", "upper"):
-        matrix = getattr(found, bound)
-        size = np.abs(found.upper).max()
-        np.testing.assert_allclose(getattr(rolled, bound), matrix, atol=size * SOLVER)
 
 
 # --- duality -------------------------------------------------------------------------------------
