@@ -64,19 +64,22 @@ def _add_fields(command: argparse.ArgumentParser) -> None:
         command.add_argument(f"--{option}", dest=name, metavar="VALUE", help=text)
 
 
-def _scene(options: argparse.Namespace) -> "Scene":
-    """Scene that the options describe; its model checks their values."""
+def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
+    """Scene that the options describe, whose model checks them, and a line of what is assumed."""
     from fem_seal.scene import Scene
     from fem_seal.scene.files import override
 
-    given = vars(options)
+    given, assumed = vars(options), []
     data: dict[str, Any] = {
         "gap": {"path": str(options.gap_file)},
         "fluid": {"viscosity": VISCOSITY},
         "output": {"products": ["leak_rate"]},
     }
+    if given["fluid.viscosity"] is None:
+        assumed.append(f"viscosity {with_prefix(VISCOSITY, 'Pa s')} (--viscosity)")
     if not any(given[f"flow.{drive}"] for drive in DRIVES):
         data["flow"] = {"pressure_drop": PRESSURE_DROP}
+        assumed.append(f"pressure drop {with_prefix(PRESSURE_DROP, 'Pa')} (--pressure-drop)")
     for option, name, field in _fields():
         if (text := given[name]) is not None:
             if not text:
@@ -87,27 +90,16 @@ def _scene(options: argparse.Namespace) -> "Scene":
             text = {"yes": "true", "no": "false"}.get(text, text)
             is_list = "tuple" in str(field.annotation)
             data = override(data, f"{name}=[{text}]" if is_list else f"{name}={text}")
-    return Scene.from_mapping(data)
-
-
-def _assumed(scene: "Scene", options: argparse.Namespace) -> list[str]:
-    """Line with the viscosity and the pressure drop that are assumed."""
-    given, assumed = vars(options), []
-    if given["fluid.viscosity"] is None:
-        assumed.append(f"viscosity {with_prefix(scene.viscosity, 'Pa s')} (--viscosity)")
-    if not any(given[f"flow.{drive}"] for drive in DRIVES):
-        drop = with_prefix(scene.drive.pressure_drop, "Pa")
-        assumed.append(f"pressure drop {drop} (--pressure-drop)")
-    return [f"assumed    {', '.join(assumed)}"] if assumed else []
+    return Scene.from_mapping(data), [f"assumed    {', '.join(assumed)}"] if assumed else []
 
 
 def _leak(options: argparse.Namespace) -> int:
     from fem_seal.solved import solve
 
-    scene = _scene(options)
+    scene, assumed = _scene(options)
     if options.out is not None:
-        return run_and_print(scene, options.out, options, head=_assumed(scene, options))
+        return run_and_print(scene, options.out, options, head=assumed)
     require_limit(options, scene)
     with Display() as report:
         result = solve(scene, report).result()
-    return print_result(result, None, options, _assumed(scene, options))
+    return print_result(result, None, options, assumed)

@@ -65,20 +65,17 @@ def write_text(path: Path, text: str, *, durable: bool = True) -> None:
 
 def create_text(path: Path, text: str) -> None:
     """Write a file unless it exists; if several processes try at once, one of them succeeds."""
-    staged = path.with_name(staging_name(path.suffix))
-    with writing(path, "the file"), suppress(FileExistsError):
-        try:
-            staged.write_text(text, encoding="utf-8")
-            to_disk(staged)
+    with staging_folder(path.parent) as folder, writing(path, "the file"):
+        staged = folder / path.name
+        staged.write_text(text, encoding="utf-8")
+        to_disk(staged)
+        with suppress(FileExistsError):
             try:
                 path.hardlink_to(staged)
             except PermissionError:
                 # No hard links here: the file is complete, but the last of two writers replaces it.
                 if not path.exists():
                     os.replace(staged, path)  # noqa: PTH105 (must be atomic)
-        finally:
-            with suppress(OSError):
-                staged.unlink(missing_ok=True)
 
 
 def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = False) -> None:

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files.atomic import writing
-from fem_seal.files.owner import Owner, clear_abandoned, now, this_process
+from fem_seal.files.owner import Owner, clear_abandoned, this_process
 
 LOCK_FILE = ".fem-seal.lock"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
@@ -69,16 +69,18 @@ def _acquire(path: Path, shared: bool) -> int:
             if _lock(handle, path, shared) and _is_file(handle, path):
                 if not shared:
                     os.ftruncate(handle, 0)
-                signed = {**asdict(this_process()), "since": now()}
+                since = time.strftime("%Y-%m-%d %H:%M:%S %z")
+                signed = {**asdict(this_process()), "since": since}
                 os.write(handle, json.dumps(signed).encode() + b"\n")
                 held = True
                 return handle
         finally:
             if not held:
                 os.close(handle)
+    holders = (f"process {owner.process} on {owner.host} since {at}" for owner, at in _living(path))
     raise InvalidInput(
-        f"the folder {path.parent} is in use by {_holder(path)}; wait until it has ended, or "
-        "choose another --out"
+        f"the folder {path.parent} is in use by {next(holders, 'another process')}; wait until it "
+        "has ended, or choose another --out"
     )
 
 
@@ -91,13 +93,8 @@ def _lock(handle: int, path: Path, shared: bool) -> bool:
     except OSError as error:
         if error.errno not in _NO_LOCKS:
             raise
-        return shared or not _others(path)
+        return shared or all(owner == this_process() for owner, _ in _living(path))
     return True
-
-
-def _others(path: Path) -> bool:
-    """Whether another process that is not known to have ended has signed the file."""
-    return any(owner != this_process() for owner, _ in _living(path))
 
 
 def _is_file(handle: int, path: Path) -> bool:
@@ -129,12 +126,3 @@ def _living(path: Path) -> list[tuple[Owner, str]]:
                 if not owner.gone():
                     living.append((owner, str(signed["since"])))
     return living
-
-
-def _holder(path: Path) -> str:
-    """Name of the first owner, for the message."""
-    living = _living(path)
-    if not living:
-        return "another process"
-    owner, since = living[0]
-    return f"process {owner.process} on {owner.host} since {since}"

@@ -5,7 +5,6 @@ import re
 import secrets
 import shutil
 import socket
-import time
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -45,14 +44,9 @@ class Owner:
         return self.place.rpartition("+")[0]
 
 
-@cache
-def _own(process: int) -> Owner:
-    return Owner(_place(), process, max(_start_of(process), 0))
-
-
 def this_process() -> Owner:
     """The present process as an owner of staging files."""
-    return _own(os.getpid())
+    return Owner(_place(), os.getpid(), max(_start_of(os.getpid()), 0))
 
 
 @cache
@@ -101,8 +95,3 @@ def clear_abandoned(folder: Path) -> None:
         else:
             with suppress(OSError):
                 path.unlink(missing_ok=True)
-
-
-def now() -> str:
-    """Local time with its zone, for messages."""
-    return time.strftime("%Y-%m-%d %H:%M:%S %z")
