@@ -56,7 +56,6 @@ class _Parser(argparse.ArgumentParser):
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
         """Parse; the command behind which an unknown option stands reports it as an error."""
-        self.fill()
         known, others = super().parse_known_args(args, namespace)
         for word in others:
             if word.startswith("-"):
@@ -64,12 +63,6 @@ class _Parser(argparse.ArgumentParser):
                 nearest = self._nearest(name, self._option_string_actions)
                 self.error(f"there is no option {name}{nearest}")
         return known, others
-
-    def fill(self) -> None:
-        """Add the options that need the scene's model, once."""
-        if (fill := self.get_default("fill")) is not None:
-            self.set_defaults(fill=None)
-            fill(self)
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is not None and value not in action.choices:
@@ -91,8 +84,11 @@ class _Parser(argparse.ArgumentParser):
         self.exit(InvalidInput.exit_status, f"{self.prog}: {text}; see {self.prog} --help\n")
 
 
-def parser(whole: bool = True) -> argparse.ArgumentParser:
-    """Command line of fem-seal; options that need the scene's model are left out unless `whole`."""
+def parser(words: Sequence[str] = ("leak",)) -> argparse.ArgumentParser:
+    """Command line of fem-seal; leak has all its options if the words name it.
+
+    These are made from the scene's model, which takes half a second to import.
+    """
     top = _Parser(
         prog="fem-seal",
         description="How much leaks through a rough contact, and how sure are we?",
@@ -104,9 +100,8 @@ def parser(whole: bool = True) -> argparse.ArgumentParser:
     subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     for command in COMMANDS:
         command.add(subparsers)
-    if whole:
-        for name in subparsers.choices:
-            subparsers.choices[name].fill()
+    if "leak" in words:
+        leak.add_fields(subparsers.choices["leak"])
     return top
 
 
@@ -118,8 +113,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         parallel.abort_together()
         with interruptible():
-            options = parser(whole=False).parse_args(arguments)
-            options.command_line = sys.argv[1:] if arguments is None else arguments
+            words = sys.argv[1:] if arguments is None else arguments
+            options = parser(words).parse_args(words)
+            options.command_line = words
             if (elsewhere := use_writable_cache()) and parallel.is_root():
                 print(f"fem-seal: {printable(elsewhere)}", file=sys.stderr)  # noqa: T201
             status = options.command(options)

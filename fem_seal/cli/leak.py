@@ -26,7 +26,7 @@ VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # assumed of a liquid if left out [Pa s], 
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add the command; its options need pydantic, and follow when the command is asked for."""
+    """Add the command, without the options of `add_fields`."""
     command = add_command(
         subparsers,
         "leak",
@@ -41,7 +41,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_output(command, "none: the result is printed only")
     add_for_programs(command)
-    command.set_defaults(command=_leak, fill=_add_fields)
+    command.set_defaults(command=_leak)
 
 
 def _fields() -> Iterator[tuple[str, str, Any]]:
@@ -56,7 +56,8 @@ def _fields() -> Iterator[tuple[str, str, Any]]:
                     yield NAMES.get(name, key.replace("_", "-")), name, field
 
 
-def _add_fields(command: argparse.ArgumentParser) -> None:
+def add_fields(command: argparse.ArgumentParser) -> None:
+    """Add an option for each field."""
     for option, name, field in _fields():
         default = "leak_rate" if name == "output.products" else field.default
         shown = "" if field.is_required() or default is None else f" ({default})"
