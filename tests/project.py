@@ -1,6 +1,7 @@
 """Folders and modules of the project, writing of scene files, environments of other processes."""
 
 import ast
+import csv
 import json
 import os
 import re
@@ -160,3 +161,12 @@ def with_part(page: str, part: str, text: str) -> str:
 def unwrapped(text: str) -> str:
     """Printed lines of a result, each on a line of its own."""
     return re.sub(r"\n {11}", " ", text)
+
+
+def rows(folder: str | Path) -> list[dict[str, str]]:
+    """Rows of the table of a sweep without what differs from run to run."""
+    with (Path(folder) / "sweep.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    for row in table:
+        del row["seconds"], row["peak_memory_bytes"]
+    return table

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import MPI_ENVIRONMENT, printed_by, started, write_toml
+from project import MPI_ENVIRONMENT, printed_by, rows, started, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
@@ -28,15 +28,6 @@ pytestmark = pytest.mark.usefixtures("scene_file")
 
 def run(*arguments):
     return cli.main(["sweep", "scene.toml", *arguments])
-
-
-def rows(name):
-    """Rows of a table without what differs from run to run."""
-    with (Path(name) / "sweep.csv").open(newline="") as file:
-        table = list(csv.DictReader(file))
-    for row in table:
-        del row["seconds"], row["peak_memory_bytes"]
-    return table
 
 
 def test_rows_are_the_same_for_jobs_and_parts(capsys):

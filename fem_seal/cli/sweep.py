@@ -15,7 +15,6 @@ from fem_seal.cli.options import (
 )
 from fem_seal.cli.printing import say
 from fem_seal.errors import NotConverged, present
-from fem_seal.files import writing
 from fem_seal.progress import Display
 
 if TYPE_CHECKING:
@@ -58,7 +57,6 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 def _sweep(options: argparse.Namespace) -> int:
     from fem_seal.sweep import combinations, read_points, sweep
-    from fem_seal.sweep.summary import write_summary
 
     out = options.out or Path("results") / f"{options.scene.stem}-sweep"
     if options.points is not None:
@@ -77,13 +75,10 @@ def _sweep(options: argparse.Namespace) -> int:
             work=work_of(options),
         )
     keys = points[0]
-    if parallel.is_root():
-        with writing(out):
-            write_summary(keys, tally.table, out)
-            if options.picture:
-                from fem_seal.sweep.picture import sweep_figure
+    if options.picture and parallel.is_root():
+        from fem_seal.sweep.picture import sweep_figure
 
-                sweep_figure(keys, tally.table, out)
+        sweep_figure(keys, tally.table, out)
     names = [", ".join(map("{}={}".format, keys, point.values)) for point in tally.table]
     width = max(map(len, names), default=0)
     for name, point in zip(names, tally.table, strict=True):

@@ -12,6 +12,7 @@ from fem_seal.files import create_text, write_text, writing
 from fem_seal.points import RecordFolder
 from fem_seal.results.result import Provenance
 from fem_seal.sweep.point import COLUMNS, Point
+from fem_seal.sweep.summary import SUMMARY_FILE, write_summary
 from fem_seal.tables import csv_text
 
 TABLE_FILE, ORIGIN_FILE, POINTS = "sweep.csv", "sweep.json", "points"
@@ -54,7 +55,7 @@ class SweepFolder(RecordFolder[Point]):
     def clear(self) -> None:
         """Remove a sweep; other files stay."""
         with writing(self.path):
-            for name in (TABLE_FILE, ORIGIN_FILE):
+            for name in (TABLE_FILE, SUMMARY_FILE, ORIGIN_FILE):
                 (self.path / name).unlink(missing_ok=True)
             for name in self._names():
                 self.remove(name)
@@ -76,10 +77,10 @@ class SweepFolder(RecordFolder[Point]):
         return point is not None and not point.again
 
     def gather(self, first: Sequence[str] = ()) -> list[Point]:
-        """Write the table of all finished points, and return them.
+        """Write the table of all finished points and its summary, and return them.
 
-        It begins with the points named `first`. Then come the points of other sweeps in the folder,
-        the newest first, and only one for equal values.
+        The table begins with the points named `first`. Then come the points of other sweeps in the
+        folder, the newest first, and only one for equal values.
         """
         before: set[str] | None = None
         rows: list[Point] = []
@@ -94,6 +95,7 @@ class SweepFolder(RecordFolder[Point]):
                 kept.setdefault(point.values, point)
             rows = list(kept.values())
             write_text(self.path / TABLE_FILE, self._table(rows), durable=False)
+            write_summary(self.keys, rows, self.path)
         return rows
 
     def _names(self) -> set[str]:

@@ -73,12 +73,9 @@ def groups(keys: tuple[str, ...], table: Sequence[Point]) -> list[Group]:
     return [Group(values, tuple(points)) for values, points in points_of.items()]
 
 
-def write_summary(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -> Path | None:
+def write_summary(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -> None:
     """Write median and spread over the seeds as CSV; nothing if no seed, of `keys`, varies."""
-    if not set(keys) & set(SEEDS):
-        return None
-    others = tuple(key for key in keys if key not in SEEDS)
-    lines = ((*group.values, *group.row()) for group in groups(keys, table))
-    path = folder / SUMMARY_FILE
-    write_text(path, csv_text((*others, *COLUMNS), lines))
-    return path
+    if set(keys) & set(SEEDS):
+        others = tuple(key for key in keys if key not in SEEDS)
+        lines = ((*group.values, *group.row()) for group in groups(keys, table))
+        write_text(folder / SUMMARY_FILE, csv_text((*others, *COLUMNS), lines), durable=False)
