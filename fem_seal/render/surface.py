@@ -7,7 +7,8 @@ import numpy as np
 
 from fem_seal.digits import readable, with_error
 from fem_seal.grid import GridField
-from fem_seal.render.plot import new_figure
+from fem_seal.render.page import Window, frame
+from fem_seal.render.plot import label_axis, new_figure
 from fem_seal.surface import PreparedSurface, SpectrumFit
 
 if TYPE_CHECKING:
@@ -28,11 +29,8 @@ def surface_figure(prepared: PreparedSurface, fit: SpectrumFit | None, path: str
         all_axes = np.ravel(figure.subplots(1, panels))
         draw_heights(figure, all_axes[0], prepared.field)
         measured = prepared.measured
-        length_scale, _ = readable(max(prepared.field.size), "m")
-        x, y = (
-            (k + 0.5) * d * length_scale
-            for k, d in zip(np.nonzero(prepared.outliers), measured.spacing, strict=True)
-        )
+        spikes = np.nonzero(prepared.outliers)
+        x, y = ((k + 0.5) * d for k, d in zip(spikes, measured.spacing, strict=True))
         if len(x) and prepared.steps[-1].name != "twin":
             all_axes[0].scatter(x, y, s=40, facecolors="none", edgecolors=SPIKE, label="spikes")
             all_axes[0].legend(loc="lower right", bbox_to_anchor=(1, 1), frameon=False, fontsize=8)
@@ -48,22 +46,18 @@ def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:
     heights = field.values - field.values.mean()
     low, high = np.quantile(heights, [CLIPPED, 1 - CLIPPED])
     scale, unit = readable(float(max(-low, high)), "m")
-    length_scale, length_unit = readable(max(n * d for n, d in _sides(field)), "m")
-    along_x, along_y = (n * d * length_scale for n, d in _sides(field))
-    extent = 0.0, along_x, 0.0, along_y
+    along_x, along_y = (n * d for n, d in zip(field.shape, field.spacing, strict=True))
+    window = Window(0.0, along_x, 0.0, along_y)
+    frame(axes, window, along_x=", flow →")
     image = axes.imshow(
-        heights.T * scale, origin="lower", extent=extent, cmap="viridis", interpolation="nearest"
+        heights.T * scale, origin="lower", extent=window, aspect="auto", interpolation="nearest"
     )
     image.set_clim(low * scale, high * scale)
-    axes.set_title("flow ⟶", loc="left", fontsize="medium")
-    axes.set(xlabel=f"x [{length_unit}]", ylabel=f"y [{length_unit}]")
     figure.colorbar(image, ax=axes, label=f"height [{unit}]", shrink=0.85, extend="both")
 
 
 def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
     """Draw the ring averages of the spectrum, the fitted power law and its cut-offs."""
-    from matplotlib.ticker import LogFormatterSciNotation, LogLocator
-
     rings = fit.spectrum
     # Omit densities far below the power law, which are rounding errors.
     shown = rings.density > 1e-4 * fit.density.min()
@@ -85,13 +79,6 @@ def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
                 label=f"{cut_off} {wavelength * scale:.3g} {unit}",
             )
     axes.set(xlabel="wavenumber q [1/m]", ylabel="spectrum C(q) [m⁴]")
-    # Wavenumbers often span little more than a decade, and only one power of ten would be labelled.
-    axes.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))
-    axes.xaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 2.5)))
+    label_axis(axes.xaxis)
     # A spectrum falls, so that its upper right corner is free but for the lines of cut-offs.
     axes.legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none")
-
-
-def _sides(field: GridField) -> zip:
-    """(samples, spacing) along each axis."""
-    return zip(field.shape, field.spacing, strict=True)

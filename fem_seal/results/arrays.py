@@ -112,23 +112,18 @@ def write_mesh(folder: Path, gap: "MeshFilm") -> str:
 
 def read_mesh(folder: str | Path) -> "MeshFilm":
     """Gap on the mesh of a shape, as `write_mesh` has left it in a folder."""
-    from scipy.spatial import cKDTree
-
     from fem_seal.film.mesh_film import MeshFilm
     from fem_seal.mesh.checks import labelled
     from fem_seal.mesh.files import GroupNames, read_file, triangles_of
-    from fem_seal.mesh.shape import shape_mesh
+    from fem_seal.mesh.shape import shape_mesh_with_values
 
     path = Path(folder) / MESH_FILE
     file = read_file(path)
     triangles = triangles_of(file, path, 1.0, GroupNames())
     gap = _array(file.point_data, "gap", (len(triangles.xy),), path)
-    mesh = shape_mesh(*labelled(triangles, path.name))
-    # `shape_mesh` has cut the mesh open again: points may be doubled and have other numbers.
-    distance, at = cKDTree(triangles.xy).query(mesh.xy)
-    if distance.any():
-        raise InvalidInput(f"{path} is not as fem_seal writes it; run the scene again")
-    return MeshFilm(mesh, gap[at])
+    # The file holds the mesh before it is cut open; points of no triangle are left out.
+    at_vertex = gap[np.unique(triangles.cells)]
+    return MeshFilm(*shape_mesh_with_values(*labelled(triangles, path.name), at_vertex))
 
 
 def _array(

@@ -31,8 +31,8 @@ def test_heights_are_drawn_at_their_position():
     shown = np.asarray(image.get_array())
     heights = ROUGH.values - ROUGH.values.mean()
     np.testing.assert_allclose(shown, heights.T * 1e6, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(image.get_extent(), [0, 128, 0, 96], rtol=1e-14)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [µm]", "y [µm]")
+    np.testing.assert_allclose(image.get_extent(), [0, 128e-6, 0, 96e-6], rtol=1e-14)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [µm], flow →", "y [µm]")
 
 
 def test_spectrum_shows_rings_fit_and_cut_offs():
