@@ -4,10 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from fem_seal import parallel
-from fem_seal.errors import InvalidInput, present
+from fem_seal.errors import InvalidInput
 from fem_seal.files import locked_folder, staging_folder, writing
 from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.products import require_packages
 from fem_seal.progress import Report, silent
@@ -45,19 +44,19 @@ def draw(
         result = Result.from_folder(folder)
         contact = read_contact(folder) if (folder / CONTACT_FILE).is_file() else None
         film = _film_of(result, folder, contact)
-        leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
+        field = read_flow(folder) if (folder / FLOW_FILE).is_file() else None
         report("pictures", "")
         with writing(folder):
             names: tuple[str, ...] = ()
             # The arrays of a result that is lifted off are those of a dry contact: not its state.
             if result.state != "lifted off":
-                names = draw_pictures(film, leak, target.staged, contact)
+                names = draw_pictures(film, field, target.staged, contact)
             if result.seal is not None:
                 from fem_seal.render.seal import seal_picture
 
                 names += (seal_picture(result.seal, target.staged / SEAL_PICTURE).name,)
             if everything:
-                names += draw_details(film, leak, result.levels, target.staged)
+                names += draw_details(film, field, result.levels, target.staged)
         files = tuple(sorted({*result.files, *names}))
         target.commit(result.model_copy(update={"files": files}))
     return names
@@ -104,11 +103,3 @@ def _write_mesh(film: MeshFilm, out: Path) -> tuple[str, ...]:
         for name in names:
             (staged / name).replace(out / name)
     return names
-
-
-def _drawable(result: Result, folder: Path) -> LeakRate:
-    """Leak rate of a result, with the field from its folder."""
-    leak, method = present(result.leak_rate, "leak rate"), present(result.method, "flow method")
-    return LeakRate(
-        result.state, method, leak.value, leak.lower, leak.upper, field=read_flow(folder)
-    )

@@ -101,23 +101,20 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
     )
 
 
-def ends_words(low: float | None, high: float | None) -> str:
+def ends_words(low: float | None, high: float | None, digits: int = 4) -> str:
     """Text of a range, rounded outwards; None is an open end, and the text of two is empty."""
-    if low is None or high is None:
-        least = "" if low is None else f"at least {rounded_down(low)}"
-        return least or ("" if high is None else f"at most {rounded_up(high)}")
-    return f"{rounded_down(low)} to {rounded_up(high)}"
+    least = "" if low is None else rounded_down(low, digits)
+    most = "" if high is None else rounded_up(high, digits)
+    if least and most:
+        return f"{least} to {most}"
+    return f"at least {least}" if least else most and f"at most {most}"
 
 
 def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> str:
     """Text of two factors, rounded outwards; None or `USELESS` ones are unbounded."""
-    low = None if lower is None or lower < 1 / USELESS else rounded_down(lower, digits)
-    high = None if upper is None or upper > USELESS else rounded_up(upper, digits)
-    if low is None and high is None:
-        return "any factor"
-    if low is None:
-        return f"{high} or less"
-    return f"{low} or more" if high is None else f"{low} to {high}"
+    low = None if lower is None or lower < 1 / USELESS else lower
+    high = None if upper is None or upper > USELESS else upper
+    return ends_words(low, high, digits) or "any factor"
 
 
 def entry_words(entries: Iterable[Uncertainty], digits: int = 4) -> str:

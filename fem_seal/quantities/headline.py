@@ -7,7 +7,7 @@ flow through the gap as it is represented, is named behind them.
 from dataclasses import dataclass
 from math import isinf
 
-from fem_seal.digits import bracket_digits, in_digits, per_cent, rounded_down, rounded_up
+from fem_seal.digits import bracket_digits, in_digits, per_cent, rounded_up
 from fem_seal.leak_rate import LeakRate, relative_half_width
 from fem_seal.quantities.error_budget import (
     FLOW,
@@ -134,10 +134,7 @@ def _flow_alone(leak: LeakRate, budget: ErrorBudget, shown: Shown) -> str:
     flows = (entry for entry in budget if entry.key in IN_BOUNDS)
     name, kind = next(((entry.name, entry.kind) for entry in flows), (FLOW, "guaranteed"))
     lower, upper = (shown.per_solved * end for end in leak.bounds)
-    if lower == 0:
-        width = f"at most {rounded_up(upper)}"
-    elif any(entry.is_range for entry in budget):
-        width = f"{rounded_down(lower)} to {rounded_up(upper)}"
-    else:
-        width = f"±{per_cent(relative_half_width(lower, upper))}"
+    width = f"±{per_cent(relative_half_width(lower, upper))}"
+    if lower == 0 or any(entry.is_range for entry in budget):
+        width = ends_words(lower or None, upper)
     return f"{name} alone {width}, {kind}"

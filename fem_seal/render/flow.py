@@ -11,7 +11,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
-from fem_seal.leak_rate import FlowField, LeakRate
+from fem_seal.leak_rate import FlowField
 from fem_seal.render.colours import CONTACT, INLET, NO_FLOW
 from fem_seal.render.offscreen import DrawnTriangles, draw_layers
 from fem_seal.render.page import (
@@ -33,23 +33,17 @@ DECADES = 4  # length of the colour bar
 DETAIL = 1 / 8  # sides of the enlarged part of a mesh, over those of the seal
 
 
-def flow_of(leak: LeakRate) -> FlowField:
-    """Flow field of a leak rate."""
-    if leak.state == "sealed":
-        raise InvalidInput("the seal is sealed: there is no flow to draw; draw the contact instead")
-    if leak.field is None:
-        raise InvalidInput(
-            f"the {leak.method} leak rate holds no flow field; ask its solver to keep the field"
-        )
-    return leak.field
-
-
-def flow_density(field: FlowField) -> np.ndarray:
+def flow_density(field: FlowField | None) -> np.ndarray:
     """Flow density |j| (C,) [m^2/s] on each triangle."""
+    if field is None:
+        raise InvalidInput(
+            "there is no flow field to draw: a sealed gap has none, another one only if its solver "
+            "was asked to keep it"
+        )
     return np.linalg.norm(field.flux, axis=1)
 
 
-def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
+def flow_scale(*fields: FlowField | None, decades: int = DECADES) -> Scale:
     """One logarithmic scale for all fields; its end is 1, 2 or 5 × 10ⁿ, not below the peak.
 
     Flow that is weaker than `decades` below the end has the colour of the lower end. If no flow is
@@ -102,13 +96,12 @@ def draw_flow(
         _draw_below_contact(axes, film, flow_layer(field, scale), view)
 
 
-def flow_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
+def flow_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
     """Picture of the flow density on a logarithmic scale, with contact in grey.
 
-    Pockets and dead ends are pale blue, and the critical constriction is marked. The leak rate has
-    its flow field; `path` ends in .png, .pdf or .svg.
+    Pockets and dead ends are pale blue, and the critical constriction is marked. `path`
+    ends in .png, .pdf or .svg.
     """
-    field = flow_of(leak)
     scale = flow_scale(field)
     with page(window_of(film), path, key=(CONTACT, NO_FLOW)) as axes:
         draw_flow(axes[0, 0], field, film, scale)
@@ -116,9 +109,8 @@ def flow_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
     return Path(path)
 
 
-def pressure_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
+def pressure_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
     """Picture of the pressure, linear on each triangle, with isobars; see `flow_picture`."""
-    field = flow_of(leak)
     scale = pressure_scale("pressure", field.pressure)
     with page(window_of(film), path, key=(CONTACT, NO_FLOW)) as axes:
         draw_pressure(axes[0, 0], field, film, scale)
@@ -139,7 +131,7 @@ def draw_pressure(axes: "Axes", field: FlowField, film: GridFilm, scale: Scale) 
         axes.tricontour(mesh, pressure, levels=scale.lines, **ISOLINES)
 
 
-def mesh_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
+def mesh_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
     """Picture of the edges of the mesh on which the flow was solved, with contact in grey.
 
     One panel shows the whole mesh, a second one the part around the strongest flow, where an
@@ -147,7 +139,7 @@ def mesh_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
     """
     from matplotlib.patches import Rectangle
 
-    field, whole = flow_of(leak), window_of(film)
+    whole = window_of(film)
     part = peak_window(field, whole)
     panels = ((whole, "whole seal", 0.1), (part, "around the strongest flow", 0.3))
     with page(whole, path, shape=(1, 2), key=(CONTACT, NO_FLOW)) as axes:

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.leak_rate import LeakRate, Level
+from fem_seal.leak_rate import FlowField, Level
 from fem_seal.patch import Patch
 from fem_seal.render.bounds import bounds_plot, close_in
 from fem_seal.render.flow import flow_picture, mesh_picture, pressure_picture
@@ -32,25 +32,24 @@ def draw_patch(patch: Patch, folder: Path) -> tuple[str, ...]:
     """Draw the pictures of a patch into a folder; see `draw_pictures`. None if lifted off."""
     if patch.lifted_off:
         return ()
-    leak = patch.leak_rate if patch.scene.needs_flow else None
-    return draw_pictures(patch.film, leak, folder, ContactArrays.of(patch))
+    field = patch.leak_rate.field if patch.scene.needs_flow else None
+    return draw_pictures(patch.film, field, folder, ContactArrays.of(patch))
 
 
 def draw_pictures(
     film: GridFilm | MeshFilm,
-    leak: LeakRate | None,
+    field: FlowField | None,
     folder: Path,
     contact: ContactArrays | None = None,
 ) -> tuple[str, ...]:
     """Draw contact and gap, and what else is given; return the names of the files.
 
-    `leak` is drawn if it has its field. For the film of a shape its mesh is drawn in place of the
-    contact.
+    For the film of a shape its mesh is drawn in place of the contact.
     """
     if isinstance(film, MeshFilm):
         from fem_seal.render.shape import draw_shape
 
-        return draw_shape(film, leak, folder)
+        return draw_shape(film, field, folder)
     pictures: Pictures = {
         "contact": partial(contact_picture, film),
         "gap": partial(gap_picture, film),
@@ -64,19 +63,19 @@ def draw_pictures(
     if contact is not None and contact.log_rate_by_height is not None:
         by_height = contact.log_rate_by_height
         pictures["sensitivity"] = partial(sensitivity_picture, film, by_height)
-    if leak is not None and leak.field is not None:
-        pictures["flow"] = partial(flow_picture, leak, film)
+    if field is not None:
+        pictures["flow"] = partial(flow_picture, field, film)
     return _draw(pictures, folder)
 
 
 def draw_details(
-    film: GridFilm | MeshFilm, leak: LeakRate | None, levels: Sequence[Level], folder: Path
+    film: GridFilm | MeshFilm, field: FlowField | None, levels: Sequence[Level], folder: Path
 ) -> tuple[str, ...]:
     """Draw pressure, mesh and relief of a flow on a grid, and the bounds of its levels."""
     pictures: Pictures = {"bounds": partial(bounds_plot, levels)} if close_in(levels) else {}
-    if isinstance(film, GridFilm) and leak is not None and leak.field is not None:
+    if isinstance(film, GridFilm) and field is not None:
         of_flow = {"pressure": pressure_picture, "mesh": mesh_picture, "relief": relief_picture}
-        pictures |= {name: partial(picture, leak, film) for name, picture in of_flow.items()}
+        pictures |= {name: partial(picture, field, film) for name, picture in of_flow.items()}
     return _draw(pictures, folder)
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.film.grid_film import GridFilm
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import FlowField
 from fem_seal.render.colours import CONTACT, INLET, NO_FLOW, OUTLET, Swatch
-from fem_seal.render.flow import draw_flow, flow_of, flow_scale
+from fem_seal.render.flow import draw_flow, flow_scale
 from fem_seal.render.offscreen import SUPERSAMPLING, off_screen, pixels_of
 from fem_seal.render.page import SIDE, Window, add_bar, page, window_of
 from fem_seal.render.plot import DPI
@@ -30,12 +30,11 @@ def exaggeration(deepest: float, length: float) -> float:
     return step_above(DEPTH * length / deepest)
 
 
-def relief_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
+def relief_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
     """Picture of the gap as a landscape, its depth exaggerated, with the flow density on it.
 
     `path` ends in .png, .pdf or .svg.
     """
-    field = flow_of(leak)
     scale, sites = flow_scale(field), film.sites
     gap = sites.on_samples(sites.gap)
     block = ceil(max(gap.shape) / SAMPLES)
@@ -47,7 +46,7 @@ def relief_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
     points = np.stack([*np.meshgrid(x, y, indexing="ij"), -factor * gap], axis=2)
     critical = film.constriction
     pin = None if critical is None else (*critical.position, -factor * critical.gap)
-    pixels = draw_relief(points, _flat(leak, film), pin, WIDTH)
+    pixels = draw_relief(points, _flat(field, film), pin, WIDTH)
     height, width = pixels.shape[:2]
     key = (CONTACT, NO_FLOW, INLET, OUTLET, PIN)
     with page(Window(0, width, 0, height), path, side=1.3 * SIDE, key=key) as axes:
@@ -106,12 +105,11 @@ def draw_relief(
     return np.asarray(drawn.crop(ImageOps.invert(drawn).getbbox()))
 
 
-def _flat(leak: LeakRate, film: GridFilm) -> np.ndarray:
+def _flat(field: FlowField, film: GridFilm) -> np.ndarray:
     """The flow from above, (height, width, 3) uint8, without axes, to be laid on the landscape."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    field = flow_of(leak)
     wide, high = window_of(film).shape
     figure = Figure((SIDE * wide, SIDE * high), dpi=DPI)
     canvas, axes = FigureCanvasAgg(figure), figure.add_axes((0, 0, 1, 1))

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.film.mesh_film import MeshFilm
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import FlowField
 from fem_seal.render.colours import CONTACT, INLET, NO_FLOW, OUTLET, Swatch
-from fem_seal.render.flow import flow_layer, flow_of, flow_scale
+from fem_seal.render.flow import flow_layer, flow_scale
 from fem_seal.render.offscreen import LONG_SIDE, DrawnTriangles, draw_layers
 from fem_seal.render.page import Window, add_bar, frame, page
 from fem_seal.render.samples import gap_scale
@@ -28,8 +28,8 @@ BOUNDARY_WIDTH = 2.0  # width of the lines of inlet, outlet and walls [point]
 BOUNDARIES = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
 
 
-def draw_shape(film: MeshFilm, leak: LeakRate | None, folder: Path) -> tuple[str, ...]:
-    """Draw mesh, gap and, if the leak rate has a field, flow; return the names of the files."""
+def draw_shape(film: MeshFilm, field: FlowField | None, folder: Path) -> tuple[str, ...]:
+    """Draw mesh, gap and, if there is a field, flow; return the names of the files."""
     mesh, contact = film.mesh, _contact_of(film)
     with _page(film, folder / "shape.png", contact) as axes:
         axes.triplot(*mesh.xy.T, mesh.cells, color="black", linewidth=0.3, rasterized=True)
@@ -40,9 +40,8 @@ def draw_shape(film: MeshFilm, leak: LeakRate | None, folder: Path) -> tuple[str
         layers = [DrawnTriangles(mesh.xy, mesh.cells, values=shown, scale=scale), *contact]
     with _page(film, folder / "gap.png", layers, scale):
         pass
-    if leak is None or leak.field is None:
+    if field is None:
         return "gap.png", "shape.png"
-    field = flow_of(leak)
     scale = flow_scale(field)
     open_cells = mesh.cells[(film.values[mesh.cells] > 0).any(axis=1)]
     ground = DrawnTriangles(mesh.xy, open_cells, NO_FLOW.colour)

@@ -5,7 +5,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import FlowField, LeakRate
+from fem_seal.leak_rate import FlowField
 from fem_seal.render.colours import colour_map
 
 
@@ -32,10 +32,6 @@ def structured_flow(nx, ny, size, flux_of_x, pressure_of_x=lambda x: 1 - x):
     flux = np.zeros((len(cells), 2))
     flux[:, 0] = flux_of_x((np.tile(i, 2) + 0.5) / nx)
     return FlowField(points, cells, np.ones(len(points)), pressure_of_x(x.ravel()), flux)
-
-
-def leaking(field):
-    return LeakRate(state="leaking", method="by hand", value=1.0, field=field)
 
 
 def positions(pixels, colours):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from drawn_fields import (
     drawn_samples,
-    leaking,
     positions,
     structured_flow,
     table_of,
@@ -14,7 +13,6 @@ from matplotlib.figure import Figure
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
 from fem_seal.render import flow
 from fem_seal.render.colours import CONTACT, NO_FLOW
 from fem_seal.render.offscreen import DrawnTriangles, draw_layers
@@ -130,13 +128,10 @@ def test_mesh_picture_has_a_detail_around_the_strongest_flow():
     assert window.y0 >= 0  # the strongest cell lies on the boundary: the window is moved inside
 
 
-def test_sealed_or_missing_field_is_refused(tmp_path):
-    sealed = LeakRate.sealed("by hand")
-    with pytest.raises(InvalidInput, match="sealed"):
-        flow.flow_picture(sealed, OPEN, tmp_path / "flow.png")
+def test_a_field_without_flow_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match="no flow field"):
-        flow.flow_picture(leaking(None), OPEN, tmp_path / "flow.png")
+        flow.flow_picture(None, OPEN, tmp_path / "flow.png")
     still = structured_flow(2, 2, SIZE, lambda x: 0 * x)
     with pytest.raises(InvalidInput, match="zero everywhere"):
-        flow.flow_picture(leaking(still), OPEN, tmp_path / "flow.png")
+        flow.flow_picture(still, OPEN, tmp_path / "flow.png")
     assert not list(tmp_path.iterdir())
