@@ -78,12 +78,23 @@ class Current:
 
 
 def current(
-    case: RoughCase, model: str, seed: int, wanted: float, rtol: float, differences: bool
+    case: RoughCase,
+    model: str,
+    seed: int,
+    wanted: float,
+    rtol: float,
+    differences: bool,
+    refine: int,
 ) -> Current:
-    """Press a surface to a contact area and compute its leak rates."""
+    """Press a surface to a contact area and compute its leak rates.
+
+    Under the same pressure an elastic contact is solved on a grid `refine` times as fine as well,
+    unless that is 0.
+    """
     start = process_time()
-    state = at_area(case.surface(seed), model, wanted)
-    gap = state.gap
+    surface = case.surface(seed)
+    state = at_area(surface, model, wanted)
+    gap, elastic = state.gap, isinstance(state, ContactState)
     leak = certified(gap, rtol)
     lower, upper = leak.bounds
     scales = {"viscosity": VISCOSITY, "pressure_drop": PRESSURE_DROP}
@@ -92,7 +103,11 @@ def current(
         by_differences(film, links=links, **scales).value if differences else None
         for links in LINKS
     ]
-    elastic = isinstance(state, ContactState)
+    finer = None
+    if elastic and refine:
+        heights = resample(surface, (refine * case.n,) * 2)
+        load = {"pressure": state.mean_pressure, "tolerance": CONTACT_TOLERANCE}
+        finer = certified(press(heights, CONTACT_MODULUS, **load).gap, rtol).value
     dimension = effective_dimension(state.contact_area_fraction)
     return Current(
         *(case, model, seed, wanted, rtol),
@@ -108,6 +123,7 @@ def current(
         modified=medium(gap, dimension) if elastic else None,
         unknowns=leak.unknowns,
         seconds=process_time() - start,
+        finer=finer,
     )
 
 
@@ -118,41 +134,10 @@ def medium(gap: GridField, dimension: float) -> float:
     return float(square) * PRESSURE_DROP * gap.size[1] / gap.size[0]
 
 
-@dataclass(frozen=True)
-class Finer:
-    """The leak rate of an elastic contact on a finer grid under the same pressure."""
-
-    case: RoughCase
-    seed: int
-    wanted: float  #: A/A0 on the grid of the case
-    area: float  #: counted A/A0 on the finer grid
-    corrected: float
-    value: float  #: [m³/s]
-
-
-def finer(case: RoughCase, seed: int, wanted: float, rtol: float, factor: int) -> Finer:
-    """Solve contact and flow of the same surface on a finer grid."""
-    surface = case.surface(seed)
-    pressure = at_area(surface, "elastic", wanted).mean_pressure
-    nx, ny = surface.shape
-    finer_grid = resample(surface, (factor * nx, factor * ny))
-    state = press(finer_grid, CONTACT_MODULUS, pressure=pressure, tolerance=CONTACT_TOLERANCE)
-    areas = state.contact_area_fraction, state.contact_area_corrected
-    return Finer(case, seed, wanted, *areas, certified(state.gap, rtol).value)
-
-
-def over_first_contact(points: Sequence[Current], finer_ones: Sequence[Finer]) -> list[Current]:
+def over_first_contact(points: Sequence[Current]) -> list[Current]:
     """Points over the leak rate of their surface at first contact, which is left out."""
-    values = {(one.case, one.seed, one.wanted): one.value for one in finer_ones}
     first = {point.seed: point.value for point in points if point.wanted == 0}
-    pressed = [point for point in points if point.wanted > 0]
-    found = [
-        values.get((p.case, p.seed, p.wanted)) if p.model == "elastic" else None for p in pressed
-    ]
-    return [
-        replace(point, finer=value).over(first[point.seed])
-        for point, value in zip(pressed, found, strict=True)
-    ]
+    return [point.over(first[point.seed]) for point in points if point.wanted > 0]
 
 
 @dataclass(frozen=True)

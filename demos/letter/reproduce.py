@@ -16,7 +16,7 @@ from demos import closing_saddle
 from demos.letter import figures
 from demos.letter.cascade import CascadeStart, cascade_start
 from demos.letter.contacts import MODELS, RoughCase
-from demos.letter.currents import FLOW_AREA, Current, Finer, current, finer, over_first_contact
+from demos.letter.currents import FLOW_AREA, Current, current, over_first_contact
 from demos.letter.flows import FlowMeasures, PictureFolder, picture
 from demos.letter.page import Found, page
 from demos.letter.persson import comparisons, predictions, ring_spectrum
@@ -66,9 +66,18 @@ def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str
 
     shown, records = PictureFolder(points), RecordFolder(points, Current)
     with_differences = "differences" in asked.only
+
+    def refine(model: str, seed: int, area: float) -> int:
+        """How many times finer a grid is solved beside that of a point; 0 for none."""
+        wanted = "grids" in asked.only and model == "elastic" and seed == 1 and area > 0
+        return asked.refine if wanted else 0
+
     of_part = {
         "currents": [
-            point(records, current, case, model, seed, area, asked.rtol, with_differences)
+            point(
+                *(records, current, case, model, seed, area, asked.rtol, with_differences),
+                refine(model, seed, area),
+            )
             for model, areas in (
                 ("elastic", (0.0, *areas_of["elastic"])),
                 ("bearing", areas_of["bearing"]),
@@ -84,10 +93,6 @@ def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str
             for one in cases
             for model in reversed(MODELS)
             for seed in seeds
-        ],
-        "grids": [
-            point(RecordFolder(points, Finer), finer, case, 1, area, asked.rtol, asked.refine)
-            for area in areas_of["elastic"]
         ],
         "contacts": [point(shown, picture, case, model, CONTACT_AREA, None) for model in MODELS],
         "flows": [point(shown, picture, case, model, FLOW_AREA, asked.rtol) for model in MODELS],
@@ -130,7 +135,7 @@ def reproduce(
         figures.threshold_figure(rows, out)
     currents, flows = [], None
     if "currents" in done:
-        currents = _currents(case, done["currents"], done.get("grids", []), out)
+        currents = _currents(case, done["currents"], out)
     if "flows" in done:
         contacts, shown = (
             dict(zip(MODELS, done[part], strict=True)) for part in ("contacts", "flows")
@@ -147,9 +152,9 @@ def reproduce(
     return found
 
 
-def _currents(case: RoughCase, points: list[Current], grids: list[Finer], out: Path):
+def _currents(case: RoughCase, points: list[Current], out: Path):
     """Write and draw Fig. 3 and the comparison with theory; the points over first contact."""
-    currents = over_first_contact(points, grids)
+    currents = over_first_contact(points)
     first = {point.seed: point.value for point in points if point.wanted == 0}
     spectra = {seed: ring_spectrum(case, case.surface(seed)) for seed in first}
     curves = [

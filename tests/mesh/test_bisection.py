@@ -1,4 +1,4 @@
-"""Bisection keeps meshes conforming, nested, and equal on both periodic sides."""
+"""Bisection keeps meshes conforming, nested, and equal on both periodic sides; its edges."""
 
 from dataclasses import replace
 
@@ -6,22 +6,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nested_meshes import areas
+from nested_meshes import areas, refined
+from triangulations import ring, scattered_square, square_with_hole
 
 from fem_seal.mesh.bisection import TooFine, bisect, refine
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
+from fem_seal.mesh.torus import uniform_torus
 
-
-def refined(squares, periodic, seed, steps=5, part=0.2) -> list:
-    """(mesh, marked cells, refinement) for `steps` random markings, one after the other."""
-    rng = np.random.default_rng(seed)
-    mesh = uniform_mesh(squares, 1, periodic)
-    history = []
-    for _ in range(steps):
-        marked = rng.random(len(mesh.cells)) < part
-        history.append((mesh, marked, bisect(mesh, marked)))
-        mesh = history[-1][2].mesh
-    return history
+FAMILIES = {
+    "walls": lambda: uniform_mesh((4, 3), 1, periodic_sides=False),
+    "periodic sides": lambda: uniform_mesh((3, 2), 1, periodic_sides=True),
+    "torus": lambda: uniform_torus((6, 4), 1),
+    "ring": lambda: ring(3, 11),
+    "square": lambda: scattered_square(30, 1),
+    "square with a hole": lambda: square_with_hole(7, 2),
+}
 
 
 def parents(step) -> np.ndarray:
@@ -62,7 +61,7 @@ MANY = settings(max_examples=30, deadline=None)
 @MANY
 @given(SHAPES, st.booleans(), st.integers(0, 10**6))
 def test_refined_meshes_are_conforming(squares, periodic, seed):
-    for mesh, marked, step in refined(squares, periodic, seed):
+    for mesh, marked, step in refined(uniform_mesh(squares, 1, periodic), seed):
         assert_conforming(step.mesh)
         halves = np.bincount(parents(step), minlength=len(mesh.cells))
         assert (halves[marked] >= 2).all()
@@ -74,22 +73,24 @@ def test_refined_meshes_are_conforming(squares, periodic, seed):
             assert len(step.mesh.cells) == len(mesh.cells)
 
 
-@MANY
-@given(SHAPES, st.booleans(), st.integers(0, 10**6))
-def test_linear_functions_are_prolonged_exactly(squares, periodic, seed):
-    """Without tolerance: the weights are dyadic and the values are integers."""
-    for mesh, _, step in refined(squares, periodic, seed, steps=3):
-        linear = mesh.xy @ [3, -5] + 7
-        fine = step.mesh.xy @ [3, -5] + 7
-        assert np.array_equal(step.prolong(linear[mesh.cells].astype(float)), fine[step.mesh.cells])
-        assert np.array_equal(step.at_vertices(linear.astype(float)), fine)
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("seed", range(3))
+def test_linear_functions_are_prolonged_exactly(family, seed):
+    """Without tolerance where coordinates are integers: the weights are dyadic."""
+    for mesh, _, step in refined(FAMILIES[family](), seed, steps=3):
+        linear, fine = (m.xy @ [3.0, -5.0] + 7 for m in (mesh, step.mesh))
+        rounding = {"rtol": 0, "atol": 20 * np.finfo(float).eps * mesh.blur}
+        np.testing.assert_allclose(
+            step.prolong(linear[mesh.cells]), fine[step.mesh.cells], **rounding
+        )
+        np.testing.assert_allclose(step.at_vertices(linear), fine, **rounding)
 
 
 @pytest.mark.parametrize("squares", [(4, 1), (3, 2), (5, 3), (2, 4), (1, 1)])
 @pytest.mark.parametrize("seed", range(5))
 def test_periodic_sides_are_refined_alike(squares, seed):
     """The two sides have the same vertices and edges, and each edge there has two cells."""
-    for mesh, _, step in refined(squares, True, seed, steps=6, part=0.15):
+    for mesh, _, step in refined(uniform_mesh(squares, 1, True), seed, steps=6, part=0.15):
         fine = step.mesh
         top, bottom = fine.xy[fine.top, 0], fine.xy[fine.bottom, 0]
         assert np.array_equal(np.sort(top), np.sort(bottom))
@@ -106,14 +107,16 @@ def test_periodic_sides_are_refined_alike(squares, seed):
         assert step.mesh.periodic == mesh.periodic
 
 
-@MANY
-@given(SHAPES, st.booleans(), st.integers(0, 10**6))
-def test_edges_updated_by_bisection_equal_edges_numbered_anew(squares, periodic, seed):
-    """Apart from the order of their numbers."""
-    for _, _, step in refined(squares, periodic, seed):
-        updated = step.mesh.numbered_edges
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("seed", range(5))
+def test_edges_updated_by_bisection_equal_edges_numbered_anew(family, seed):
+    """Apart from the order of their numbers, and of twins for each other as ends."""
+    for _, _, step in refined(FAMILIES[family](), seed):
+        twin, updated = step.mesh.twin, step.mesh.numbered_edges
         ends, of_cell = replace(step.mesh, carried_edges=None).edges
-        assert np.array_equal(np.sort(updated.ends[updated.of_cell]), ends[of_cell])
+        assert np.array_equal(
+            np.sort(twin[updated.ends[updated.of_cell]]), np.sort(twin[ends[of_cell]])
+        )
         number = np.zeros(len(ends), dtype=np.int32)
         number[of_cell] = updated.of_cell
         assert np.array_equal(np.sort(number), np.arange(len(updated.ends)))
@@ -129,7 +132,7 @@ def test_edges_updated_by_bisection_equal_edges_numbered_anew(squares, periodic,
 def test_several_halvings_in_one_call_equal_one_call_for_each(squares, periodic, seed):
     """They make the same cells in the same order, and carry the same functions to them."""
     rng = np.random.default_rng(seed)
-    mesh = refined(squares, periodic, seed, steps=2)[-1][2].mesh
+    mesh = refined(uniform_mesh(squares, 1, periodic), seed, steps=2)[-1][2].mesh
     times = rng.choice(5, len(mesh.cells), p=[0.8, 0.05, 0.05, 0.05, 0.05])
     step = refine(mesh, times)
     assert (np.bincount(parents(step)) >= 2**times).all()

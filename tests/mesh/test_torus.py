@@ -1,34 +1,27 @@
 """Torus: opposite sides are alike after any refinement; pieces laid out, and their jumps."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from nested_meshes import refined
 
 from fem_seal.film.winding import unwind
 from fem_seal.flow.topology import jumps_across, jumps_along
-from fem_seal.mesh.bisection import refine
 from fem_seal.mesh.nested import PIXEL
 from fem_seal.mesh.torus import LEAST_SQUARES, Torus, squares_across, uniform_torus
 
 SQUARES = [(6, 4), (5, 5), (1, 3), (2, 1)]
 
 
-def refined(squares, seed, rounds=5) -> Torus:
-    """A torus bisected at random, some cells several times."""
-    rng = np.random.default_rng(seed)
-    mesh = uniform_torus(squares, 1)
-    for _ in range(rounds):
-        times = rng.choice(4, len(mesh.cells), p=[0.85, 0.05, 0.05, 0.05])
-        mesh = refine(mesh, times.astype(np.int8)).mesh
-    return mesh
+def torus(squares, seed) -> Torus:
+    """A torus bisected at random."""
+    return refined(uniform_torus(squares, 1), seed)[-1][2].mesh
 
 
 @pytest.mark.parametrize("squares", SQUARES)
 @pytest.mark.parametrize("seed", range(4))
 def test_opposite_sides_are_alike(squares, seed):
     """Both sides of a seam have vertices at the same positions; twins are whole cells apart."""
-    mesh = refined(squares, seed)
+    mesh = torus(squares, seed)
     distance = mesh.xy - mesh.xy[mesh.twin]
     np.testing.assert_array_equal(distance, mesh.copy * np.array(squares) * PIXEL)
     assert not mesh.copy[mesh.twin].any()
@@ -42,7 +35,7 @@ def test_opposite_sides_are_alike(squares, seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_every_edge_has_two_cells(squares, seed):
     """And as many vertices, edges and cells as a torus has: Euler's V - E + F = 0."""
-    mesh = refined(squares, seed)
+    mesh = torus(squares, seed)
     edges = mesh.numbered_edges
     assert edges.slots().min() >= 0
     assert len(np.unique(mesh.twin)) - len(edges.ends) + len(mesh.cells) == 0
@@ -51,15 +44,8 @@ def test_every_edge_has_two_cells(squares, seed):
     np.testing.assert_array_equal(sides, np.sort(mesh.twin[edges.ends[edges.of_cell]], axis=2))
 
 
-def test_edges_updated_by_bisection_equal_edges_numbered_anew():
-    mesh = refined((6, 4), 7)
-    updated, anew = mesh.numbered_edges, replace(mesh, carried_edges=None).numbered_edges
-    pairs = np.unique(np.stack([updated.of_cell.ravel(), anew.of_cell.ravel()]), axis=1)
-    assert pairs.shape[1] == len(updated.ends) == len(anew.ends)
-
-
 def test_a_torus_has_neither_ends_nor_walls():
-    mesh = refined((6, 4), 1)
+    mesh = torus((6, 4), 1)
     assert isinstance(mesh, Torus)
     assert mesh.periodic
     for ends_or_walls in (mesh.inlet, mesh.outlet, mesh.sides_on_wall()):
@@ -79,7 +65,7 @@ def test_squares_of_the_first_mesh(squares):
 
 def test_the_first_guess_jumps_by_one():
     """Of unit jumps in x and in y: at a copy of a vertex each is larger by the seams crossed."""
-    mesh = refined((5, 5), 2)
+    mesh = torus((5, 5), 2)
     for functions in mesh.first_guess():
         np.testing.assert_allclose(functions - functions[:, mesh.twin], mesh.copy.T, atol=1e-15)
 
