@@ -12,7 +12,6 @@ from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.film.lattice import Lattice
 from fem_seal.leak_rate import FlowField
 
-REACH = 32  # first radius of the search for contact around the constriction, in sites
 OPPOSITE = -0.5  # cosine: the other side of a channel lies within 60 degrees of straight across
 
 
@@ -80,40 +79,26 @@ def channel_width(sites: Lattice, position: tuple[float, float]) -> float | None
     It is the distance from the nearest contact, or side wall, to the nearest one on the other side.
     If the gap between two contact spots is convex, only open sites lie between them.
     """
-    reach = REACH
-    while True:
-        offsets = _solid_around(sites, position, reach)
-        ends = _both_sides(offsets)
-        searched = reach * min(sites.spacing)
-        whole = reach >= max(sites.gap.shape)
-        if ends is not None and (max(ends) <= searched or whole):
-            # A pixel in contact ends half a pixel before its centre, at both ends of the channel.
-            two_halves = min(sites.spacing) if sites.connectivity == "4" else 0.0
-            return sum(ends) - two_halves
-        if whole:
-            return None
-        reach *= 2
+    ends = _both_sides(_solid_around(sites, position))
+    if ends is None:
+        return None
+    # A pixel in contact ends half a pixel before its centre, at both ends of the channel.
+    two_halves = min(sites.spacing) if sites.connectivity == "4" else 0.0
+    return sum(ends) - two_halves
 
 
-def _solid_around(sites: Lattice, position: tuple[float, float], reach: int) -> np.ndarray:
-    """Offsets (n, 2) [m] of contact sites within `reach` sites, and of side walls."""
-    (nx, ny), spacing = sites.gap.shape, np.array(sites.spacing)
+def _solid_around(sites: Lattice, position: tuple[float, float]) -> np.ndarray:
+    """Offsets (n, 2) [m] of contact sites, the nearest image of each, and of side walls."""
+    ny, spacing = sites.gap.shape[1], np.array(sites.spacing)
     i, j = np.rint((np.array(position) - sites.origin) / spacing).astype(int)
-    rows = np.arange(max(i - reach, 0), min(i + reach + 1, nx))
+    steps = np.argwhere(sites.gap == 0) - (i, j)
     if sites.periodic[1]:
-        columns = np.arange(-min(reach, ny // 2), min(reach, ny // 2) + 1) + j
-    else:
-        columns = np.arange(max(j - reach, 0), min(j + reach + 1, ny))
-    contact = sites.gap[np.ix_(rows, columns % ny)] == 0
-    a, b = np.nonzero(contact)
-    offsets = np.stack([rows[a] - i, columns[b] - j], axis=1) * spacing
-    if sites.periodic[1]:
-        return offsets
+        return (steps - np.outer(np.rint(steps[:, 1] / ny), (0, ny))) * spacing
     # Walls lie half a pixel beyond the last centres; add the half that `channel_width` takes off.
     beyond = 1.0 if sites.connectivity == "4" else 0.0
     # A site on the wall itself has the wall just beside it.
     below, above = (max(n + beyond, 1e-9) * spacing[1] for n in (j, ny - 1 - j))
-    return np.concatenate([offsets, [[0.0, -below], [0.0, above]]])
+    return np.concatenate([steps * spacing, [[0.0, -below], [0.0, above]]])
 
 
 def _both_sides(offsets: np.ndarray) -> tuple[float, float] | None:

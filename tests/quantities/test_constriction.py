@@ -8,7 +8,6 @@ from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.quantities.constriction import (
-    REACH,
     cell_dissipation,
     channel_width,
     constriction,
@@ -48,13 +47,6 @@ def test_width_across_the_seam():
     straight, seam = (constriction(GridFilm(g, "periodic", "linear")) for g in (gap, rolled))
     assert seam.width == pytest.approx(straight.width, rel=1e-12)
     assert seam.gap == straight.gap
-
-
-def test_width_beyond_the_first_look():
-    """Contact further away than what is looked at first is found."""
-    width = 5 * REACH
-    gap = slot(2, 1 + width, shape=(9, width + 4))
-    assert constriction(GridFilm(gap, "wall", "linear")).width == pytest.approx((width + 1) * 2e-6)
 
 
 def test_width_of_an_oblique_channel():
