@@ -4,42 +4,32 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from test_error_budget import LEAK, SHOWN, judged
 
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.verdict import verdict, what_would_decide
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
 from fem_seal.solved import answer, solve
-from fem_seal.units import StatedRate
-
-ML_PER_HOUR = 1e-6 / 3600
-SHOWN = Shown("ml/h", 1 / ML_PER_HOUR)
-LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)
-
-
-def judged(leak, limit):
-    """Verdict against a limit in m³/s."""
-    return verdict(leak, SHOWN, StatedRate.parse(f"{limit} m^3/s"), limit)
 
 
 def test_shares_of_the_limit_are_rounded_like_the_bounds():
     """An upper bound just below its limit is not 100 % of it, a lower one just above not once."""
-    assert "99.99 % of the" in judged(LEAK, 4e-10 / 0.99985).sentence
-    assert "1.000 times the" in judged(LEAK, 1e-10 / 1.00009).sentence
+    assert "99.99 % of the" in judged(4e-10 / 0.99985).sentence
+    assert "1.000 times the" in judged(1e-10 / 1.00009).sentence
 
 
 def test_sealed_and_without_limit():
     sealed = LeakRate.sealed("adaptive")
     assert verdict(sealed, SHOWN, None, None).decision == "sealed"
-    kept = judged(sealed, 1e-9)
+    kept = judged(1e-9, leak=sealed)
     assert kept.decision == "within limit"
-    assert kept.comparison.startswith("3.6 ml/h allowed")
+    assert kept.comparison.startswith("1e-9 m^3/s allowed")
     assert "zero holds only for what is covered" in kept.sentence
     found = verdict(LEAK, SHOWN, None, None)
     assert (found.decision, found.limit) == ("leaking", None)
-    assert "0.36 to 1.44" in found.sentence
+    assert "1e-10 to 4e-10" in found.sentence
     estimate = replace(LEAK, lower=None, upper=None)
     assert "without bounds" in verdict(estimate, SHOWN, None, None).sentence
 
@@ -56,10 +46,10 @@ def test_what_would_decide():
 
 def test_nothing_to_advise():
     assert what_would_decide(LEAK, 2e-10) == (None, None)
-    assert "the limit itself" in judged(LEAK, 2e-10).sentence
+    assert "the limit itself" in judged(2e-10).sentence
     unbounded = replace(LEAK, lower=0.0)
     assert what_would_decide(unbounded, 3e-10) == (None, None)
-    assert "no lower bound yet" in judged(unbounded, 3e-10).sentence
+    assert "no lower bound yet" in judged(3e-10, leak=unbounded).sentence
 
 
 def with_unit(rate):
