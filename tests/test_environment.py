@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from project import ROOT, leak_scene, write_toml
 
-from fem_seal import cli, fenicsx
+from fem_seal import fenicsx
 from fem_seal.cli import doctor
 from fem_seal.cli.options import default_folder
 from fem_seal.errors import MissingPackage
@@ -181,16 +181,6 @@ def test_other_names_need_not_be_utf8(folder):
     assert status == 0, error
     assert (folder / "results" / LATIN / "result.json").is_file()
     assert (folder / "results" / LATIN / "report.html").is_file()
-
-
-def test_other_settings_go_into_another_folder(small_scene, folder):
-    """The README's first two commands, and the second again: no result is in the other's way."""
-    write_toml(folder / "first.toml", small_scene)
-    change = ["--set", "flow.pressure_drop=2 bar"]
-    for options in ([], change, [], change, ["--set", "output.products=['leak_rate']"]):
-        assert cli.main(["run", "first.toml", *options]) == 0
-    made = sorted(path.name for path in (folder / "results").iterdir())
-    assert made == ["first", "first-flow.pressure_drop=2_bar"]
 
 
 @pytest.mark.parametrize("text", ["flow.sides=../../x", "a.b=" + 500 * "c", "a.b=\x1b[2J\n/"])

@@ -13,11 +13,12 @@ from fem_seal.scene import Scene
 MACHINE = 8_000_000 * 1024
 
 
-def machine(root: Path, groups: str, files: dict[str, str]) -> Path:
+def machine(root: Path, groups: str | None, files: dict[str, str]) -> Path:
     """Write a /proc and /sys with 8 GB available and some files below /sys/fs/cgroup."""
     (root / "proc/self").mkdir(parents=True)
     (root / "proc/meminfo").write_text("MemTotal: 9000000 kB\nMemAvailable: 8000000 kB\n")
-    (root / "proc/self/cgroup").write_text(groups)
+    if groups is not None:
+        (root / "proc/self/cgroup").write_text(groups)
     for name, text in files.items():
         path = root / "sys/fs/cgroup" / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -33,6 +34,7 @@ V1 = "memory/slurm/job_1/memory."
 @pytest.mark.parametrize(
     ("groups", "files", "expected"),
     [
+        (None, {}, MACHINE),
         ("", {}, MACHINE),
         (VERSION_2, {}, MACHINE),
         (VERSION_2, {"slurm/job_1/step_0/memory.max": "max"}, MACHINE),
@@ -80,12 +82,6 @@ V1 = "memory/slurm/job_1/memory."
 )
 def test_limits_of_control_groups(tmp_path, groups, files, expected):
     assert available_memory(machine(tmp_path, groups, files)) == expected
-
-
-def test_without_control_groups(tmp_path):
-    root = machine(tmp_path, "", {})
-    (root / "proc/self/cgroup").unlink()
-    assert available_memory(root) == MACHINE
 
 
 @pytest.mark.parametrize("most", [1.0, 1e9])

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import pickle
 import signal
 import sys
 import time
@@ -15,7 +16,7 @@ import pytest
 from project import MPI_ENVIRONMENT, printed_by, rows, started, write_toml
 
 from fem_seal import cli
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.points import Expected
 from fem_seal.points.farm import farm, processes_that_fit
 from fem_seal.sweep import Work, combinations, read_points, sweep
@@ -244,6 +245,12 @@ def test_summary_and_picture(capsys):
     sealed = ("--vary", "contact.area_fraction=0.9,0.95", "--out", "sealed", "--picture")
     assert run(*sealed) == 2
     assert "nothing to draw" in capsys.readouterr().err
+
+
+def test_errors_of_a_scene_come_back_from_a_worker():
+    error = InvalidScene("a.toml", ["shape is missing", "hurst = 2 is too large"])
+    again = pickle.loads(pickle.dumps(error))
+    assert (str(again), again.lines) == (str(error), error.lines)
 
 
 MB = 1_000_000

@@ -184,5 +184,6 @@ def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) ->
     outcome = compute_points(chains, work or Work(), report=report)
     for label, error in outcome.failures.items():
         count = number_of(len(outcome.failures), "point")
-        raise type(error)(f"{count} failed, the first of them {label}: {error}")
+        error.args = (f"{count} failed, the first of them {label}: {error}",)
+        raise error
     return outcome
