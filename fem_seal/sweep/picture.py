@@ -158,10 +158,10 @@ def draw_curves(axes: "Axes", curves: Sequence[Curve], *, joined: bool) -> None:
         for place, some, points, colour in counts:
             axes.plot(place, height, STRIPS[state], color=colour, markersize=5.0)
             if points > 1:
-                text, size = f"{some} of {points}", FONT_POINTS - 3
-                axes.text(
-                    place, height, f"{text}\n", color=colour, size=size, ha="center", va="center"
-                )
+                # The empty line below the text is as high as the mark.
+                text = f"{some} of {points}\n"
+                small = axes.text(place, height, text, color=colour, ha="center", va="center")
+                small.set(size=FONT_POINTS - 3, linespacing=1.8)
         if counts:
             axes.axhline(ends[end], color="0.7", linewidth=0.8)
             words, beside = state.replace(" ", "\n"), axes.get_yaxis_transform()
