@@ -12,7 +12,7 @@ by central differences.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import log
 
@@ -20,14 +20,13 @@ import numpy as np
 
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
-from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.krylov import gmres
+from fem_seal.coupling.krylov import LinearSolution
+from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput, NotConverged, present
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
-from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.network.pressure_grid import PressureGrid
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
@@ -74,13 +73,13 @@ def sensitivity(
     if film.sealed:
         raise InvalidInput("the sensitivity is that of a leak rate, and the patch is sealed")
     critical = present(film.constriction, "constriction").gap
-    tangent, epsilon = problem.contact_tangent(contact), _epsilon(problem, critical)
-    grid, flow = _network_flow(problem, gap, epsilon, lifted)
-    critical = critical if problem.slips else 0.0
-    adjoint, weight = np.zeros_like(gap), flow.log_rate_by_gap
+    epsilon = _epsilon(problem, critical)
+    point = _point(problem, epsilon, contact, lifted)
+    flow, adjoint, weight = point.flow, np.zeros_like(gap), point.flow.log_rate_by_gap
     if lifted is not None:
-        adjoint, weight = _adjoint(tangent, flow, problem.pressure_by(flow.on_samples, critical))
-    z = tangent.change(weight, TOLERANCE)
+        adjoint = _solution(point.adjoint(TOLERANCE, MOST_ITERATIONS))
+        weight = weight + point.response_transposed(adjoint, TOLERANCE)
+    z = point.gap_change(weight, TOLERANCE)
     by_height = -problem.stiffness * problem.solid.pressure(z)
     by_input = {"heights": float(np.vdot(by_height, height.values))}
     solid = scene.solid
@@ -96,9 +95,9 @@ def sensitivity(
         other = scene.scaled({name: factor})
         settings = other.flow_settings
         there = lifting_problem(other, load, settings, height, silent)
-        through = there.film_pressure(gap, grid, epsilon) if there.slips else flow
+        through = there.film_pressure(gap, point.grid, epsilon) if there.slips else flow
         rate = through.conductance * settings.pressure_drop / settings.viscosity
-        return log(rate), there.pressure_of(through.on_samples, critical)
+        return log(rate), there.pressure_of(through.on_samples, point.critical)
 
     for name in _of_fluid(scene):
         (more, above), (less, below) = at(name, 1 + STEP), at(name, 1 - STEP)
@@ -107,36 +106,28 @@ def sensitivity(
     return Sensitivity(by_input, problem.field(by_height))
 
 
-def _network_flow(
-    problem: LiftProblem, gap: np.ndarray, epsilon: float, lifted: LiftedState | None
-) -> tuple[PressureGrid, FilmPressure]:
-    """Network on which the leak rate is differentiated, and the flow on it."""
-    grid = problem.first_grid if lifted is None else present(lifted.network, "network")
-    flow = problem.film_pressure(gap, grid, epsilon)
+def _point(
+    problem: LiftProblem, epsilon: float, contact: ContactState, lifted: LiftedState | None
+) -> LiftPoint:
+    """The equilibrium, or the dry contact, with the network of its leak rate."""
+    if lifted is not None:
+        grid, pressure = present(lifted.network, "network"), lifted.fluid_pressure.values
+        return LiftPoint(problem, grid, epsilon, pressure, contact)
+    none = np.zeros(contact.gap.shape)
+    point = LiftPoint(problem, problem.first_grid, epsilon, none, contact)
     # The links that dissipate most are halved until they are half as long as the samples are apart.
-    for _ in range(1 - problem.first_level if lifted is None and problem.refines else 0):
-        grid = grid.refined(flow.dissipation, HALVED)
-        flow = problem.film_pressure(gap, grid, epsilon)
-    return grid, flow
+    for _ in range(1 - problem.first_level if problem.refines else 0):
+        point = replace(point, grid=point.grid.refined(point.flow.dissipation, HALVED))
+    return point
 
 
-def _adjoint(
-    tangent: ContactTangent, flow: FilmPressure, by_u: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """λ and w of the equations above, where `by_u` is dp/du of the solution u of the network."""
-    q = flow.log_rate_by_gap
-    solution = gmres(
-        lambda one: one - tangent.change(flow.transposed(by_u * one, TOLERANCE), TOLERANCE),
-        tangent.change(q, TOLERANCE),
-        TOLERANCE,
-        MOST_ITERATIONS,
-    )
-    if not solution.converged:
+def _solution(solved: LinearSolution) -> np.ndarray:
+    if not solved.converged:
         raise NotConverged(
-            f"the adjoint system of the sensitivity is not solved: {MOST_ITERATIONS} iterations of "
-            f"GMRES leave {solution.residuals[-1]:.1e} of it; leave it out of output.products"
+            "the linear system of the sensitivity of contact and flow is not solved: "
+            f"{MOST_ITERATIONS} iterations of GMRES leave {solved.residuals[-1]:.1e} of it"
         )
-    return solution.x, q + flow.transposed(by_u * solution.x, TOLERANCE)
+    return solved.x
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,8 +148,7 @@ class ByLoad:
     @cached_property
     def gap(self) -> np.ndarray:
         """∂g/∂P (nx, ny) [m/Pa]."""
-        fluid = self._fluid
-        return self._tangent.change(np.full(fluid.shape, -1.0) + fluid, ROUGHLY)
+        return self._point.gap_change(self._fluid - 1, ROUGHLY)
 
     @cached_property
     def pressure(self) -> np.ndarray:
@@ -169,51 +159,31 @@ class ByLoad:
     @cached_property
     def log_rate(self) -> float:
         """∂ ln Q/∂P [1/Pa] on the network; of a dry contact on a coarse one."""
-        return float(np.vdot(self._flow.log_rate_by_gap, self.gap[:: self._step, :: self._step]))
-
-    @cached_property
-    def _tangent(self) -> ContactTangent:
-        return self.problem.contact_tangent(self.contact)
-
-    @property
-    def _step(self) -> int:
-        """Samples from one node of the network to the next, where it is coarser than they are."""
-        return 2**-self.problem.first_level if self.lifted is None else 1
-
-    @cached_property
-    def _flow(self) -> FilmPressure:
-        problem, gap, step = self.problem, self.contact.gap, self._step
-        epsilon = _epsilon(problem, self.critical)
         if self.lifted is not None:
-            grid = present(self.lifted.network, "network")
-            return problem.film_pressure(gap.values, grid, epsilon)
+            return float(np.vdot(self._point.flow.log_rate_by_gap, self.gap))
+        problem, gap, every = self.problem, self.contact.gap, 2**-self.problem.first_level
         dx, dy = gap.spacing
-        coarse = GridField(gap.values[::step, ::step], (step * dx, step * dy), gap.periodic)
+        coarse = GridField(gap.values[::every, ::every], (every * dx, every * dy), gap.periodic)
         grid = PressureGrid.uniform(problem.film(coarse), 0)
-        return problem.film_pressure(coarse.values, grid, epsilon)
+        flow = problem.film_pressure(coarse.values, grid, self._point.epsilon)
+        return float(np.vdot(flow.log_rate_by_gap, self.gap[::every, ::every]))
+
+    @cached_property
+    def _point(self) -> LiftPoint:
+        problem, epsilon = self.problem, _epsilon(self.problem, self.critical)
+        if self.lifted is None:
+            none = np.zeros(self.contact.gap.shape)
+            return LiftPoint(problem, problem.first_grid, epsilon, none, self.contact)
+        return _point(problem, epsilon, self.contact, self.lifted)
 
     @cached_property
     def _fluid(self) -> np.ndarray:
         """∂p/∂P (nx, ny)."""
-        none = np.zeros(self.contact.gap.shape)
+        none, point = np.zeros(self.contact.gap.shape), self._point
         if self.lifted is None or self.critical == 0:
             return none
-        problem, flow, tangent = self.problem, self._flow, self._tangent
-        by_u = problem.pressure_by(flow.on_samples, self.critical if problem.slips else 0.0)
-
-        def response(pressure: np.ndarray) -> np.ndarray:
-            """R' T of a change of the fluid's pressure."""
-            return by_u * flow.change(tangent.change(pressure, ROUGHLY), ROUGHLY)
-
-        solution = gmres(
-            lambda one: one - response(one), response(none - 1), ROUGHLY, MOST_ITERATIONS
-        )
-        if not solution.converged:
-            raise NotConverged(
-                "the derivative of contact and flow by the load is not solved after "
-                f"{MOST_ITERATIONS} iterations of GMRES"
-            )
-        return solution.x
+        at_fixed = point.response(point.gap_change(none - 1, ROUGHLY), ROUGHLY)
+        return _solution(point.solved(at_fixed, ROUGHLY, MOST_ITERATIONS)[0])
 
 
 def _epsilon(problem: LiftProblem, critical: float) -> float:

@@ -15,7 +15,6 @@ from lifted_scenes import problem_of
 from fem_seal.area_error import area_error
 from fem_seal.contact.settings import Load
 from fem_seal.coupling import lifted
-from fem_seal.coupling.lifted import lifted_from
 from fem_seal.patch import Known, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
@@ -175,7 +174,7 @@ def test_two_ends_of_one_search():
     problem = problem_of(patch.scene, patch.surface)
     states = (
         lifted(problem, RTOL, dry=patch.contact),
-        lifted_from(problem, RTOL, np.full(problem.height.shape, problem.inlet)),
+        lifted(problem, RTOL, start=np.full(problem.height.shape, problem.inlet)),
     )
     assert all(state.converged for state in states)
     apart = abs(log(states[0].leak_rate.value / states[1].leak_rate.value))

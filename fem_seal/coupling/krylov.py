@@ -16,8 +16,7 @@ class LinearSolution:
     residuals: tuple[float, ...]
     #: (iterations,), parts of x along the vectors to which A was applied, in their order
     parts: np.ndarray
-    #: eigenvector of A with a negative real eigenvalue, if one was found
-    negative: np.ndarray | None = None
+    unstable: bool = False  #: whether A has a negative real eigenvalue, as far as b shows it
 
     @property
     def iterations(self) -> int:
@@ -26,7 +25,12 @@ class LinearSolution:
 
 
 def gmres(
-    apply: Callable[[np.ndarray], np.ndarray], b: np.ndarray, tolerance: float, most: int
+    apply: Callable[[np.ndarray], np.ndarray],
+    b: np.ndarray,
+    tolerance: float,
+    most: int,
+    *,
+    to_stable: bool = False,
 ) -> LinearSolution:
     """Solve A x = b from x = 0 (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7, 856 (1986)).
 
@@ -38,6 +42,9 @@ def gmres(
         Relative residual at which it stops.
     most
         Largest number of iterations.
+    to_stable
+        Whether the parts of x along eigenvectors with a negative real eigenvalue are reversed: x
+        then leads where dx/dt = b would, and away from a state that this leaves.
     """
     size = float(np.linalg.norm(b))
     if size == 0:
@@ -57,19 +64,14 @@ def gmres(
         if converged or k + 1 == most:
             break
         basis.append(following / hessenberg[k + 1, k])
-    negative = _negative(whole)
-    away = None if negative is None else weighted_sum(negative, basis)
-    return LinearSolution(weighted_sum(y, basis), converged, tuple(residuals), y, away)
-
-
-def _negative(hessenberg: np.ndarray) -> np.ndarray | None:
-    """Coefficients of the Ritz vector of the least real value, if its residual is less."""
-    values, vectors = np.linalg.eig(hessenberg[:-1])
-    residuals = np.abs(hessenberg[-1, -1] * vectors[-1])
-    sure = (np.abs(values.imag) < 1e-9) & (residuals < -values.real)
-    if not sure.any():
-        return None
-    return vectors[:, np.argmin(np.where(sure, values.real, np.inf))].real
+    values, vectors = np.linalg.eig(whole[:-1])
+    # Ritz values whose residual leaves no doubt about their sign.
+    sure = (np.abs(values.imag) < 1e-9) & (np.abs(whole[-1, -1] * vectors[-1]) < -values.real)
+    if to_stable and sure.any():
+        parts = np.linalg.solve(vectors, y.astype(complex))
+        y = (vectors @ np.where(sure, -parts, parts)).real
+    x = weighted_sum(y, basis)
+    return LinearSolution(x, converged, tuple(residuals), y, bool(sure.any()))
 
 
 def weighted_sum(parts: np.ndarray, basis: list[np.ndarray]) -> np.ndarray:

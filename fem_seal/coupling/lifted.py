@@ -22,9 +22,9 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import FIRST_EPSILON, FORCING, LEAST, MOST_STAGES, MOST_STEPS
+from fem_seal.coupling.constants import FORCING, MOST_NODES, MOST_STEPS
 from fem_seal.coupling.newton import Steps, equilibrium
-from fem_seal.coupling.point import LiftPoint, Stage
+from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import FIRST_ORDER, LiftedState, allowed_error, spread
 from fem_seal.errors import present
@@ -41,6 +41,7 @@ def lifted(
     rtol: float,
     *,
     dry: ContactState | None = None,
+    start: np.ndarray | None = None,
     report: Report = silent,
 ) -> LiftedState:
     """Solve contact and flow together.
@@ -56,6 +57,8 @@ def lifted(
         by at most half of it.
     dry
         Contact under the outlet's pressure everywhere, if it is known.
+    start : (nx, ny)
+        Fluid pressure [Pa] from which Newton's method starts in place of both.
     report
         Called with each step.
 
@@ -68,25 +71,16 @@ def lifted(
     uniform = problem.uniform_pressure
     if problem.load is not None and problem.load <= uniform.mean():
         return _lifted_off(problem, uniform)
-    if dry is None:
-        low = np.full(problem.height.shape, problem.outlet)
-        dry = parallel.on_root(lambda: problem.contact_under(low), problem.comm)
-    ends = parallel.on_root(lambda: _from_both_ends(problem, allowed, dry, report), problem.comm)
+
+    def search() -> list[_End]:
+        if start is None:
+            return _from_both_ends(problem, allowed, dry, report)
+        steps = _first_stage(problem, allowed, start, None, report)
+        return [_further_stages(problem, allowed, steps, report)]
+
+    ends = parallel.on_root(search, problem.comm)
     states = [_state_of(problem, allowed, end) for end in ends]
     return states[0] if len(states) == 1 else _both(*states)
-
-
-def lifted_from(
-    problem: LiftProblem, rtol: float, pressure: np.ndarray, report: Report = silent
-) -> LiftedState:
-    """The state to which Newton's method leads from a fluid pressure (nx, ny) [Pa]."""
-    allowed = allowed_error(min(rtol, FIRST_ORDER))
-
-    def search() -> _End:
-        first = _first_stage(problem, allowed, pressure, None, report)
-        return _further_stages(problem, allowed, first, report)
-
-    return _state_of(problem, allowed, parallel.on_root(search, problem.comm))
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +90,6 @@ class _End:
     pressure: np.ndarray  #: p_f (nx, ny) [Pa]
     contact: ContactState  #: under it
     network: PressureGrid  #: of the last stage
-    stays_sealed: bool  #: whether the film is sealed, and no fluid pressure opens it
     opened: GridFilm | None  #: a sealed film as the most fluid pressure opens it
     change: float  #: of ln Q by the last stage
     error: float  #: of ln Q, estimated
@@ -106,18 +99,20 @@ class _End:
 
 
 def _from_both_ends(
-    problem: LiftProblem, allowed: float, dry: ContactState, report: Report
+    problem: LiftProblem, allowed: float, dry: ContactState | None, report: Report
 ) -> list[_End]:
     """Where the stages end that start from the outlet's pressure, and from the inlet's if needed.
 
     If both have the same equilibrium in the first stage, the next stages are the same as well: the
     second start goes on only if the first one has not settled.
     """
-    low, high = (np.full(dry.gap.shape, end) for end in (problem.outlet, problem.inlet))
+    low, high = (np.full(problem.height.shape, end) for end in (problem.outlet, problem.inlet))
+    dry = dry or problem.contact_under(low)
+    sealed = problem.film(dry.gap).sealed
     first = _first_stage(problem, allowed, low, dry, report)
     end = _further_stages(problem, allowed, first, report)
-    doubtful = problem.film(dry.gap).sealed or end.difficult
-    if end.stays_sealed or problem.may_float or not doubtful:
+    stays_sealed = problem.film(end.contact.gap).sealed and end.opened is None
+    if stays_sealed or problem.may_float or not (sealed or end.difficult):
         return [end]
     second = _first_stage(problem, allowed, high, None, report)
     settled = end.error <= allowed and not (end.failure or first.failure or second.failure)
@@ -143,92 +138,78 @@ def _first_stage(
         Contact under it, if known.
     """
     thinned = problem.thinned
+    # As much more gap, where it is that of the rms height, adds what is allowed to 3 ln g.
+    epsilon = allowed / 3 * float(problem.height.values.std())
     every = problem.height.shape[0] // thinned.height.shape[0]
-    stage = Stage(thinned.first_grid, FIRST_EPSILON * float(problem.height.values.std()))
     start = None if contact is None else contact.pressure.values[::every, ::every]
-    point = LiftPoint.under(thinned, stage, pressure[::every, ::every], start)
-    return equilibrium(point, allowed, report, leaves=True)
+    pressure = pressure[::every, ::every]
+    pressed = thinned.contact_under(pressure, start)
+    point = LiftPoint(thinned, thinned.first_grid, epsilon, pressure, pressed)
+    return equilibrium(point, allowed, report)
+
+
+def _on_all_samples(problem: LiftProblem, point: LiftPoint) -> LiftPoint:
+    """The point of a thinned problem, its fluid pressure repeated on the samples between."""
+    every = problem.height.shape[0] // point.pressure.shape[0]
+    pressure = point.pressure.repeat(every, axis=0).repeat(every, axis=1)
+    contact = problem.contact_under(pressure)
+    return LiftPoint(problem, problem.first_grid, point.epsilon, pressure, contact)
 
 
 def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: Report) -> _End:
     """Go on from the equilibrium of the first stage.
 
-    When a stage begins, its flow tells by how much the fluid's pressure of the stage before is
-    wrong. Its triangles are smaller where that changes ln Q most. The stages end when all that
-    further ones would change is little, or when no fluid pressure opens the film.
+    When a stage begins, a step of the one before further on, its flow tells by how much the fluid's
+    pressure of the stage before is wrong. The stages end when all that further ones would change is
+    little, or when no fluid pressure opens the film.
     """
+
+    def solved(point: LiftPoint) -> Steps:
+        tolerance = FORCING * allowed if steps.difficult else allowed
+        return equilibrium(point, tolerance, report).after(steps)
+
     if steps.point.problem is not problem:
-        steps = _solved(steps.point.on(problem, allowed), steps, allowed, report)
-    change = error = inf
-    moved, sealed_stages = 0.0, 0
-    for _ in range(1, MOST_STAGES):
+        steps = solved(_on_all_samples(problem, steps.point))
+    # ε³ below this is lost in the rounding of g³: a film so little open says no more with less.
+    least_cube = float_info.epsilon * float(problem.height.values.std()) ** 3
+    change, error, moved = inf, inf, 0.0
+    for _ in range(MOST_STEPS // 2):
         point = steps.point
-        sealed_stages = sealed_stages + 1 if point.sealed else 0
         # Where Newton's steps have failed, the film is sealed in no equilibrium.
-        stays = sealed_stages >= MOST_STAGES // 2 and not steps.failure
-        if stays or (point.sealed and point.opened is None):
+        no_less = point.epsilon**3 < least_cube and not steps.failure
+        if point.sealed and (no_less or point.opened is None):
             break
         if point.flow.conductance <= problem.negligible:
             error = inf
             break
-        stage = point.finer(allowed)
-        if stage is None:
+        grid, epsilon = point.finer(allowed)
+        if len(grid.free) > MOST_NODES:
             break
-        start, steps = _begun(steps, stage)
-        before, change = change, start.error(point.adjoint)
-        to_come = change * _all_to_come(change, before)
+        further = None if steps.failure else point.after(point.step)
+        start = replace(further or point, grid=grid, epsilon=epsilon)
+        before, change = change, point.error_of(start)
+        # Changes fall by a ratio r, to 1/2 if it is unknown: all to come are 1/(1 - r) times this.
+        ratio = min(change / before, 0.9) if 0 < before < inf else 0.5
+        to_come = change / (1 - ratio)
         error = (max(to_come, moved) if steps.difficult else to_come) + start.by_epsilon
         little = error <= allowed and start.keeps_load(allowed)
         if little and not point.sealed and not steps.failure:
             steps = replace(steps, point=start, residuals=(*steps.residuals, start.size))
             break
-        steps = _solved(start, steps, allowed, report)
-        moved = abs(log(steps.point.flow.conductance / start.flow.conductance))
+        steps = solved(start)
+        moved = spread(steps.point.flow.conductance, start.flow.conductance)
     point = steps.point
-    opened = point.opened if point.sealed else None
     return _End(
         pressure=point.pressure,
         contact=point.contact,
-        network=point.stage.grid,
-        stays_sealed=point.sealed and opened is None,
-        opened=opened,
+        network=point.grid,
+        opened=point.opened if point.sealed else None,
         change=change,
-        error=max(error, LEAST * allowed),
+        error=max(error, FORCING * allowed),
         failure=steps.failure,
         difficult=steps.difficult,
         residuals=steps.residuals,
     )
-
-
-def _begun(steps: Steps, stage: Stage) -> tuple[LiftPoint, Steps]:
-    """The first point of a stage, a step of the one before further on; and what has failed so far.
-
-    If the stage before has no equilibrium, it begins where that one has ended.
-    """
-    point = steps.point
-    if not point.linear_systems_solved:
-        failure = (
-            f"GMRES has not reached a relative residual of {FORCING:g} (adjoint: {FORCING**2:g}) "
-            f"in {MOST_STEPS} iterations"
-        )
-        steps = replace(steps, failure=steps.failure or failure)
-    if not steps.failure:
-        point = point.after(point.step) or point
-    return replace(point, stage=stage), steps
-
-
-def _solved(point: LiftPoint, before: Steps, allowed: float, report: Report) -> Steps:
-    """The equilibrium of a stage, with the steps of the stages before."""
-    tolerance = LEAST * allowed if before.difficult else allowed
-    return equilibrium(point, tolerance, report, leaves=not before.left).after(before)
-
-
-def _all_to_come(change: float, before: float) -> float:
-    """1 + r + r² + …, with the ratio r of this stage's change to the last one's; 1/2 if unknown.
-
-    At most 10: changes that hardly fall are those of rounding, or do not become small enough.
-    """
-    return 1 / (1 - min(change / before, 0.9)) if 0 < before < inf else 2.0
 
 
 def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
@@ -239,12 +220,9 @@ def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
     lowest = leak.value * exp(-error)
     highest = leak.value * exp(min(error, MOST_ERROR)) if known else inf
     if leak.state == "sealed":
-        if not end.stays_sealed:
+        if end.opened is not None:
             highest = inf
-            if (
-                end.opened is not None
-                and problem.solid_load(problem.highest_pressure(end.contact)) > 0
-            ):
+            if problem.solid_load(problem.highest_pressure(end.contact)) > 0:
                 most = problem.flow(end.opened, 0.0)
                 highest = most.value if most.upper is None else most.upper
             reason = (

@@ -12,8 +12,7 @@ A solid that floats on its fluid has no contact that fixes its level. The level 
 of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
 """
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -21,9 +20,11 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import FORCING, LEAST, MARKED, MOST_NODES, MOST_STEPS, PARTS
+from fem_seal.coupling.constants import FORCING, MOST_STEPS, PARTS
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
+from fem_seal.coupling.state import spread
+from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.network.pressure_grid import PressureGrid
@@ -39,24 +40,16 @@ def not_by_chance(changes: np.ndarray) -> float:
     return float(np.abs(parts).sum())
 
 
-@dataclass(frozen=True)
-class Stage:
-    """How exactly the fluid's pressure is solved."""
-
-    grid: PressureGrid  #: network for the flow
-    epsilon: float  #: gap that conducts in contact [m]
-
-
 @dataclass(frozen=True, eq=False)
 class NewtonStep:
     """Newton's step from a point."""
 
     pressure: np.ndarray  #: δ (nx, ny) [Pa]
-    gap: np.ndarray | None  #: change (nx, ny) of the gap [m], if known
+    gap: np.ndarray  #: change (nx, ny) of the gap [m]
     log_rate: float  #: size of the change of the logarithm of the leak rate, to first order
     iterations: int  #: most iterations of GMRES
     solved: bool  #: whether GMRES has reached its tolerance
-    negative: np.ndarray | None  #: direction (nx, ny) in which plain passes leave the point
+    unstable: bool  #: whether it leads away from a state that contact and flow in turn would leave
     level: float = 0.0  #: change of the level of a solid that floats [m]
 
 
@@ -65,42 +58,15 @@ class LiftPoint:
     """A fluid pressure, the contact under it, and the pressure of the flow through its gap."""
 
     problem: LiftProblem
-    stage: Stage
+    grid: PressureGrid  #: network for the flow
+    epsilon: float  #: gap that conducts in contact [m]
     pressure: np.ndarray  #: p (nx, ny) above ambient [Pa]
     contact: ContactState  #: under that pressure
-
-    @staticmethod
-    def under(
-        problem: LiftProblem,
-        stage: Stage,
-        pressure: np.ndarray,
-        start: ContactState | np.ndarray | None,
-    ) -> "LiftPoint":
-        """The point with the contact under a pressure (nx, ny) [Pa]."""
-        return LiftPoint(problem, stage, pressure, problem.contact_under(pressure, start))
-
-    def on(self, problem: LiftProblem, allowed: float) -> "LiftPoint":
-        """The point on a grid of more samples, from the pressures of the coarse one at each.
-
-        It begins a stage, on a finer network if the errors of this one may change ln Q by more
-        than what is allowed.
-        """
-        stage = Stage(problem.first_grid, self.stage.epsilon)
-        same_triangles = problem.refines and self.problem.first_level == 0
-        if same_triangles and float((self._by_parts[0] * self.flow.varies).sum()) > allowed:
-            stage = self._finer(stage.grid, allowed)
-        every = problem.height.shape[0] // self.pressure.shape[0]
-        pressure, start = (
-            values.repeat(every, axis=0).repeat(every, axis=1)
-            for values in (self.pressure, self.contact.pressure.values)
-        )
-        return LiftPoint.under(problem, stage, pressure, start)
 
     @cached_property
     def flow(self) -> FilmPressure:
         """Flow through the gap."""
-        stage, gap = self.stage, self.contact.gap.values
-        return self.problem.film_pressure(gap, stage.grid, stage.epsilon)
+        return self.problem.film_pressure(self.contact.gap.values, self.grid, self.epsilon)
 
     @property
     def sealed(self) -> bool:
@@ -113,7 +79,7 @@ class LiftPoint:
         if not self.problem.slips:
             return 0.0
         constriction = self.problem.film(self.contact.gap).constriction
-        return max(constriction.gap if constriction else 0.0, self.stage.epsilon)
+        return max(constriction.gap if constriction else 0.0, self.epsilon)
 
     @cached_property
     def residual(self) -> np.ndarray:
@@ -126,61 +92,57 @@ class LiftPoint:
         return float(np.sqrt(np.mean(self.residual**2))) / self.problem.drop
 
     @cached_property
-    def _by_u(self) -> np.ndarray:
+    def by_u(self) -> np.ndarray:
+        """Derivative (nx, ny) [Pa] of the fluid's pressure by the solution u of the network."""
         return self.problem.pressure_by(self.flow.on_samples, self.critical)
 
     @cached_property
     def _tangent(self) -> ContactTangent:
         return self.problem.contact_tangent(self.contact)
 
-    def _gap_change(self, pressure: np.ndarray, tolerance: float = FORCING**2) -> np.ndarray:
-        """Change of the gap [m] with a change of the pressure; this operator is symmetric."""
+    def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
+        """G' of a change of the pressure: change of the gap [m]; this operator is symmetric."""
         return self._tangent.change(pressure, tolerance)
 
-    def _response(self, gap: np.ndarray) -> np.ndarray:
+    def response(self, gap: np.ndarray, tolerance: float) -> np.ndarray:
         """R' of a change of the gap."""
-        return self._by_u * self.flow.change(gap, FORCING**2)
+        return self.by_u * self.flow.change(gap, tolerance)
 
-    def _response_transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
+    def response_transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
         """R'ᵀ of weights of the pressure."""
-        return self.flow.transposed(self._by_u * weight, tolerance)
+        return self.flow.transposed(self.by_u * weight, tolerance)
 
-    @property
-    def adjoint(self) -> np.ndarray:
-        """λ (nx, ny) [1/Pa]: a flow whose pressure differs by d changes ln Q by λ·d in the end."""
-        return self._adjoint.x
+    def adjoint(self, tolerance: float, most: int) -> LinearSolution:
+        """Solution λ of (I - G'ᵀ R'ᵀ) λ = ∂ln Q/∂p_f by `most` iterations.
 
-    @property
-    def linear_systems_solved(self) -> bool:
-        """Whether GMRES has reached its tolerance for the step and for λ."""
-        return self.step.solved and self._adjoint.converged
+        λ (nx, ny) [1/Pa] says what a wrong flow changes: one whose pressure differs by d changes
+        ln Q by λ·d in the end.
+        """
+        exact = FORCING * tolerance
+        return gmres(
+            lambda weight: weight - self.gap_change(self.response_transposed(weight, exact), exact),
+            self.gap_change(self.flow.log_rate_by_gap, exact),
+            tolerance,
+            most,
+        )
 
     @cached_property
     def _adjoint(self) -> LinearSolution:
-        """Solution λ of (I - G'ᵀ R'ᵀ) λ = ∂ln Q/∂p_f.
+        # Solved more exactly than Newton's step, which the next step mends. λ is large next to
+        # closing: what GMRES leaves of the right side, times the step, is an error of λ·F.
+        return self.adjoint(FORCING**2, MOST_STEPS)
 
-        Solved more exactly than Newton's step, which the next step mends. λ is large next to
-        closing: what GMRES leaves of the right side, times the step, is an error of λ·F.
-        """
-        exact = FORCING**3
-        return gmres(
-            lambda weight: (
-                weight - self._gap_change(self._response_transposed(weight, exact), exact)
-            ),
-            self._gap_change(self.flow.log_rate_by_gap, exact),
-            FORCING**2,
-            MOST_STEPS,
-        )
-
-    def _solved(self, right_side: np.ndarray) -> tuple[LinearSolution, np.ndarray]:
-        """Solution δ of (I - R' G') δ = right side, and G' δ."""
-        moved: list[np.ndarray] = []
+    def solved(
+        self, right_side: np.ndarray, tolerance: float, most: int, *, to_stable: bool = False
+    ) -> tuple[LinearSolution, np.ndarray]:
+        """Solution δ of (I - R' G') δ = right side, and G' δ; arguments as of `gmres`."""
+        exact, moved = FORCING * tolerance, list[np.ndarray]()
 
         def applied(change: np.ndarray) -> np.ndarray:
-            moved.append(self._gap_change(change))
-            return change - self._response(moved[-1])
+            moved.append(self.gap_change(change, exact))
+            return change - self.response(moved[-1], exact)
 
-        solution = gmres(applied, right_side, FORCING, MOST_STEPS)
+        solution = gmres(applied, right_side, tolerance, most, to_stable=to_stable)
         gap = weighted_sum(solution.parts, moved) if moved else np.zeros_like(right_side)
         return solution, gap
 
@@ -191,14 +153,14 @@ class LiftPoint:
     @cached_property
     def step(self) -> NewtonStep:
         """Newton's step."""
-        solution, gap = self._solved(self.residual)
+        solution, gap = self.solved(self.residual, FORCING, MOST_STEPS, to_stable=True)
         return NewtonStep(
             pressure=solution.x,
             gap=gap,
             log_rate=self.log_rate_change(gap),
             iterations=solution.iterations,
             solved=solution.converged,
-            negative=solution.negative,
+            unstable=solution.unstable,
         )
 
     def keeps_load(self, tolerance: float) -> bool:
@@ -214,34 +176,27 @@ class LiftPoint:
         """Part of the leak rate that ε adds: where it is small, p_f feels ε less than this."""
         return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
 
-    def finer(self, allowed: float) -> Stage | None:
-        """The next stage: less ε, and smaller triangles where errors of the flow change ln Q most.
-
-        None if the network would be too large.
-        """
-        stage = self._finer(self.stage.grid, allowed)
-        return stage if len(stage.grid.free) <= MOST_NODES else None
-
-    def _finer(self, grid: PressureGrid, allowed: float) -> Stage:
-        """The next stage; `grid` has the triangles of this one's."""
-        epsilon = self.stage.epsilon
+    def finer(self, allowed: float) -> tuple[PressureGrid, float]:
+        """Network and ε of the next stage: smaller triangles where errors change ln Q most."""
+        epsilon, grid = self.epsilon, self.grid
         if self.by_epsilon > allowed / 2 or not self.problem.refines:
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
         if self.problem.refines:
-            by_links, past_legs = self._by_parts
-            also = past_legs > LEAST**2 * allowed  # many may open together
-            grid = grid.refined(by_links, MARKED, self.flow.varies, also)
-        return Stage(grid, epsilon)
+            by_links, past_legs = self.flow.by_parts(self.by_u * self._adjoint.x, FORCING**2)
+            also = past_legs > FORCING**2 * allowed  # many may open together
+            grid = grid.refined(by_links, 1 - FORCING, self.flow.varies, also)
+        return grid, epsilon
 
-    @cached_property
-    def _by_parts(self) -> tuple[np.ndarray, np.ndarray]:
-        """What parts of the network may change of ln Q in the end, see `FilmPressure.by_parts`."""
-        return self.flow.by_parts(self._by_u * self.adjoint, FORCING**2)
+    def error_of(self, flow: "LiftPoint") -> float:
+        """Error of ln Q by another flow at this point: λ·F; infinite if λ is not known."""
+        if not self._adjoint.converged:
+            return np.inf
+        return not_by_chance(self._adjoint.x * flow.residual)
 
     def is_that_of(self, other: "LiftPoint", allowed: float) -> bool:
         """Whether ln Q is another point's, but for a little and what both next steps change."""
         apart = self.log_rate_change(self.contact.gap.values - other.contact.gap.values)
-        apart += abs(math.log(self.flow.conductance / other.flow.conductance))
+        apart += spread(self.flow.conductance, other.flow.conductance)
         return apart <= allowed + self.step.log_rate + other.step.log_rate
 
     @cached_property
@@ -253,27 +208,20 @@ class LiftPoint:
         film = problem.film(problem.contact_under(pressure, self.contact).gap)
         return None if film.sealed else film
 
-    def error(self, adjoint: np.ndarray) -> float:
-        """Estimated error of ln Q at this point: λ·F, with the λ of the stage before."""
-        return not_by_chance(adjoint * self.residual)
-
     def after(self, step: NewtonStep, part: float = 1.0) -> "LiftPoint | None":
-        """The point a part of a step further on; None if that leaves nothing to the solid."""
-        pressure = self.problem.between_ends(self.pressure + part * step.pressure)
-        if self.problem.solid_load(pressure) <= 0:
-            return None
-        return LiftPoint.under(self.problem, self.stage, pressure, self._start(step, part))
+        """The point a part of a step further on; None if that leaves nothing to the solid.
 
-    def _start(self, step: NewtonStep, part: float) -> ContactState | np.ndarray:
-        """Contact pressure [Pa] after a part of a step, to first order; or the contact before it.
-
-        As a start it takes two thirds of the iterations that the contact before the step takes.
+        Its contact starts from its pressure to first order: that takes two thirds of the iterations
+        from the contact before the step.
         """
-        if step.gap is None:
-            return self.contact
-        change = self.problem.solid.pressure(step.gap) * self.problem.stiffness - step.pressure
-        pressure = np.where(self.contact.contact, self.contact.pressure.values + part * change, 0.0)
-        return np.maximum(pressure, 0.0)
+        problem, contact = self.problem, self.contact
+        pressure = problem.between_ends(self.pressure + part * step.pressure)
+        if problem.solid_load(pressure) <= 0:
+            return None
+        change = problem.solid.pressure(step.gap) * problem.stiffness - step.pressure
+        start = np.where(contact.contact, contact.pressure.values + part * change, 0.0)
+        pressed = problem.contact_under(pressure, np.maximum(start, 0.0))
+        return replace(self, pressure=pressure, contact=pressed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,14 +231,20 @@ class FloatingPoint(LiftPoint):
     level: float  #: t [m]
 
     @classmethod
-    def at(
-        cls, problem: LiftProblem, stage: Stage, pressure: np.ndarray, level: float
-    ) -> Self | None:
-        """The point at a level; None if the solid touches the counter-face there."""
+    def leaving(cls, point: LiftPoint) -> Self:
+        """The point at which the solid has just left the counter-face."""
+        problem = point.problem
+        level = (problem.height.values - problem.displacement(point.pressure)).max()
+        floating = cls(problem, point.grid, point.epsilon, point.pressure, point.contact, 0.0)
+        return present(floating.at(point.pressure, float(level) + point.epsilon), "level")
+
+    def at(self, pressure: np.ndarray, level: float) -> Self | None:
+        """The point of a pressure at a level; None if the solid touches the counter-face there."""
+        problem = self.problem
         gap = problem.displacement(pressure) - problem.height.values + level
         if gap.min() <= 0:
             return None
-        return cls(problem, stage, pressure, problem.floating(gap), level)
+        return replace(self, pressure=pressure, contact=problem.floating(gap), level=level)
 
     @cached_property
     def size(self) -> float:
@@ -303,20 +257,22 @@ class FloatingPoint(LiftPoint):
 
     def keeps_load(self, tolerance: float) -> bool:
         """Whether the fluid carries the load."""
-        return abs(self._lacking) <= LEAST * tolerance * self.problem.drop
+        return abs(self._lacking) <= FORCING * tolerance * self.problem.drop
 
-    def error(self, adjoint: np.ndarray) -> float:
-        """Estimated error of ln Q at this point."""
-        return self.step.log_rate
+    def error_of(self, flow: LiftPoint) -> float:
+        """Error of ln Q by another flow: the change by its first step."""
+        return flow.step.log_rate
 
-    def _gap_change(self, pressure: np.ndarray, tolerance: float = 0.0) -> np.ndarray:
+    def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
+        """G' of a change of the pressure at a fixed level."""
         return self.problem.displacement(pressure)
 
     @cached_property
     def step(self) -> NewtonStep:
         """Newton's step: that at a fixed level, and the level that restores the load."""
-        fixed, by_pressure = self._solved(self.residual)
-        lifted, by_level = self._solved(self._response(np.ones_like(self.pressure)))
+        fixed, by_pressure = self.solved(self.residual, FORCING, MOST_STEPS)
+        by_rise = self.response(np.ones_like(self.pressure), FORCING**2)
+        lifted, by_level = self.solved(by_rise, FORCING, MOST_STEPS)
         level = (self._lacking - float(fixed.x.mean())) / float(lifted.x.mean())
         gap = by_pressure + level * (1 + by_level)
         return NewtonStep(
@@ -325,7 +281,7 @@ class FloatingPoint(LiftPoint):
             log_rate=self.log_rate_change(gap),
             iterations=max(fixed.iterations, lifted.iterations),
             solved=fixed.converged and lifted.converged,
-            negative=None,
+            unstable=False,
             level=level,
         )
 
@@ -339,4 +295,4 @@ class FloatingPoint(LiftPoint):
         if rise > most:
             part *= most / rise
         pressure = self.problem.between_ends(self.pressure + part * step.pressure)
-        return self.at(self.problem, self.stage, pressure, self.level + part * step.level)
+        return self.at(pressure, self.level + part * step.level)

@@ -27,7 +27,6 @@ from lifted_scenes import problem_of
 from fem_seal.accuracy import area_log_error
 from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, lifted
-from fem_seal.coupling.lifted import lifted_from
 from fem_seal.errors import NotConverged
 from fem_seal.patch import Known, Patch
 from fem_seal.quantities.lift import lift_range
@@ -146,7 +145,7 @@ def outcome(scene: Scene) -> Outcome:
             exact = apart(state.leak_rate.value, finer.leak_rate.value)
         if problem.load is None or problem.load > 1.01 * problem.inlet:
             high = np.full(problem.height.shape, problem.inlet)
-            second = lifted_from(problem, RTOL, high)
+            second = lifted(problem, RTOL, start=high)
             both = state.converged and second.converged
             second_claim = _claimed(patch, second) + flow
             other = apart(state.leak_rate.value, second.leak_rate.value)
