@@ -79,19 +79,8 @@ class Equilibrium:
 
     @property
     def _lifted_state(self) -> LiftedState:
-        return LiftedState(
-            state="leaking",
-            contact=self.contact,
-            fluid_pressure=self.problem.field(self.pressure),
-            leak_rate=None,
-            steps=0,
-            change=0.0,
-            error=0.0,
-            converged=True,
-            lowest=0.0,
-            highest=0.0,
-            network=self.problem.grid(0),
-        )
+        pressure, network = self.problem.field(self.pressure), self.problem.grid(0)
+        return LiftedState(pressure, self.contact, network=network)
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["dry", "lifted"])

@@ -70,7 +70,7 @@ def lifted(
     allowed = allowed_error(min(rtol, FIRST_ORDER))
     uniform = problem.uniform_pressure
     if problem.load is not None and problem.load <= uniform.mean():
-        return _lifted_off(problem, uniform)
+        return LiftedState(problem.field(uniform))
 
     def search() -> list[_End]:
         if start is None:
@@ -245,14 +245,12 @@ def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
         rates = f"the leak rate is between {low} and {high}" if known else "it may be any leak rate"
         reason += f": {rates}; {FINER}"
     return LiftedState(
-        state=leak.state,
-        contact=end.contact,
         fluid_pressure=problem.field(end.pressure),
+        contact=end.contact,
         leak_rate=leak,
         steps=steps,
         change=0.0 if leak.state == "sealed" else end.change,
         error=error,
-        converged=not reason,
         lowest=lowest,
         highest=highest,
         residuals=end.residuals,
@@ -282,23 +280,7 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
     )
     return replace(
         both,
-        converged=False,
         lowest=min(first.lowest, second.lowest),
         highest=max(first.highest, second.highest),
         reason=reason,
-    )
-
-
-def _lifted_off(problem: LiftProblem, pressure: np.ndarray) -> LiftedState:
-    return LiftedState(
-        state="lifted off",
-        contact=None,
-        fluid_pressure=problem.field(pressure),
-        leak_rate=None,
-        steps=0,
-        change=0.0,
-        error=0.0,
-        converged=True,
-        lowest=inf,
-        highest=inf,
     )

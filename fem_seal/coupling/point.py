@@ -49,7 +49,8 @@ class NewtonStep:
     log_rate: float  #: size of the change of the logarithm of the leak rate, to first order
     iterations: int  #: most iterations of GMRES
     solved: bool  #: whether GMRES has reached its tolerance
-    unstable: bool  #: whether it leads away from a state that contact and flow in turn would leave
+    #: whether it leads away from a state that contact and flow in turn would leave
+    unstable: bool = False
     level: float = 0.0  #: change of the level of a solid that floats [m]
 
 
@@ -244,7 +245,9 @@ class FloatingPoint(LiftPoint):
         gap = problem.displacement(pressure) - problem.height.values + level
         if gap.min() <= 0:
             return None
-        return replace(self, pressure=pressure, contact=problem.floating(gap), level=level)
+        none = problem.field(np.zeros_like(gap))
+        contact = ContactState(problem.field(gap), none, problem.contact_modulus)
+        return replace(self, pressure=pressure, contact=contact, level=level)
 
     @cached_property
     def size(self) -> float:
@@ -281,7 +284,6 @@ class FloatingPoint(LiftPoint):
             log_rate=self.log_rate_change(gap),
             iterations=max(fixed.iterations, lifted.iterations),
             solved=fixed.converged and lifted.converged,
-            unstable=False,
             level=level,
         )
 

@@ -152,10 +152,6 @@ class LiftProblem:
         """Gap of first touch [m]."""
         return self.field(self.height.values.max() - self.height.values)
 
-    def floating(self, gap: np.ndarray) -> ContactState:
-        """State of a solid that floats above the counter-face, with a gap (nx, ny) [m]."""
-        return ContactState(self.field(gap), self.field(np.zeros_like(gap)), self.contact_modulus)
-
     def between_ends(self, pressure: np.ndarray) -> np.ndarray:
         """A pressure [Pa], clipped to those of the two ends."""
         return np.clip(pressure, self.outlet, self.inlet)

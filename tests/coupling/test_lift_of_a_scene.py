@@ -147,9 +147,7 @@ def test_budget_of_a_state_that_has_not_settled():
     patch = Patch(scene())
     settled = patch.lifted
     seen = {"lowest": 0.7 * settled.lowest, "highest": 1.2 * settled.highest}
-    state = patch.__dict__["lifted"] = replace(
-        settled, converged=False, reason="not settled", **seen
-    )
+    state = patch.__dict__["lifted"] = replace(settled, reason="not settled", **seen)
     result = answer(patch).result()
     assert not result.lift.settled
     assert "steps, not settled" in dict(summary_of(result))["lift"]
