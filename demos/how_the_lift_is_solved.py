@@ -23,8 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal import Scene
-from fem_seal.coupling import LiftedState
-from fem_seal.coupling.lifted import lifted_from
+from fem_seal.coupling import LiftedState, lifted
 from fem_seal.lifting import lifting_problem
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -50,7 +49,7 @@ def both(load: float, n: int) -> tuple[LiftedState, LiftedState]:
     # The fluid must leave some load to the solid.
     ends = problem.outlet, min(problem.inlet, 0.95 * load)
     low, high = (
-        lifted_from(problem, TOLERANCE, np.full(surface.shape, pressure)) for pressure in ends
+        lifted(problem, TOLERANCE, start=np.full(surface.shape, pressure)) for pressure in ends
     )
     return low, high
 

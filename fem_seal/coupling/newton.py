@@ -33,8 +33,9 @@ def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
     """Take steps until the next one would change ln Q by at most a tolerance.
 
     A step is halved while |F| does not fall. Samples that open or close bend F, so that |F| may
-    have to rise before it falls: of all tried parts the one with the least |F| is taken. A step
-    away from an unstable state is taken whole, since |F| grows on the way from there.
+    have to rise before it falls: of all tried parts the one with the least |F| is taken. On the way
+    from an unstable state |F| rises: the first step away is taken whole, each later one half as
+    far, lest they go to and fro.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
     tolerance
         Change of ln Q, to first order, and of the solid's load, over it, at which the steps end.
     """
-    residuals, difficult = [point.size], False
+    residuals, difficult, away = [point.size], False, 1.0
     for _ in range(MOST_STEPS):
         report("lift", f"{len(point.grid.free)} nodes, residual {point.size:.1e}")
         step = point.step
@@ -51,14 +52,16 @@ def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
         little = step.log_rate <= tolerance and point.keeps_load(tolerance)
         if little and step.solved and not step.unstable:
             return Steps(point, tuple(residuals), difficult, "")
-        # The reversed step from an unstable equilibrium is as short as the way from there.
-        most = np.abs(step.pressure).max() / point.problem.drop
-        whole = max(1.0, FORCING / most) if step.unstable else 1.0
+        parts = [1.0, 1 / 2, 1 / 4, 1 / 8]
+        if step.unstable:
+            # The reversed step from an unstable equilibrium is as short as the way from there.
+            longer = FORCING * point.problem.drop / np.abs(step.pressure).max()
+            parts, away = [max(away, longer) if little else away], away / 2
         tried: list[LiftPoint] = []
-        for part in (whole, 1 / 2, 1 / 4, 1 / 8):
+        for part in parts:
             other = point.after(step, part)
             tried += [] if other is None else [other]
-            if other is not None and (step.unstable or other.size < point.size):
+            if other is not None and other.size < point.size:
                 break
             difficult = True
         if not tried:
