@@ -54,15 +54,6 @@ def mean_over_triangle(function, gaps) -> float:
     )
 
 
-@pytest.mark.parametrize(
-    "gaps", [(1, 2, 3), (1e-6, 1, 2), (1e-6, 1e-3, 1), (1, 1, 1.5), (2, 1e-4, 1e-4), (1, 7, 7)]
-)
-def test_mean_of_the_inverse_cube(gaps):
-    """1/(a b c) against numerical integration asked for 1e-11."""
-    exact = mean_over_triangle(lambda g: g**-3, gaps)
-    assert inverse_cube_of_corners(*np.array(gaps, dtype=float)) == pytest.approx(exact, rel=1e-8)
-
-
 def pixel_triangles(mx: int, my: int):
     """Centroids (in sixths of a pixel, integers) and place in (mx, my, 2) of pixel triangles."""
     mesh = uniform_mesh((mx, my), 1, periodic_sides=False)

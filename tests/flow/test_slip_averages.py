@@ -12,6 +12,7 @@ from fem_seal.film.law import Conductivity, PressureWeight, bounding_law, mean_p
 from fem_seal.flow import averages
 from fem_seal.flow.averages import (
     conductivity_of_corners,
+    inverse_cube_of_corners,
     inverse_square_of_corners,
     resistivity_of_corners,
 )
@@ -27,14 +28,17 @@ GAP = st.floats(1e-4, 1.0)
 
 
 @pytest.mark.parametrize("gaps", GAPS)
-def test_mean_of_the_inverse_square(gaps):
+@pytest.mark.parametrize(
+    ("mean", "power"), [(inverse_cube_of_corners, -3), (inverse_square_of_corners, -2)]
+)
+def test_means_of_inverse_powers(gaps, mean, power):
     """Against numerical integration asked for 1e-11; nearly the same gaps against their centre."""
-    found = float(inverse_square_of_corners(*(np.array([float(g)]) for g in gaps))[0])
+    found = float(mean(*(np.array([float(g)]) for g in gaps))[0])
     if np.ptp(gaps) < 1e-6:
-        exact = np.mean(gaps) ** -2  # but for the square of the relative difference
+        exact = np.mean(gaps) ** power  # but for the square of the relative difference
     else:
-        exact = mean_over_triangle(lambda g: g**-2, gaps)
-    assert found == pytest.approx(exact, rel=1e-9)
+        exact = mean_over_triangle(lambda g: g**power, gaps)
+    assert found == pytest.approx(exact, rel=1e-8 if power == -3 else 1e-9)
 
 
 def test_inverse_square_of_equal_gaps_in_any_order_and_at_contact():

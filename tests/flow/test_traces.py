@@ -10,7 +10,6 @@ from fem_seal.flow.traces import (
     POWER,
     contact_edge_resistivity,
     mean_gradient_values,
-    one_contact_tensor,
     resistivity,
     segment_moments,
 )
@@ -55,12 +54,6 @@ def test_segment_moments(ratio, b, power):
     assert found == pytest.approx(moments_by_quadrature(b, b * ratio, power), rel=1e-11)
 
 
-def tensor_of(corners: np.ndarray, b: float, c: float, power: int = 3) -> np.ndarray:
-    """`one_contact_tensor` of one triangle (3, 2), the contact first: xx, xy, yy."""
-    edges = (corners[1:] - corners[0])[:, :, None]
-    return one_contact_tensor(*edges, np.array([b]), np.array([c]), power)[:, 0]
-
-
 def power_trace(corners, values):
     """ψ and ∇ψ at (λ_b, λ_c) of the power trace ψ_0 + s^m ((1-τ) D_b + τ D_c), written out."""
     e_b, e_c = corners[1] - corners[0], corners[2] - corners[0]
@@ -97,33 +90,6 @@ TRIANGLES = [
 ]
 
 
-@pytest.mark.parametrize("corners", TRIANGLES)
-@pytest.mark.parametrize(("b", "c"), [(1.0, 1.0), (0.2, 1.0), (1.0, 0.6), (0.05, 0.9)])
-@pytest.mark.parametrize("values", [(0.3, 1.0, 0.0), (0.0, 1.0, 1.0), (1.0, -1.0, 2.0)])
-@pytest.mark.parametrize("power", [3, 2])
-def test_tensor_energy(corners, b, c, values, power):
-    """∫|∇ψ|²/g^k of the power function, and of the linear function under the tensor.
-
-    g = s (b + (c-b)τ): the integrand is a polynomial in s, and in τ a quadratic over a cubic with
-    its pole at least 1/18 interval lengths away; 60 Gauss points then err by (1.6)^-120.
-    """
-    corners, values = np.array(corners, dtype=float), np.array(values)
-    e_b, e_c = corners[1] - corners[0], corners[2] - corners[0]
-    double_area = abs(e_b[0] * e_c[1] - e_b[1] * e_c[0])
-    at = power_trace(corners, values)
-
-    def density(l_b, l_c):
-        slope = at(l_b, l_c)[1]
-        return slope @ slope / (l_b * b + l_c * c) ** power
-
-    exact = integrate(density) * double_area
-    xx, xy, yy = tensor_of(corners, b, c, power)
-    gradient = (values[1:] - values[0]) @ np.linalg.inv(np.stack([e_b, e_c], axis=1))
-    found = gradient @ np.array([[xx, xy], [xy, yy]]) @ gradient * double_area / 2
-    # 40 roundings in the tensor, and as many in the quadrature.
-    assert found == pytest.approx(exact, rel=1e-13)
-
-
 def edge_trace(corners, values):
     """ψ and ∇ψ at (λ_b, λ_c) of ψ_0 + D λ_c^m: contact edge between corners 0 and 1."""
     to_lambda = np.linalg.inv(np.stack([corners[1] - corners[0], corners[2] - corners[0]], axis=1))
@@ -134,28 +100,6 @@ def edge_trace(corners, values):
         return psi, D * POWER * l_c ** (POWER - 1) * to_lambda[1]
 
     return at
-
-
-@pytest.mark.parametrize("corners", TRIANGLES)
-@pytest.mark.parametrize("c", [1.0, 0.03])
-@pytest.mark.parametrize("power", [3, 2])
-def test_contact_edge_resistivity(corners, c, power):
-    """∫|∇ψ|²/(c λ_c)^k: a polynomial, for which the Gauss points are exact."""
-    corners, values = np.array(corners, dtype=float), np.array([0.2, 0.2, 1.0])
-    e_b, e_c = corners[1] - corners[0], corners[2] - corners[0]
-    double_area = abs(e_b[0] * e_c[1] - e_b[1] * e_c[0])
-    at = edge_trace(corners, values)
-
-    def density(l_b, l_c):
-        slope = at(l_b, l_c)[1]
-        return slope @ slope / (l_c * c) ** power
-
-    exact = integrate(density, 12) * double_area
-    gradient = (values[1:] - values[0]) @ np.linalg.inv(np.stack([e_b, e_c], axis=1))
-    found = (
-        contact_edge_resistivity(np.array([c]), power)[0] * gradient @ gradient * double_area / 2
-    )
-    assert found == pytest.approx(exact, rel=1e-12)
 
 
 def mean_gradient(at, corners) -> np.ndarray:
@@ -202,23 +146,26 @@ def test_contact_edges_of_a_mesh():
 
 
 @pytest.mark.parametrize("corners", TRIANGLES)
-@pytest.mark.parametrize("gaps", [(0.0, 0.2, 1.0), (0.0, 0.7, 0.6), (0.0, 0.0, 0.8)])
+@pytest.mark.parametrize(
+    "gaps",
+    [(0, 1, 1), (0, 0.2, 1), (0, 1, 0.6), (0, 0.05, 0.9), (0, 0, 1), (0, 0, 0.03)],
+)
 @pytest.mark.parametrize(("alpha", "beta"), [(1.0, 0.0), (0.0, 1.0), (0.7, 0.3), (0.99, 0.01)])
-def test_resistivity_beside_contact_with_slip(corners, gaps, alpha, beta):
-    """At least the energy of the trace under α g³ + β g², equal where one of the two is zero.
+def test_energy_beside_contact(corners, gaps, alpha, beta):
+    """∫|∇ψ|²/(α g³ + β g²) of the power trace is that of the linear function under the tensor, or
+    no more than that where neither α nor β is zero.
 
-    |∇ψ|² differs between directions, and one weight of the two tensors serves all: up to a third
-    more was seen. 60 Gauss points as above.
+    Then |∇ψ|² differs between directions, and one weight of the two tensors serves all: up to a
+    third more was seen. In s the integrand is a polynomial, and in τ a quadratic over a cubic whose
+    pole is at least 1/18 interval lengths away; 60 Gauss points then err by (1.6)^-120.
     """
-    xy = np.array(corners, dtype=float)
+    xy, gaps = np.array(corners, dtype=float), np.array(gaps, dtype=float)
     law = Conductivity(np.array([0.0, 1.0]), np.array([beta, alpha + beta]))
-    contact = np.array(gaps)[:, None] == 0
-    xx, xy_, yy = resistivity(
-        xy[:, None], 1.0, np.array(gaps)[:, None], contact, np.array([np.inf]), law
-    )[0]
+    infinite = np.array([np.inf])
+    xx, xy_, yy = resistivity(xy[:, None], 1.0, gaps[:, None], gaps[:, None] == 0, infinite, law)[0]
     e_b, e_c = xy[1] - xy[0], xy[2] - xy[0]
     double_area = abs(e_b[0] * e_c[1] - e_b[1] * e_c[0])
-    for values in ((0.3, 1.0, 0.0), (0.0, 1.0, 1.0), (0.0, 0.0, 1.0)):
+    for values in ((0.3, 1.0, 0.0), (0.0, 1.0, 1.0), (1.0, -1.0, 2.0)):
         if gaps[1] == 0:
             values = (values[0], values[0], values[2])
         at = (edge_trace if gaps[1] == 0 else power_trace)(xy, np.array(values))
@@ -231,8 +178,8 @@ def test_resistivity_beside_contact_with_slip(corners, gaps, alpha, beta):
         difference = np.subtract(values[1:], values[0])
         gradient = difference @ np.linalg.inv(np.stack([e_b, e_c], axis=1))
         found = gradient @ np.array([[xx, xy_], [xy_, yy]]) @ gradient * double_area / 2
-        assert found >= exact * (1 - 1e-9)
         if 0 in (alpha, beta):
-            assert found == pytest.approx(exact, rel=1e-9)
+            # 40 roundings in the tensor, and as many in the quadrature.
+            assert found == pytest.approx(exact, rel=1e-13)
         else:
-            assert found < 1.34 * exact
+            assert exact * (1 - 1e-9) <= found < 1.34 * exact
