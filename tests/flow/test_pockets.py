@@ -28,19 +28,3 @@ def test_pockets_beside_a_channel(representation, sides):
     for one, other in zip(first.levels, second.levels, strict=True):
         assert one.upper == pytest.approx(other.upper, rel=1e-7, abs=0)
         assert one.lower == pytest.approx(other.lower, rel=1e-7, abs=0)
-
-
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_a_channel_across_the_seam_is_no_pocket(representation):
-    """On walls it would end blindly on either side; moved along the seal it is the same channel."""
-    samples = np.zeros((32, 32))
-    samples[:18, 0:3] = samples[14:, -3:] = 1
-
-    def rate(shift):
-        gap = GridField(np.roll(samples, shift, axis=1), (1.0, 1.0), periodic=True)
-        return leak_rate(GridFilm(gap, "periodic", representation), rtol=0.1, **FLUID)
-
-    across, inside = rate(0), rate(16)
-    assert across.converged
-    assert inside.converged
-    assert max(across.lower, inside.lower) <= min(across.upper, inside.upper)

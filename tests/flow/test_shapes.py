@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 from triangulations import (
-    ends_of_square,
     grid_mesh,
     labelled,
     random_gap,
@@ -193,16 +192,6 @@ def test_a_channel_once_around_the_ring_meets_the_cut():
     assert 0 < lower < upper < 1.2 * lower
     cut_through = spiral & ~((i == 3) & (along == 1))
     assert MeshFilm(mesh, cut_through.astype(float)).constriction is None
-
-
-def test_no_hat_stands_on_a_wall():
-    """Four triangles around the middle of a square have their longest edges on its sides. A uniform
-    gap is solved exactly; ψ is given on the walls, and a bubble there would pass the true value."""
-    xy = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]])
-    cells = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
-    mesh = shape_mesh(*labelled(xy, cells, ends_of_square))
-    assert mesh.sides_on_wall().sum() == 2
-    assert bounds_on(uniform(mesh)) == pytest.approx([1, 1], rel=1e-11, abs=0)
 
 
 def test_an_island_has_one_value_of_the_stream_function():
