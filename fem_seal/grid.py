@@ -10,6 +10,8 @@ from fem_seal.errors import InvalidInput
 Sides = Literal["wall", "periodic"]
 #: the gap is linear on triangles between its samples, or each sample fills one pixel
 Representation = Literal["linear", "constant"]
+# Largest ratio of a pixel's sides; a polar grid has metres over radians.
+LONGEST_PIXEL = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +21,8 @@ class GridField:
     Raises
     ------
     InvalidInput
-        If the array is not two-dimensional, is empty or not finite, or a spacing is not positive.
+        If the array is not two-dimensional, is empty or not finite, a spacing is not positive, or
+        pixels are beyond 1e12 times as long as wide.
     """
 
     #: (nx, ny), finite samples; the flow runs along the first axis. Stored as a read-only float64
@@ -45,6 +48,11 @@ class GridField:
         spacing = tuple(float(s) for s in np.ravel(self.spacing))
         if len(spacing) != 2 or not all(np.isfinite(s) and s > 0 for s in spacing):
             raise InvalidInput(f"spacing must be two positive lengths in metres, got {spacing}")
+        if max(spacing) > LONGEST_PIXEL * min(spacing):
+            raise InvalidInput(
+                f"pixels of {spacing[0]:g} m by {spacing[1]:g} m are more than "
+                f"{LONGEST_PIXEL:.0e} times as long as wide; check the units"
+            )
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
         object.__setattr__(self, "spacing", spacing)

@@ -14,9 +14,7 @@ Pair = tuple[float, float]
 
 # Relative difference above which lengths contradict each other. Single precision rounds at 6e-8.
 SAME_LENGTH = 1e-6
-# Largest ratio of a pixel's sides; a polar grid has metres over radians.
-LONGEST_PIXEL = 1e12
-
+LONGEST = 1e100  # largest spacing [m], and 1 over the smallest; squares of others may overflow
 
 # "A" is the ångström to SurfaceTopography and Gwyddion, and the ampere to a units library.
 _SPELT_OTHERWISE = {"A": "angstrom", "Å": "angstrom", "~m": "um"}
@@ -112,10 +110,16 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
             f'distance), or by --length-unit um --size "1 mm,1 mm"{recorded.length_hint}'
         )
     scale = metres_in(recorded.unit, stated.unit, f"the values of {path}")
+    spacing = _spacing(recorded, stated, path)
+    if not all(1 / LONGEST < d < LONGEST for d in spacing):
+        raise InvalidInput(
+            f"spacing in {path} must be two lengths from {1 / LONGEST:g} m to {LONGEST:g} m, got "
+            f"{spacing} m"
+        )
     # A single multiplication, so that heights in nm and in m differ by one rounding.
     return FieldMap(
         recorded.values * scale if scale != 1 else recorded.values,
-        _spacing(recorded, stated, path),
+        spacing,
         _periodic(recorded, stated, path),
         recorded.contact,
     )
@@ -151,13 +155,6 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
     unit = stated.unit if recorded.length_unit is None else None
     scale = metres_in(recorded.length_unit, unit, f"the lengths of {path}")
     spacing = float(recorded.spacing[0]) * scale, float(recorded.spacing[1]) * scale
-    if not all(np.isfinite(d) and d > 0 for d in spacing):
-        raise InvalidInput(f"spacing in {path} must be two positive lengths, got {spacing} m")
-    if max(spacing) > LONGEST_PIXEL * min(spacing):
-        raise InvalidInput(
-            f"spacing in {path} is {spacing[0]:g} m by {spacing[1]:g} m, pixels more than "
-            f"{LONGEST_PIXEL:.0e} times as long as wide; check the units"
-        )
     size = nx * spacing[0], ny * spacing[1]
     if stated.size is not None and not all(
         isclose(a, b, rel_tol=SAME_LENGTH) for a, b in zip(size, stated.size, strict=True)

@@ -190,6 +190,7 @@ ARRAYS = {
     "zero spacing": {"gap": GAP, "spacing": [0, 1]},
     "negative spacing": {"gap": GAP, "spacing": [1, -1]},
     "NaN spacing": {"gap": GAP, "spacing": [1, np.nan]},
+    "spacing without a square": {"gap": GAP, "spacing": [1e-200, 1e-200]},
     "spacings of other worlds": {"gap": GAP, "spacing": [1e7, 1e-7]},
     "one spacing": {"gap": GAP, "spacing": 1.0},
     "three spacings": {"gap": GAP, "spacing": [1, 1, 1]},
