@@ -56,20 +56,8 @@ def test_pound_per_square_inch():
 @pytest.mark.parametrize(
     "value",
     [
-        "5",
-        "5 um um",
-        "5 Pa",
-        "five um",
-        "5,0 um",
-        "um",
-        "",
-        "5 um)",
-        "@ m",
-        "5 -",
-        "5 m/0",
-        True,
-        None,
-        [5],
+        *("5", "5 um um", "5 Pa", "five um", "5,0 um", "um", "", "5 um)", "@ m", "5 -", "5 m/0"),
+        *(True, None, [5]),
     ],
 )
 def test_what_is_no_length(value):
