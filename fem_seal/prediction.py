@@ -277,7 +277,7 @@ def loads_of(scene: Scene) -> float:
     fall = FALL * log(profile.highest / max(profile.highest - inlet, 0.05 * profile.highest))
     loads = 2.2 * (fall * sqrt(0.44 / seal.rtol)) ** 0.5
     if not is_uniform(profile):
-        loads += 5
+        loads += 2
     return min(loads, seal.max_loads)
 
 

@@ -16,7 +16,7 @@ from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
 from fem_seal.units import RATES
 from fem_seal.upscaling.conductivity import StoredTable
-from fem_seal.upscaling.patch_conductivity import PatchFlow
+from fem_seal.upscaling.refined_table import PatchFlow
 from fem_seal.upscaling.seal import SealLeak, Share, median_patch
 from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
 

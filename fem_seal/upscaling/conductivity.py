@@ -9,6 +9,10 @@ from fem_seal.errors import InvalidInput
 
 # Steps of the interpolated conductivity between two loads of a table.
 STEPS = 16
+MOST_RISE = (
+    50.0  # largest ln of K below the first load over that at it: so large a K hardly resists
+)
+MOST_TAIL = 8.0  # fall of ln K up to which it is extrapolated above the last load
 # Steps inside an enclosure: K falls by about the part FALL in each; there are at most MOST_STEPS.
 FALL, MOST_STEPS = 0.002, 500
 
@@ -155,22 +159,22 @@ class ConductivityTable:
 
         Between the loads ln K is a monotone cubic (F. N. Fritsch and J. Butland, SIAM J. Sci. Stat.
         Comput. 5, 300 (1984)), kept between the bounds. Towards a sealed load K itself is linear.
-        Below the first load ln K is extrapolated with the slope of the first interval; above the
-        last load K keeps its last value.
+        Beyond the first and the last load ln K goes on with the slope of the interval next to it;
+        where K has fallen by exp(MOST_TAIL) it keeps its value.
         """
-        loads, K = self.loads, self.value
-        slope = 0.0
-        if loads.size > 1 and K[1] > 0:
-            slope = np.log(K[0] / K[1]) / (loads[1] - loads[0])
-        # Extrapolate K by a factor of exp(50) at most: so large a K hardly resists the flow.
-        rise = min(slope * loads[0], 50.0)
-        nodes, values = np.append(0.0, loads), np.append(K[0] * np.exp(rise), K)
-        if loads[0] == 0:
-            nodes, values = nodes[1:], values[1:]
+        nodes, values = self.loads, self.value
+        leaking = np.count_nonzero(values)
+        slopes = -np.diff(np.log(values[:leaking])) / np.diff(nodes[:leaking])
+        if leaking == nodes.size > 1 and slopes[-1] > 0:
+            nodes = np.append(nodes, nodes[-1] + MOST_TAIL / slopes[-1])
+            values = np.append(values, values[-1] * np.exp(-MOST_TAIL))
+        if nodes[0] > 0:
+            rise = min(slopes[0] * nodes[0], MOST_RISE) if leaking > 1 else 0.0
+            nodes, values = np.append(0.0, nodes), np.append(values[0] * np.exp(rise), values)
+        leaking = max(1, int(np.count_nonzero(values)))
         share = (np.arange(STEPS) + 0.5) / STEPS
         places = nodes[:-1, None] + np.diff(nodes)[:, None] * share
         inside = np.empty_like(places)
-        leaking = max(1, int(np.count_nonzero(values)))
         inside[: leaking - 1] = _interpolated(nodes[:leaking], values[:leaking], places)
         # K falls linearly to 0 at the first sealed load, and stays 0 in the intervals behind it.
         inside[leaking - 1 :] = values[leaking - 1 : -1, None] * (1 - share)

@@ -24,8 +24,8 @@ from fem_seal.upscaling.network import (
     may_conduct,
     sealed_share,
 )
-from fem_seal.upscaling.patch_conductivity import PatchFlow
 from fem_seal.upscaling.realizations import realizations
+from fem_seal.upscaling.refined_table import PatchFlow
 from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import SealingPart, lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches

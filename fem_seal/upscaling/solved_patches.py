@@ -25,7 +25,8 @@ from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable, StoredTable
 from fem_seal.upscaling.leak_path import EndPressures
-from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined_table
+from fem_seal.upscaling.patch_conductivity import LoadedPatch
+from fem_seal.upscaling.refined_table import STARTED, PatchFlow, refined_table
 from fem_seal.upscaling.scene_profile import profile_of
 
 PATCHES = "patches"  # name of the points in the progress
@@ -118,14 +119,15 @@ def _contact_error(patch: LoadedPatch, load: float) -> float | None:
     if thinned is None:
         return None
     # The grids may differ by less than the flows of the table may be off.
-    fine = patch.with_flows_to(min(patch.rtol, patch.patch.scene.flow.rtol))
+    looser = STARTED * min(1.0, patch.patch.scene.flow.rtol / patch.rtol)
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol)
-    error = relative_error(grid_error(_on_grid(coarse, load), _on_grid(fine, load)).log_error)
+    grids = _on_grid(coarse, load), _on_grid(patch, load, looser)
+    error = relative_error(grid_error(*grids).log_error)
     return error if isfinite(error) else None
 
 
-def _on_grid(patch: LoadedPatch, load: float) -> OnGrid:
-    lower, upper = patch.bounds(load)
+def _on_grid(patch: LoadedPatch, load: float, looser: float = 1.0) -> OnGrid:
+    lower, upper = patch.bounds(load, looser)
     middle, gap = sqrt(lower) * sqrt(upper), patch.critical_gap(load) or 0.0
     return OnGrid(middle, middle, gap, unresolved(present(patch.patch.surface, "surface")))
 

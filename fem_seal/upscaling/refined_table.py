@@ -1,0 +1,268 @@
+"""The conductivity table of a patch, with as many net loads as the leak rate of its seal needs.
+
+Let ω be the influence of ln K on ln Q per unit of the net load w, and f the fall of ln K there. An
+enclosure of an interval leaves the error WIDTH × ∫ω dw × (∫f dw)² in ln Q, if the interval is
+short. The sum of the errors of a number of intervals is smallest if all have the same
+
+    ∫ (ω f²)^(1/3) dw,
+
+the *demand* for loads; WIDTH times its cube is then the error of the interval. ω and f are those of
+the table so far, whose ln K is extrapolated beyond its ends. So the loads follow from a few first
+ones at once, and seldom need a correction.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from math import inf
+from time import perf_counter
+
+import numpy as np
+
+from fem_seal.digits import per_cent
+from fem_seal.errors import present
+from fem_seal.leak_rate import half_width_of, relative_width
+from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.leak_path import EndPressures, LeakPath
+from fem_seal.upscaling.patch_conductivity import LoadedPatch
+from fem_seal.upscaling.profile import Profile, is_uniform
+from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow, seal_flow
+
+TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
+MOST_LOADS = 40
+# Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
+WIDTH = 0.22
+# Part of the error of the load table that is left to net loads beyond its ends.
+REST = 0.1
+SIMPSON = (4, 1, 1)  # weights of the value and of both bounds
+# Tolerance of a flow over that of the flow at the decisive load. At least, since many flows miss
+# the tolerance by a tenth on the mesh of another load, and the next mesh costs as much again; and
+# at most, where the influence is small.
+STARTED, LOOSEST = 1.15, 3.0
+FIRST = 1.4  # the same for the other first loads
+# The load from which on a sealed patch is sealed is known to this part of the highest one.
+MARGIN = 1 / 16
+
+
+@dataclass(frozen=True, eq=False)
+class PatchFlow:
+    """Conductivity table of a patch, and the leak rate of a seal that consists of such patches."""
+
+    table: ConductivityTable | None  #: none if the seal lifts off
+    seal_flow: SealFlow
+    converged: bool = True  #: whether the bounds of the leak rate meet the tolerance
+    reason: str = ""  #: why they do not, and what to change; else empty
+
+
+def refined_table(
+    patch: LoadedPatch,
+    profile: Profile,
+    path: LeakPath,
+    ends: EndPressures,
+    *,
+    tolerance: float = TOLERANCE,
+    most_loads: int = MOST_LOADS,
+    max_seconds: float | None = None,
+    progress: Callable[[str], None] = lambda state: None,
+) -> PatchFlow:
+    """Add loads to a patch's table until the leak rate of the seal is known to a tolerance.
+
+    Loads are added until the enclosures of all intervals should be narrow enough; then these are
+    computed. After `max_seconds` the bounds that have been reached are returned.
+    """
+    if profile.highest <= ends.inlet:
+        return PatchFlow(None, SealFlow("lifted off", inf, inf, inf))
+    # Where the contact pressure is highest, and fluid at the inlet's pressure arrives, the net load
+    # is the decisive one. If it seals the patch, no fluid passes there.
+    decisive = profile.highest - ends.inlet
+    progress("whether it seals")
+    if patch.sealed(decisive):
+        opens, sealed = 0.0, decisive  # for the margin; no flow is solved
+        while sealed - opens > MARGIN * decisive:
+            middle = 0.5 * (opens + sealed)
+            opens, sealed = (opens, middle) if patch.sealed(middle) else (middle, sealed)
+        table = patch.table({sealed: 1.0, decisive: 1.0})
+        return PatchFlow(table, seal_flow(table, profile, path, ends))
+
+    started = perf_counter()
+    # Under a uniform pressure no net load is below the decisive one.
+    span = (decisive if is_uniform(profile) else 0.0), profile.highest - ends.outlet
+    first = {decisive: 1.0} | {0.5 * (decisive + end): FIRST for end in span if end != decisive}
+    progress(f"its first {len(first)} net loads")
+    table = patch.table(first)
+    while True:
+        flow = seal_flow(table, profile, path, ends)
+        if _width(flow) <= tolerance:
+            return PatchFlow(table, flow)
+        progress(_state_of_table(table, flow, tolerance, most_loads))
+        if max_seconds is not None and perf_counter() - started > max_seconds:
+            reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
+            return PatchFlow(table, flow, False, reason)
+        marked, to_enclose = _marked(table, flow, patch.enclosed(), tolerance, span, most_loads)
+        loads = patch.missing(marked)
+        if loads and len(loads.keys() | set(table.loads.tolist())) <= most_loads:
+            table = patch.table(loads)
+        elif to_enclose.size:
+            intervals = list(pairwise(table.loads.tolist()))
+            table = patch.enclose(intervals[k] for k in to_enclose)
+        else:
+            reason = f"it may take {most_loads} net loads; raise seal.max_loads"
+            if patch.reasons:
+                reason = f"{patch.reasons[0]}; raise that limit"
+            return PatchFlow(table, flow, False, reason)
+
+
+def _state_of_table(
+    table: ConductivityTable, flow: SealFlow, tolerance: float, most_loads: int
+) -> str:
+    """Text on the number of loads and the width of the bounds, reached and asked for."""
+    reached, target = per_cent(half_width_of(_width(flow))), per_cent(half_width_of(tolerance))
+    return f"{table.loads.size} of at most {most_loads} net loads, ±{reached}, ±{target} wanted"
+
+
+def _width(flow: SealFlow) -> float:
+    return relative_width(flow.lower, flow.upper) if flow.upper > 0 else 0.0
+
+
+def _marked(
+    table: ConductivityTable,
+    flow: SealFlow,
+    enclosed: np.ndarray,
+    tolerance: float,
+    span: tuple[float, float],
+    most_loads: int = MOST_LOADS,
+) -> tuple[dict[float, float], np.ndarray]:
+    """Loads [Pa] to compute, each with a multiple of the flows' tolerance; intervals to enclose.
+
+    `enclosed` are the intervals that have their enclosures, `span` the smallest and the largest
+    load along the path. No interval is to be enclosed where loads are.
+    """
+    loads, none = table.loads, np.zeros(0, dtype=int)
+    if flow.lower == 0:
+        # Without a lower bound, refine only towards the load that seals.
+        return _halved(table, span, int(np.argmax(np.append(table.lower, 0.0) == 0))), none
+    demand = _Demand.of(table, flow)
+    error, of_flows = _errors(table, flow)
+    room = (1 - REST) * (tolerance - of_flows)
+    if room <= 0:
+        return demand.looser(loads, span), none
+    first, last = demand.extent(span, REST / (1 - REST) * room)
+    if loads.size + 2 > most_loads:
+        first, last = loads[[0, -1]]
+    nodes = np.concatenate([[min(first, loads[0])], loads, [max(last, loads[-1])]])
+    expected = WIDTH * demand.between(nodes) ** 3
+    expected[1:-1] = np.minimum(expected, error)[1:-1]
+    left = np.where(np.pad(enclosed, 1), error, expected)
+    left[[0, -1]] = expected[[0, -1]]
+    pieces = np.ones(left.size, dtype=int)
+    most = most_loads + nodes.size - 1 - np.unique(nodes).size
+    while (left / pieces**2).sum() > room and pieces.sum() < most:
+        pieces[np.argmax(left * (1 / pieces**2 - 1 / (pieces + 1) ** 2))] += 1
+    added = np.setdiff1d(demand.cut(nodes, pieces), loads)
+    if added.size:
+        return demand.looser(np.union1d(loads, added), span), none
+    to_enclose = np.flatnonzero(~enclosed)
+    if not to_enclose.size:
+        return _halved(table, span, int(np.argmax(error))), none
+    gain = (error - expected)[1:-1][to_enclose]
+    order = np.argsort(-gain)
+    enough = np.searchsorted(np.cumsum(gain[order]), error[1:-1].sum() - room)
+    return {}, to_enclose[order][: enough + 1]
+
+
+def _halved(table: ConductivityTable, span: tuple[float, float], k: int) -> dict[float, float]:
+    """The middle of interval k; the first one lies below the loads of the table."""
+    below, above = np.concatenate([span[:1], table.loads, span[1:]])[k : k + 2].tolist()
+    return {0.5 * (below + above): FIRST}
+
+
+@dataclass(frozen=True, eq=False)
+class _Demand:
+    """Where a table needs loads, on m short parts of the net load."""
+
+    edges: np.ndarray  #: (m + 1,), ends of the parts [Pa]
+    influence: np.ndarray  #: (m,), ∫ω dw of each part
+    demand: np.ndarray  #: (m,), ∫(ω f²)^(1/3) dw of each part
+
+    @classmethod
+    def of(cls, table: ConductivityTable, flow: SealFlow) -> "_Demand":
+        """Take ω from the flow at the value, f from the interpolated K."""
+        edges, K = table.interpolated.loads, table.interpolated.conductivity[1:-1]
+        log_K = np.log(np.maximum(K, np.finfo(float).tiny))
+        fall = -np.gradient(log_K, 0.5 * (edges[1:] + edges[:-1])) * np.diff(edges)
+        along = present(flow.path, "path of the flow")
+        influence, _ = np.histogram(along.net_loads, edges, weights=along.influences)
+        return cls(edges, influence, np.cbrt(influence * fall**2))
+
+    def extent(self, span: tuple[float, float], rest: float) -> np.ndarray:
+        """Ends [Pa] of the loads that count: about `rest` of ln Q is left to those beyond.
+
+        Above, K counts as constant, as it does in the upper bound.
+        """
+        below = np.cumsum(self.influence) <= rest
+        per_load = self.influence / np.diff(self.edges)
+        above = per_load * (span[1] - self.edges[:-1]) <= rest
+        ends = np.argmin(below), above.size - np.argmin(above[::-1])
+        return np.clip(self.edges[list(ends)], *span)
+
+    def between(self, loads: np.ndarray) -> np.ndarray:
+        """Demand between neighbouring loads."""
+        return np.diff(self._up_to(self.demand, loads))
+
+    def cut(self, loads: np.ndarray, pieces: np.ndarray) -> np.ndarray:
+        """Cut each interval between loads (n,) into pieces (n - 1,) of the same demand."""
+        places = [loads[-1:]]
+        for below, above, many in zip(loads[:-1], loads[1:], pieces, strict=True):
+            ends = self._up_to(self.demand, np.array([below, above]))
+            inside = np.linspace(*ends, many + 1)[1:-1]
+            total = np.append(0.0, np.cumsum(self.demand))
+            places += [[below], np.interp(inside, total, self.edges)]
+        return np.unique(np.concatenate(places))
+
+    def looser(self, loads: np.ndarray, span: tuple[float, float]) -> dict[float, float]:
+        """Each load with the multiple of the flows' tolerance that its influence allows.
+
+        With n loads of influences ω_k the errors Σ ω_k r_k are the same at the least cost Σ 1/r_k
+        for r_k ∝ ω_k^(-1/2); a load of influence 1/n counts as a usual one.
+        """
+        nodes = np.concatenate([span[:1], loads, span[1:]])
+        share = np.diff(self._up_to(self.influence, nodes))
+        influence = np.maximum(0.5 * (share[1:] + share[:-1]), np.finfo(float).tiny)
+        looser = np.clip((loads.size * influence) ** -0.5, STARTED, LOOSEST)
+        return dict(zip(loads.tolist(), looser.tolist(), strict=True))
+
+    def _up_to(self, of_parts: np.ndarray, loads: np.ndarray) -> np.ndarray:
+        return np.interp(loads, self.edges, np.append(0.0, np.cumsum(of_parts)))
+
+
+def _errors(table: ConductivityTable, flow: SealFlow) -> tuple[np.ndarray, float]:
+    """Parts of ln(upper/lower) of the leak rate: of each interval, and of all flows.
+
+    Of n loads there are n + 1 intervals, with those below the first load and above the last one.
+
+    Let ln K_t go linearly from the lower bounds at t = 0 to the upper ones at t = 1. Then
+    ln(upper/lower) of the leak rate is ∫ Σ influence_t × ln(K_upper/K_lower) dt. Simpson's rule
+    takes the influences of the value and of both bounds. Where the bounds are far apart, these have
+    different net loads.
+    """
+    count = table.loads.size + 1
+    error, influences = np.zeros(count), np.zeros(count)
+    paths = (present(flow.path, "path of the flow"), *flow.bounding)
+    weights = np.array(SIMPSON[: len(paths)]) / sum(SIMPSON[: len(paths)])
+    for weight, along in zip(weights, paths, strict=True):
+        net, influence = along.net_loads.ravel(), weight * along.influences.ravel()
+        interval = np.searchsorted(table.loads, net)
+        fall = _log_ratio(table.highest(net), table.lowest(net))
+        error += np.bincount(interval, influence * fall, count)
+        influences += np.bincount(interval, influence, count)
+    of_ends = np.pad(_log_ratio(table.upper, table.lower), 1)
+    of_flows = 0.5 * influences * (of_ends[:-1] + of_ends[1:])
+    return np.maximum(error - of_flows, 0.0), float(of_flows.sum())
+
+
+def _log_ratio(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
+    """ln(upper/lower), at most MOST_FALL; 0 where both are 0."""
+    least = np.exp(-MOST_FALL)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(upper > 0, np.minimum(lower / upper, 1.0), 1.0)
+    return -np.log(np.maximum(np.where(np.isfinite(upper), ratio, least), least))
