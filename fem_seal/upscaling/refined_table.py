@@ -211,12 +211,11 @@ class _Demand:
 
     def cut(self, loads: np.ndarray, pieces: np.ndarray) -> np.ndarray:
         """Cut each interval between loads (n,) into pieces (n - 1,) of the same demand."""
-        places = [loads[-1:]]
+        total = np.append(0.0, np.cumsum(self.demand))
+        places = [loads]
         for below, above, many in zip(loads[:-1], loads[1:], pieces, strict=True):
-            ends = self._up_to(self.demand, np.array([below, above]))
-            inside = np.linspace(*ends, many + 1)[1:-1]
-            total = np.append(0.0, np.cumsum(self.demand))
-            places += [[below], np.interp(inside, total, self.edges)]
+            first, last = self._up_to(self.demand, np.array([below, above]))
+            places.append(np.interp(np.linspace(first, last, many + 1)[1:-1], total, self.edges))
         return np.unique(np.concatenate(places))
 
     def looser(self, loads: np.ndarray, span: tuple[float, float]) -> dict[float, float]:
