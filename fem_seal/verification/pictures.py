@@ -10,7 +10,7 @@ from fem_seal.errors import printable
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.render.plot import label_axis, new_figure
 from fem_seal.verification.cross_validation import EXACT, Reference, Row
-from fem_seal.verification.trade import Trade, TradePoint
+from fem_seal.verification.trade import Trade
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,10 +132,11 @@ def trade_figure(result: Trade, path: Path) -> Path:
 
     with new_figure((8.5, 4.8), path) as figure:
         time, memory = figure.subplots(1, 2, sharey=True)
-        for certified, dash in ((True, "-"), (False, "--")):
+        for certified, dash, words in ((True, "-", "with"), (False, "--", "without")):
             front = result.front(certified)
             seconds, errors = [p.seconds for p in front], [p.total_error for p in front]
-            time.plot(seconds, errors, dash, color="0.75", lw=4)
+            name = f"least time, {words} bounds"
+            time.plot(seconds, errors, dash, color="0.75", lw=4, label=name)
         grids = list(dict.fromkeys(point.samples for point in result.points))
         # From light (coarse) to dark (fine): the order survives printing in grey.
         parts = np.linspace(0.85, 0.85 * (len(grids) == 1), len(grids))
@@ -145,35 +146,19 @@ def trade_figure(result: Trade, path: Path) -> Path:
             style = {"marker": MARKERS[point.flow.method], "color": colour, "ls": "", "ms": 6}
             time.plot(point.seconds, point.total_error, **style)
             memory.plot(point.memory_bytes / 1e6, point.total_error, **style)
-        for samples in grids:
-            part = next(p.contact_error for p in result.points if p.samples == samples)
-            for axes in (time, memory):
-                axes.axhline(part, color=shades[samples], ls=":", lw=1)
+        for (nx, ny), shade in shades.items():
+            part = next(p.contact_error for p in result.points if p.samples == (nx, ny))
+            time.axhline(part, color=shade, ls=":", lw=1)
+            memory.axhline(part, color=shade, ls=":", lw=1)
+            time.plot([], [], "o", color=shade, label=f"contact {nx} x {ny}")
+        for method in dict.fromkeys(point.flow.method for point in result.points):
+            time.plot([], [], MARKERS[method], color="0.3", label=f"flow {method}")
+        time.plot([], [], ":", color="0.3", label="the contact grid's part")
         time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
         time.set_title("What a smaller error costs in time", fontsize=10)
         label_axis(time.xaxis)
         label_axis(time.yaxis)
         memory.set_title("and in memory", fontsize=10)
         memory.set_xlabel("resident memory [MB]")
-        _keys(memory, shades, result.points)
+        _legend_below(figure, time)
     return path
-
-
-def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[TradePoint]) -> None:
-    """Explain contact grids, flow methods, Pareto fronts and the contact grid's part below."""
-    from matplotlib.lines import Line2D
-
-    entries = [
-        Line2D([], [], color=shade, marker="o", ls="", label=f"contact {nx} x {ny}")
-        for (nx, ny), shade in shades.items()
-    ]
-    for method in dict.fromkeys(point.flow.method for point in points):
-        entries.append(
-            Line2D([], [], color="0.3", marker=MARKERS[method], ls="", label=f"flow {method}")
-        )
-    for dash, words in (("-", "with bounds"), ("--", "without bounds")):
-        entries.append(Line2D([], [], color="0.75", lw=3, ls=dash, label=f"least time, {words}"))
-    entries.append(Line2D([], [], color="0.3", ls=":", label="the contact grid's part"))
-    axes.figure.legend(
-        handles=entries, loc="outside lower center", ncols=4, frameon=False, fontsize=9
-    )
