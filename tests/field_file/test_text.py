@@ -78,7 +78,7 @@ WHOLE = {
     ),
     "steps and unit": (
         "Instrument;X-200\nDate;12.03.2024 10:15\nSchrittweite X [µm];0,5\n"
-        "Schrittweite Y [µm];0,25\nEinheit Z;µm\n\n"
+        "Schrittweite Y [µm];2.500e-1\nEinheit Z;µm\n\n"
         + matrix(";", ",", missing="", values=HEIGHTS.T)
     ),
     "counts that say which way x runs": (
