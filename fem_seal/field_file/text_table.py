@@ -16,9 +16,10 @@ from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import whole
 
-# Texts that programs write for a point without a height, in lower case; "": an empty cell.
+# Texts that programs write for a point without a height, in lower case, besides those that float()
+# takes for NaN; "": an empty cell.
 MISSING = {
-    *("", "nan", "-nan", "+nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind", "#n/a"),
+    *("", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind", "#n/a"),
     *("bad", "nodata", "no-data", "n/a", "na", "null", "none", "invalid", "masked", "missing"),
     *("*", "**", "***", "****", "*****", "-", "--", "---", "----", "?"),
 }

@@ -26,14 +26,13 @@ def with_holes(values):
     return FieldMap(holed, SPACING, None)
 
 
-@pytest.mark.parametrize("exact", [LINEAR, HARMONIC])
-def test_exact(exact):
+def test_exact():
     """To the rounding of some dozen operations on numbers as large as the field."""
-    holed = with_holes(exact)
+    holed, largest = with_holes(HARMONIC), np.abs(HARMONIC).max()
     filled = fill(holed, 0.3)
     known = ~np.isnan(holed.values)
-    assert np.array_equal(filled.values[known], exact[known])
-    np.testing.assert_allclose(filled.values, exact, rtol=0, atol=1e-13 * np.abs(exact).max())
+    assert np.array_equal(filled.values[known], HARMONIC[known])
+    np.testing.assert_allclose(filled.values, HARMONIC, rtol=0, atol=1e-13 * largest)
 
 
 def test_harmonic_film_stays_within_its_rim():
