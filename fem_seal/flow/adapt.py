@@ -40,7 +40,7 @@ GROWTH = 4.0
 # Multiples of the tolerance that the expected width is compared with: below NEAR the true dual is
 # solved at once; below SOON on the next mesh, before the regularised dual, which is not needed if
 # the bounds decide there. A full step leaves a third of the width.
-NEAR, SOON = 1.2, 3.0
+NEAR, SOON = 2.0, 3.0
 TOO_MANY = "the next mesh would have more than {} unknowns"
 
 
