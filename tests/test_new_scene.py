@@ -102,12 +102,14 @@ def test_names_that_need_quotes():
         (["map.txt", "--out", "b.toml", "--length-unit", "kg"], "no unit of length"),
         (["empty.txt", "--out", "b.toml"], "all 12 points of empty.txt are missing"),
         (["words.txt", "--out", "b.toml"], "holds no line of numbers"),
+        (["inf.txt", "--out", "b.toml"], "1 of 6 values of inf.txt are infinite"),
     ],
 )
 def test_refused(arguments, message, here, refused):
     np.savetxt("map.txt", HEIGHTS)
     (here / "map.toml").write_text("")
     (here / "words.txt").write_text("no numbers")
+    (here / "inf.txt").write_text("0 1 5\n2 1e999 3\n")
     (here / "empty.txt").write_text("NODATA_value 0\n" + "0 0 0 0\n" * 3)
     assert message in refused("new", *arguments)
 

@@ -55,9 +55,6 @@ def read_map(
     recorded = read_recorded(path, (stated.array,) if stated.array is not None else names)
     if isinstance(stated.missing, float | int):
         recorded = replace(recorded, values=without_marked(recorded.values, stated.missing))
-    infinite = np.count_nonzero(np.isinf(recorded.values))
-    if infinite:
-        raise InvalidInput(f"{infinite} of {recorded.values.size} values of {path} are infinite")
     if heights and stated.missing != "none":
         refuse_markers(recorded.values, str(path))
     field = in_metres(recorded, stated, path).oriented(stated.turn, stated.transpose)
@@ -67,7 +64,11 @@ def read_map(
 def read_recorded(path: Path, names: Names) -> Recorded:
     """Read a map and the statements of its file; see `read_map`."""
     with within_available_memory(str(path)):
-        return READERS.get(path.suffix.lower(), _instrument)(path, names)
+        recorded = READERS.get(path.suffix.lower(), _instrument)(path, names)
+    infinite = np.count_nonzero(np.isinf(recorded.values))
+    if infinite:
+        raise InvalidInput(f"{infinite} of {recorded.values.size} values of {path} are infinite")
+    return recorded
 
 
 def _named(read: Callable[[Path, Names], NamedArrays], path: Path, names: Names) -> Recorded:
