@@ -148,12 +148,18 @@ def _first_stage(
     return equilibrium(point, allowed, report)
 
 
-def _on_all_samples(problem: LiftProblem, point: LiftPoint) -> LiftPoint:
-    """The point of a thinned problem, its fluid pressure repeated on the samples between."""
+def _on_all_samples(problem: LiftProblem, point: LiftPoint, allowed: float) -> LiftPoint:
+    """The point of a thinned problem, its fluid pressure repeated on the samples between.
+
+    If its network errs by more than is allowed, that of all samples is finer already.
+    """
     every = problem.height.shape[0] // point.pressure.shape[0]
     pressure = point.pressure.repeat(every, axis=0).repeat(every, axis=1)
-    contact = problem.contact_under(pressure)
-    return LiftPoint(problem, problem.first_grid, point.epsilon, pressure, contact)
+    grid, epsilon = problem.first_grid, point.epsilon
+    same_triangles = problem.refines and point.problem.first_level == 0
+    if same_triangles and point.network_error > allowed:
+        grid, epsilon = point.finer(allowed, grid)
+    return LiftPoint(problem, grid, epsilon, pressure, problem.contact_under(pressure))
 
 
 def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: Report) -> _End:
@@ -169,7 +175,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
         return equilibrium(point, tolerance, report).after(steps)
 
     if steps.point.problem is not problem:
-        steps = solved(_on_all_samples(problem, steps.point))
+        steps = solved(_on_all_samples(problem, steps.point, allowed))
     # ε³ below this is lost in the rounding of g³: a film so little open says no more with less.
     least_cube = float_info.epsilon * float(problem.height.values.std()) ** 3
     change, error, moved = inf, inf, 0.0
@@ -182,7 +188,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
         if point.flow.conductance <= problem.negligible:
             error = inf
             break
-        grid, epsilon = point.finer(allowed)
+        grid, epsilon = point.finer(allowed, point.grid)
         if len(grid.free) > MOST_NODES:
             break
         further = None if steps.failure else point.after(point.step)

@@ -177,13 +177,26 @@ class LiftPoint:
         """Part of the leak rate that ε adds: where it is small, p_f feels ε less than this."""
         return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
 
-    def finer(self, allowed: float) -> tuple[PressureGrid, float]:
-        """Network and ε of the next stage: smaller triangles where errors change ln Q most."""
-        epsilon, grid = self.epsilon, self.grid
+    @cached_property
+    def _by_parts(self) -> tuple[np.ndarray, np.ndarray]:
+        """What parts of the network may change of ln Q in the end, see `FilmPressure.by_parts`."""
+        return self.flow.by_parts(self.by_u * self._adjoint.x, FORCING**2)
+
+    @property
+    def network_error(self) -> float:
+        """What errors of the links may change of ln Q in the end, all with one sign."""
+        return float((self._by_parts[0] * self.flow.varies).sum())
+
+    def finer(self, allowed: float, grid: PressureGrid) -> tuple[PressureGrid, float]:
+        """Network and ε of the next stage: smaller triangles where errors change ln Q most.
+
+        The triangles of `grid` are those of this point's network.
+        """
+        epsilon = self.epsilon
         if self.by_epsilon > allowed / 2 or not self.problem.refines:
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
         if self.problem.refines:
-            by_links, past_legs = self.flow.by_parts(self.by_u * self._adjoint.x, FORCING**2)
+            by_links, past_legs = self._by_parts
             also = past_legs > FORCING**2 * allowed  # many may open together
             grid = grid.refined(by_links, 1 - FORCING, self.flow.varies, also)
         return grid, epsilon
