@@ -14,7 +14,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
 from fem_seal.field_file.recorded import Pair, Recorded, in_si
-from fem_seal.field_file.text_header import Statements, bare, statements
+from fem_seal.field_file.text_header import Statements, bare, statements, unit_in
 from fem_seal.field_file.text_table import OFF_GRID, TextTable, even_step, read_table
 
 COUNTING = "; its first line and column count points, without a unit, and say no lengths"
@@ -68,8 +68,9 @@ def _refuse_list(table: TextTable, header: Statements, path: Path) -> None:
 def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     """Map of a matrix; x runs along its lines if the header names x and y."""
     values, between = _without_coordinates(table, path)
-    if between is not None and (header.lateral_unit or between != (1, 1)):
-        return Recorded(values.T, header.unit_of_values(), between, header.lateral_unit)
+    lateral = unit_in(table.corner or "") or header.lateral_unit
+    if between is not None and (lateral or between != (1, 1)):
+        return _with_units(values.T, header.unit_of_values(), between, (lateral, lateral), path)
     lines, columns = values.shape
     counts, lengths = dict(header.counts), dict(header.lengths)
     for axis, (number, unit) in header.lengths.items():
@@ -118,6 +119,11 @@ def _without_coordinates(table: TextTable, path: Path) -> tuple[np.ndarray, Pair
         if np.isnan(values[0, 0]) or not plane:
             rising = values[1:, 1:][:: int(np.sign(y)), :: int(np.sign(x))]
             return rising, (abs(x), abs(y))
+    if table.corner is not None:
+        raise InvalidInput(
+            f"line {table.line[0]}, column 1 of {path} is {table.corner!r}, which is no number; a "
+            "title stands there only if first line and first column are evenly spaced coordinates"
+        )
     values = table.values
     alone = [
         name
@@ -134,6 +140,25 @@ def _without_coordinates(table: TextTable, path: Path) -> tuple[np.ndarray, Pair
             "surface.kind = 'profiles' if the other columns are profiles"
         )
     return values, None
+
+
+def _with_units(
+    values: np.ndarray,
+    unit: str | None,
+    steps: Pair,
+    units: tuple[str | None, str | None],
+    path: Path,
+) -> Recorded:
+    """Map with steps along x and y in units of their own; both or neither has one."""
+    if (units[0] is None) != (units[1] is None):
+        raise InvalidInput(f"of x and y in {path} only one has a unit; give that of both")
+    if units[0] is None:
+        return Recorded(values, unit, steps)
+    dx, dy = (
+        step * in_si(name or "", "m", f"the lengths of {path}")
+        for step, name in zip(steps, units, strict=True)
+    )
+    return Recorded(values, unit, (dx, dy), "m")
 
 
 def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
@@ -171,13 +196,8 @@ def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
     if pixel is not None:
         step = (dx * pixel, dy * pixel) if pixel else None
         return Recorded(values, "um", step, "m", length_hint=UNCALIBRATED)
-    units = [header.unit_of_coordinates(column) for column in (along, across)]
-    named = [in_si(unit, "m", f"the lengths of {path}") for unit in units if unit is not None]
-    if len(named) == 1:
-        raise InvalidInput(f"of x and y in {path} only one has a unit; give that of both")
-    in_x, in_y = named or (1.0, 1.0)
-    unit, length_unit = header.unit_of_values(heights[:1]), "m" if named else None
-    return Recorded(values, unit, (dx * in_x, dy * in_y), length_unit)
+    units = header.unit_of_coordinates(along), header.unit_of_coordinates(across)
+    return _with_units(values, header.unit_of_values(heights[:1]), (dx, dy), units, path)
 
 
 def _axis(table: TextTable, column: int, name: str, path: Path) -> tuple[np.ndarray, float]:

@@ -239,6 +239,12 @@ def _cells(line: str, table: TextTable) -> list[str]:
     return []
 
 
+def unit_in(text: str) -> str | None:
+    """Unit of length in brackets, or that is the whole text."""
+    match = _BRACKETS.search(text)
+    return _length_unit(match[1] if match else text)
+
+
 def names_units(line: str) -> bool:
     """Whether a word of a line is a unit of length or pressure other than m and Pa."""
     return bool(_UNIT_WORD.search(line))

@@ -33,6 +33,7 @@ OFF_GRID = 0.05
 FEWEST = 3  # coordinates of which one can say that they are even
 SHOWN = 40  # characters of a file that a message quotes
 
+_ASIDE = re.compile(r"\s#(?!n/a).*", re.IGNORECASE)
 _NO_DATA = re.compile(r"\bno[ _]data\b", re.IGNORECASE)
 _DECIMAL_COMMA_ONLY = re.compile(r"[^.]*\d,\d[^.]*")
 
@@ -45,6 +46,8 @@ class TextTable:
     header: tuple[str, ...]  #: lines before the numbers, and comments
     line: np.ndarray  #: (lines,), number of each line in the file, counted from 1
     layout: "Layout"  #: separator and decimal mark
+    #: text in the place of the first number, above a column and beside a line of coordinates
+    corner: str | None = None
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,8 @@ class Layout:
     def cells(self, line: str) -> list[str]:
         """Texts between the separators of a line, without blanks and quotes around them."""
         line = line.replace('"', "")
+        if "#" in line:
+            line = _ASIDE.sub("", line)
         if self.separator is None:
             return _NO_DATA.sub("nodata", line).split()
         return [cell.strip() for cell in line.split(self.separator)]
@@ -109,8 +114,15 @@ def read_table(path: Path, columns: int | None = None) -> TextTable:
 
 
 def decoded(data: bytes, path: Path) -> str:
-    """Text of a file in UTF-8, in UTF-16 if it begins with its byte-order mark, or Windows-1252."""
-    encoding = "utf-16" if data.startswith(_UTF_16) else "utf-8-sig"
+    """Text of a file in UTF-8, UTF-16 or Windows-1252, with or without a byte-order mark."""
+    encoding = "utf-8-sig"
+    if data.startswith(_UTF_16):
+        encoding = "utf-16"
+    else:
+        # In UTF-16 every second byte of digits and separators is 0.
+        zeros = [data[k:200:2].count(0) / max(len(data[k:200:2]), 1) for k in (0, 1)]
+        if max(zeros) > 0.5 and min(zeros) == 0:
+            encoding = "utf-16-be" if zeros[0] else "utf-16-le"
     try:
         text = data.decode(encoding)
     except UnicodeDecodeError as error:
@@ -188,6 +200,7 @@ def _is_data(row: Sequence[float | None]) -> bool:
 def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: Path) -> TextTable:
     """Numbers of all lines, from the first line with `columns` numbers, or any if strict, on."""
     header: list[str] = []
+    corner = None
     rows: list[np.ndarray] = []
     numbers_of_lines: list[int] = []
     for k, line in enumerate(lines, 1):
@@ -203,6 +216,8 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
         if not (rows or _begins(row, cells, columns, bool(header)) or (strict and None not in row)):
             header.append(line)
             continue
+        if not rows and len(cells) == columns > FEWEST and None not in row[1:] and row[0] is None:
+            corner, row = cells[0], [float("nan"), *row[1:]]
         if len(cells) != columns:
             raise InvalidInput(
                 f"line {k} of {path} has {number_of(len(cells), 'number')}, and other lines have "
@@ -220,7 +235,7 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
         raise InvalidInput(
             f"{path} holds no lines of {number_of(columns, 'number')} below its header"
         )
-    return TextTable(np.array(rows), tuple(header), np.array(numbers_of_lines), layout)
+    return TextTable(np.array(rows), tuple(header), np.array(numbers_of_lines), layout, corner)
 
 
 def even_step(x: np.ndarray) -> float | None:

@@ -125,6 +125,7 @@ WHOLE = {
     "units behind underscores": ("x_mm\ty_mm\tz_um\n" + points("\t", unit=1e-3)),
     "savetxt": ("# x [mm], y [mm], z [um]\n" + points(" ", unit=1e-3)),
     "coordinates around a matrix": ("Einheit: mm\n" + around()),
+    "a title between coordinates": (around("y\\x [mm]", "Z [mm]\n")),
     "coordinates that fall": (around("0", "Unit: mm\n", falling=True)),
     "coordinates without a corner": (
         "# Unit: mm\n" + around(missing="NaN").replace("\t", " ").replace(",", ".").lstrip()
@@ -145,7 +146,7 @@ WHOLE = {
 }
 
 
-ENCODINGS = ["utf-8-sig", "utf-16", "cp1252"]
+ENCODINGS = ["utf-8-sig", "utf-16", "utf-16-le", "cp1252"]
 
 
 @pytest.mark.parametrize(
@@ -295,7 +296,7 @@ LENGTHS = "Unit: um\nHeight: 1 um\n"
             "".join(f"{k / 4} {line}\n" for k, line in enumerate(matrix().splitlines())),
             "first column of .* rises evenly",
         ),
-        (around("y"), "column 1 of .* is 'y', which is no number"),
+        (around("y").replace("0,000500", "0,000700"), "column 1 of .* is 'y', which is no number"),
         ("".join(f"{line} 7\n" for line in points().splitlines()), "x and y of a grid"),
         ("x [mm], y, z [um]\n" + points(","), "only one has a unit"),
         ("x [mm], y [mm], z [kg]\n" + points(","), "'kg', which is no unit of length"),
