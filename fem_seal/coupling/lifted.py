@@ -181,9 +181,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
     change, error, moved = inf, inf, 0.0
     for _ in range(MOST_STEPS // 2):
         point = steps.point
-        # Where Newton's steps have failed, the film is sealed in no equilibrium.
-        no_less = point.epsilon**3 < least_cube and not steps.failure
-        if point.sealed and (no_less or point.opened is None):
+        if point.sealed and (point.epsilon**3 < least_cube or point.opened is None):
             break
         if point.flow.conductance <= problem.negligible:
             error = inf
