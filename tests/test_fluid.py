@@ -6,7 +6,7 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive
 from fem_seal.patch import Patch
-from fem_seal.results.words import lines_of
+from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
@@ -249,7 +249,7 @@ def test_caution_where_the_gas_slips(gap_scene, rtol, slips):
     gap = np.full((5, 5), 1e-5)
     gap[0, 0] = 0.0
     result = solve(Scene.from_mapping(gap_scene(gap, flow=flow))).result()
-    words = lines_of(result)
+    words = summary_of(result)
     assert any("slip of the gas" in text for label, text in words if label == "caution") is slips
     assert "mean free path 3" in dict(words)["gas"]
     entry = next(entry for entry in result.error_budget if entry.name == "slip")

@@ -5,7 +5,7 @@ from project import ROOT
 
 from fem_seal import run
 from fem_seal.results import Result
-from fem_seal.results.words import lines_of
+from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 
 SCENES = sorted((ROOT / "demos" / "scenes").glob("*.toml"))
@@ -49,4 +49,4 @@ def test_scene_runs(path, tmp_path):
     if scene.limit is not None and scene.seal is not None and scene.seal.patches < 3:
         decisions = {"undecided"}  # too few to say how much others differ
     assert result.verdict is None or result.verdict.decision in decisions
-    assert all(text for _, text in lines_of(result))
+    assert all(text for _, text in summary_of(result))

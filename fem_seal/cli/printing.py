@@ -44,7 +44,7 @@ def run_and_print(
     require_limit(options, scene)
     # result.json is UTF-8: bytes of other names become \xe9 and the like.
     words = (os.fsencode(word).decode("utf-8", "backslashreplace") for word in options.command_line)
-    origin = Origin(tuple(words), scene_text)
+    origin = Origin(command=tuple(words), scene_text=scene_text)
     with Display() as report:
         result = run(
             scene,

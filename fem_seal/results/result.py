@@ -1,7 +1,6 @@
 """Result: the content of result.json."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
@@ -54,15 +53,14 @@ def _beside(name: str) -> str:
 FileName = Annotated[str, AfterValidator(_beside)]
 
 
-@dataclass(frozen=True)
-class Origin:
+class Origin(Record):
     """Command and scene file of a result, as the user wrote them."""
 
-    command: tuple[str, ...]  #: without the name of the program
+    command: tuple[str, ...] | None = None  #: without the name of the program
     scene_text: str | None = None  #: text of the scene file
 
 
-class Provenance(Record):
+class Provenance(Origin):
     """Origin of a result: the same scene with the same inputs reproduces it."""
 
     scene: dict[str, Any]
@@ -71,8 +69,6 @@ class Provenance(Record):
     versions: dict[str, str]
     processes: int
     date: str
-    command: tuple[str, ...] | None = None
-    scene_text: str | None = None
 
     @classmethod
     def of(
@@ -86,8 +82,7 @@ class Provenance(Record):
             versions={"python": python_version()} | dict(_versions()),
             processes=parallel.processes(comm),
             date=datetime.now(UTC).isoformat(timespec="seconds"),
-            command=None if origin is None else origin.command,
-            scene_text=None if origin is None else origin.scene_text,
+            **dict(origin or Origin()),
         )
 
     def same_scene(self, other: "Provenance") -> bool:

@@ -47,23 +47,38 @@ WALLS = (
 
 def summary_of(result: Result) -> list[tuple[str, str]]:
     """Labels and texts of a result, with units; result.json has all digits."""
-    lines: list[tuple[str, str]] = [("state", result.state)]
-    if result.headline is not None:
-        lines.append(("leak rate", result.headline.sentence))
-    if result.leak_rate:
-        lines.append(("flow", flow_words(result)))
-        if result.gap_is_periodic and result.flow().sides == "wall":
-            lines.append(("sides", WALLS))
-    lines.extend(lines_of(result))
-    if result.accuracy:
-        lines.append(("accuracy", accuracy_words(result.accuracy, result.state)))
-    if result.error_budget:
-        lines.append(("errors", budget_words(result.error_budget, result.state)))
-    if result.seal is None or result.state != "lifted off":
-        lines.append(("contact", contact_words(result)))
+    state, named = result.state, result.quantities or Quantities()
+    walls = result.leak_rate and result.gap_is_periodic and result.flow().sides == "wall"
+    lifted_seal = result.seal is not None and state == "lifted off"
     memory = result.peak_memory_bytes / 1e6
-    lines.append(("cost", f"{result.seconds['total']:.1f} s elapsed, {memory:.0f} MB at most"))
-    return lines
+    parts: list[tuple[str, Callable[[Any], str], object]] = [
+        ("state", str, state),
+        ("leak rate", str, result.headline),
+        ("flow", flow_words, result if result.leak_rate else None),
+        ("sides", str, WALLS if walls else None),
+        ("surface", preparation_words, result.preparation or None),
+        ("seal", seal_words, result.seal),
+        ("lift", partial(lift_words, sealed=state == "sealed"), result.lift),
+        ("gas", gas_words, result.gas),
+        # What is uncertain stands in other lines.
+        (
+            "verdict",
+            lambda judged: f"{judged.decision}: {judged.comparison}",
+            result.verdict if result.provenance.scene.get("limit") else None,
+        ),
+        *(("caution", str, caution) for caution in result.cautions),
+        ("tightest", constriction_words, named.constriction),
+        ("threshold", threshold_words, named.threshold),
+        ("aperture", aperture_words, named.hydraulic_aperture),
+        ("trapped", lambda v: f"{in_digits(v)} m^3 in closed pockets", named.trapped_volume),
+        ("tensor", tensor_words, named.conductivity_tensor),
+        ("sensitivity", sensitivity_words, named.sensitivity),
+        ("accuracy", partial(accuracy_words, state=state), result.accuracy),
+        ("errors", partial(budget_words, state=state), result.error_budget or None),
+        ("contact", contact_words, None if lifted_seal else result),
+        ("cost", str, f"{result.seconds['total']:.1f} s elapsed, {memory:.0f} MB at most"),
+    ]
+    return [(label, words(part)) for label, words, part in parts if part is not None]
 
 
 def first_sentence(result: Result) -> str:
@@ -163,28 +178,6 @@ def accuracy_words(accuracy: Choice, state: FlowState) -> str:
     for name, error in (("area", accuracy.area_error), ("lift", accuracy.lift_error)):
         text += "" if error is None else f", {name} (about {per_cent(error)})"
     return text
-
-
-def lines_of(result: Result) -> list[tuple[str, str]]:
-    """Labels and texts of all products beside the leak rate, of those that the result has."""
-    judged = result.verdict if result.provenance.scene.get("limit") else None
-    named = result.quantities or Quantities()
-    parts: list[tuple[str, Callable[[Any], str], object]] = [
-        ("surface", preparation_words, result.preparation or None),
-        ("seal", seal_words, result.seal),
-        ("lift", partial(lift_words, sealed=result.state == "sealed"), result.lift),
-        ("gas", gas_words, result.gas),
-        # What is uncertain stands in other lines.
-        ("verdict", lambda judged: f"{judged.decision}: {judged.comparison}", judged),
-        *(("caution", str, caution) for caution in result.cautions),
-        ("tightest", constriction_words, named.constriction),
-        ("threshold", threshold_words, named.threshold),
-        ("aperture", aperture_words, named.hydraulic_aperture),
-        ("trapped", lambda v: f"{in_digits(v)} m^3 in closed pockets", named.trapped_volume),
-        ("tensor", tensor_words, named.conductivity_tensor),
-        ("sensitivity", sensitivity_words, named.sensitivity),
-    ]
-    return [(label, words(part)) for label, words, part in parts if part is not None]
 
 
 def sensitivity_words(by_input: dict[str, float]) -> str:

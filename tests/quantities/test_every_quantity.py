@@ -8,7 +8,7 @@ from project import ROOT, scene_of_samples
 
 import fem_seal as fs
 from fem_seal.quantities.of_patch import QUANTITIES, Quantities
-from fem_seal.results.words import lines_of
+from fem_seal.results.words import summary_of
 
 PAGE = (ROOT / "docs/reference/quantities.md").read_text(encoding="utf-8")
 ERRORS = dict(re.findall(r"^\| `(\w+)` \| (.+) \|$", PAGE, re.MULTILINE))
@@ -31,7 +31,7 @@ def test_every_field_is_computed(result):
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_a_quantity_has_one_line(name, result):
     without = replace(result.quantities, **{name: None})
-    lines, fewer = lines_of(result), lines_of(result.model_copy(update={"quantities": without}))
+    lines, fewer = summary_of(result), summary_of(result.model_copy(update={"quantities": without}))
     own = [line for line in lines if line not in fewer]
     assert len(own) == len(lines) - len(fewer) == 1, own
     assert re.search(r"\d", own[0][1]), "the line has its number"

@@ -8,7 +8,7 @@ from project import scene_of_samples
 from fem_seal import run
 from fem_seal.patch import Patch
 from fem_seal.results import Result
-from fem_seal.results.words import lines_of, summary_of
+from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
@@ -48,7 +48,7 @@ def leak_at(load, flow=None):
 @pytest.mark.parametrize(("drop", "warned"), [(1.01e-3 * LOAD, True), (0.99e-3 * LOAD, False)])
 def test_caution_from_a_thousandth_of_the_contact_pressure(drop, warned):
     result = solve(scene(flow={"pressure_drop": drop})).result()
-    said = [text for label, text in lines_of(result) if label == "caution"]
+    said = [text for label, text in summary_of(result) if label == "caution"]
     assert any("0.001 times the contact pressure" in text for text in said) is warned
     assert (entry(result) is not None) is warned
     # Without a limit nothing more is computed, and the leak rate is open upwards.

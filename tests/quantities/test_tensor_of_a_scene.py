@@ -10,7 +10,7 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.results import Result
-from fem_seal.results.words import lines_of
+from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
@@ -36,12 +36,12 @@ def test_tensor_of_a_scene(scene, tmp_path):
     assert found.hardest <= min(found.xx.value, found.yy.value)
     assert found.easiest >= max(found.xx.value, found.yy.value)
     assert result.converged
-    assert "easiest at" in dict(lines_of(result))["tensor"]
+    assert "easiest at" in dict(summary_of(result))["tensor"]
 
 
 def test_a_sealed_cell_has_no_easiest_direction(scene):
     scene["contact"]["area_fraction"] = 0.9
-    words = dict(lines_of(solve(Scene.from_mapping(scene)).result()))["tensor"]
+    words = dict(summary_of(solve(Scene.from_mapping(scene)).result()))["tensor"]
     assert words.endswith("sealed in every direction")
 
 

@@ -9,7 +9,7 @@ from test_error_budget import LEAK, SHOWN, judged
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.verdict import verdict, what_would_decide
-from fem_seal.results.words import lines_of
+from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import answer, solve
 
@@ -104,7 +104,7 @@ def test_verdict_does_not_depend_on_the_unit(rough, written):
 
 def test_words_of_a_scene_with_a_limit(rough, truth):
     result = solve(rough(f"{truth.value} m^3/s", rtol=0.3)).result()
-    labels = dict(lines_of(result))
+    labels = dict(summary_of(result))
     assert labels["verdict"].startswith("undecided")
     assert "sealed if the gap were lowered" in labels["tightest"]
     assert result.quantities.constriction.pressure_share > 0

@@ -24,7 +24,7 @@ from fem_seal.quantities.seal import _patches_entry
 from fem_seal.quantities.verdict import verdict
 from fem_seal.render.seal import draw_seal
 from fem_seal.results import Result
-from fem_seal.results.words import first_sentence, lines_of, summary_of
+from fem_seal.results.words import first_sentence, summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.surface import resample
@@ -108,7 +108,7 @@ def test_result(outcome):
     assert len(seal.patches) == 3
     assert min(seal.loads) == 1.5e5
     assert max(seal.loads) <= 2e5
-    assert any(label == "seal" for label, _ in lines_of(result))
+    assert any(label == "seal" for label, _ in summary_of(result))
 
 
 @pytest.mark.render
@@ -645,7 +645,7 @@ def test_a_sealed_seal_has_pressures_and_words(profile):
     assert set(p) == {0.5e5, 0.0}
     assert (np.diff(p) <= 0).all()
     assert P.max() == pytest.approx(2e6 * (1 if profile == "uniform" else 4 / np.pi), rel=3e-6)
-    (words,) = (text for label, text in lines_of(result) if label == "seal")
+    (words,) = (text for label, text in summary_of(result) if label == "seal")
     assert "; solved at 2 net loads (contact pressure less fluid pressure) from " in words
     if profile == "hertz":
         assert re.search(r"seals from \S+ \S+ to \S+ \S+ behind the inlet$", words)
