@@ -101,7 +101,9 @@ class ContactPair:
     def loaded(self, mean_pressure: float, start: np.ndarray | None) -> tuple[Problem, np.ndarray]:
         """Problem under a mean pressure [Pa] > 0, and its first pressure: both without units."""
         load = mean_pressure / self.unit_pressure
-        pressure = np.ones(self.height.shape) if start is None or not start.any() else start.copy()
+        pressure = np.ones(self.height.shape)
+        if start is not None and start.any():
+            pressure[...] = start
         pressure *= load / pressure.mean()
         return Problem(self.scaled_heights, self.half_space, mean_pressure=load), pressure
 

@@ -12,6 +12,9 @@ to the whole grid, 1_F the mean over F taken out (only at a prescribed load):
     6   t = 1_F (z + β t)  on F; β = 0 if <r, t> <= 0
     7   α = <r, t> / <t, S t>
     8   p = max(p - α t, 0), scaled to the load
+
+On a large grid p and g are rough, in the steering precision, until the certificate comes near to
+the tolerance or to their rounding.
 """
 
 from dataclasses import dataclass, field
@@ -24,6 +27,11 @@ from fem_seal.contact.problem import Iterate, Iterates, Problem
 
 # Samples along a side up to which `ExtensionRule` holds as it stands.
 LARGE = 1024
+# Fewest samples of a grid on which pressure and gap begin rough. Smaller arrays stay in the cache,
+# where precision costs little.
+ROUGH_FROM = 512**2
+# Certificate down to which they may be rough, if it is also this many times their rounding.
+ROUGH_ABOVE, ROUNDINGS = 1e-4, 10
 
 
 @dataclass(frozen=True)
@@ -61,28 +69,41 @@ def free_set_cg(
     forward transform.
 
     Numbers in comments are the steps of the module's docstring. The gap is stored in the
-    half-space's exact work array, z in its steering array. Passes over the arrays go block by
-    block, in the half-space's threads, and steps that read the same arrays are merged.
+    half-space's exact work array, z and a rough gap in its steering array. Passes over the arrays
+    go block by block, in the half-space's threads, and steps that read the same arrays are merged.
     """
     half_space, samples = problem.half_space, pressure.size
     passes = half_space.passes
-    loaded = problem.mean_pressure is not None
-    wall = problem.heights if loaded else problem.heights - problem.mean_gap
-    p, g, z = pressure, half_space.exact.values, half_space.steer.values
+    loaded, load = problem.mean_pressure is not None, (problem.mean_pressure or 0.0) * samples
+    exact_wall = problem.heights if loaded else problem.heights - problem.mean_gap
+    p, wall, z = pressure, exact_wall, half_space.steer.values
+    limit = max(ROUGH_ABOVE, problem.tolerance, ROUNDINGS * problem.rounding(p, z.dtype))
+    rough = z.dtype != p.dtype and samples >= ROUGH_FROM
+    if rough:
+        p, wall = p.astype(z.dtype), wall.astype(z.dtype)
     r, r_old, t, free = (np.zeros(p.shape, z.dtype) for _ in range(4))
     extension, settling = Extension(free, passes=passes), _Settling.of(rule, samples)
     scale, total, rz_old, iteration = 1.0, float(p.sum()), np.inf, 0
     uniform = bool(np.ptp(p) == 0)
     while True:
         # 1, with the scaling of step 8.
+        g = z if rough else half_space.exact.values
         _scale(passes, p, scale, out=g)
         if uniform:
             g[...] = 0.0  # A uniform pressure displaces uniformly: no transform for a cold start.
+        elif rough:
+            half_space.displace_in_steer()
         else:
             half_space.displace()
         work, lowest = _subtract(passes, wall, g, p)
         level = work / total if loaded else 0.0
         error = problem.error_from(total, work, lowest)
+        if rough and error <= limit:
+            # The same pressure once more, exactly.
+            pressure[...], rough = p, False
+            p, wall, total = pressure, exact_wall, float(pressure.sum())
+            scale, total = (load / total, load) if loaded else (1.0, total)
+            continue
         yield Iterate(iteration, p, error, g)
         iteration, uniform = iteration + 1, False
         if settling.changes(iteration, error):
@@ -119,8 +140,7 @@ def free_set_cg(
         alpha = slope / curvature if curvature > 0 else 0.0
         # 8
         total = _advance(passes, p, alpha, t)
-        if problem.mean_pressure is not None:
-            load = problem.mean_pressure * samples
+        if loaded:
             scale, total = load / total, load
 
 

@@ -1,7 +1,7 @@
 """The iterative methods by name, and the loop that stops them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -105,7 +105,7 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
     limit = stopping.max_iterations or method.max_iterations
     residuals: list[float] = []
     best, best_excess, best_at = np.inf, np.inf, 0
-    for iterate in method.iterates(problem, pressure):
+    for iterate in method.iterates(replace(problem, tolerance=stopping.tolerance), pressure):
         residuals.append(iterate.error)
         if stopping.progress is not None:
             stopping.progress(iterate.iteration, iterate.error)

@@ -11,6 +11,7 @@ from fem_seal.errors import NotConverged
 # Largest number of Newton steps of `Problem.projected`. Each step but the last puts more samples
 # onto the counter-face, where they stay; a few steps put nearly all of them there.
 MOST_STEPS = 200
+DOUBLE = np.dtype(float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +23,8 @@ class Problem:
     #: prescribed load or mean gap > 0, in the units of HalfSpace; exactly one of them is not None
     mean_pressure: float | None = None
     mean_gap: float | None = None
+    #: certificate at which the solve stops: iterates above it may be computed less exactly
+    tolerance: float = 0.0
 
     def gap(self, pressure: np.ndarray) -> np.ndarray:
         """S p - h + mean gap; under pressure control the level is still free (new array)."""
@@ -84,18 +87,19 @@ class Problem:
             mean_gap_error=mean_gap_error,
         )
 
-    def rounding(self, pressure: np.ndarray) -> float:
-        """Estimated upper bound of the rounding error of the displacement that a pressure causes.
+    def rounding(self, pressure: np.ndarray, precision: np.dtype = DOUBLE) -> float:
+        """Estimated upper bound of the rounding error of the gap that a pressure causes.
 
-        An FFT of N samples in float64 adds noise to the modes of at most ε log2 N times the rms of
-        the samples (N. J. Higham, Accuracy and Stability of Numerical Algorithms (2002), theorem
-        24.2, with room for its constants). The compliances turn the noise into a displacement; four
-        times its rms is the bound for all samples. It reaches 1e-4 of the rms height only under a
-        pressure 1e9 times the one that flattens the surface.
+        An FFT of N samples with the rounding unit ε adds noise to the modes of at most ε log2 N
+        times the rms of the samples (N. J. Higham, Accuracy and Stability of Numerical Algorithms
+        (2002), theorem 24.2, with room for its constants). The compliances turn the noise into a
+        displacement; four times its rms is the bound for all samples. In float64 it reaches 1e-4 of
+        the rms height only under a pressure 1e9 times the one that flattens the surface. The
+        heights are rounded as well.
         """
         rms = float(np.sqrt(np.mean(pressure**2)))
-        noise = np.finfo(float).eps * np.log2(2 * pressure.size) * rms
-        return float(4 * noise * self.half_space.rms_compliance)
+        noise = np.log2(2 * pressure.size) * rms * self.half_space.rms_compliance
+        return float(np.finfo(precision).eps * (4 * noise + np.abs(self.heights).max()))
 
     def make_admissible(self, pressure: np.ndarray) -> None:
         """Set tensile pressures to zero and restore the mean pressure, in place."""
