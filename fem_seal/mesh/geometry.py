@@ -8,6 +8,7 @@ in it ends with one sentence and leaves nothing behind.
 
 import os
 import pickle
+import shutil
 import signal
 import subprocess
 import sys
@@ -25,6 +26,7 @@ from fem_seal.parallel import OF_MPI
 # Geometries of the package, beside its modules; also in a wheel and in an editable install.
 SOURCES = Path(__file__).with_name("sources")
 LONGEST = 600.0  # longest time [s] for a geometry that is not the package's own
+LEAST_FREE = 1_000_000  # bytes of the temporary folder, below which it counts as full
 NO_GMSH = (
     "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: "
     "pip install gmsh"
@@ -91,7 +93,30 @@ def mesh_geometry(
         _run(folder, geo, None if own else longest)
         if not (folder / MESH_FILE).exists():
             raise InvalidInput(f"gmsh has made no mesh of {geo}: does it have a surface?")
+        _refuse_cut_off(folder / MESH_FILE, geo)
         return read_triangles(folder / MESH_FILE, unit, names, source=geo)
+
+
+def _refuse_full(temporary: Path) -> None:
+    """Raise InvalidInput if the temporary folder is full: then the geometry is not at fault."""
+    free = shutil.disk_usage(temporary).free
+    if free < LEAST_FREE:
+        raise InvalidInput(
+            f"gmsh has failed, and the temporary folder {temporary} is full ({free} bytes are "
+            "free); TMPDIR names another"
+        )
+
+
+def _refuse_cut_off(mesh: Path, geo: Path) -> None:
+    """Refuse a mesh that ends early: gmsh does not say when the disk is full."""
+    with mesh.open("rb") as file:
+        file.seek(max(0, mesh.stat().st_size - 100))
+        end = file.read().rstrip().rpartition(b"\n")[2]
+    if not end.startswith(b"$End"):
+        raise InvalidInput(
+            f"gmsh could not write the whole mesh of {geo} to {mesh.parent}: is the disk full? "
+            "TMPDIR names another temporary folder"
+        )
 
 
 def _run(folder: Path, geo: Path, longest: float | None) -> None:
@@ -124,6 +149,8 @@ def _run(folder: Path, geo: Path, longest: float | None) -> None:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
+    if status or (folder / ERROR_FILE).exists():
+        _refuse_full(folder.parent)
     if (folder / ERROR_FILE).exists():
         raise InvalidInput((folder / ERROR_FILE).read_text(encoding="utf-8"))
     if status:
