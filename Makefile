@@ -1,6 +1,6 @@
 # make demo   install what is missing and run the first scene
 # make test   install what is missing and run the tests, on all cores
-# make quick  the same for the physics and the pages: no pictures, commands, demos or mpirun
+# make quick  the same for contact, film, mesh, flow, scenes and pages alone
 # make lint   install what is missing and check style and types
 # make docs   install what is missing and build the pages into docs/_build; warnings are errors
 # make links  the same, and ask the other end of every external link; needs the internet

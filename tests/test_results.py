@@ -286,7 +286,17 @@ def test_folder_that_cannot_be_written(scene, tmp_path, place):
     assert set(content(tmp_path)) == {"file"}
 
 
-@pytest.mark.parametrize("text", [b"", b"{}", b'{"schema": 2}', b"[1]", b"not json", b"\xff\xfe"])
+DAMAGED_BUDGET = b'{"schema": 1, "error_budget": [{}]}'
+DAMAGED_VERDICT = b'{"schema": 1, "verdict": "within"}'
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *(b"", b"{}", b'{"schema": 2}', b"[1]", b"not json", b"\xff\xfe"),
+        *(DAMAGED_BUDGET, DAMAGED_VERDICT),
+    ],
+)
 def test_damaged_result(scene, tmp_path, text):
     with pytest.raises(InvalidInput, match="cannot read the result"):
         Result.from_folder(tmp_path)

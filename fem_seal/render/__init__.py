@@ -16,6 +16,8 @@ _MODULE_OF = {
     "pressure_picture": "flow",
     "relief_picture": "relief",
     "require_gl": "offscreen",
+    "seal_picture": "seal",
+    "sensitivity_picture": "samples",
 }
 
 __all__ = sorted(_MODULE_OF)

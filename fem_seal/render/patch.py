@@ -29,7 +29,10 @@ PICTURES = (
 
 
 def draw_patch(patch: Patch, folder: Path) -> tuple[str, ...]:
-    """Draw the pictures of a patch into a folder; see `draw_pictures`. None if lifted off."""
+    """Draw the pictures of a patch into a folder; see `draw_pictures`.
+
+    No picture is drawn of a patch that is lifted off.
+    """
     if patch.lifted_off:
         return ()
     field = patch.leak_rate.field if patch.scene.needs_flow else None

@@ -140,7 +140,12 @@ class Result(Record):
     @model_validator(mode="before")
     @classmethod
     def _read(cls, data: Any) -> Any:
-        return _of_schema_1(data) if isinstance(data, dict) and data.get("schema") == 1 else data
+        if not (isinstance(data, dict) and data.get("schema") == 1):
+            return data
+        try:
+            return _of_schema_1(data)
+        except (LookupError, AttributeError, TypeError) as error:
+            raise ValueError(f"a damaged result of the first schema: {error!r}") from None
 
     def to_json(self) -> str:
         """Text of result.json, with all digits of floats, so that reading returns them exactly."""
