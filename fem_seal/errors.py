@@ -80,6 +80,16 @@ class Inconsistent(FemSealError):
     exit_status = 3
 
 
+def explained(error: MemoryError | OSError) -> InvalidInput:
+    """Say in our words what the system has refused."""
+    if isinstance(error, MemoryError):
+        size = f" ({error})" if str(error) else ""
+        return InvalidInput(f"not enough memory for this size{size}; choose a smaller one")
+    place = f": {error.filename}" if error.filename else ""
+    reason = error.strerror or str(error)  # some libraries leave the system's words out
+    return InvalidInput(f"{reason or type(error).__name__}{place}")
+
+
 def present(value: Value | None, name: str) -> Value:
     """Return a value that cannot be None here, so that its type is no longer optional."""
     if value is None:

@@ -4,20 +4,30 @@ import csv
 import os
 import pickle
 import signal
+import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from threading import Timer
 
 import numpy as np
 import pytest
-from project import MPI_ENVIRONMENT, printed_by, rows, started, write_toml
+from project import MPI_ENVIRONMENT, alone, printed_by, rows, started, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput, InvalidScene
-from fem_seal.points import Expected
+from fem_seal.points import (
+    Chain,
+    Expected,
+    RecordFolder,
+    StudyTask,
+    compute_points,
+    compute_study,
+)
+from fem_seal.points.compute import compute_chain
 from fem_seal.points.farm import farm, processes_that_fit
 from fem_seal.sweep import Work, combinations, read_points, sweep
 
@@ -166,6 +176,152 @@ def killed_once(folder):
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return "done"
+
+
+def answer(last):
+    """End the process a moment after its answer, if that is to be the last one."""
+    if last:
+        Timer(0.1, os.kill, (os.getpid(), signal.SIGKILL)).start()
+    return last
+
+
+def test_a_worker_that_is_killed_while_idle_is_replaced(monkeypatch):
+    monkeypatch.setattr("fem_seal.points.farm.available_memory", lambda: time.sleep(0.5) or 10**10)
+    assert farm([True, False], answer, 1, lambda: 0) == ([True, False], [])
+
+
+def stay(path):
+    Path(path).write_text(str(os.getpid()))
+    time.sleep(60)
+
+
+class Interrupted(ProcessPoolExecutor):
+    """Ctrl-C before the farm knows that the chain runs."""
+
+    def submit(self, compute, chain):
+        super().submit(compute, chain)
+        while not (chain.exists() and chain.read_text()):
+            time.sleep(0.05)
+        raise KeyboardInterrupt
+
+
+def test_an_interrupt_ends_the_process_of_each_chain(tmp_path, monkeypatch):
+    monkeypatch.setattr("fem_seal.points.farm.ProcessPoolExecutor", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        farm([tmp_path / "process"], stay, 1, lambda: 0)
+    process = Path("/proc", (tmp_path / "process").read_text())
+    end = time.monotonic() + 20
+    while process.exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not process.exists()
+
+
+def fine():
+    return 1
+
+
+def fail():
+    raise InvalidInput("an error of its own")
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def keep_and_die(path):
+    """End as a process does that is killed once it has written its point."""
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("1")
+    die()
+
+
+def chain_of(folder, *functions, begin=lambda: None):
+    """Points of functions, named by them."""
+    tasks = [StudyTask(f.__name__, f.__name__, f, ()) for f in functions]
+    return Chain(folder, tuple(tasks), begin)
+
+
+def test_each_point_of_a_killed_chain_has_its_own_error(tmp_path):
+    """Also one that failed before the process was killed, and none that has its file."""
+    folder = RecordFolder(tmp_path, int)
+    kept = StudyTask("kept", "kept", keep_and_die, (folder.path_of("kept"),))
+    chain = chain_of(folder, fail, die, fine, begin=type(None))
+    outcome = compute_points([chain, Chain(folder, (kept,))], Work(2))
+    assert {label: str(error)[:24] for label, error in outcome.failures.items()} == {
+        "fail": "an error of its own",
+        "die": "the process that compute",
+    }
+    assert (outcome.computed, outcome.missing) == (2, 2)
+    assert folder.point("fine") == folder.point("kept") == 1
+
+
+def test_a_study_says_how_many_points_have_failed(tmp_path):
+    folder = RecordFolder(tmp_path, int)
+    with pytest.raises(InvalidInput, match=r"^fail: an error of its own$"):
+        compute_study([chain_of(folder, fail)], None, lambda *_: None)
+    with pytest.raises(InvalidInput, match=r"^fail: .*own, and 1 other point failed$"):
+        compute_study([chain_of(folder, fail, too_large)], None, lambda *_: None)
+
+
+def too_large():
+    raise MemoryError("8 TB")
+
+
+def test_what_the_system_refuses_is_said_in_words(tmp_path):
+    outcome = compute_points([chain_of(RecordFolder(tmp_path, int), too_large)], Work())
+    assert str(outcome.failures["too_large"]) == (
+        "not enough memory for this size (8 TB); choose a smaller one"
+    )
+
+
+def test_a_point_of_another_process_is_counted(tmp_path):
+    """One that was missing at the start, and has a file by its turn."""
+    folder, done = RecordFolder(tmp_path, int), []
+    folder.write("fail", 1)
+    chain = chain_of(folder, fail, fine)
+    assert compute_chain(chain, after_each=lambda: done.append(1)) == {}
+    assert len(done) == 2
+
+
+class FullFolder(RecordFolder):
+    def save(self, path, point):
+        raise InvalidInput("the disk is full")
+
+
+def test_a_folder_that_cannot_be_written_ends_the_computation(tmp_path):
+    computed = []
+    task = StudyTask("1", "1", computed.append, (1,))
+    with pytest.raises(InvalidInput, match="full"):
+        compute_points([Chain(FullFolder(tmp_path, int), (task,))] * 2, Work())
+    assert computed == [1]
+
+
+MPI_REFUSED = """
+from pathlib import Path
+from fem_seal import parallel
+from fem_seal.points import Chain, RecordFolder, StudyTask, Work, compute_points
+
+def refuse():
+    raise MemoryError("8 TB")
+
+def on_the_first():
+    parallel.on_root(refuse)
+
+parallel.abort_together()
+task = StudyTask("point", "point", on_the_first, ())
+compute_points([Chain(RecordFolder(Path("points"), int), (task,))], Work())
+"""
+
+
+@pytest.mark.mpi
+def test_processes_that_solve_together_end_together(tmp_path):
+    """The others would wait for ever for a first one without memory."""
+    (tmp_path / "script.py").write_text(MPI_REFUSED)
+    program = ["mpirun", "-n", "2", "--oversubscribe", sys.executable, "script.py"]
+    options = {"capture_output": True, "text": True, "env": alone() | MPI_ENVIRONMENT}
+    done = subprocess.run(program, timeout=60, check=False, cwd=tmp_path, **options)
+    assert done.returncode
+    assert "MemoryError: 8 TB" in done.stderr
 
 
 def environment_of(path):

@@ -28,7 +28,7 @@ with ended_silently():
         surface,
         sweep,
     )
-    from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, printable
+    from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, explained, printable
     from fem_seal.files import use_writable_cache
     from fem_seal.installed import why_not_imported
 
@@ -125,19 +125,14 @@ def main(arguments: list[str] | None = None) -> int:
     except FemSealError as error:
         first, *more = error.lines
         return parallel.fail(f"fem-seal: {first}", error.exit_status, more)
-    except MemoryError as error:
-        message = f"not enough memory for this size ({error}); choose a smaller one"
-        return parallel.fail(f"fem-seal: {message}", InvalidInput.exit_status)
     except BrokenPipeError:
         # The reader of our output has closed the pipe: discard the rest of the output.
         nowhere = os.open(os.devnull, os.O_WRONLY)
         for stream in (sys.stdout, sys.stderr):
             os.dup2(nowhere, stream.fileno())
         return 0
-    except OSError as error:
-        place = f": {error.filename}" if error.filename else ""
-        reason = error.strerror or str(error)  # some libraries leave the system's words out
-        return parallel.fail(f"fem-seal: {reason}{place}", InvalidInput.exit_status)
+    except (MemoryError, OSError) as error:
+        return parallel.fail(f"fem-seal: {explained(error)}", InvalidInput.exit_status)
     except ImportError as error:
         return parallel.fail(f"fem-seal: {why_not_imported(error)}", MissingPackage.exit_status)
     except KeyboardInterrupt:

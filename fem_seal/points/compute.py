@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import TypeAlias
 
 from fem_seal import parallel
 from fem_seal.digits import number_of
-from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, NotConverged
+from fem_seal.errors import FemSealError, MissingPackage, NotConverged, explained
 from fem_seal.points.farm import POLL, farm
 from fem_seal.points.task import Chain, nothing
 from fem_seal.points.work import UNKNOWN_POINT, Expected, Work
@@ -51,22 +52,26 @@ def compute_points(
     comm = work.comm if comm is None else comm
     mine = [] if work.gather else list(chains[k - 1 :: n])
     missing = parallel.on_root(lambda: _cleared(mine), comm)
-    jobs = work.jobs_for(min(len(mine), len(missing)), len(missing), each)
+    waiting = [
+        replace(chain, tasks=tasks)
+        for chain in mine
+        if (tasks := tuple(t for t in chain.tasks if chain.folder.path_of(t.name) in missing))
+    ]
+    jobs = work.jobs_for(len(waiting), len(missing), each)
     expected = None if each is None else len(missing) * each.seconds / jobs
     pace = Pace(len(missing), name, report, expected)
     failures: Failures = {}
     if missing and jobs == 1 and work.executor is None:
-        for chain in mine:
+        for chain in waiting:
             failures |= compute_chain(chain, pace, comm=comm, after_each=pace.count)
     elif missing:
 
         def poll() -> int:
             """Show the progress, and count the finished points."""
-            pace.count(len(missing) - len(_without_file(mine)))
+            pace.count(len(missing) - len(_without_file(waiting)))
             pace("", "")
             return pace.done
 
-        waiting = [chain for chain in mine if _without_file([chain])]
         if work.executor is not None:
             failures = _by_executor(waiting, work.executor, poll)
         else:
@@ -76,14 +81,14 @@ def compute_points(
     return Outcome(len(missing) - len(left), len(all_left), failures)
 
 
-def _cleared(chains: Sequence[Chain]) -> list[str]:
-    """Names of the points to compute; files of failed and damaged ones are removed."""
-    missing = []
+def _cleared(chains: Sequence[Chain]) -> set[Path]:
+    """Files of the points to compute; those of failed and damaged points are removed."""
+    missing = set()
     for chain in chains:
         for task in chain.tasks:
             if not chain.folder.finished(task.name):
                 chain.folder.remove(task.name)
-                missing.append(task.name)
+                missing.add(chain.folder.path_of(task.name))
     return missing
 
 
@@ -109,17 +114,20 @@ def compute_chain(
     failures: Failures = {}
     for task in chain.tasks:
         # Another process may have computed the point meanwhile.
-        if parallel.on_root(partial(chain.folder.finished, task.name), comm):
-            continue
-        try:
-            point = task.compute(handed_on, under(task.label, report), comm)
-            parallel.on_root(partial(chain.folder.write, task.name, point), comm)
-        except MissingPackage:
-            raise
-        except FemSealError as error:
-            failures[task.label] = error
-        except (MemoryError, OSError) as error:
-            failures[task.label] = InvalidInput(str(error) or type(error).__name__)
+        if not parallel.on_root(partial(chain.folder.finished, task.name), comm):
+            try:
+                point = task.compute(handed_on, under(task.label, report), comm)
+            except MissingPackage:
+                raise
+            except FemSealError as error:
+                failures[task.label] = error
+            except (MemoryError, OSError) as error:
+                if parallel.processes(comm) > 1:
+                    raise  # The others wait for this process and know nothing of its error.
+                failures[task.label] = explained(error)
+            else:
+                # A folder that cannot be written keeps none of the points to come either.
+                parallel.on_root(partial(chain.folder.write, task.name, point), comm)
         after_each()
     return failures
 
@@ -140,33 +148,34 @@ def _by_executor(chains: Sequence[Chain], executor: Executor, poll: Callable[[],
     """Compute chains by an executor, such as that of a Dask cluster."""
     running = {executor.submit(compute_alone, chain) for chain in chains}
     failures: Failures = {}
-    while running:
-        poll()
-        finished, running = wait(running, POLL)
-        for future in finished:
-            failures |= future.result()
+    try:
+        while running:
+            poll()
+            finished, running = wait(running, POLL)
+            for future in finished:
+                failures |= future.result()
+    finally:
+        # After an interrupt or an error of one chain, the others would go on for long.
+        for future in running:
+            future.cancel()
     return failures
 
 
 def _by_workers(
     chains: Sequence[Chain], jobs: int, poll: Callable[[], int], memory: int | None, need: int
 ) -> Failures:
-    """Compute chains in workers of this machine, those whose process was killed once more alone.
+    """Compute chains in workers of this machine.
 
-    If that is killed as well, the point has failed, and the points after it go on.
+    The points of a chain whose process was killed are computed once more, one after the other; one
+    that ends its process again has failed.
     """
-    failures: Failures = {}
     answers, killed = farm(chains, compute_alone, jobs, poll, memory, need)
-    while killed:
-        chain = killed.pop()
-        more, again = farm([chain], compute_alone, 1, poll, memory, need)
-        answers += more
-        if again:
-            names = _without_file([chain])
-            number = [task.name for task in chain.tasks].index(names[0])
-            failures[chain.tasks[number].label] = NotConverged(KILLED)
-            killed.append(Chain(chain.folder, chain.tasks[number + 1 :], chain.begin))
-    for errors in answers:
+    single = [replace(chain, tasks=(task,)) for chain in killed for task in chain.tasks]
+    more, again = farm(single, compute_alone, 1, poll, memory, need)
+    failures: Failures = {
+        chain.tasks[0].label: NotConverged(KILLED) for chain in again if _without_file([chain])
+    }
+    for errors in (*answers, *more):
         failures |= errors
     return failures
 
@@ -182,8 +191,10 @@ def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) ->
         If points have failed, after the others have been computed.
     """
     outcome = compute_points(chains, work or Work(), report=report)
-    for label, error in outcome.failures.items():
-        count = number_of(len(outcome.failures), "point")
-        error.args = (f"{count} failed, the first of them {label}: {error}",)
+    if outcome.failures:
+        label, error = next(iter(outcome.failures.items()))
+        others = len(outcome.failures) - 1
+        more = f", and {number_of(others, 'other point')} failed" if others else ""
+        error.args = (f"{label}: {error}{more}",)
         raise error
     return outcome

@@ -44,7 +44,7 @@ def farm(
     chains, compute
         Each chain is pickled; `compute` is a function of a module.
     poll
-        Called every half second; returns how many points are finished.
+        Called every half second and after each chain; returns how many points are finished.
     memory
         Most memory of all processes together [bytes]; what the machine has if left out.
     need
@@ -73,7 +73,10 @@ def farm(
                     idle.append(ProcessPoolExecutor(1, context, _begin, (environment,)))
                     workers.append(idle[-1])
                 worker, chain = idle.pop(), waiting.popleft()
-                running[worker.submit(compute, chain)] = worker, chain
+                try:
+                    running[worker.submit(compute, chain)] = worker, chain
+                except BrokenProcessPool:  # The system has killed the worker while it was idle.
+                    waiting.appendleft(chain)
             finished = poll()
             for future in wait(running, POLL, FIRST_COMPLETED).done:
                 worker, chain = running.pop(future)
@@ -84,7 +87,7 @@ def farm(
                     killed.append(chain)
     finally:
         # After an interrupt or an error of one chain, the others would go on for long.
-        for pid in _processes_of([worker for worker, _ in running.values()]):
+        for pid in _processes_of([worker for worker in workers if worker not in idle]):
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGTERM)
         for worker in workers:
