@@ -74,6 +74,25 @@ def test_two_processes_write_the_result_of_one(name, folder):
     assert (two.lift and two.lift.steps) == (one.lift and one.lift.steps)
 
 
+def test_the_first_process_tells_when_a_patch_has_taken_too_long(tmp_path):
+    """If the second, whose clock is hours ahead, ended alone, the first would wait for ever."""
+    code = """
+import sys
+from importlib import import_module
+from itertools import count
+from mpi4py import MPI
+from fem_seal.cli import main
+if MPI.COMM_WORLD.rank == 1:
+    import_module("fem_seal.upscaling.refined_table").perf_counter = count(0, 10_000).__next__
+sys.exit(main(sys.argv[1:]))
+"""
+    scene = seal_scene(seal={"patches": 1, "rtol": 0.3, "max_seconds": 1_000}).to_mapping()
+    path = write_toml(tmp_path / "seal.toml", scene)
+    status, _, error = mpirun("-c", code, "run", path, "--out", tmp_path / "out")
+    assert status == 0, error
+    assert Result.from_folder(tmp_path / "out").converged
+
+
 def test_bad_input_is_said_once(tmp_path):
     np.savez(tmp_path / "gap.npz", gap=-np.ones((5, 5)), spacing=(1e-6, 1e-6))
     job = ["leak", str(tmp_path / "gap.npz"), "--out", str(tmp_path / "out")]

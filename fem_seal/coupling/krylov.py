@@ -53,6 +53,7 @@ def gmres(
     residuals: list[float] = []
     for k in range(most):
         following = apply(basis[k])
+        rounding = np.finfo(float).eps * np.linalg.norm(following)
         for i, vector in enumerate(basis):
             hessenberg[i, k] = np.vdot(vector, following)
             following -= hessenberg[i, k] * vector
@@ -61,7 +62,8 @@ def gmres(
         y = np.linalg.lstsq(whole, right_side, rcond=None)[0]
         residuals.append(float(np.linalg.norm(whole @ y - right_side)) / size)
         converged = residuals[-1] <= tolerance
-        if converged or k + 1 == most:
+        # Nothing but rounding is new: x is exact or, where A is singular, no vector mends it.
+        if converged or k + 1 == most or hessenberg[k + 1, k] <= rounding:
             break
         basis.append(following / hessenberg[k + 1, k])
     values, vectors = np.linalg.eig(whole[:-1])

@@ -139,7 +139,7 @@ def _first_stage(
     """
     thinned = problem.thinned
     # As much more gap, where it is that of the rms height, adds what is allowed to 3 ln g.
-    epsilon = allowed / 3 * float(problem.height.values.std())
+    epsilon = allowed / 3 * problem.roughness
     every = problem.height.shape[0] // thinned.height.shape[0]
     start = None if contact is None else contact.pressure.values[::every, ::every]
     pressure = pressure[::every, ::every]
@@ -165,9 +165,8 @@ def _on_all_samples(problem: LiftProblem, point: LiftPoint, allowed: float) -> L
 def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: Report) -> _End:
     """Go on from the equilibrium of the first stage.
 
-    When a stage begins, a step of the one before further on, its flow tells by how much the fluid's
-    pressure of the stage before is wrong. The stages end when all that further ones would change is
-    little, or when no fluid pressure opens the film.
+    When a stage begins, its flow tells by how much the fluid's pressure of the stage before is
+    wrong. The stages end when all that further ones would change is little, or when there is none.
     """
 
     def solved(point: LiftPoint) -> Steps:
@@ -176,25 +175,17 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
 
     if steps.point.problem is not problem:
         steps = solved(_on_all_samples(problem, steps.point, allowed))
-    # ε³ below this is lost in the rounding of g³: a film so little open says no more with less.
-    least_cube = float_info.epsilon * float(problem.height.values.std()) ** 3
     change, error, moved = inf, inf, 0.0
     for _ in range(MOST_STEPS // 2):
         point = steps.point
-        if point.sealed and (point.epsilon**3 < least_cube or point.opened is None):
-            break
         if point.flow.conductance <= problem.negligible:
             error = inf
             break
-        grid, epsilon = point.finer(allowed, point.grid)
-        if len(grid.free) > MOST_NODES:
+        start = _next_stage(problem, allowed, steps)
+        if start is None:
             break
-        further = None if steps.failure else point.after(point.step)
-        start = replace(further or point, grid=grid, epsilon=epsilon)
         before, change = change, point.error_of(start)
-        # Changes fall by a ratio r, to 1/2 if it is unknown: all to come are 1/(1 - r) times this.
-        ratio = min(change / before, 0.9) if 0 < before < inf else 0.5
-        to_come = change / (1 - ratio)
+        to_come = _all_to_come(change, before)
         error = (max(to_come, moved) if steps.difficult else to_come) + start.by_epsilon
         little = error <= allowed and start.keeps_load(allowed)
         if little and not point.sealed and not steps.failure:
@@ -214,6 +205,32 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
         difficult=steps.difficult,
         residuals=steps.residuals,
     )
+
+
+def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint | None:
+    """The first point of the next stage, a step further on than the last one; None if it has none.
+
+    It has none where the film stays sealed, and where its network would be too large.
+    """
+    point = steps.point
+    # ε³ below this is lost in the rounding of g³: a film so little open says no more with less.
+    least_cube = float_info.epsilon * problem.roughness**3
+    if point.sealed and (point.epsilon**3 < least_cube or point.opened is None):
+        return None
+    grid, epsilon = point.finer(allowed, point.grid)
+    if len(grid.free) > MOST_NODES:
+        return None
+    further = None if steps.failure else point.after(point.step)
+    return replace(further or point, grid=grid, epsilon=epsilon)
+
+
+def _all_to_come(change: float, before: float) -> float:
+    """The changes of all stages to come, after this one and the one before.
+
+    They fall by a ratio r, to 1/2 if it is unknown: all are 1/(1 - r) times this one.
+    """
+    ratio = min(change / before, 0.9) if 0 < before < inf else 0.5
+    return change / (1 - ratio)
 
 
 def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:

@@ -69,8 +69,8 @@ def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
         point = min(tried, key=lambda other: other.size)
         residuals.append(point.size)
     failure = (
-        f"Newton's steps have left {point.size:.1e} of the pressure drop, and the next one would "
-        f"change the logarithm of the leak rate by {point.step.log_rate:.2g}"
+        f"Newton's steps have left {point.size:.1e} of the pressure drop, and the last one was to "
+        f"change the logarithm of the leak rate by {step.log_rate:.2g}"
     )
     return Steps(point, tuple(residuals), difficult, failure)
 

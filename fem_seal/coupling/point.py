@@ -35,7 +35,7 @@ def not_by_chance(changes: np.ndarray) -> float:
 
     Changes in several places may cancel by chance, and those of the next stage need not.
     """
-    rows, columns = (np.arange(PARTS) * n // PARTS for n in changes.shape)
+    rows, columns = (np.arange(min(PARTS, n)) * n // min(PARTS, n) for n in changes.shape)
     parts = np.add.reduceat(np.add.reduceat(changes, rows, axis=0), columns, axis=1)
     return float(np.abs(parts).sum())
 
@@ -276,8 +276,8 @@ class FloatingPoint(LiftPoint):
         return abs(self._lacking) <= FORCING * tolerance * self.problem.drop
 
     def error_of(self, flow: LiftPoint) -> float:
-        """Error of ln Q by another flow: the change by its first step."""
-        return flow.step.log_rate
+        """Error of ln Q by another flow: the change by its first step; infinite if not solved."""
+        return flow.step.log_rate if flow.step.solved else np.inf
 
     def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
         """G' of a change of the pressure at a fixed level."""

@@ -67,6 +67,15 @@ class LiftProblem:
         """Pressure drop [Pa]."""
         return self.inlet - self.outlet
 
+    @cached_property
+    def roughness(self) -> float:
+        """Length [m] beside which a gap is small: the rms height.
+
+        Of a flat counter-face it is the rms displacement under the pressure in a uniform film.
+        """
+        of_heights = float(self.height.values.std())
+        return of_heights or float(self.displacement(self.uniform_pressure).std())
+
     @property
     def uniform_pressure(self) -> np.ndarray:
         """Fluid pressure (nx, ny) [Pa] in a uniform film: its mean is the load that it carries."""

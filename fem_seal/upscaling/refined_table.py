@@ -19,6 +19,7 @@ from time import perf_counter
 
 import numpy as np
 
+from fem_seal import parallel
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.leak_rate import half_width_of, relative_width
@@ -42,6 +43,7 @@ STARTED, LOOSEST = 1.15, 3.0
 FIRST = 1.4  # the same for the other first loads
 # The load from which on a sealed patch is sealed is known to this part of the highest one.
 MARGIN = 1 / 16
+RAISE_RTOL = "raise seal.rtol"  # where no other remedy helps
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +97,12 @@ def refined_table(
         if _width(flow) <= tolerance:
             return PatchFlow(table, flow)
         progress(_state_of_table(table, flow, tolerance, most_loads))
-        if max_seconds is not None and perf_counter() - started > max_seconds:
-            reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
-            return PatchFlow(table, flow, False, reason)
+        if max_seconds is not None:
+            # Times differ from process to process.
+            taken = parallel.on_root(lambda: perf_counter() - started, patch.patch.comm)
+            if taken > max_seconds:
+                reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
+                return PatchFlow(table, flow, False, reason)
         marked, to_enclose = _marked(table, flow, patch.enclosed(), tolerance, span, most_loads)
         loads = patch.missing(marked)
         if loads and len(loads.keys() | set(table.loads.tolist())) <= most_loads:
@@ -106,9 +111,12 @@ def refined_table(
             intervals = list(pairwise(table.loads.tolist()))
             table = patch.enclose(intervals[k] for k in to_enclose)
         else:
-            reason = f"it may take {most_loads} net loads; raise seal.max_loads"
             if patch.reasons:
                 reason = f"{patch.reasons[0]}; raise that limit"
+            elif flow.lower > 0 and _errors(table, flow)[1] >= tolerance:
+                reason = f"its bounds at the net loads are no narrower; {RAISE_RTOL}"
+            else:
+                reason = f"it may take {most_loads} net loads; raise seal.max_loads"
             return PatchFlow(table, flow, False, reason)
 
 

@@ -25,7 +25,7 @@ from fem_seal.upscaling.network import (
     sealed_share,
 )
 from fem_seal.upscaling.realizations import realizations
-from fem_seal.upscaling.refined_table import PatchFlow
+from fem_seal.upscaling.refined_table import RAISE_RTOL, PatchFlow
 from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import SealingPart, lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
@@ -229,7 +229,8 @@ def _missed(patches: tuple[PatchFlow, ...], lower: float, upper: float, rtol: fl
     if lower > 0:
         # The flows take the part OF_FLOWS of any tolerance, the loads no more than they do now.
         width = rounded_up(relative_width(lower, upper) / (1 - OF_FLOWS), 2)
-        content = f", or be content with seal.rtol = {width}"
+        told = patches[number].reason.endswith(RAISE_RTOL)
+        content = f" to {width}" if told else f", or be content with seal.rtol = {width}"
     return (
         f"the leak rate of the seal is known to ±{reached}, and seal.rtol = {rtol:g} asks for "
         f"±{asked}: patch {number + 1} of {len(patches)} got to ±{worst}, since "

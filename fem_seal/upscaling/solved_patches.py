@@ -73,7 +73,7 @@ class PatchTask(Task[SolvedPatch]):
         )
         table_report.begin("error of the contact's grid")
         table = present(outcome.table, "table of the patch")
-        load = _load_that_matters(outcome, table)
+        load = _load_that_matters(outcome, table, loaded)
         return SolvedPatch(
             StoredTable.of(table),
             outcome.converged,
@@ -99,18 +99,21 @@ class _TableReport:
         self._report(": ".join(filter(None, (self._state, stage))), detail)
 
 
-def _load_that_matters(outcome: PatchFlow, table: ConductivityTable) -> float | None:
+def _load_that_matters(
+    outcome: PatchFlow, table: ConductivityTable, patch: LoadedPatch
+) -> float | None:
     """Leaking load [Pa] of the table nearest to that which matters most; None if sealed.
 
-    That is the net load of the place that halves the influence on the leak rate.
+    That is the net load of the place that halves the influence on the leak rate. The upper bounds
+    do not tell what leaks: a sealed load below one that leaks has that one's bound.
     """
     along = outcome.seal_flow.path
     if along is None or outcome.seal_flow.state != "leaking":
         return None
     net = along.contact_pressure - along.fluid_pressure
     matters = float(net[np.searchsorted(np.cumsum(along.influence), 0.5)])
-    leaking = table.loads[table.upper > 0]
-    return float(leaking[np.argmin(np.abs(leaking - matters))])
+    by_distance = sorted(table.loads.tolist(), key=lambda load: abs(load - matters))
+    return next(load for load in by_distance if patch.critical_gap(load) is not None)
 
 
 def _contact_error(patch: LoadedPatch, load: float) -> float | None:

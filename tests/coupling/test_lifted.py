@@ -135,6 +135,7 @@ def test_changes_in_several_places_do_not_cancel():
     changes[0, 0], changes[7, 7] = 1.0, -1.0
     assert not_by_chance(changes) == 2
     assert not_by_chance(np.tile([[1.0, -1.0]], (8, 4))) == 0
+    assert not_by_chance(np.ones((2, 3))) == 6  # each sample once, also of few
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -320,6 +321,34 @@ def test_newtons_step_leads_away_from_an_unstable_state():
     np.testing.assert_allclose(np.linalg.solve(vectors, away.x), parts, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("matrix", "b"),
+    [([[0.0, 1.0], [0.0, 0.0]], [1.0, 0.0]), ([[1.0, 0.0], [0.0, 0.0]], [1.0, 1.0])],
+    ids=["nothing new", "rounding"],
+)
+def test_a_singular_operator_is_not_solved(matrix, b):
+    """No vector of the Krylov space is new any more, and the residual is as large as before."""
+    b = np.array(b)
+    solution = gmres(lambda x: np.array(matrix) @ x, b, 0.1, 20)
+    assert not solution.converged
+    left = np.linalg.norm(matrix @ solution.x - b) / np.linalg.norm(b)
+    assert left == pytest.approx(solution.residuals[-1])
+    assert solution.iterations <= 2
+
+
+@pytest.mark.parametrize("load", [5.35e4, 9e4, 1.2e5])
+def test_a_flat_counter_face(load):
+    """Without roughness the solid's own displacement says what a small gap is.
+
+    Above the inlet's pressure no fluid pressure opens it: p_c = P₀ - p_f > 0 everywhere.
+    """
+    n = 16
+    surface = GridField(np.zeros((n, n)), (1e-4 / n, 1e-4 / n), True)
+    state = lifted(problem_of(scene(load, n=n), surface), 0.05)
+    assert state.contact.mean_pressure + state.fluid_load == pytest.approx(load, rel=1e-9)
+    assert (state.state == "sealed") == (load > 1e5)
+
+
 def uniform_film_carries(n):
     """Mean pressure in an even film on n rows of vertices, in units of the inlet's."""
     return (1 + 1 / n) / 2
@@ -367,6 +396,18 @@ def floating(problem, network, pressure, level):
     """A solid at a level above its counter-face, under a fluid pressure."""
     contact, epsilon = problem.contact_under(pressure), 1e-4 * problem.height.values.std()
     return FloatingPoint(problem, network, epsilon, pressure, contact, 0.0).at(pressure, level)
+
+
+@pytest.mark.parametrize(("solved", "error"), [(True, 0.01), (False, np.inf)])
+def test_a_step_that_is_not_solved_tells_no_error_of_a_solid_that_floats(solved, error):
+    """Else its stages would end as settled, with whatever GMRES has left."""
+    problem = problem_of(scene(5.2e4))
+    pressure = problem.uniform_pressure
+    level = 1.1 * float((problem.height.values - problem.displacement(pressure)).max())
+    point = floating(problem, problem.first_grid, pressure, level)
+    following = replace(point)
+    following.__dict__["step"] = replace(point.step, log_rate=0.01, solved=solved)
+    assert point.error_of(following) == error
 
 
 @pytest.mark.parametrize("rise", [0.9, 1.2])

@@ -1,6 +1,7 @@
 """K(w) of patches by contact and flow, against Westergaard's closed form."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.surface.cell import periodic_cell
 from fem_seal.upscaling import (
+    ConductivityTable,
     EndPressures,
     Hertz,
     StraightPath,
@@ -21,7 +23,8 @@ from fem_seal.upscaling import (
     uniform,
 )
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
-from fem_seal.upscaling.refined_table import REST, WIDTH, _marked, refined_table
+from fem_seal.upscaling.refined_table import REST, WIDTH, PatchFlow, _marked, refined_table
+from fem_seal.upscaling.solved_patches import _load_that_matters
 
 WAVE = Wave(1e-6, 64e-6, 1e7)
 STRIP = StraightPath(2e-3, 0.15)
@@ -163,6 +166,30 @@ def test_too_few_loads_are_said():
     outcome = refined_table(rough(), profile, STRIP, ends, tolerance=0.05, most_loads=4)
     assert not outcome.converged
     assert outcome.reason == "it may take 4 net loads; raise seal.max_loads"
+
+
+def test_bounds_that_leave_no_room_for_loads_ask_for_another_tolerance():
+    """No number of loads helps where those at the loads are wider than all may be."""
+    patch, tolerance = rough(), 0.05
+    for load in (2e5, 2.5e5):
+        patch._bounds[load] = (1e-16, np.exp(1.1 * tolerance) * 1e-16)
+        patch._looser[load] = 1.0
+    outcome = refined_table(
+        patch, uniform(3e5, 2e-3), STRIP, EndPressures(1e5), tolerance=tolerance
+    )
+    assert not outcome.converged
+    assert outcome.reason == "its bounds at the net loads are no narrower; raise seal.rtol"
+
+
+def test_the_load_that_matters_leaks():
+    """A sealed load below one that leaks has that one's upper bound, but no constriction."""
+    loads = np.array([2e5, 2.4e5, 2.8e5])
+    table = ConductivityTable(loads, [1e-16, 0, 0], [1e-16, 0, 6e-17])
+    flow = seal_flow(table, uniform(3e5, 2e-3), STRIP, EndPressures(1e5))
+    gaps = {2e5: 1e-7, 2.8e5: 1e-8}
+    assert table.upper[1] > 0
+    patch = SimpleNamespace(critical_gap=gaps.get)
+    assert _load_that_matters(PatchFlow(table, flow), table, patch) == 2.8e5
 
 
 @pytest.mark.parametrize("seed", range(4))

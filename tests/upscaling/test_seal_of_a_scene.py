@@ -36,7 +36,7 @@ from fem_seal.upscaling import seal as seal_module
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
-from fem_seal.upscaling.refined_table import PatchFlow
+from fem_seal.upscaling.refined_table import RAISE_RTOL, PatchFlow
 from fem_seal.upscaling.scene_profile import profile_of, read_profile
 from fem_seal.upscaling.seal import Share, _together, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
@@ -596,6 +596,14 @@ def test_a_wide_patch_that_leaks_little_does_not_matter(share, converged):
     seal = _together((known, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1)
     assert seal.converged == converged
     assert ("patch 2 of 2 got to ±82 %, since it is slow" in seal.reason) != converged
+
+
+def test_a_patch_whose_bounds_are_too_wide_names_one_tolerance():
+    """Half of it goes to the bounds at the loads: twice the width that was reached is enough."""
+    flow = SealFlow("leaking", 1.0, 0.9, 1.1)
+    wide = PatchFlow(None, flow, False, f"its bounds are wide; {RAISE_RTOL}")
+    seal = _together((wide, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1)
+    assert seal.reason.endswith("since its bounds are wide; raise seal.rtol to 0.41")
 
 
 @given(
