@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem_seal.contact.blocks import RowPasses
+from fem_seal.contact.blocks import RowPasses, product
 from fem_seal.contact.extension import Extension
 from fem_seal.contact.problem import Iterate, Iterates, Problem
 
@@ -77,7 +77,7 @@ def free_set_cg(
     loaded, load = problem.mean_pressure is not None, (problem.mean_pressure or 0.0) * samples
     exact_wall = problem.heights if loaded else problem.heights - problem.mean_gap
     p, wall, z = pressure, exact_wall, half_space.steer.values
-    limit = max(ROUGH_ABOVE, problem.tolerance, ROUNDINGS * problem.rounding(p, z.dtype))
+    limit = max(ROUGH_ABOVE, problem.tolerance)
     rough = z.dtype != p.dtype and samples >= ROUGH_FROM
     if rough:
         p, wall = p.astype(z.dtype), wall.astype(z.dtype)
@@ -98,9 +98,10 @@ def free_set_cg(
         work, lowest = _subtract(passes, wall, g, p)
         level = work / total if loaded else 0.0
         error = problem.error_from(total, work, lowest)
-        if rough and error <= limit:
-            # The same pressure once more, exactly.
-            pressure[...], rough = p, False
+        if rough and error <= max(limit, ROUNDINGS * problem.rounding(p, z.dtype)):
+            # The same pressure once more, exactly; the next direction is no longer conjugate to
+            # those that rounding has bent.
+            pressure[...], rough, rz_old = p, False, np.inf
             p, wall, total = pressure, exact_wall, float(pressure.sum())
             scale, total = (load / total, load) if loaded else (1.0, total)
             continue
@@ -203,7 +204,7 @@ class _Mean:
         def subtract(rows: slice) -> float:
             block = values[rows]
             block -= mean * self.free[rows]
-            return _product(other[rows], block) if other is not None else 0.0
+            return product(other[rows], block) if other is not None else 0.0
 
         return sum(self.passes.over(values.shape, subtract))
 
@@ -230,7 +231,7 @@ def _subtract(
     def subtract(rows: slice) -> tuple[float, float]:
         gap = g[rows]
         gap -= wall[rows]
-        return _product(p[rows], gap), float(gap.min())
+        return product(p[rows], gap), float(gap.min())
 
     works, lowest = zip(*passes.over(g.shape, subtract), strict=True)
     return sum(works), min(lowest)
@@ -269,7 +270,7 @@ def _restrict(
     def restrict(rows: slice) -> tuple[float, float]:
         block = z[rows]
         block *= free[rows]
-        return float(block.sum()), _product(r[rows], block)
+        return float(block.sum()), product(r[rows], block)
 
     totals, products = zip(*passes.over(z.shape, restrict), strict=True)
     return sum(totals), sum(products)
@@ -299,8 +300,3 @@ def _advance(passes: RowPasses, p: np.ndarray, alpha: float, t: np.ndarray) -> f
         return float(block.sum())
 
     return sum(passes.over(p.shape, advance))
-
-
-def _product(one: np.ndarray, other: np.ndarray) -> float:
-    """Sum of the products of two blocks; einsum, unlike vdot, does not copy padded rows."""
-    return float(np.einsum("ij,ij->", one, other))

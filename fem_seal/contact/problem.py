@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from fem_seal.contact.blocks import product
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.errors import NotConverged
 
@@ -97,9 +99,17 @@ class Problem:
         the rms height only under a pressure 1e9 times the one that flattens the surface. The
         heights are rounded as well.
         """
-        rms = float(np.sqrt(np.mean(pressure**2)))
+        blocks = self.half_space.passes.over(
+            pressure.shape, lambda rows: product(pressure[rows], pressure[rows])
+        )
+        rms = (sum(blocks) / pressure.size) ** 0.5
         noise = np.log2(2 * pressure.size) * rms * self.half_space.rms_compliance
-        return float(np.finfo(precision).eps * (4 * noise + np.abs(self.heights).max()))
+        return float(np.finfo(precision).eps * (4 * noise + self._highest))
+
+    @cached_property
+    def _highest(self) -> float:
+        """Largest height above or below the mean."""
+        return float(max(self.heights.max(), -self.heights.min()))
 
     def make_admissible(self, pressure: np.ndarray) -> None:
         """Set tensile pressures to zero and restore the mean pressure, in place."""

@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from fem_seal.contact.blocks import product
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.errors import NotConverged
 
@@ -89,7 +90,7 @@ class ContactTangent:
             soft = solid.steer.values[rows]
             soft += level
             soft *= opened[rows]
-            return _product(left[rows], soft)
+            return product(left[rows], soft)
 
         def turn(beta: float, rows: slice) -> None:
             """Next direction, conjugate to the last one."""
@@ -99,7 +100,7 @@ class ContactTangent:
 
         def resist(rows: slice) -> float:
             """Energy of the direction."""
-            return _product(direction[rows], solid.exact.values[rows])
+            return product(direction[rows], solid.exact.values[rows])
 
         def advance(alpha: float, rows: slice) -> np.ndarray:
             """Step along the direction, the residual after it, and its sums."""
@@ -111,7 +112,7 @@ class ContactTangent:
             return _sums(left[rows], solid.steer.values[rows])
 
         total, square = np.sum(passes.over(shape, begin), axis=0)
-        first, product = square, np.inf
+        first, softened = square, np.inf
         if first == 0:
             return moved
         history: list[float] = []
@@ -119,10 +120,10 @@ class ContactTangent:
         for _ in range(MOST_ITERATIONS):
             solid.displace_in_steer()
             level = total / count / solid.softest
-            product, before = sum(passes.over(shape, partial(soften, level))), product
-            passes.over(shape, partial(turn, product / before))
+            softened, before = sum(passes.over(shape, partial(soften, level))), softened
+            passes.over(shape, partial(turn, softened / before))
             solid.stiffen()
-            alpha = product / sum(passes.over(shape, resist))
+            alpha = softened / sum(passes.over(shape, resist))
             total, square = np.sum(passes.over(shape, partial(advance, alpha)), axis=0)
             history.append((square / first) ** 0.5)
             if history[-1] <= tolerance:
@@ -136,8 +137,4 @@ class ContactTangent:
 def _sums(block: np.ndarray, copy: np.ndarray) -> np.ndarray:
     """Copy a block; return the sums of its values and of their squares."""
     copy[...] = block
-    return np.array([block.sum(), _product(block, block)])
-
-
-def _product(one: np.ndarray, other: np.ndarray) -> float:
-    return float(np.einsum("ij,ij->", one, other))
+    return np.array([block.sum(), product(block, block)])

@@ -153,6 +153,36 @@ def test_rough_iterates_end_in_the_same_contact(load, spike, monkeypatch):
     check_equilibrium(mixed, height, 1e-6)
 
 
+@pytest.mark.parametrize("mean_gap", [3e-12, 1e-11])
+def test_roughness_ends_at_the_rounding_of_the_present_pressure(mean_gap, monkeypatch):
+    """A start without pressure; to close a hole 128 times as deep as the rms takes a large one."""
+    heights = np.zeros((128, 128))
+    heights[3, 5] = -1e-6
+    height = GridField(heights, (1e-6, 1e-6), periodic=True)
+    exact = press(height, E_STAR, mean_gap=mean_gap)
+    monkeypatch.setattr("fem_seal.contact.free_set_cg.ROUGH_FROM", 0)
+    mixed = press(height, E_STAR, mean_gap=mean_gap)
+    assert mixed.iterations <= exact.iterations + 1
+    assert np.array_equal(mixed.contact, exact.contact)
+    check_equilibrium(mixed, height, 1e-6)
+
+
+@pytest.mark.parametrize("pressure", [0.1, 10.0])
+def test_roughness_ends_at_the_rounding_of_the_heights(pressure, monkeypatch):
+    """Needles 14 times as high as the rms are rounded more coarsely than their light pressure."""
+    monkeypatch.setattr("fem_seal.contact.free_set_cg.ROUGH_ABOVE", 0)
+    smooth = rough_surface(short=2)
+    heights, draw = 1e-3 * smooth.values, np.random.default_rng(0)
+    needles = draw.integers(0, 64, 20), draw.integers(0, 64, 20)
+    heights[needles] += 1e-3 * (1 + 1e-6 * draw.random(20))
+    height = GridField(heights, smooth.spacing, periodic=True)
+    exact = press(height, E_STAR, pressure=pressure, tolerance=1e-10)
+    monkeypatch.setattr("fem_seal.contact.free_set_cg.ROUGH_FROM", 0)
+    mixed = press(height, E_STAR, pressure=pressure, tolerance=1e-10)
+    assert mixed.iterations <= exact.iterations + 1
+    assert np.array_equal(mixed.contact, exact.contact)
+
+
 def test_a_loose_contact_is_exact_as_well(monkeypatch):
     """Its certificate is that of its pressure in double precision."""
     monkeypatch.setattr("fem_seal.contact.free_set_cg.ROUGH_FROM", 0)
