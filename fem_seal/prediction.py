@@ -71,10 +71,8 @@ class Prediction:
 
     @property
     def of_point(self) -> Expected:
-        """What a point of a sweep takes: libraries are there, and it draws no pictures."""
-        once = ("libraries", "pictures")
-        seconds = sum(seconds for name, seconds in self.parts.items() if name not in once)
-        return Expected(seconds, self.memory)
+        """What a point of a sweep with this scene takes, once the libraries are there."""
+        return Expected(self.seconds - self.parts["libraries"], self.memory)
 
     def __str__(self) -> str:
         nx, ny = self.samples

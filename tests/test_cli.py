@@ -97,6 +97,10 @@ def test_limit_is_reached(tmp_path, capsys, limit):
     assert result["reason"] in error
 
 
+def test_a_gas_has_no_assumed_viscosity(wedge, refused):
+    assert "a gas needs its viscosity" in refused("leak", wedge, "--kind", "gas")
+
+
 def test_every_field_of_some_sections_is_an_option_of_leak(wedge, tmp_path):
     """Two ways to say the same: options, and a scene with these fields."""
     gas = {"viscosity": "18 uPa s", "molar-mass": "28 g/mol", "temperature": "20 degC"}

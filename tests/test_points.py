@@ -22,6 +22,7 @@ from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.points import (
     Chain,
     Expected,
+    Outcome,
     RecordFolder,
     StudyTask,
     compute_points,
@@ -29,6 +30,8 @@ from fem_seal.points import (
 )
 from fem_seal.points.compute import compute_chain
 from fem_seal.points.farm import farm, processes_that_fit
+from fem_seal.prediction import PICTURES, predicted
+from fem_seal.scene import Scene
 from fem_seal.sweep import Work, combinations, read_points, sweep
 
 VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
@@ -162,6 +165,13 @@ def test_all_combinations_of_several_fields():
 def test_what_is_no_field_with_values(texts):
     with pytest.raises(InvalidInput):
         combinations(*texts.split())
+
+
+def test_what_is_given_twice_is_named():
+    with pytest.raises(InvalidInput, match="gives 1 twice"):
+        combinations("a.b=1,2,1")
+    with pytest.raises(InvalidInput, match=r"^a\.b is varied twice"):
+        combinations("a.b=1", "a.b=2")
 
 
 @pytest.mark.parametrize("options", [("--jobs", "0"), ("--part", "3/2"), ("--part", "0/2")])
@@ -324,6 +334,24 @@ def test_processes_that_solve_together_end_together(tmp_path):
     assert "MemoryError: 8 TB" in done.stderr
 
 
+MPI_STUDY = """
+from fem_seal.points import StudyTask, points_of
+from fem_seal.progress import silent
+
+def one():
+    return 1
+
+print(points_of([StudyTask("point", "point", one, ())], int, None, None, silent), flush=True)
+"""
+
+
+@pytest.mark.mpi
+def test_a_study_without_a_folder_has_one_for_all_processes(tmp_path):
+    (tmp_path / "script.py").write_text(MPI_STUDY)
+    program = ("mpirun", "-n", "2", "--oversubscribe", sys.executable, "script.py")
+    assert printed_by(*program, cwd=tmp_path, **MPI_ENVIRONMENT).split() == ["[1]", "[1]"]
+
+
 def environment_of(path):
     Path(path).write_text("\n".join(f"{k}={v}" for k, v in os.environ.items()))
 
@@ -398,9 +426,13 @@ def test_summary_and_picture(capsys):
         spread = np.sqrt(((logs - logs.mean()) ** 2).sum() / 2)
         assert float(line["decades"]) == pytest.approx(spread, rel=1e-12)
     assert Path("out/sweep.png").read_bytes().startswith(b"\x89PNG")
+    capsys.readouterr()
     sealed = ("--vary", "contact.area_fraction=0.9,0.95", "--out", "sealed", "--picture")
-    assert run(*sealed) == 2
-    assert "nothing to draw" in capsys.readouterr().err
+    assert run(*sealed) == 0
+    *points, tally, drawn = capsys.readouterr().out.splitlines()
+    assert ["sealed" in line for line in points] == [True, True]
+    assert tally.startswith("2 points")
+    assert "not drawn: no point of the sweep leaks" in drawn
 
 
 def test_errors_of_a_scene_come_back_from_a_worker():
@@ -456,6 +488,43 @@ def test_there_are_as_many_workers_as_pay(work, chains, seconds, memory, jobs, m
     monkeypatch.setattr("fem_seal.parallel.processes", lambda: 8)
     if work.jobs is None:
         assert work.jobs_for(chains, 24, Expected(seconds, memory)) == 1
+
+
+@pytest.mark.parametrize("jobs", [None, 2])
+def test_a_point_is_expected_to_take_no_more_than_its_numbers(jobs, scene_file, monkeypatch):
+    """Not the memory of pictures, which no point draws; also where the user sets the jobs."""
+    found = []
+
+    def compute(chains, work, **options):
+        found.append(options["each"])
+        return Outcome(0, len(chains), {})
+
+    monkeypatch.setattr(sys.modules["fem_seal.sweep.sweep"], "compute_points", compute)
+    points = combinations("surface.seed=1,2", "output.products=['leak_rate','pictures']")
+    sweep(scene_file, points, Path("out"), work=Work(jobs))
+    scene = Scene.from_file(scene_file, ["output.products=['leak_rate']"])
+    assert found[0].memory == predicted(scene).memory
+    assert found[0].memory < PICTURES[1]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_sweep_of_no_points(jobs, scene_file):
+    with pytest.raises(InvalidInput, match="no points"):
+        sweep(scene_file, (("surface.seed",), []), Path("out"), work=Work(jobs))
+
+
+def test_an_executor_is_left_no_chains_after_an_error(tmp_path):
+    """Those that have not begun are not computed any more."""
+    computed, full = [], FullFolder(tmp_path, int)
+
+    def take(number):
+        computed.append(number)
+        time.sleep(0.2)
+
+    tasks = [StudyTask(f"{k}", f"{k}", take, (k,)) for k in range(20)]
+    with ThreadPoolExecutor(1) as executor, pytest.raises(InvalidInput, match="full"):
+        compute_points([Chain(full, (task,)) for task in tasks], Work(executor=executor))
+    assert len(computed) < len(tasks)
 
 
 def hold_memory(folder):

@@ -77,6 +77,8 @@ def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
         "output": {"products": ["leak_rate"]},
     }
     if given["fluid.viscosity"] is None:
+        if given["fluid.kind"] == "gas":
+            raise InvalidInput("a gas needs its viscosity, such as --viscosity '18 uPa s'")
         assumed.append(f"viscosity {with_prefix(VISCOSITY, 'Pa s')} (--viscosity)")
     if not any(given[f"flow.{drive}"] for drive in DRIVES):
         data["flow"] = {"pressure_drop": PRESSURE_DROP}

@@ -152,13 +152,18 @@ def _cross_validation(options: argparse.Namespace) -> int:
         for name, (rows, bracket) in zip(patches, results, strict=True)
     }
     rows = [row for of_gap, _ in compared.values() for row in of_gap]
-    write_text(options.out / "cross_validation.csv", as_csv(rows))
     given = all(patch.scene.contact is None for patch in patches.values())
     title = f"{options.scene.stem}, {'given gap' if given else 'dry contact'}"
-    if options.vary:
-        claims_figure(rows, options.out / "cross_validation.png", title)
-    else:
-        cross_validation_figure(rows, options.out / "cross_validation.png", title, compared[""][1])
+
+    def write() -> None:
+        write_text(options.out / "cross_validation.csv", as_csv(rows))
+        path = options.out / "cross_validation.png"
+        if options.vary:
+            claims_figure(rows, path, title)
+        else:
+            cross_validation_figure(rows, path, title, compared[""][1])
+
+    parallel.on_root(write)
     if any(patch.scene.slip is not None for patch in patches.values()):
         say(
             "no slip    the methods are compared without the slip of the gas: the leak rates are "
@@ -188,9 +193,14 @@ def _exact(options: argparse.Namespace) -> int:
         compared = compare(gaps, out=options.out, work=work_of(options), report=report)
     if compared is None:
         return _unfinished(options)
+
+    def write() -> None:
+        for name, (rows, _) in zip(cases, compared, strict=True):
+            write_text(options.out / f"{name}.csv", as_csv(rows))
+            cross_validation_figure(rows, options.out / f"{name}.png", name)
+
+    parallel.on_root(write)
     for (name, case), (rows, _) in zip(cases.items(), compared, strict=True):
-        write_text(options.out / f"{name}.csv", as_csv(rows))
-        cross_validation_figure(rows, options.out / f"{name}.png", name)
         say(f"{name}: exactly {case.exact:.6g} ({case.source})\n{as_text(rows, COLUMNS)}\n")
     return 0
 
@@ -215,9 +225,13 @@ def _trade(options: argparse.Namespace) -> int:
         f"(CPU seconds of this machine, {processor() or machine()})",
     )
     text = "\n".join(fill(sentence, WIDTH, subsequent_indent="    ") for sentence in advice)
-    write_text(options.out / "trade.csv", as_csv(result.points))
-    write_text(options.out / "advice.txt", f"{text}\n")
-    trade_figure(result, options.out / "trade.png")
+
+    def write() -> None:
+        write_text(options.out / "trade.csv", as_csv(result.points))
+        write_text(options.out / "advice.txt", f"{text}\n")
+        trade_figure(result, options.out / "trade.png")
+
+    parallel.on_root(write)
     if scene.lift != "none":
         say("dry        no fluid pressure lifts the solid: leak rates of flow.lift = 'none'")
     say(f"{text}\n\n{as_text(result.points, TRADE_COLUMNS)}")

@@ -75,10 +75,6 @@ def _sweep(options: argparse.Namespace) -> int:
             work=work_of(options),
         )
     keys = points[0]
-    if options.picture and parallel.is_root():
-        from fem_seal.sweep.picture import sweep_figure
-
-        sweep_figure(keys, tally.table, out)
     names = [", ".join(map("{}={}".format, keys, point.values)) for point in tally.table]
     width = max(map(len, names), default=0)
     for name, point in zip(names, tally.table, strict=True):
@@ -86,6 +82,13 @@ def _sweep(options: argparse.Namespace) -> int:
     for sentence in tally.equal:
         say(sentence)
     say(f"{tally.points} points, {tally.computed} of them computed now, in {out}/sweep.csv")
+    if options.picture and parallel.is_root():
+        from fem_seal.sweep.picture import PICTURE_FILE, NotDrawn, sweep_figure
+
+        try:
+            sweep_figure(keys, tally.table, out)
+        except NotDrawn as error:
+            say(f"{PICTURE_FILE} is not drawn: {error}")
     if tally.failed:
         message = f"{tally.failed} of {tally.points} points failed or did not converge"
         return parallel.fail(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, wait
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -9,9 +10,11 @@ from typing import TypeAlias
 
 from fem_seal import parallel
 from fem_seal.digits import number_of
-from fem_seal.errors import FemSealError, MissingPackage, NotConverged, explained
+from fem_seal.errors import FemSealError, MissingPackage, NotConverged, explained, present
+from fem_seal.files import temporary_folder
 from fem_seal.points.farm import POLL, farm
-from fem_seal.points.task import Chain, nothing
+from fem_seal.points.folder import Point, RecordFolder
+from fem_seal.points.task import Chain, Task, nothing
 from fem_seal.points.work import UNKNOWN_POINT, Expected, Work
 from fem_seal.progress import Pace, Report, silent
 
@@ -198,3 +201,26 @@ def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) ->
         error.args = (f"{label}: {error}{more}",)
         raise error
     return outcome
+
+
+def points_of(
+    tasks: Sequence[Task[Point]],
+    kind: type[Point],
+    out: Path | None,
+    work: Work | None,
+    report: Report,
+) -> list[Point] | None:
+    """Points of a study whose tasks share nothing; None if some are left to other parts.
+
+    They are of a `kind` that `RecordFolder` keeps in points/ of `out`; no files are kept if that is
+    left out. Errors are those of `compute_study`.
+    """
+    work = work or Work()
+    with ExitStack() as held:
+        kept = out or parallel.on_root(lambda: held.enter_context(temporary_folder()), work.comm)
+        folder = RecordFolder(kept / "points", kind)
+        if compute_study([Chain(folder, (task,)) for task in tasks], work, report).missing:
+            return None
+        return parallel.on_root(
+            lambda: [present(folder.point(task.name), task.label) for task in tasks], work.comm
+        )

@@ -50,6 +50,6 @@ class StudyTask(Task[Point]):
     arguments: tuple[Any, ...]
 
     def compute(self, handed_on: Any, report: Report, comm: Comm) -> Point:
-        """Call the function; nothing is handed on."""
+        """Call the function, which reports no stages; nothing is handed on."""
         report("computing", "")
         return self.function(*self.arguments)

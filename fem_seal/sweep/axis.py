@@ -34,8 +34,11 @@ def combinations(*texts: str, folder: Path = Path()) -> Points:
             raise InvalidInput(f"{text!r} is not of the form section.key=v1,v2,...")
         key = ".".join(keys)
         values = [one for value in written for one in _expanded(key, value, folder)]
-        if len(set(values)) < len(values) or key in values_of:
-            raise InvalidInput(f"{text!r} names a value twice, or a field that stands before it")
+        if key in values_of:
+            raise InvalidInput(f"{key} is varied twice")
+        if len(set(values)) < len(values):
+            twice = next(value for value in values if values.count(value) > 1)
+            raise InvalidInput(f"{text!r} gives {twice} twice")
         values_of[key] = values
     return tuple(values_of), list(product(*values_of.values()))
 

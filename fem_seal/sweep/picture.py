@@ -31,6 +31,10 @@ STRIPS = {"sealed": "x", "lifted off": "^"}
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 
 
+class NotDrawn(InvalidInput):
+    """These points make no picture."""
+
+
 @dataclass(frozen=True)
 class Curve:
     """Leak rates against one field, the other fields fixed."""
@@ -94,7 +98,7 @@ def _along(keys: tuple[str, ...]) -> str:
 
 
 def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, float]) -> list[Curve]:
-    """Curves of a table; InvalidInput if there are none or too many."""
+    """Curves of a table; NotDrawn if there are none or too many."""
     along = _along(keys)
     of_label: dict[str, dict[float, list[Point]]] = {}
     for point in table:
@@ -103,7 +107,7 @@ def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, flo
         label = ", ".join(f"{key} = {values[key]}" for key in values if key not in SEEDS)
         of_label.setdefault(label, {}).setdefault(place, []).append(point)
     if len(of_label) > MOST_CURVES:
-        raise InvalidInput(
+        raise NotDrawn(
             f"the picture would have {len(of_label)} curves, at most {MOST_CURVES} can be told "
             "apart"
         )
@@ -113,7 +117,7 @@ def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, flo
     ]
     settled = (point for point in table if point.numbers["state"] != UNSETTLED)
     if not any(map(_bar, settled)):
-        raise InvalidInput("no point of the sweep leaks: there is nothing to draw")
+        raise NotDrawn("no point of the sweep leaks: there is nothing to draw")
     return curves
 
 

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from fem_seal import parallel
-from fem_seal.errors import FemSealError
+from fem_seal.errors import FemSealError, InvalidInput
 from fem_seal.files import locked_folder
 from fem_seal.patch import require_trusted
 from fem_seal.points import Chain, Expected, Work, compute_points
@@ -17,7 +17,7 @@ from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 from fem_seal.sweep.axis import Points
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import Point, ScenePoint, digest_or_none, failed, name_of
+from fem_seal.sweep.point import Point, ScenePoint, digest_or_none, failed, name_of, numbers_only
 from fem_seal.sweep.store import SweepFolder
 
 
@@ -75,6 +75,8 @@ def sweep(
         folder holds another sweep or cannot be written.
     """
     work = work or Work()
+    if not points[1]:
+        raise InvalidInput("a sweep of no points: give a value of each field at least")
     tasks_of: dict[str, ScenePoint] = {}
     digest_of = cache(digest_or_none)  # for this sweep: the next one may find another file
     equal = []
@@ -96,6 +98,7 @@ def sweep(
         of_surface.setdefault(repr((scene.surface, scene.gap, window)), []).append(task)
     chains = [Chain(folder, tuple(group), ContactPath) for group in of_surface.values()]
     order = [task.name for task in tasks]
+    workers = work.open or (work.jobs is not None and work.jobs > 1)
     with ExitStack() as held:
         origin = _origin(tasks[0].scene, keys)
         parallel.on_root(lambda: _open(held, folder, origin, overwrite), work.comm)
@@ -104,7 +107,7 @@ def sweep(
                 chains,
                 work,
                 report=report,
-                each=_expected(tasks) if work.open and len(chains) > 1 else None,
+                each=_expected(tasks) if workers and len(chains) > 1 else None,
             )
         except KeyboardInterrupt:
             # An interrupted sweep leaves a table as well.
@@ -129,7 +132,7 @@ def sweep(
 def _expected(tasks: Sequence[ScenePoint]) -> Expected | None:
     """What a point is expected to take, by the first and the last one; None if unknown."""
     try:
-        first, last = (predicted(tasks[k].scene).of_point for k in (0, -1))
+        first, last = (predicted(numbers_only(tasks[k].scene)).of_point for k in (0, -1))
         return Expected((first.seconds + last.seconds) / 2, max(first.memory, last.memory))
     except FemSealError:
         return None  # Their own lines say what is wrong with these points.

@@ -7,19 +7,16 @@ the exact leak rate where that is known, otherwise the narrowest certified brack
 """
 
 from collections.abc import Iterator, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from math import log2, prod
 from pathlib import Path
 
 from fem_seal import __version__
-from fem_seal.errors import present
-from fem_seal.files import temporary_folder
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.leak_rate import relative_half_width
-from fem_seal.points import Chain, RecordFolder, StudyTask, Work, compute_study
+from fem_seal.points import StudyTask, Work, points_of
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 from fem_seal.verification.exact_cases import ExactCase, finer_film
@@ -134,12 +131,11 @@ def compare(
                 for n, (films, times) in gap.grids.items()
             }
         )
-    with temporary_folder() if out is None else nullcontext(out) as kept:
-        folder: RecordFolder[Answers] = RecordFolder(kept / "points", Answers)
-        every = [task for by_grid in tasks for group in by_grid.values() for task in group]
-        if compute_study([Chain(folder, (task,)) for task in every], work, report).missing:
-            return None
-        answers = {task.name: present(folder.point(task.name), task.label) for task in every}
+    every = [task for by_grid in tasks for group in by_grid.values() for task in group]
+    points = points_of(every, Answers, out, work, report)
+    if points is None:
+        return None
+    answers = {task.name: point for task, point in zip(every, points, strict=True)}
     compared = []
     for gap, by_grid in zip(gaps, tasks, strict=True):
         series = {

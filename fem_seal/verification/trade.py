@@ -9,7 +9,7 @@ sealed where the finest leaks are left out: they have no leak rate to compare.
 """
 
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from math import inf
@@ -20,15 +20,15 @@ import numpy as np
 
 from fem_seal.accuracy import relative_error
 from fem_seal.errors import InvalidInput, present
-from fem_seal.files import temporary_folder
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.grid_series import LEAST_SAMPLES, OnGrid, grid_error
 from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
+from fem_seal.parallel import Comm, communicator
 from fem_seal.patch import Known, Patch
-from fem_seal.points import Chain, RecordFolder, StudyTask, Work, compute_study
+from fem_seal.points import Task, Work, points_of
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -97,11 +97,30 @@ class TradePoint(Run):
     total_error: float = field(metadata={"header": "total error"})
 
 
-def runs_on(scene: Scene, samples: tuple[int, int], flows: Sequence[FlowMethod]) -> tuple[Run, ...]:
-    """Solve the contact on a grid, then the flows through it, one after the other."""
-    _warm_up()
-    surface = resample(surface_of(scene), samples)
-    pressed = Patch(scene, surface=surface)
+@dataclass(frozen=True)
+class ContactGrid(Task[tuple[Run, ...]]):
+    """Contact on a grid, and the flows through it, one after the other."""
+
+    scene: Scene
+    samples: tuple[int, int]
+    flows: tuple[FlowMethod, ...]
+
+    def compute(self, handed_on: None, report: Report, comm: Comm) -> tuple[Run, ...]:
+        """Solve them; nothing is handed on."""
+        return runs_on(self.scene, self.samples, self.flows, report, comm)
+
+
+def runs_on(
+    scene: Scene,
+    samples: tuple[int, int],
+    flows: Sequence[FlowMethod],
+    report: Report,
+    comm: Comm,
+) -> tuple[Run, ...]:
+    """Solve the contact on a grid, then the flows through it."""
+    _warm_up(comm)
+    surface = resample(surface_of(scene, comm), samples)
+    pressed = Patch(scene, report, surface=surface, comm=comm)
     start = process_time()
     contact = pressed.contact
     of_contact = process_time() - start
@@ -112,8 +131,9 @@ def runs_on(scene: Scene, samples: tuple[int, int], flows: Sequence[FlowMethod])
         patch = pressed.with_(
             surface=surface, known=Known(contact), lift="none", flow_settings=settings
         )
-        # Reset the kernel's largest resident memory of this process (proc(5)).
-        Path("/proc/self/clear_refs").write_text("5")
+        # Reset the kernel's largest resident memory of this process (proc(5)), where it can be.
+        with suppress(OSError):
+            Path("/proc/self/clear_refs").write_text("5")
         start = process_time()
         leak = patch.leak_rate
         seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
@@ -188,26 +208,25 @@ def trade(
         How the grids are shared among workers; one after the other if left out. Jobs that run at
         the same time slow each other down, also in CPU time.
     """
-    grids = trade_grids(surface_of(scene).shape, factors)
+    grids = trade_grids(surface_of(scene, (work or Work()).comm).shape, factors)
     adaptive = [FlowMethod("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
     flows = FlowMethod("finite-difference", None), FlowMethod("uniform", None, 1), *adaptive
     inputs = sha256(repr((name_of(scene), flows)).encode()).hexdigest()[:24]
     tasks = [
-        StudyTask(f"{inputs}-{k}", f"contact {_size(samples)}", runs_on, (scene, samples, flows))
+        ContactGrid(f"{inputs}-{k}", f"contact {_size(samples)}", scene, samples, flows)
         for k, samples in enumerate(grids)
     ]
-    with temporary_folder() if out is None else nullcontext(out) as kept:
-        folder = RecordFolder(kept / "points", tuple[Run, ...])
-        if compute_study([Chain(folder, (task,)) for task in tasks], work, report).missing:
-            return None
-        runs = [run for task in tasks for run in present(folder.point(task.name), task.label)]
+    points = points_of(tasks, tuple[Run, ...], out, work, report)
+    if points is None:
+        return None
+    runs = [run for point in points for run in point]
     by_area = scene.contact is not None and scene.contact.area_fraction is not None
     return trade_of(runs, by_area)
 
 
-def surface_of(scene: Scene) -> GridField:
+def surface_of(scene: Scene, comm: Comm = None) -> GridField:
     """Surface of a scene; InvalidInput if it gives a gap instead."""
-    surface = Patch(scene).surface
+    surface = Patch(scene, comm=comm).surface
     if surface is None:
         raise InvalidInput(
             "a trade needs [surface] and [contact]: the contact of a given gap cannot be solved "
@@ -216,11 +235,15 @@ def surface_of(scene: Scene) -> GridField:
     return surface
 
 
-def _warm_up() -> None:
+def _warm_up(comm: Comm) -> None:
     """Import the libraries, and compile the forms, before the time of the first point is taken."""
     from fem_seal.flow import leak_rate
 
-    leak_rate(GridFilm(GridField(np.ones((8, 8)), (1.0, 1.0))), FlowSettings(1.0, 1.0))
+    leak_rate(
+        GridFilm(GridField(np.ones((8, 8)), (1.0, 1.0))),
+        FlowSettings(1.0, 1.0),
+        comm=communicator(comm),
+    )
 
 
 def trade_grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:

@@ -3,15 +3,17 @@
 import csv
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from project import scene_of_samples, write_toml
 
-from fem_seal import cli
+from fem_seal import cli, parallel
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.verification.trade import (
+    ContactGrid,
     FlowMethod,
     Run,
     Trade,
@@ -59,6 +61,21 @@ def test_contact_part_is_shared_by_all_flows_on_a_grid_and_falls(traded):
     coarse, *_, fine = (shared.pop() for shared in parts.values())
     assert fine < coarse
     assert fine >= traded.uncertainty
+
+
+def test_a_contact_grid_reports_its_stages_wherever_it_is_computed(small_scene, monkeypatch):
+    """Also where the system keeps no largest memory that can be reset."""
+
+    def refuse(path, text):
+        raise PermissionError(f"{path} is read-only")
+
+    monkeypatch.setattr(Path, "write_text", refuse)
+    scene, flows = Scene.from_mapping(small_scene), (FlowMethod("finite-difference", None),)
+    stages = []
+    grid = ContactGrid("grid", "grid", scene, (32, 32), flows)
+    (run,) = grid.compute(None, lambda stage, _: stages.append(stage), parallel.alone())
+    assert run.state == "leaking"
+    assert "contact" in stages
 
 
 def test_front():
