@@ -106,13 +106,15 @@ def _from_both_ends(
     If both have the same equilibrium in the first stage, the next stages are the same as well: the
     second start goes on only if the first one has not settled.
     """
-    low, high = (np.full(problem.height.shape, end) for end in (problem.outlet, problem.inlet))
+    low, high = (
+        np.full(problem.height.shape, end) for end in (problem.outlet, problem.largest_start)
+    )
     dry = dry or problem.contact_under(low)
     sealed = problem.film(dry.gap).sealed
     first = _first_stage(problem, allowed, low, dry, report)
     end = _further_stages(problem, allowed, first, report)
     stays_sealed = problem.film(end.contact.gap).sealed and end.opened is None
-    if stays_sealed or problem.may_float or not (sealed or end.difficult):
+    if stays_sealed or not (sealed or end.difficult):
         return [end]
     second = _first_stage(problem, allowed, high, None, report)
     settled = end.error <= allowed and not (end.failure or first.failure or second.failure)

@@ -174,6 +174,11 @@ class LiftProblem:
         """Whether the fluid may carry the whole load."""
         return self.load is not None and self.load <= self.inlet
 
+    @property
+    def largest_start(self) -> float:
+        """Uniform fluid pressure [Pa] of the second start: the inlet's, or less than the load."""
+        return 0.95 * self.load if self.load is not None and self.may_float else self.inlet
+
     def highest_pressure(self, contact: ContactState) -> np.ndarray:
         """The inlet's pressure [Pa] wherever no open path of a contact leads to the outlet.
 
