@@ -42,9 +42,13 @@ LIFT_OF_SAMPLE = 6e-6  # CPU time of the networks of a flow that lifts [s/sample
 BYTES_OF_SAMPLE = 85  # memory of heights and contact [bytes/sample]
 BYTES_OF_LIFT = 600  # memory of the networks of a flow that lifts [bytes/sample]
 BYTES_OF_UNKNOWN = 1200  # memory of a flow [bytes/unknown]
+# At each load of a patch of a seal: time of its contact, which starts from that of another load,
+# over that of a first one; of its flow, over that of one film; of the bounds between loads [s].
+NEXT_CONTACT, OF_LOAD, BETWEEN_LOADS = 0.5, 1.4, 0.03
 # Memory of each flow that a patch of a seal keeps.
 KEPT_OF_UNKNOWN = 500  # [bytes/unknown]
 KEPT_OF_SAMPLE = 370  # [bytes/sample]
+OF_WAVES = 0.91  # d ln(channels) over d ln(shortest waves along a side)
 USUAL = 8.0  # longest waves along a side of a map, where nobody says how many
 FALL = 8.0  # d ln K/d ln P: more loads are needed where K falls steeply along the path
 # There is advice from this time [s], or from this part of the available memory, on.
@@ -101,51 +105,25 @@ def predicted(
     if scene.shape is not None:
         raise InvalidInput("time and memory of a [shape] depend on its mesh and are not predicted")
     shape, channels = _grid(scene, surface)
-    laws, pace, samples = _Laws(scene, channels), _fft_seconds() / REFERENCE, prod(shape)
-    rtol, lifted = scene.total_error or scene.flow.rtol, scene.lift == "resolved"
-    estimated = scene.accuracy is None or scene.accuracy.contact_grid
-    coarse = half(shape) if laws.pressed and estimated and scene.seal is None else None
-    patches, each, parts = 1, 0.0, {"contact": laws.contact(samples)}
-    unknowns, kept = unknowns_of(channels, rtol), 0.0
-    if scene.seal is not None:
-        patches, rtol, loads = scene.seal.patches, scene.seal.rtol, loads_of(scene)
-        # At each load: contact, flow, and bounds between loads.
-        each = 0.5 * contact_seconds(samples) + 0.03
-        # The flow of a mirrored window is that of a quarter of it.
-        known, windows = scene.surface, scene.seal.window is not None
-        mirrored = isinstance(known, FileSurface) and known.make_periodic == "mirror"
-        part = 4 if windows and mirrored else 1
-        filmed, channels = samples / part, channels / part**0.455
-        each += 1.4 * flow_seconds(filmed, channels, rtol / 2)
-        each *= loads
-        unknowns = unknowns_of(channels, rtol / 2)
-        kept = min(loads, KEPT / filmed) * (KEPT_OF_UNKNOWN * unknowns + KEPT_OF_SAMPLE * filmed)
-    if scene.needs_flow:
-        parts["flow and lift" if lifted else "flow"] = laws.flow(samples, rtol)
-        if scene.lift == "range":
-            parts["range"] = laws.contact(samples) + laws.flow(samples, rtol)
-        if laws.by_area:
-            of_lift = OF_LIFT * laws.flow(samples, rtol) if lifted else 0.0
-            parts["contact area"] = OF_CONTACT * laws.contact(samples) + of_lift
-        if coarse is not None:
-            loose = min(LOOSER * rtol, LOOSEST)
-            parts["contact grid"] = laws.contact(prod(coarse)) + laws.flow(prod(coarse), loose)
-    if "conductivity_tensor" in scene.output.products:
-        parts["tensor"] = 2 * laws.flow(samples, rtol)
-    parts = {name: pace * seconds for name, seconds in parts.items()}
+    samples, pace = prod(shape), _fft_seconds() / REFERENCE
+    stages = _stages(_Laws(scene, channels), shape)
+    parts = {name: pace * seconds for name, seconds in stages.items()}
     flows = scene.leaks != "nothing" or "tensor" in parts
     libraries = [CONTACT] + [FLOW] * flows
     memory = sum(size for _, size in libraries) + BYTES_OF_SAMPLE * samples
-    if lifted:
+    if scene.lift == "resolved":
         memory += BYTES_OF_LIFT * samples
-    if flows:
-        memory += BYTES_OF_UNKNOWN * unknowns + kept
-    jobs, each_patch = 1, None
-    if each:
-        each_patch = Expected(pace * each, memory)
+    patches, jobs, each_patch = 1, 1, None
+    if scene.seal is not None:
+        seconds, of_flows = _seal_patch(scene, samples, channels)
+        memory += of_flows
+        patches, each_patch = scene.seal.patches, Expected(pace * seconds, memory)
         jobs = min((work or Work()).jobs_for(patches, patches, each_patch), patches)
         parts["patches"] = ceil(patches / jobs) * each_patch.seconds
+    elif flows:
+        memory += BYTES_OF_UNKNOWN * unknowns_of(channels, _rtol(scene))
     if scene.tolerances is not None:
+        # The whole again for the least and for the largest leak rate.
         parts["tolerances"] = 2 * sum(parts.values())
     memory *= max(jobs, parallel.processes())
     if jobs > 1:
@@ -159,6 +137,47 @@ def predicted(
     parts = {"libraries": pace * start} | parts
     advice = _advice(scene, sum(parts.values()), memory)
     return Prediction(shape, patches, jobs, parts, each_patch, memory, advice)
+
+
+def _rtol(scene: Scene) -> float:
+    """Tolerance of the flow, or of all where the scene limits the total error."""
+    return scene.total_error or scene.flow.rtol
+
+
+def _stages(laws: "_Laws", shape: tuple[int, int]) -> dict[str, float]:
+    """CPU time [s] of the stages of one patch, on the machine of the laws."""
+    scene, samples, rtol = laws.scene, prod(shape), _rtol(laws.scene)
+    contact, flow = laws.contact(samples), laws.flow(samples, rtol)
+    stages, lifted = {"contact": contact}, scene.lift == "resolved"
+    if scene.needs_flow:
+        stages["flow and lift" if lifted else "flow"] = flow
+        if scene.lift == "range":
+            stages["range"] = contact + flow
+        if laws.by_area:
+            stages["contact area"] = OF_CONTACT * contact + OF_LIFT * flow * lifted
+        estimated = laws.pressed and (scene.accuracy is None or scene.accuracy.contact_grid)
+        coarse = half(shape) if estimated else None
+        if coarse is not None:
+            fewer, loose = prod(coarse), min(LOOSER * rtol, LOOSEST)
+            stages["contact grid"] = laws.contact(fewer) + laws.flow(fewer, loose)
+    if "conductivity_tensor" in scene.output.products:
+        stages["tensor"] = 2 * flow  # along x and along y
+    return stages
+
+
+def _seal_patch(scene: Scene, samples: float, channels: float) -> tuple[float, float]:
+    """CPU time [s] of one patch of a seal under all its loads, and memory [bytes] of its flows."""
+    seal, surface, loads = present(scene.seal, "[seal]"), scene.surface, loads_of(scene)
+    seconds = NEXT_CONTACT * contact_seconds(samples) + BETWEEN_LOADS
+    mirrored = isinstance(surface, FileSurface) and surface.make_periodic == "mirror"
+    if seal.window is not None and mirrored:
+        # The flow of a mirrored window is that of a quarter of it.
+        samples, channels = samples / 4, channels / 4 ** (OF_WAVES / 2)
+    rtol = seal.rtol / 2
+    seconds += OF_LOAD * flow_seconds(samples, channels, rtol)
+    unknowns = unknowns_of(channels, rtol)
+    kept = min(loads, KEPT / samples) * (KEPT_OF_UNKNOWN * unknowns + KEPT_OF_SAMPLE * samples)
+    return loads * seconds, BYTES_OF_UNKNOWN * unknowns + kept
 
 
 @dataclass(frozen=True)
@@ -215,7 +234,7 @@ def _grid(scene: Scene, surface: GridField | None) -> tuple[tuple[int, int], flo
             field = patch.grid_gap if known is None else present(patch.surface, "surface")
         shape, long = field.shape, USUAL
         waves = sqrt(prod(shape)) / _shortest(field)
-    return shape, waves**0.91 * sqrt(long / USUAL)
+    return shape, waves**OF_WAVES * sqrt(long / USUAL)
 
 
 def _shortest(field: GridField) -> float:
