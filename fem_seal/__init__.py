@@ -66,51 +66,14 @@ _NAMES = {
     "fem_seal.leak_rate": ("LeakRate",),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
+_ERRORS = ("FemSealError", "Inconsistent", "InvalidInput", "MissingPackage", "NotConverged")
 # The library: contact, film, mesh and flow without a scene.
 _PACKAGES = (
     *("contact", "coupling", "field_file", "film", "finite_difference", "flow", "mesh", "points"),
     *("quantities", "render", "results", "surface", "sweep", "theory", "upscaling", "verification"),
 )
 
-__all__ = [
-    "Accuracy",
-    "Contact",
-    "FaceSeal",
-    "FemSealError",
-    "FileSurface",
-    "Flow",
-    "Fluid",
-    "Gap",
-    "GridField",
-    "Heights",
-    "Inconsistent",
-    "InvalidInput",
-    "LeakRate",
-    "Limit",
-    "MeshFile",
-    "MissingPackage",
-    "NotConverged",
-    "Output",
-    "Patch",
-    "PlateWithHoles",
-    "ProfileSurface",
-    "Rectangle",
-    "Result",
-    "Scene",
-    "Seal",
-    "Sector",
-    "SelfAffine",
-    "Solid",
-    "Solved",
-    "Strip",
-    "Tolerances",
-    "load_gap",
-    "pictures",
-    "run",
-    "solve",
-    "to_pyvista",
-    "to_xarray",
-]
+__all__ = sorted([*_HOMES, *_ERRORS])
 
 
 def __getattr__(name: str) -> object:

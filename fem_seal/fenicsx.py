@@ -71,27 +71,6 @@ from dolfinx import fem, mesh  # noqa: E402
 
 from fem_seal.memory import give_back_freed_memory  # noqa: E402
 
-__all__ = [
-    "HAS_HYPRE",
-    "MPI",
-    "VERSION",
-    "MeshTags",
-    "PETSc",
-    "cell_dofs",
-    "cell_facets",
-    "cell_vertices",
-    "create_triangle_mesh",
-    "explained_compilation",
-    "fem",
-    "functionspace",
-    "geometry_dofs",
-    "input_cells",
-    "is_linear",
-    "mesh",
-    "ufl",
-    "vector_functionspace",
-]
-
 VERSION = tuple(int(i) for i in dolfinx.__version__.split(".")[:2])
 
 HAS_HYPRE = PETSc.Sys.hasExternalPackage("hypre")

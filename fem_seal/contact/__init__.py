@@ -7,19 +7,3 @@ from fem_seal.contact.methods import METHODS, ContactStopping
 from fem_seal.contact.settings import Arithmetic, ElasticSolid, Load
 from fem_seal.contact.solve import contact_under, press
 from fem_seal.contact.state import BearingState, ContactState, GapState
-
-__all__ = [
-    "METHODS",
-    "Arithmetic",
-    "BearingState",
-    "ContactState",
-    "ContactStopping",
-    "ElasticSolid",
-    "GapState",
-    "Layer",
-    "Load",
-    "bearing",
-    "contact_under",
-    "load_path",
-    "press",
-]

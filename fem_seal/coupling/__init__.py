@@ -3,5 +3,3 @@
 from fem_seal.coupling.lifted import lifted
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import LiftedState, allowed_error
-
-__all__ = ["LiftProblem", "LiftedState", "allowed_error", "lifted"]

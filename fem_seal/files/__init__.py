@@ -19,19 +19,3 @@ from fem_seal.files.atomic import (
 from fem_seal.files.caches import use_writable_cache, user_cache
 from fem_seal.files.lock import locked_folder
 from fem_seal.files.owner import clear_abandoned
-
-__all__ = [
-    "atomic_write",
-    "clear_abandoned",
-    "create_text",
-    "digest",
-    "locked_folder",
-    "staging_folder",
-    "temporary_folder",
-    "to_disk",
-    "use_writable_cache",
-    "user_cache",
-    "write_npz",
-    "write_text",
-    "writing",
-]

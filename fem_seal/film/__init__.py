@@ -5,5 +5,3 @@ from fem_seal.film.law import film_conductivity
 from fem_seal.film.mesh_film import MeshFilm
 
 Film = GridFilm | MeshFilm
-
-__all__ = ["Film", "GridFilm", "MeshFilm", "film_conductivity", "require_film"]

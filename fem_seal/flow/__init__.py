@@ -6,15 +6,3 @@ from fem_seal.flow.marking import Tuning
 from fem_seal.flow.solution import Start
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.limits import Limits
-
-__all__ = [
-    "METHODS",
-    "FlowFunctions",
-    "FlowSettings",
-    "Limits",
-    "Start",
-    "Tuning",
-    "film_from_dolfinx",
-    "flow_functions",
-    "leak_rate",
-]

@@ -4,17 +4,3 @@ from fem_seal.points.compute import Outcome, compute_points, compute_study, poin
 from fem_seal.points.folder import PointFolder, RecordFolder
 from fem_seal.points.task import Chain, StudyTask, Task
 from fem_seal.points.work import Expected, Work
-
-__all__ = [
-    "Chain",
-    "Expected",
-    "Outcome",
-    "PointFolder",
-    "RecordFolder",
-    "StudyTask",
-    "Task",
-    "Work",
-    "compute_points",
-    "compute_study",
-    "points_of",
-]

@@ -3,5 +3,3 @@
 from fem_seal.results.arrays import read_contact, read_flow
 from fem_seal.results.folder import ResultFolder
 from fem_seal.results.result import Result
-
-__all__ = ["Result", "ResultFolder", "read_contact", "read_flow"]

@@ -14,21 +14,3 @@ from fem_seal.scene.sections import (
     Solid,
 )
 from fem_seal.scene.tolerances import Tolerances
-
-__all__ = [
-    "Accuracy",
-    "Contact",
-    "FileSurface",
-    "Flow",
-    "Fluid",
-    "Gap",
-    "Heights",
-    "Limit",
-    "Output",
-    "ProfileSurface",
-    "Scene",
-    "Seal",
-    "SelfAffine",
-    "Solid",
-    "Tolerances",
-]

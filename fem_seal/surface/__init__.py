@@ -32,38 +32,3 @@ from fem_seal.surface.statistics import (
 )
 from fem_seal.surface.synthesis import gaussian_surface, self_affine, twin
 from fem_seal.surface.windows import kept_roughness, levelled_map, longest_wavelength
-
-__all__ = [
-    "IsotropicSpectrum",
-    "Lay",
-    "MapStatistics",
-    "Preparation",
-    "PreparedSurface",
-    "ProfileSpectrum",
-    "RadialSpectrum",
-    "Spectrum",
-    "SpectrumFit",
-    "cropped",
-    "detrended",
-    "fill",
-    "fit_spectrum",
-    "gaussian_surface",
-    "isotropic_spectrum",
-    "kept_roughness",
-    "levelled_map",
-    "longest_wavelength",
-    "map_spectrum",
-    "measured_surface",
-    "outliers",
-    "periodic_cell",
-    "prepare",
-    "profile_spectrum",
-    "radial_spectrum",
-    "resample",
-    "rms_height",
-    "rms_slope",
-    "self_affine",
-    "spikes_caution",
-    "twin",
-    "without_outliers",
-]

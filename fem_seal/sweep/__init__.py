@@ -4,5 +4,3 @@ from fem_seal.points import Work
 from fem_seal.sweep.axis import combinations, read_points
 from fem_seal.sweep.point import Point
 from fem_seal.sweep.sweep import Tally, sweep
-
-__all__ = ["Point", "Tally", "Work", "combinations", "read_points", "sweep"]

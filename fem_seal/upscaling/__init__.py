@@ -4,15 +4,3 @@ from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, RingPath, StraightPath
 from fem_seal.upscaling.profile import Hertz, TabulatedProfile, uniform
 from fem_seal.upscaling.seal_flow import SealFlow, seal_flow
-
-__all__ = [
-    "ConductivityTable",
-    "EndPressures",
-    "Hertz",
-    "RingPath",
-    "SealFlow",
-    "StraightPath",
-    "TabulatedProfile",
-    "seal_flow",
-    "uniform",
-]
