@@ -23,7 +23,7 @@ from fem_seal.points import (
     Chain,
     Expected,
     Outcome,
-    RecordFolder,
+    PointFolder,
     StudyTask,
     compute_points,
     compute_study,
@@ -253,7 +253,7 @@ def chain_of(folder, *functions, begin=lambda: None):
 
 def test_each_point_of_a_killed_chain_has_its_own_error(tmp_path):
     """Also one that failed before the process was killed, and none that has its file."""
-    folder = RecordFolder(tmp_path, int)
+    folder = PointFolder(tmp_path, int)
     kept = StudyTask("kept", "kept", keep_and_die, (folder.path_of("kept"),))
     chain = chain_of(folder, fail, die, fine, begin=type(None))
     outcome = compute_points([chain, Chain(folder, (kept,))], Work(2))
@@ -266,7 +266,7 @@ def test_each_point_of_a_killed_chain_has_its_own_error(tmp_path):
 
 
 def test_a_study_says_how_many_points_have_failed(tmp_path):
-    folder = RecordFolder(tmp_path, int)
+    folder = PointFolder(tmp_path, int)
     with pytest.raises(InvalidInput, match=r"^fail: an error of its own$"):
         compute_study([chain_of(folder, fail)], None, lambda *_: None)
     with pytest.raises(InvalidInput, match=r"^fail: .*own, and 1 other point failed$"):
@@ -278,7 +278,7 @@ def too_large():
 
 
 def test_what_the_system_refuses_is_said_in_words(tmp_path):
-    outcome = compute_points([chain_of(RecordFolder(tmp_path, int), too_large)], Work())
+    outcome = compute_points([chain_of(PointFolder(tmp_path, int), too_large)], Work())
     assert str(outcome.failures["too_large"]) == (
         "not enough memory for this size (8 TB); choose a smaller one"
     )
@@ -286,14 +286,14 @@ def test_what_the_system_refuses_is_said_in_words(tmp_path):
 
 def test_a_point_of_another_process_is_counted(tmp_path):
     """One that was missing at the start, and has a file by its turn."""
-    folder, done = RecordFolder(tmp_path, int), []
+    folder, done = PointFolder(tmp_path, int), []
     folder.write("fail", 1)
     chain = chain_of(folder, fail, fine)
     assert compute_chain(chain, after_each=lambda: done.append(1)) == {}
     assert len(done) == 2
 
 
-class FullFolder(RecordFolder):
+class FullFolder(PointFolder):
     def save(self, path, point):
         raise InvalidInput("the disk is full")
 
@@ -309,7 +309,7 @@ def test_a_folder_that_cannot_be_written_ends_the_computation(tmp_path):
 MPI_REFUSED = """
 from pathlib import Path
 from fem_seal import parallel
-from fem_seal.points import Chain, RecordFolder, StudyTask, Work, compute_points
+from fem_seal.points import Chain, PointFolder, StudyTask, Work, compute_points
 
 def refuse():
     raise MemoryError("8 TB")
@@ -319,7 +319,7 @@ def on_the_first():
 
 parallel.abort_together()
 task = StudyTask("point", "point", on_the_first, ())
-compute_points([Chain(RecordFolder(Path("points"), int), (task,))], Work())
+compute_points([Chain(PointFolder(Path("points"), int), (task,))], Work())
 """
 
 

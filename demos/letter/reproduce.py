@@ -17,7 +17,7 @@ from demos.letter import figures
 from demos.letter.cascade import CascadeStart, cascade_start
 from demos.letter.contacts import MODELS, RoughCase
 from demos.letter.currents import FLOW_AREA, Current, current, over_first_contact
-from demos.letter.flows import FlowMeasures, PictureFolder, picture
+from demos.letter.flows import FlowMeasures, Picture, PictureFolder, picture
 from demos.letter.page import Found, page
 from demos.letter.persson import comparisons, predictions, ring_spectrum
 from demos.letter.thresholds import Thresholds, threshold_rows, thresholds
@@ -26,7 +26,7 @@ from fem_seal.cli.options import add_work, work_of
 from fem_seal.digits import number_of
 from fem_seal.errors import FemSealError, InvalidInput
 from fem_seal.files import locked_folder, write_text
-from fem_seal.points import Chain, PointFolder, RecordFolder, StudyTask, Work, compute_study
+from fem_seal.points import Chain, PointFolder, StudyTask, Work, compute_study
 from fem_seal.progress import Display, Report
 from fem_seal.tables import as_csv
 from fem_seal.theory.persson import AREA_LAWS
@@ -64,7 +64,7 @@ def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str
         name = "-".join([function.__name__, *texts])
         return Chain(folder, (StudyTask(name, name, function, arguments),))
 
-    shown, records = PictureFolder(points), RecordFolder(points, Current)
+    shown, records = PictureFolder(points, Picture), PointFolder(points, Current)
     with_differences = "differences" in asked.only
 
     def refine(model: str, seed: int, area: float) -> int:
@@ -87,7 +87,7 @@ def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str
         ],
         "thresholds": [
             point(
-                RecordFolder(points, Thresholds),
+                PointFolder(points, Thresholds),
                 *(thresholds, one, model, seed, asked.resolution),
             )
             for one in cases
@@ -97,11 +97,11 @@ def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str
         "contacts": [point(shown, picture, case, model, CONTACT_AREA, None) for model in MODELS],
         "flows": [point(shown, picture, case, model, FLOW_AREA, asked.rtol) for model in MODELS],
         "cascade": [
-            point(RecordFolder(points, CascadeStart), cascade_start, case, *start)
+            point(PointFolder(points, CascadeStart), cascade_start, case, *start)
             for start in STARTS
         ],
         "saddle": [
-            point(RecordFolder(points, closing_saddle.Saddle), closing_saddle.saddle, samples)
+            point(PointFolder(points, closing_saddle.Saddle), closing_saddle.saddle, samples)
             for samples in reversed(SADDLES)
         ],
     }

@@ -13,7 +13,7 @@ from fem_seal.digits import number_of
 from fem_seal.errors import FemSealError, MissingPackage, NotConverged, explained, present
 from fem_seal.files import temporary_folder
 from fem_seal.points.farm import POLL, farm
-from fem_seal.points.folder import Point, RecordFolder
+from fem_seal.points.folder import Point, PointFolder
 from fem_seal.points.task import Chain, Task, nothing
 from fem_seal.points.work import UNKNOWN_POINT, Expected, Work
 from fem_seal.progress import Pace, Report, silent
@@ -212,13 +212,13 @@ def points_of(
 ) -> list[Point] | None:
     """Points of a study whose tasks share nothing; None if some are left to other parts.
 
-    They are of a `kind` that `RecordFolder` keeps in points/ of `out`; no files are kept if that is
+    They are of a `kind` that `PointFolder` keeps in points/ of `out`; no files are kept if that is
     left out. Errors are those of `compute_study`.
     """
     work = work or Work()
     with ExitStack() as held:
         kept = out or parallel.on_root(lambda: held.enter_context(temporary_folder()), work.comm)
-        folder = RecordFolder(kept / "points", kind)
+        folder = PointFolder(kept / "points", kind)
         if compute_study([Chain(folder, (task,)) for task in tasks], work, report).missing:
             return None
         return parallel.on_root(

@@ -1,35 +1,40 @@
 """A folder with a file for each finished point; any number of processes may write into it."""
 
-from abc import ABC, abstractmethod
 from functools import cache
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from pydantic import TypeAdapter
 
+from fem_seal.errors import InvalidInput
 from fem_seal.files import write_text
 
 Point = TypeVar("Point")
 
 
-class PointFolder(ABC, Generic[Point]):
-    """Points of one kind, each in a file of its own.
+_json_of = cache(TypeAdapter)  # building one takes as long as reading many points
+
+
+class PointFolder(Generic[Point]):
+    """Points of one kind, such as a dataclass, each as JSON in a file of its own.
 
     The folder is made when the first point is written.
     """
 
     suffix = ".json"
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, kind: type[Point]):
         self.folder = folder
+        self.kind: type = kind
 
-    @abstractmethod
     def load(self, path: Path) -> Point:
         """Read a file; OSError if it cannot be read, ValueError if it holds no such point."""
+        point: Point = _json_of(self.kind).validate_json(path.read_bytes())
+        return point
 
-    @abstractmethod
     def save(self, path: Path, point: Point) -> None:
         """Write a file that appears whole or not at all."""
+        write_text(path, _json_of(self.kind).dump_json(point, indent=1).decode() + "\n")
 
     def path_of(self, name: str) -> Path:
         """Path of the file of a point."""
@@ -39,7 +44,7 @@ class PointFolder(ABC, Generic[Point]):
         """Read a point; None if there is none or its file is damaged."""
         try:
             return self.load(self.path_of(name))
-        except (OSError, ValueError):
+        except (OSError, ValueError, InvalidInput):
             return None
 
     def finished(self, name: str) -> bool:
@@ -57,23 +62,3 @@ class PointFolder(ABC, Generic[Point]):
     def remove(self, name: str) -> None:
         """Remove a point, if it is there."""
         self.path_of(name).unlink(missing_ok=True)
-
-
-_json_of = cache(TypeAdapter)  # building one takes as long as reading many points
-
-
-class RecordFolder(PointFolder[Point]):
-    """Points that are dataclasses, as JSON."""
-
-    def __init__(self, folder: Path, kind: type[Point]):
-        super().__init__(folder)
-        self.kind: type = kind
-
-    def load(self, path: Path) -> Point:
-        """Read a file; pydantic's ValidationError is a ValueError."""
-        point: Point = _json_of(self.kind).validate_json(path.read_bytes())
-        return point
-
-    def save(self, path: Path, point: Point) -> None:
-        """Write a file."""
-        write_text(path, _json_of(self.kind).dump_json(point, indent=1).decode() + "\n")

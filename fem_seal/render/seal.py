@@ -123,7 +123,7 @@ def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
     The place of the highest contact pressure has this net load when fluid of the inlet's pressure
     reaches it: by how much it exceeds the load from which on the patches are sealed is to spare.
     """
-    tables = [patch.conductivity.table for patch in seal.patches if patch.conductivity is not None]
+    tables = [patch.conductivity for patch in seal.patches if patch.conductivity is not None]
     sealed_from = [1e-6 * table.loads[table.upper == 0].min(initial=np.inf) for table in tables]
     leaks_to = np.array([table.loads[table.upper > 0].max(initial=0.0) for table in tables]) / 1e6
     numbers = np.arange(1, len(tables) + 1)
@@ -163,7 +163,7 @@ def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
     for number, one in enumerate(seal.patches):
         if one.conductivity is None:
             continue
-        table, is_median = one.conductivity.table, number == median
+        table, is_median = one.conductivity, number == median
         colour, layer = ("tab:red", 3) if is_median else ("0.6", 2)
         open_ = table.upper > 0
         w, K = 1e-6 * table.loads, table.value

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import FemSealError, InvalidInput
 from fem_seal.files import locked_folder, staging_folder, to_disk, writing
 from fem_seal.results.arrays import CONTACT_FILE, FLOW_FILE
 from fem_seal.results.result import RESULT_FILE, Provenance, Result
@@ -142,5 +142,5 @@ def _files_of(result: Path) -> tuple[str, ...]:
         return ()
     try:
         return Result.model_validate_json(result.read_bytes()).files
-    except ValueError:
+    except (ValueError, FemSealError):
         return ()  # a damaged result is overwritten: the names of its files are unknown

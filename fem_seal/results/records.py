@@ -15,7 +15,7 @@ from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
 from fem_seal.units import RATES
-from fem_seal.upscaling.conductivity import StoredTable
+from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.refined_table import PatchFlow
 from fem_seal.upscaling.seal import SealLeak, Share, median_patch
 from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
@@ -155,14 +155,14 @@ class SealPatchRecord(Record):
     value: Finite
     lower: Finite
     upper: Finite
-    conductivity: StoredTable | None = None  #: K [m³/(Pa s)] at net loads [Pa]
+    conductivity: ConductivityTable | None = None  #: K [m³/(Pa s)] at net loads [Pa]
 
     @classmethod
     def of(cls, patch: PatchFlow) -> "SealPatchRecord":
         """Record of a patch; it has no leak rate if the seal is lifted off."""
-        flow, table = patch.seal_flow, patch.table and StoredTable.of(patch.table)
+        flow = patch.seal_flow
         rates = {"value": flow.value, "lower": flow.lower, "upper": flow.upper}
-        return cls(state=flow.state, conductivity=table, **rates)
+        return cls(state=flow.state, conductivity=patch.table, **rates)
 
 
 class PathRecord(Record):

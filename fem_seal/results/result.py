@@ -159,6 +159,8 @@ class Result(Record):
             result = cls.model_validate_json(path.read_bytes())
         except OSError as error:
             raise InvalidInput(f"cannot read the result {path}: {error.strerror}") from None
+        except InvalidInput as error:  # of a conductivity table
+            raise InvalidInput(f"{path} is not a result: {error}") from None
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             where = ".".join(str(part) for part in first["loc"]) or "the file"

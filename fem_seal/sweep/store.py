@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import create_text, write_text, writing
-from fem_seal.points import RecordFolder
+from fem_seal.points import PointFolder
 from fem_seal.results.result import Provenance
 from fem_seal.sweep.point import COLUMNS, Point
 from fem_seal.sweep.summary import SUMMARY_FILE, write_summary
@@ -19,7 +19,7 @@ TABLE_FILE, ORIGIN_FILE, POINTS = "sweep.csv", "sweep.json", "points"
 _POINT_FILE = re.compile(r"[0-9a-f]{32}\.json")
 
 
-class SweepFolder(RecordFolder[Point]):
+class SweepFolder(PointFolder[Point]):
     """The points of one sweep; any number of processes may write into the folder at once.
 
     The `keys` are the names of the fields that vary.

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
+from pydantic import AfterValidator, GetPydanticSchema, PlainSerializer
 
 from fem_seal.errors import InvalidInput
 
@@ -12,6 +14,17 @@ STEPS = 16
 MOST_RISE = (
     50.0  # largest ln of K below the first load over that at it: so large a K hardly resists
 )
+# An array that files hold as a list of numbers.
+Numbers = Annotated[
+    np.ndarray,
+    GetPydanticSchema(
+        lambda source, schema_of: schema_of(
+            Annotated[
+                tuple[float, ...], AfterValidator(np.array), PlainSerializer(np.ndarray.tolist)
+            ]
+        )
+    ),
+]
 MOST_TAIL = 8.0  # fall of ln K up to which it is extrapolated above the last load
 # Steps inside an enclosure: K falls by about the part FALL in each; there are at most MOST_STEPS.
 FALL, MOST_STEPS = 0.002, 500
@@ -74,10 +87,10 @@ class ConductivityTable:
     below.
     """
 
-    loads: np.ndarray  #: (n,), net loads w = P - p [Pa], >= 0, ascending
+    loads: Numbers  #: (n,), net loads w = P - p [Pa], >= 0, ascending
     #: (n,), bounds of K [m³/(Pa s)], 0 <= lower <= upper; both 0 where the patch is sealed
-    lower: np.ndarray
-    upper: np.ndarray
+    lower: Numbers
+    upper: Numbers
     #: (n - 1,) Enclosure or None, narrower bounds between the loads; None: those of the two loads
     between: tuple[Enclosure | None, ...] = ()
 
@@ -183,29 +196,6 @@ class ConductivityTable:
         return ConductivitySteps(
             np.append(nodes[:1], edges), np.concatenate([values[:1], inside.ravel(), values[-1:]])
         )
-
-
-@dataclass(frozen=True)
-class StoredTable:
-    """A `ConductivityTable` as files hold it."""
-
-    loads: tuple[float, ...]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    between: tuple[Enclosure | None, ...] = ()
-
-    @classmethod
-    def of(cls, table: ConductivityTable) -> "StoredTable":
-        """Store a table."""
-        rows = np.stack([table.loads, table.lower, table.upper])
-        loads, lower, upper = map(tuple, rows.tolist())
-        return cls(loads, lower, upper, table.between)
-
-    @property
-    def table(self) -> ConductivityTable:
-        """The table itself."""
-        loads, lower, upper = map(np.array, (self.loads, self.lower, self.upper))
-        return ConductivityTable(loads, lower, upper, self.between)
 
 
 def _interpolated(nodes: np.ndarray, values: np.ndarray, places: np.ndarray) -> np.ndarray:

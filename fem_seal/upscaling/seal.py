@@ -167,10 +167,9 @@ def solve_seal(
     solved = solved_patches(scenes, patch, folder, work or Work(), part, each)
     flows = []
     for of_patch in solved:
-        table = of_patch.stored.table
-        flow = seal_flow(table, profile, path, ends)
-        flows.append(PatchFlow(table, flow, of_patch.converged, of_patch.reason))
-    errors = [of_patch.contact_error for of_patch in solved if max(of_patch.stored.upper) > 0]
+        flow = seal_flow(of_patch.table, profile, path, ends)
+        flows.append(PatchFlow(of_patch.table, flow, of_patch.converged, of_patch.reason))
+    errors = [of_patch.contact_error for of_patch in solved if of_patch.table.upper.any()]
     estimates = [error for error in errors if error is not None]
     largest = max(estimates) if estimates and len(estimates) == len(errors) else None
     gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]

@@ -19,11 +19,11 @@ from fem_seal.files import digest
 from fem_seal.grid_series import OnGrid, grid_error, on_half, unresolved
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
-from fem_seal.points import Chain, Expected, RecordFolder, Task, Work, compute_points
+from fem_seal.points import Chain, Expected, PointFolder, Task, Work, compute_points
 from fem_seal.points.compute import under
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
-from fem_seal.upscaling.conductivity import ConductivityTable, StoredTable
+from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.refined_table import STARTED, PatchFlow, refined_table
@@ -37,7 +37,7 @@ OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loa
 class SolvedPatch:
     """Conductivity of a patch at the net loads that the seal needs."""
 
-    stored: StoredTable
+    table: ConductivityTable
     converged: bool  #: whether the leak rate of a seal of such patches is known to seal.rtol
     reason: str  #: why it is not, else empty
     #: estimated relative error of the conductivity due to the grid of the contact, at the load that
@@ -75,7 +75,7 @@ class PatchTask(Task[SolvedPatch]):
         table = present(outcome.table, "table of the patch")
         load = _load_that_matters(outcome, table, loaded)
         return SolvedPatch(
-            StoredTable.of(table),
+            table,
             outcome.converged,
             outcome.reason,
             None if load is None else _contact_error(loaded, load),
@@ -156,7 +156,7 @@ def solved_patches(
         return tuple(
             task.compute(None, under(task.label, like.report), like.comm) for task in tasks
         )
-    points = RecordFolder(folder, SolvedPatch)
+    points = PointFolder(folder, SolvedPatch)
     chains: list[Chain[SolvedPatch]] = [Chain(points, (task,)) for task in tasks]
     outcome = compute_points(
         chains, work, report=like.report, name=PATCHES, each=each, comm=like.comm

@@ -103,7 +103,7 @@ def solve(patches: tuple[Scene, ...]) -> None:
         task = solved_patches.PatchTask("", "", one)
         solved = task.compute(None, lambda stage, detail: None, None)
         whole = process_time() - start
-        table = solved.stored.table
+        table = solved.table
         parts = ", ".join(
             f"{stage} {sum(times):.1f} ({' '.join(f'{t:.1f}' for t in times if t > 0.05)})"
             for stage, times in spent.items()

@@ -20,7 +20,7 @@ from demos.letter.contacts import (
     pressed,
 )
 from demos.letter.currents import current, over_first_contact, total_decades
-from demos.letter.flows import FlowMeasures, PictureFolder, decades, picture
+from demos.letter.flows import FlowMeasures, Picture, PictureFolder, decades, picture
 from demos.letter.persson import predictions, ring_spectrum
 from demos.letter.reproduce import main
 from fem_seal.contact import press
@@ -158,7 +158,7 @@ def test_fig_2_as_numbers(tmp_path):
     Elastic channels are narrower: they lie on a smaller part of the cell, and carry less. The
     file of a picture gives the same numbers.
     """
-    flows, folder = {}, PictureFolder(tmp_path)
+    flows, folder = {}, PictureFolder(tmp_path, Picture)
     for model in MODELS:
         folder.write(model, picture(SMOOTH, model, 0.2, RTOL))
         measures = flows[model] = FlowMeasures.of(folder.point(model))
