@@ -120,16 +120,7 @@ def _finite_differences(
 
     if isinstance(film, MeshFilm):
         raise InvalidInput("flow.method = 'finite-difference' needs a gap on a grid")
-    return parallel.on_root(
-        lambda: by_differences(
-            film,
-            viscosity=settings.viscosity,
-            pressure_drop=settings.pressure_drop,
-            slip=settings.slip,
-            links=settings.links,
-        ),
-        comm,
-    )
+    return parallel.on_root(lambda: by_differences(film, settings), comm)
 
 
 Method = Callable[[FlowSettings, "GridFilm | MeshFilm", Report, parallel.Comm], LeakRate]

@@ -13,21 +13,13 @@ from fem_seal.film.law import leak_rate_of_square
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.slipping import film_without_slip
 from fem_seal.finite_difference.stencil import flow_grid
-from fem_seal.fluid import Slip
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.leak_rate import LeakRate
-from fem_seal.registry import require_positive
 
 METHOD = "finite-difference"
 
 
-def by_differences(
-    film: GridFilm,
-    *,
-    viscosity: float,
-    pressure_drop: float,
-    slip: Slip | None = None,
-    links: str = "linear-gap",
-) -> LeakRate:
+def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
     """Leak rate of a film by central differences on its samples, without bounds.
 
     A sealed gap needs no solve. `converged` is False if the gap is open only along diagonals of its
@@ -37,32 +29,26 @@ def by_differences(
     ----------
     film
         Film; nodes are the vertices of a linear gap or the pixels' centres of a constant one.
-    viscosity
-        η [Pa s], > 0.
-    pressure_drop
-        Δp = p_in - p_out [Pa], > 0; for a gas that of the liquid that leaks as much without slip.
-    slip
-        Slip of a gas at the walls; None if there is none.
-    links
-        Mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear gap
-        that varies along the flow only, "harmonic" for a stepwise one.
+    settings
+        Their viscosity, pressure drop, slip and links count. `links.LINKS` "linear-gap" are exact
+        for a linear gap that varies along the flow only, "harmonic" for a stepwise one.
 
     Raises
     ------
     InvalidInput
-        For values out of range, unknown links, or an argument that is no film on a grid.
+        For a leak rate out of range, unknown links, or an argument that is no film on a grid.
     NotConverged
         If the iteration for slip does not settle.
     """
-    require_positive(viscosity=viscosity, pressure_drop=pressure_drop)
     require_film(film, (GridFilm,))
     if film.sealed:
         return LeakRate.sealed(METHOD)
-    leak_rate_of_square(film.largest_gap, viscosity, pressure_drop)  # refuses numbers out of range
+    # This refuses numbers out of range.
+    leak_rate_of_square(film.largest_gap, settings.viscosity, settings.pressure_drop)
     residuals = {}
-    if slip is not None:
-        film, residuals["slip"] = film_without_slip(film, slip, links)
-    grid = flow_grid(film, viscosity, links)
+    if settings.slip is not None:
+        film, residuals["slip"] = film_without_slip(film, settings.slip, settings.links)
+    grid = flow_grid(film, settings.viscosity, settings.links)
     if not grid.carrying.any():
         return LeakRate(
             state="leaking",
@@ -73,7 +59,7 @@ def by_differences(
             reason="the gap is open only along diagonals of its triangulation, which the "
             "five-point stencil does not follow; sample it finer",
         )
-    value = conductance(grid.network) * pressure_drop
+    value = conductance(grid.network) * settings.pressure_drop
     return LeakRate(
         state="leaking",
         method=METHOD,

@@ -40,9 +40,7 @@ def _bounds(
 
 def _finite_differences(film: GridFilm, settings: FlowSettings, links: str) -> Iterator[Answer]:
     start = process_time()
-    leak = by_differences(
-        film, viscosity=settings.viscosity, pressure_drop=settings.pressure_drop, links=links
-    )
+    leak = by_differences(film, replace(settings, links=links))
     yield Answer(f"FD {links}", leak.value, "", leak.unknowns, process_time() - start)
 
 

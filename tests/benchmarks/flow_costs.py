@@ -93,7 +93,7 @@ def differences(sizes: list[int]) -> None:
     last = None
     for n in sizes:
         film = GridFilm(Case(n, 0.8, 1, 0.2, 1).gap(), sides="periodic")
-        leak, seconds, memory = cost_of(lambda: by_differences(film, **FLUID))  # noqa: B023
+        leak, seconds, memory = cost_of(lambda: by_differences(film, FlowSettings(**FLUID)))  # noqa: B023
         growth = "" if last is None else f", {seconds / last:.1f} times the last"
         last = seconds
         print(f"n = {n}: {leak.unknowns} unknowns, {seconds:.2f} s{growth}, {memory / 1e9:.2f} GB")

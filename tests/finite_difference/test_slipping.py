@@ -7,6 +7,7 @@ from nonlinear import in_series, mass_rate_of
 from fem_seal.errors import NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences, slipping
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.rarefied import LAWS
@@ -18,7 +19,9 @@ def mass_rate(gap, slip, **options):
     """Leak rate times 12 η R T/M, for square pixels."""
     drop = slip.mean_pressure * (slip.inlet_pressure - slip.outlet_pressure)
     film = GridFilm(GridField(gap, (1.0, 1.0), periodic=True), "periodic", "constant")
-    leak = by_differences(film, viscosity=1 / 12, pressure_drop=drop, slip=slip, **options)
+    leak = by_differences(
+        film, FlowSettings(viscosity=1 / 12, pressure_drop=drop, slip=slip, **options)
+    )
     assert leak.converged
     assert leak.residuals["slip"][-1] <= slipping.TOLERANCE < leak.residuals["slip"][0]
     return leak.value
@@ -54,7 +57,7 @@ def test_another_solver_of_the_nonlinear_problem(law):
         film = GridFilm(GridField(gap, (1.0, 1.0)), "wall", "constant")
         drop = slip.mean_pressure * (slip.inlet_pressure - slip.outlet_pressure)
         leak = by_differences(
-            film, viscosity=1 / 12, pressure_drop=drop, slip=slip, links="harmonic"
+            film, FlowSettings(viscosity=1 / 12, pressure_drop=drop, slip=slip, links="harmonic")
         )
         reference = mass_rate_of(mobility, coarse, 2.0, 0.4, parts)
         differences.append(abs(leak.value / reference - 1))

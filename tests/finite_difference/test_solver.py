@@ -11,6 +11,7 @@ from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.finite_difference.slipping import node_pressure
 from fem_seal.finite_difference.stencil import flow_grid
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.theory.closed_forms import cosine_channel, piecewise_linear_channel
 
@@ -24,7 +25,7 @@ RULES = tuple(LINKS)
 
 def leak(values, spacing=(1.0, 1.0), periodic=False, links="linear-gap", **choices):
     film = GridFilm(GridField(values, spacing, periodic), **choices)
-    return by_differences(film, links=links, **FLUID).value
+    return by_differences(film, FlowSettings(links=links, **FLUID)).value
 
 
 @pytest.mark.parametrize("sides", SIDES)
@@ -132,14 +133,17 @@ def test_sealed_gap_has_no_leak_rate_and_no_unknowns(representation, sides):
     g = np.ones((8, 6))
     g[4] = 0
     flow = by_differences(
-        GridFilm(GridField(g, (1, 1), True), sides=sides, representation=representation), **FLUID
+        GridFilm(GridField(g, (1, 1), True), sides=sides, representation=representation),
+        FlowSettings(**FLUID),
     )
     assert (flow.state, flow.value, flow.unknowns) == ("sealed", 0.0, 0)
 
 
 def test_channel_along_a_diagonal_is_reported_as_not_converged():
     """A gap open along a diagonal only is not sealed, but no chain of links joins the ends."""
-    flow = by_differences(GridFilm(GridField(np.eye(5), (1, 1)), sides="wall"), **FLUID)
+    flow = by_differences(
+        GridFilm(GridField(np.eye(5), (1, 1)), sides="wall"), FlowSettings(**FLUID)
+    )
     assert flow.state == "leaking"
     assert not flow.converged
     assert "diagonal" in flow.reason
@@ -174,11 +178,11 @@ def test_a_linear_gap_needs_two_rows_and_columns():
 def test_bad_input_is_refused():
     gap = GridField(np.ones((3, 3)), (1, 1))
     with pytest.raises(InvalidInput, match="viscosity = -1"):
-        by_differences(GridFilm(gap, sides="wall"), viscosity=-1, pressure_drop=1)
+        by_differences(GridFilm(gap, sides="wall"), FlowSettings(viscosity=-1, pressure_drop=1))
     with pytest.raises(InvalidInput, match=r"links = 'median'.*linear-gap, arithmetic"):
-        by_differences(GridFilm(gap, sides="wall"), links="median", **FLUID)
+        by_differences(GridFilm(gap, sides="wall"), FlowSettings(links="median", **FLUID))
     with pytest.raises(InvalidInput, match="sides"):
-        by_differences(GridFilm(gap, sides="slit"), **FLUID)
+        by_differences(GridFilm(gap, sides="slit"), FlowSettings(**FLUID))
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -191,7 +195,7 @@ def test_node_pressure_balances_the_conductance(sides, representation):
     rng = np.random.default_rng(5)
     values = np.maximum(rng.random((16, 16)) - 0.3, 0)
     film = GridFilm(GridField(values, (1.0, 1.0), periodic=True), sides, representation)
-    leak = by_differences(film, viscosity=1 / 12, pressure_drop=3.0)
+    leak = by_differences(film, FlowSettings(viscosity=1 / 12, pressure_drop=3.0))
     assert leak.value > 0
     network = flow_grid(film, 1 / 12, "linear-gap").network
     pressure = node_pressure(film, 3.0)

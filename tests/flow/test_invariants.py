@@ -21,6 +21,7 @@ from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.flow import Limits
 from fem_seal.flow.topology import dual_numbering, open_cells
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh
 
@@ -125,7 +126,9 @@ class Case:
 
     def differences(self) -> np.ndarray:
         """Leak rates by finite differences with each mean along the links."""
-        return np.array([by_differences(self.film, links=mean, **FLUID).value for mean in LINKS])
+        return np.array(
+            [by_differences(self.film, FlowSettings(links=mean, **FLUID)).value for mean in LINKS]
+        )
 
 
 @st.composite
@@ -256,7 +259,7 @@ def test_scales(case, powers, method):
     for name in ("lower", "upper", "value", "inflow", "outflow"):
         expected = scale * (getattr(one, name) or 0)
         assert (getattr(two, name) or 0) == pytest.approx(expected, rel=1e-10, abs=0)
-    found = [by_differences(other.film, links=mean, **fluid).value for mean in LINKS]
+    found = [by_differences(other.film, FlowSettings(links=mean, **fluid)).value for mean in LINKS]
     assert found == pytest.approx(scale * case.differences(), rel=ROUNDING, abs=0)
 
 

@@ -10,6 +10,7 @@ from lifted_scenes import problem_of, scene
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.solver import by_differences
 from fem_seal.flow.linear import by_multigrid
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL
 from fem_seal.network.film_pressure import EXACT, FilmPressure, eliminated
@@ -47,7 +48,7 @@ def mixed(film):
 def test_network_of_finite_differences(sides, representation):
     """The same leak rate as by the elimination, which shares no arithmetic."""
     film = film_of(rough(), sides, representation)
-    leak = by_differences(film, viscosity=1 / 12, pressure_drop=1.0)
+    leak = by_differences(film, FlowSettings(viscosity=1 / 12, pressure_drop=1.0))
     grid = PressureGrid.of_stencil(film, "linear-gap")
     assert pressure_in(film, grid, rough()).conductance == pytest.approx(leak.value, rel=1e-12)
     if representation == "linear":
