@@ -2,15 +2,19 @@
 
 from functools import cache
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Annotated, Generic, TypeVar
 
-from pydantic import TypeAdapter
+import numpy as np
+from pydantic import AfterValidator, GetPydanticSchema, PlainSerializer, TypeAdapter
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import write_text
 
 Point = TypeVar("Point")
 
+# An array of a point, which its file holds as a list of numbers.
+_Listed = Annotated[tuple[float, ...], AfterValidator(np.array), PlainSerializer(np.ndarray.tolist)]
+Numbers = Annotated[np.ndarray, GetPydanticSchema(lambda _, schema_of: schema_of(_Listed))]
 
 _json_of = cache(TypeAdapter)  # building one takes as long as reading many points
 

@@ -2,29 +2,17 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, GetPydanticSchema, PlainSerializer
 
 from fem_seal.errors import InvalidInput
+from fem_seal.points.folder import Numbers
 
 # Steps of the interpolated conductivity between two loads of a table.
 STEPS = 16
 MOST_RISE = (
     50.0  # largest ln of K below the first load over that at it: so large a K hardly resists
 )
-# An array that files hold as a list of numbers.
-Numbers = Annotated[
-    np.ndarray,
-    GetPydanticSchema(
-        lambda source, schema_of: schema_of(
-            Annotated[
-                tuple[float, ...], AfterValidator(np.array), PlainSerializer(np.ndarray.tolist)
-            ]
-        )
-    ),
-]
 MOST_TAIL = 8.0  # fall of ln K up to which it is extrapolated above the last load
 # Steps inside an enclosure: K falls by about the part FALL in each; there are at most MOST_STEPS.
 FALL, MOST_STEPS = 0.002, 500
