@@ -1,12 +1,14 @@
 """The leak rate at which the fluid's pressure meets those of both ends of the leak path.
 
 With a K that is a step function of the net load, and one contact pressure in each cell, the march
-solves dΦ/ds = -Q/K exactly from the outlet to the inlet (`seal_flow`). If Q is too large, the
+solves dΦ/ds = -Q/K exactly from the outlet to the inlet (`seal_flow`): in each cell ∫K dΦ rises by
+Q Δs, and sums over the steps tell at which load. If Q is too large, the
 pressure reaches p_in before the inlet; if it is too small, the pressure at the inlet is below p_in.
 """
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable
+from functools import partial
 from math import exp, inf, log, sqrt
 
 import numpy as np
@@ -84,7 +86,15 @@ class March:
         lengths: np.ndarray,
         ends: EndPressures,
     ):
-        self._loads, self._K = steps.loads.tolist(), steps.conductivity.tolist()
+        loads = np.append(steps.loads, max(steps.loads[-1], pressure.max() - ends.outlet))
+        K = steps.conductivity[1:]
+        if np.isfinite(steps.conductivity[0]):
+            loads, K = np.append(0.0, loads), steps.conductivity
+        # From the highest load down: negative loads, K between them, ∫K dw and ∫K w dw to each.
+        loads, K = loads[::-1], K[::-1]
+        self._loads, self._K = (-loads).tolist(), K.tolist()
+        self._areas = np.append(0.0, np.cumsum(-K * np.diff(loads))).tolist()
+        self._moments = np.append(0.0, np.cumsum(-K * np.diff(loads**2) / 2)).tolist()
         self._cells = list(zip(pressure[::-1].tolist(), lengths[::-1].tolist(), strict=True))
         self._ends, self._length = ends, float(lengths.sum())
         closed = np.flatnonzero(pressure > ends.inlet)
@@ -121,30 +131,40 @@ class March:
         The march ends where p reaches the target [Pa]. The pressure at the inlet's side of each
         cell is appended to `visited`.
         """
-        loads, K, per_square, ambient = (
-            self._loads, self._K, self._ends.per_square, self._ends.ambient,
-        )  # fmt: skip
+        loads, K, per_square = self._loads, self._K, self._ends.per_square
+        potential, ambient = self._ends.potential, self._ends.ambient
         p, left = self._ends.outlet, self._length
-        potential = self._ends.potential(p)
         for P, length in self._cells:
-            flux = rate * length
-            # At step k the load has the conductivity K[k] until it has fallen to loads[k - 1].
-            step = bisect_left(loads, P - p) if p < P else -1
-            while step >= 0 and K[step] != inf:
-                next_p = min(P - loads[step - 1] if step else P, target)
-                next_potential = per_square * (next_p + ambient) ** 2 if per_square else next_p
-                rise = K[step] * (next_potential - potential)
-                if rise >= flux and K[step] > 0:
-                    potential += flux / K[step]
-                    p = sqrt(potential / per_square) - ambient if per_square else potential
-                    p = min(next_p, p)
-                    flux = 0.0
-                    break
-                flux -= rise
-                p, potential = next_p, next_potential
-                if p >= target:
-                    return p, left - length * (1 - flux / (rate * length))
-                step -= 1
+            step = max(bisect_right(loads, p - P) - 1, 0)
+            if step < len(K):
+                since, flux = p, rate * length
+                rest = flux
+                if K[step] * (potential(P + loads[step + 1]) - potential(p)) < flux:
+                    passed, end = partial(self._passed, P), self._passed_at(P, p) + flux
+                    step = bisect_left(range(len(loads)), end, step + 1, key=passed) - 1
+                    since, rest = P + loads[step], end - passed(step)
+                next_p = since  # where the film is open
+                if step < len(K):
+                    reached = potential(since) + rest / K[step]
+                    next_p = sqrt(reached / per_square) - ambient if per_square else reached
+                if next_p >= target:
+                    passed_there = self._passed_at(P, target) - self._passed_at(P, p)
+                    return target, left - length * passed_there / flux
+                p = next_p
             visited.append(p)
             left -= length
         return p, left
+
+    def _passed(self, P: float, step: int) -> float:
+        """∫K dΦ at a contact pressure P [Pa] from the highest load down to a step."""
+        if not self._ends.per_square:
+            return self._areas[step]
+        absolute = (P + self._ends.ambient) * self._areas[step] - self._moments[step]
+        return 2 * self._ends.per_square * absolute
+
+    def _passed_at(self, P: float, p: float) -> float:
+        """The same down to the load P - p [Pa]."""
+        step = min(max(bisect_right(self._loads, p - P) - 1, 0), len(self._K) - 1)
+        potential = self._ends.potential
+        risen = potential(p) - potential(P + self._loads[step])
+        return self._passed(P, step) + self._K[step] * risen

@@ -27,6 +27,7 @@ from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
 from fem_seal.upscaling.profile import Profile, is_uniform
 
 CELLS = 1000  # least number of cells of the leak path
+COARSE = 4  # one in so many of them is laid evenly, the others where the contact pressure matters
 PLACES = 8  # places in each cell at which the influence is computed
 PARTS = (0.05, 0.5, 0.95)  # parts of the influence before start, middle and end of the sealing part
 # Largest ln of the ratio of two conductivities; one of 0 counts as smaller by that ratio.
@@ -104,8 +105,8 @@ def seal_flow(
 ) -> SealFlow:
     """Leak rate of a seal all of whose patches have the conductivity of a table.
 
-    The leak path has at least so many cells, equally long but for the nodes of the profile. The
-    bounds hold for any number.
+    The leak path has at least so many cells, finer where the contact pressure changes in a cell and
+    matters. The bounds hold for any number.
     """
     if abs(profile.length - path.length) > 1e-9 * path.length:
         raise InvalidInput(
@@ -116,14 +117,18 @@ def seal_flow(
     if profile.highest - ends.inlet >= table.sealing_load:
         return _sealed(table, profile, ends)
     # A uniform profile is solved in one cell.
-    x = profile.nodes if is_uniform(profile) else _places(profile, cells)
-    P, s = profile(x), path.resistance(x)
+    x = profile.nodes if is_uniform(profile) else _places(profile, cells // COARSE)
+    middle, lengths = profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x))
+    value = path_leak_rate(table.interpolated, middle, lengths, ends)
+    if not is_uniform(profile):
+        along = _path_flow(table.interpolated, profile, x, middle, lengths, ends, value)
+        x = _refined(along, cells)
+        middle, lengths = profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x))
+        value = path_leak_rate(table.interpolated, middle, lengths, ends)
+    P = profile(x)
     low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
-    middle = profile(0.5 * (x[:-1] + x[1:]))
-    lengths = np.diff(s)
     lower = path_leak_rate(table.lowest, high, lengths, ends) * (1 - 2 * SHOOTING)
     upper = path_leak_rate(table.highest, low, lengths, ends) * (1 + 2 * SHOOTING)
-    value = path_leak_rate(table.interpolated, middle, lengths, ends)
     cuts = [(table.interpolated, middle, value), (table.lowest, high, lower)]
     cuts.append((table.highest, low, upper))
     along, *bounding = (
@@ -157,6 +162,18 @@ def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> S
 def _places(profile: Profile, cells: int) -> np.ndarray:
     """Ends [m] of at least `cells` cells, with the nodes of the profile."""
     return np.union1d(np.linspace(0, profile.length, cells + 1), profile.nodes)
+
+
+def _refined(along: PathFlow, cells: int) -> np.ndarray:
+    """Ends [m] of cells that cut those of a flow into about `cells` parts more.
+
+    A cell in which the contact pressure changes by ΔP sets the bounds of ln Q apart by its
+    influence times |d ln K/dw| ΔP. The sum is least with parts in proportion to the root of that.
+    """
+    apart = np.sqrt(along.influence * np.abs(np.diff(along.contact_pressure)))
+    apart = np.convolve(apart, np.ones(3), "same")  # the bounds matter a little beside the value
+    parts = 1 + (cells * apart / apart.sum()).astype(int)
+    return np.interp(np.arange(parts.sum() + 1), np.append(0, np.cumsum(parts)), along.x)
 
 
 def _path_flow(
