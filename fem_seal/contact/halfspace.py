@@ -133,7 +133,7 @@ class HalfSpace:
 
     @cached_property
     def _stiffness(self) -> list[np.ndarray]:
-        """k(q) over the number of samples, in double; only damped and FISTA need it."""
+        """k(q) over the number of samples, in double; free-set-cg does without it."""
         samples = self.shape[0] * self.shape[1]
         return [
             np.divide(samples**-2, block, out=np.zeros_like(block), where=block > 0)

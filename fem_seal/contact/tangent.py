@@ -61,80 +61,88 @@ class ContactTangent:
         """
         if self._opened.all():
             return self._solid.displacement(pressure / self._stiffness).copy()
-        moved = self._inverse(pressure, tolerance)
+        change = self._inverse(pressure, tolerance)
         if self._uniform is not None:
-            moved -= moved.sum() / self._uniform.sum() * self._uniform
-        return moved
+            change -= change.sum() / self._uniform.sum() * self._uniform
+        return change
 
     def _inverse(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
-        """Solve M δg = v on the open samples by conjugate gradients.
+        """Solve M δg = v on the open samples by preconditioned conjugate gradients.
 
-        The preconditioner is the compliance; a uniform pressure counts as soft as the softest wave.
-        It only steers the iteration, in the precision of that. Passes over the arrays go block by
-        block.
+        With S the compliance, the inverse of M but for the mean, and 1_O the open samples:
+
+            1   r = 1_O v
+            2   z = 1_O (S r + <r>/k_min): a uniform pressure counts as soft as the softest wave
+            3   β = <r, z>/<r_old, z_old>
+            4   t = z + β t
+            5   α = <r, z>/<t, M t>
+            6   δg = δg + α t
+            7   r = r - α 1_O M t
+
+        z and M t are stored in the work arrays of the half-space; z only steers the iteration, in
+        the precision of that. Passes over the arrays go block by block.
         """
-        opened, solid = self._opened, self._solid
-        passes, shape, count = solid.passes, opened.shape, opened.size
-        moved, left, direction = np.zeros(shape), np.empty(shape), np.zeros(shape)
-        unit = float(np.abs(pressure).max())  # so that no value leaves single precision
+        opened, solid, samples = self._opened, self._solid, self._opened.size
+        change, r, t = np.zeros(opened.shape), np.empty(opened.shape), np.zeros(opened.shape)
+        z, Mt = solid.steer.values, solid.exact.values
+        unit = float(np.abs(pressure).max())  # of r, so that z fits into single precision
         if unit == 0:
-            return moved
+            return change
 
-        def begin(rows: slice) -> np.ndarray:
-            """Residual at the start, and its sums."""
-            np.multiply(pressure[rows], opened[rows] / unit, out=left[rows])
-            return _sums(left[rows], solid.steer.values[rows])
+        def start(rows: slice) -> np.ndarray:
+            """Step 1; sums of r and r², and a copy of r to z for S."""
+            np.multiply(pressure[rows], opened[rows] / unit, out=r[rows])
+            return _sums(r[rows], z[rows])
 
-        def soften(level: float, rows: slice) -> float:
-            """Preconditioned residual, and its product with the residual."""
-            soft = solid.steer.values[rows]
-            soft += level
-            soft *= opened[rows]
-            return product(left[rows], soft)
+        def precondition(mean: float, rows: slice) -> float:
+            """Step 2, of z = S r; <r, z>."""
+            z[rows] += mean
+            z[rows] *= opened[rows]
+            return product(r[rows], z[rows])
 
         def turn(beta: float, rows: slice) -> None:
-            """Next direction, conjugate to the last one."""
-            direction[rows] *= beta
-            direction[rows] += solid.steer.values[rows]
-            solid.exact.values[rows] = direction[rows]
+            """Step 4, with a copy of t for M."""
+            t[rows] *= beta
+            t[rows] += z[rows]
+            Mt[rows] = t[rows]
 
-        def resist(rows: slice) -> float:
-            """Energy of the direction."""
-            return product(direction[rows], solid.exact.values[rows])
+        def energy(rows: slice) -> float:
+            """Part of <t, M t> for step 5."""
+            return product(t[rows], Mt[rows])
 
         def advance(alpha: float, rows: slice) -> np.ndarray:
-            """Step along the direction, the residual after it, and its sums."""
-            moved[rows] += (alpha * unit / self._stiffness) * direction[rows]
-            resisted = solid.exact.values[rows]
-            resisted *= opened[rows]
-            resisted *= alpha
-            left[rows] -= resisted
-            return _sums(left[rows], solid.steer.values[rows])
+            """Steps 6 and 7; sums of r and r², and a copy of r to z for S."""
+            change[rows] += (alpha * unit / self._stiffness) * t[rows]
+            Mt[rows] *= opened[rows]
+            Mt[rows] *= alpha
+            r[rows] -= Mt[rows]
+            return _sums(r[rows], z[rows])
 
-        total, square = np.sum(passes.over(shape, begin), axis=0)
-        first, softened = square, np.inf
-        if first == 0:
-            return moved
-        history: list[float] = []
-        self.residuals.append(history)
+        over = partial(solid.passes.over, opened.shape)
+        sum_r, rr = np.sum(over(start), axis=0)
+        rr_first, rz = rr, np.inf
+        if rr_first == 0:
+            return change
+        residuals: list[float] = []
+        self.residuals.append(residuals)
         for _ in range(MOST_ITERATIONS):
             solid.displace_in_steer()
-            level = total / count / solid.softest
-            softened, before = sum(passes.over(shape, partial(soften, level))), softened
-            passes.over(shape, partial(turn, softened / before))
+            mean = sum_r / samples / solid.softest
+            rz_old, rz = rz, sum(over(partial(precondition, mean)))
+            over(partial(turn, rz / rz_old))
             solid.stiffen()
-            alpha = softened / sum(passes.over(shape, resist))
-            total, square = np.sum(passes.over(shape, partial(advance, alpha)), axis=0)
-            history.append((square / first) ** 0.5)
-            if history[-1] <= tolerance:
-                return moved
+            alpha = rz / sum(over(energy))
+            sum_r, rr = np.sum(over(partial(advance, alpha)), axis=0)
+            residuals.append((rr / rr_first) ** 0.5)
+            if residuals[-1] <= tolerance:
+                return change
         raise NotConverged(
-            f"change of the contact with the fluid's pressure: residual {history[-1]:.1e} after "
+            f"change of the contact with the fluid's pressure: residual {residuals[-1]:.1e} after "
             f"{MOST_ITERATIONS} iterations (wanted {tolerance:.1e})"
         )
 
 
-def _sums(block: np.ndarray, copy: np.ndarray) -> np.ndarray:
-    """Copy a block; return the sums of its values and of their squares."""
-    copy[...] = block
-    return np.array([block.sum(), product(block, block)])
+def _sums(r: np.ndarray, copy: np.ndarray) -> np.ndarray:
+    """Copy a block of the residual; return the sums of its values and of their squares."""
+    copy[...] = r
+    return np.array([r.sum(), product(r, r)])
