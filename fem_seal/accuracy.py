@@ -22,7 +22,7 @@ from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids
 from fem_seal.leak_rate import EstimatedError, LeakRate
 from fem_seal.patch import Known, Patch
 from fem_seal.progress import Report, silent
-from fem_seal.scene import Scene, SelfAffine
+from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import PRECISION, sealing_load
 
@@ -199,9 +199,10 @@ def chosen_patch(
         return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN
 
     with first.timed("accuracy"):
-        shortest = 2 * max(present(first.surface, "surface").spacing)  # that measured samples hold
-        if isinstance(scene.surface, SelfAffine):
-            shortest = scene.surface.short_wavelength
+        waves = present(scene.surface, "[surface]").waves
+        # Two samples: the shortest wave that a measured map holds.
+        longest_step = max(present(first.surface, "surface").spacing)
+        shortest = 2 * longest_step if waves is None else waves.shortest
         patch, choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
     patch.seconds.update(first.seconds)
     return patch, choice

@@ -14,7 +14,6 @@ from fem_seal.errors import NotConverged, present
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import EstimatedError
 from fem_seal.patch import Patch
-from fem_seal.scene import FileSurface
 from fem_seal.surface.resampling import resample
 
 LEAST_SAMPLES = 8  # along each side of a grid
@@ -151,7 +150,7 @@ def _from_coarser(patch: Patch, coarse: Patch) -> EstimatedError:
     if coarse.lifted_off:
         return EstimatedError(None, None, "on half of the samples the fluid lifts the solid off")
     on_coarse, on_fine = OnGrid.of(coarse), OnGrid.of(patch)
-    if not isinstance(patch.scene.surface, FileSurface):
+    if patch.scene.measured_map is None:
         return grid_error(on_coarse, on_fine)
     change = change_of(on_coarse, on_fine)
     sentence = "what half of the samples of the map change"

@@ -172,15 +172,15 @@ class Patch:
     @cached_property
     def prepared(self) -> PreparedSurface | None:
         """Heights from a file and the steps that prepared them; None if not from a file."""
-        surface, seal = self.scene.surface, self.scene.seal
-        if not isinstance(surface, FileSurface):
+        map_, seal = self.scene.measured_map, self.scene.seal
+        if map_ is None:
             return None
-        steps = surface.preparation
+        steps = map_.preparation
         if seal is not None and seal.window is not None:
-            steps = replace(steps, crop=surface.window((0, 0), seal.window))
+            steps = replace(steps, crop=map_.window((0, 0), seal.window))
         with self.timed("surface"):
             return parallel.on_root(
-                lambda: measured_surface(surface.path, surface.stated, steps), self.comm
+                lambda: measured_surface(map_.path, map_.stated, steps), self.comm
             )
 
     def with_(

@@ -21,7 +21,7 @@ from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
 from fem_seal.progress import duration
-from fem_seal.scene import FileSurface, Scene, SelfAffine
+from fem_seal.scene import Scene
 from fem_seal.upscaling.patch_conductivity import KEPT
 from fem_seal.upscaling.profile import is_uniform
 from fem_seal.upscaling.scene_profile import profile_of
@@ -167,10 +167,9 @@ def _stages(laws: "_Laws", shape: tuple[int, int]) -> dict[str, float]:
 
 def _seal_patch(scene: Scene, samples: float, channels: float) -> tuple[float, float]:
     """CPU time [s] of one patch of a seal under all its loads, and memory [bytes] of its flows."""
-    seal, surface, loads = present(scene.seal, "[seal]"), scene.surface, loads_of(scene)
+    seal, map_, loads = present(scene.seal, "[seal]"), scene.measured_map, loads_of(scene)
     seconds = NEXT_CONTACT * contact_seconds(samples) + BETWEEN_LOADS
-    mirrored = isinstance(surface, FileSurface) and surface.make_periodic == "mirror"
-    if seal.window is not None and mirrored:
+    if seal.window is not None and map_ is not None and map_.make_periodic == "mirror":
         # The flow of a mirrored window is that of a quarter of it.
         samples, channels = samples / 4, channels / 4 ** (OF_WAVES / 2)
     rtol = seal.rtol / 2
@@ -223,10 +222,10 @@ def _short(seconds: float) -> str:
 def _grid(scene: Scene, surface: GridField | None) -> tuple[tuple[int, int], float]:
     """Samples of the scene's grid, and a measure of the number of channels in its gap."""
     known = scene.surface
-    if isinstance(known, SelfAffine):
-        side = sqrt(prod(known.size))
-        shape, waves = known.shape, min(side / known.short_wavelength, sqrt(prod(known.shape)) / 2)
-        long = side / known.long_wavelength
+    if known is not None and known.waves is not None:
+        given, side = known.waves, sqrt(prod(known.waves.size))
+        shape, long = given.samples, side / given.longest
+        waves = min(side / given.shortest, sqrt(prod(shape)) / 2)
     else:
         field = surface
         if field is None:

@@ -29,10 +29,8 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 def _new(options: argparse.Namespace) -> int:
     from fem_seal.new_scene import new_scene
-    from fem_seal.scene import FileSurface
 
-    surface = scene_of_heights(options.file, options).surface
-    stated = present(surface if isinstance(surface, FileSurface) else None, "surface").stated
+    stated = present(scene_of_heights(options.file, options).measured_map, "map").stated
     out = options.out or Path(f"{options.file.stem}.toml")
     if out.exists():
         raise InvalidInput(f"{out} is there already; delete it, or name another one by --out")

@@ -15,9 +15,10 @@ from fem_seal.files import write_text
 from fem_seal.tables import aligned, csv_text
 
 if TYPE_CHECKING:
+    from fem_seal.grid import GridField
     from fem_seal.patch import Patch
     from fem_seal.scene import Scene
-    from fem_seal.surface import MapStatistics, PreparedSurface, SpectrumFit
+    from fem_seal.surface import IsotropicSpectrum, MapStatistics, PreparedSurface, SpectrumFit
 
 Rows = Iterator[tuple[str, str]]  # names and texts
 PICTURES = (".png", ".pdf", ".svg")
@@ -46,6 +47,8 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 def _surface(options: argparse.Namespace) -> int:
     from fem_seal.patch import Patch
     from fem_seal.quantities.remarks import cautions_of_map, steep
+    from fem_seal.scene import ProfileSurface
+    from fem_seal.steps import spectrum_of_profiles
     from fem_seal.surface import fit_spectrum
 
     if options.out is not None and options.out.suffix.lower() not in PICTURES:
@@ -56,6 +59,9 @@ def _surface(options: argparse.Namespace) -> int:
     # The contact grid that [accuracy] chooses does not change the surface.
     patch = Patch(scene, flow_settings=scene.flow_settings if scene.total_error else None)
     prepared = _prepared(patch)
+    spectrum = None
+    if isinstance(scene.surface, ProfileSurface):
+        spectrum = spectrum_of_profiles(scene.surface)
     try:
         fit, failure = fit_spectrum(prepared.measured), ""
     except InvalidInput as error:
@@ -66,7 +72,7 @@ def _surface(options: argparse.Namespace) -> int:
 
         surface_figure(prepared, fit, options.out)
     if options.csv is not None:
-        write_text(options.csv, _csv(scene, prepared))
+        write_text(options.csv, _csv(prepared, spectrum))
     head = ("step", "samples", "missing", "rms height", "rms slope", "seam", "skewness")
     lines = [aligned([head, *map(_cells, prepared.steps)])]
     if _is_scene(options):
@@ -77,7 +83,9 @@ def _surface(options: argparse.Namespace) -> int:
     slope = steep(prepared.steps[-1].rms_slope, "the surface")
     cautions = [*cautions_of_map(patch), *filter(None, (slope,))]
     lines += [*(f"caution: {sentence}" for sentence in cautions), ""]
-    rows = [*_map_rows(prepared), *_longest(scene), *_fit_rows(fit, failure), *_profile_rows(scene)]
+    rows = [*_map_rows(prepared), *_longest(scene), *_fit_rows(fit, failure)]
+    if spectrum is not None:
+        rows += _profile_rows(spectrum, prepared.field)
     lines += [f"{name:<19} {text}" for name, text in rows]
     if not _is_scene(options):
         lines.append(f"fem-seal new {options.scene} writes a scene that presses it")
@@ -100,18 +108,15 @@ def _scene(options: argparse.Namespace) -> "Scene":
     return scene_of_heights(options.scene, options)
 
 
-def _csv(scene: "Scene", prepared: "PreparedSurface") -> str:
+def _csv(prepared: "PreparedSurface", spectrum: "IsotropicSpectrum | None") -> str:
     """Statistics and spectrum of a map, or the spectrum of profiles with its errors, as a table.
 
     The names of the statistics are those of ISO 25178-2: Sq rms height, Sdq rms slope, Ssk
     skewness. Those of profiles are of the isotropic surface with their spectrum.
     """
-    from fem_seal.scene import ProfileSurface
-    from fem_seal.steps import spectrum_of_profiles
     from fem_seal.surface import MapStatistics, map_spectrum
 
-    if isinstance(scene.surface, ProfileSurface):
-        spectrum = spectrum_of_profiles(scene.surface)
+    if spectrum is not None:
         head = [f"# Sq = {spectrum.rms_height!r} m", f"# Sdq = {spectrum.rms_slope!r}"]
         names = ["q from [1/m]", "q to [1/m]", "C [m^4]", "standard deviation [m^4]"]
         columns = spectrum.edges[:-1], spectrum.edges[1:], spectrum.values, spectrum.error
@@ -127,21 +132,14 @@ def _csv(scene: "Scene", prepared: "PreparedSurface") -> str:
     return "\n".join((*head, csv_text(names, [*zip(*map(list, columns), strict=True)])))
 
 
-def _profile_rows(scene: "Scene") -> Rows:
+def _profile_rows(spectrum: "IsotropicSpectrum", heights: "GridField") -> Rows:
     """Spectrum of the isotropic surface of profiles, and the wavelengths that its grid holds."""
-    from fem_seal.scene import ProfileSurface
-    from fem_seal.steps import spectrum_of_profiles
-
-    surface = scene.surface
-    if not isinstance(surface, ProfileSurface):
-        return
-    spectrum = spectrum_of_profiles(surface)
-    finest = 2 * max(length / n for length, n in zip(surface.size, surface.shape, strict=True))
     ends = [_length(2 * pi / q) for q in (spectrum.edges[0], spectrum.edges[-1])]
     height, slope = _length(spectrum.rms_height), f"{spectrum.rms_slope:.4g}"
     waves = f"wavelengths {ends[0]} to {ends[1]}"
     yield "profiles", f"rms height {height}, rms slope {slope}, {waves}"
-    yield "this grid", f"wavelengths {_length(max(surface.size))} to {_length(finest)}"
+    longest, finest = max(heights.size), 2 * max(heights.spacing)
+    yield "this grid", f"wavelengths {_length(longest)} to {_length(finest)}"
     yield "assumed", "the surface is isotropic and Gaussian; its other waves are left out"
 
 
@@ -184,14 +182,13 @@ def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
 
 def _longest(scene: "Scene") -> Rows:
     """Row on the longest wavelength of a map; none of a surface that no file holds."""
-    from fem_seal.scene import FileSurface
     from fem_seal.steps import whole_map
     from fem_seal.surface import longest_wavelength
 
-    if not isinstance(scene.surface, FileSurface):
+    if scene.measured_map is None:
         return
     try:
-        longest = longest_wavelength(whole_map(scene.surface))
+        longest = longest_wavelength(whole_map(scene.measured_map))
         seen = "longer than the map" if longest is None else _length(longest)
     except InvalidInput as error:
         seen = str(error)

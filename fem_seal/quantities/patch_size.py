@@ -10,7 +10,6 @@ from fem_seal.errors import present
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
-from fem_seal.scene import FileSurface, SelfAffine
 from fem_seal.steps import whole_map
 from fem_seal.surface import kept_roughness, longest_wavelength
 from fem_seal.surface.windows import MOST_LOST, WAVES
@@ -24,13 +23,11 @@ def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertai
     Both use one longest wavelength: of a random surface its long cut-off, of a measured one that of
     the whole map (`surface.longest_wavelength`), whether or not windows of it are the patches.
     """
-    surface, heights = patch.scene.surface, present(patch.surface, "surface")
-    if isinstance(surface, FileSurface):
-        heights = parallel.on_root(lambda: whole_map(surface), patch.comm)
-    if isinstance(surface, SelfAffine):
-        longest: float | None = surface.long_wavelength
-    else:
-        longest = longest_wavelength(heights)
+    map_, waves = patch.scene.measured_map, present(patch.scene.surface, "[surface]").waves
+    heights = present(patch.surface, "surface")
+    if map_ is not None:
+        heights = parallel.on_root(lambda: whole_map(map_), patch.comm)
+    longest = longest_wavelength(heights) if waves is None else waves.longest
     return _scales(heights, longest, leak_path), _size(patch, heights, longest)
 
 
@@ -48,16 +45,16 @@ def _scales(heights: GridField, longest: float | None, leak_path: float) -> Unce
 
 
 def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertainty:
-    surface, window = patch.scene.surface, present(patch.scene.seal, "[seal]").window
+    map_, window = patch.scene.measured_map, present(patch.scene.seal, "[seal]").window
     sides, loss, lost = _sides(heights), "", False
     patches, remedy = f"patches {with_prefix(min(sides), 'm')} wide, between straight ends,", ""
-    if isinstance(surface, FileSurface) and window is not None:
+    if map_ is not None and window is not None:
         patches = f"patches made of windows, {_lengths(window)},"
-        sides, kept = window, kept_roughness(heights, window, surface.detrend or "mean")
+        sides, kept = window, kept_roughness(heights, window, map_.detrend or "mean")
         loss = f"; levelled, they keep {per_cent(kept)} of the rms height of the map"
         lost = 1 - kept > MOST_LOST
         remedy = "leave seal.window out: the patches are then the map and its twins"
-    elif isinstance(surface, FileSurface):
+    elif map_ is not None:
         # The mirror images of a map contain no more of the surface.
         patches, remedy = f"patches made of the map, {_lengths(sides)},", "take a larger map"
     wide = "do not show the longest wavelength, which is longer than the map"

@@ -55,15 +55,15 @@ def cautions(
 
 def cautions_of_map(patch: Patch) -> tuple[str, ...]:
     """Sentences about spikes and lay of a measured map; of a seal's windows, of the whole map."""
-    surface, seal = patch.scene.surface, patch.scene.seal
-    if not isinstance(surface, FileSurface):
+    map_, seal = patch.scene.measured_map, patch.scene.seal
+    if map_ is None:
         return ()
     prepared = present(patch.prepared, "prepared heights")
     if seal is not None and seal.window is not None:
-        whole = whole_map(surface)
+        whole = whole_map(map_)
         prepared = PreparedSurface(whole, whole, ())
-    count = np.count_nonzero(prepared.outliers) if surface.outliers is None else 0
-    return tuple(filter(None, (spikes_caution(count), _lay(prepared.lay, surface))))
+    count = np.count_nonzero(prepared.outliers) if map_.outliers is None else 0
+    return tuple(filter(None, (spikes_caution(count), _lay(prepared.lay, map_))))
 
 
 def _lay(lay: Lay, surface: FileSurface) -> str | None:

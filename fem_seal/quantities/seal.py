@@ -22,10 +22,9 @@ from fem_seal.quantities.error_budget import (
 from fem_seal.quantities.inputs import inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import slip_entry_at
-from fem_seal.quantities.uncertainties import isotropy_entry, model_entry
+from fem_seal.quantities.uncertainties import model_entry, surface_entry
 from fem_seal.quantities.verdict import open_entries
 from fem_seal.rarefied import FIRST_ORDER
-from fem_seal.scene import FileSurface
 from fem_seal.upscaling.network import (
     LEAST_LEAKING,
     may_conduct,
@@ -81,8 +80,8 @@ def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
         many = _realizations_for(seal, NARROW)
         return f"{advice}: {many} give the mean to a factor of {NARROW:g}"
     if widest == CONTACT_GRID:
-        of_file = isinstance(patch.scene.surface, FileSurface)
-        setting = "a map in smaller steps" if of_file else "surface.shape"
+        of_map = patch.scene.measured_map is not None
+        setting = "a map in smaller steps" if of_map else "surface.shape"
         return f"a finer grid of the contact ({setting}) might decide"
     if widest not in REMEDIES:
         return f"no setting narrows {widest.replace('_', ' ')}, the widest of them"
@@ -106,7 +105,7 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
         scales,
         _network_entry(seal),
         size,
-        isotropy_entry(patch),
+        surface_entry(patch),
         None if gap is None else slip_entry_at(patch.scene, gap, seal.leak_path, rtol),
         _slip_along_entry(patch, seal),
         inputs_entry(patch, leak_rate_of(patch, seal), rate_of),

@@ -20,7 +20,6 @@ from fem_seal.quantities.error_budget import (
 from fem_seal.quantities.inputs import inputs_entry, rate_in_range
 from fem_seal.quantities.lift import lift_entry
 from fem_seal.quantities.slip import slip_entry, slip_interval_entry
-from fem_seal.scene import FileSurface, ProfileSurface
 
 
 def error_budget(patch: Patch) -> ErrorBudget:
@@ -63,11 +62,13 @@ def _estimated(key: str, error: EstimatedError) -> Uncertainty:
     )
 
 
-def _instrument_entry(patch: Patch) -> Uncertainty | None:
-    if not isinstance(patch.scene.surface, FileSurface):
+def surface_entry(patch: Patch) -> Uncertainty | None:
+    """Entry for what the heights of a kind of surface lack; None if they lack nothing."""
+    surface = patch.scene.surface
+    if surface is None or surface.lacks is None:
         return None
-    sentence = "waves that the instrument did not resolve are not in the map"
-    return Uncertainty("instrument", "not covered", sentence)
+    key, sentence = surface.lacks
+    return Uncertainty(key, "not covered", sentence)
 
 
 def _given_gap_entry(patch: Patch) -> Uncertainty | None:
@@ -82,17 +83,6 @@ def _one_patch_entry(patch: Patch) -> Uncertainty | None:
         return None
     sentence = "this is one piece of one rough surface; others leak more or less"
     return Uncertainty(ONE_PATCH, "not covered", sentence, name="other patches of the face")
-
-
-def isotropy_entry(patch: Patch) -> Uncertainty | None:
-    """Entry for the assumption behind a surface made of profiles; None for other surfaces."""
-    if not isinstance(patch.scene.surface, ProfileSurface):
-        return None
-    sentence = (
-        "the surface is random, isotropic and Gaussian with the spectrum of the profiles; lay, "
-        "plateaus and pits of the measured one are not in it"
-    )
-    return Uncertainty("isotropic_surface", "not covered", sentence)
 
 
 # Assumption of each contact model.
@@ -120,12 +110,11 @@ SOURCES: tuple[Source, ...] = (
     slip_interval_entry,
     _contact_grid_entry,
     _contact_area_entry,
-    _instrument_entry,
+    surface_entry,
     lift_entry,
     slip_entry,
     _given_gap_entry,
     _one_patch_entry,
-    isotropy_entry,
     _inputs_entry,
     model_entry,
 )

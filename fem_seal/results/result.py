@@ -77,7 +77,7 @@ class Provenance(Origin):
         """Provenance with the present versions, input files and number of processes."""
         return cls(
             scene=scene.to_mapping(),
-            seed=getattr(scene.surface, "seed", None),
+            seed=scene.seed,
             inputs={str(path): digest(path) for path in scene.input_files},
             versions={"python": python_version()} | dict(_versions()),
             processes=parallel.processes(comm),

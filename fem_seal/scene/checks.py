@@ -5,7 +5,6 @@ from itertools import islice
 from typing import TYPE_CHECKING, get_args
 
 from fem_seal.scene.fluid import ambient_is_open
-from fem_seal.scene.measured import FileSurface
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import LOADS, Accuracy, Product
 
@@ -135,12 +134,18 @@ def _seal(scene: "Scene") -> Iterator[str]:
             "[seal] needs contact.pressure, the mean contact pressure that solid and fluid carry "
             "together, for an elastic contact (contact.model = 'gfmd')"
         )
-    if seal.window is not None and not isinstance(scene.surface, FileSurface):
+    surface, map_ = scene.surface, scene.measured_map
+    if seal.window is not None and map_ is None:
         yield (
             "seal.window cuts patches out of a measured map; for a random surface leave it "
             "out, and patches are seeds"
         )
-    if seal.window is not None and getattr(scene.surface, "twin_seed", None) is not None:
+    if surface is not None and seal.patches > 1 and surface.seed_field is None:
+        yield (
+            f"seal.patches = {seal.patches} are seeds of one surface, and surface.kind = "
+            f"{surface.kind!r} has no seed; leave seal.patches out"
+        )
+    if seal.window is not None and map_ is not None and map_.twin_seed is not None:
         yield (
             "seal.window makes patches of parts of the map, and surface.twin_seed of its "
             "spectrum; leave one of the two out"

@@ -22,6 +22,7 @@ from fem_seal.scene.sections import (
     Number,
     Section,
     Seed,
+    SurfaceSection,
     Truth,
     one_or_more,
 )
@@ -73,10 +74,14 @@ class FieldFile(Section):
         return Stated(**{f.name: getattr(self, f.name) for f in fields(Stated) if f.name in own})
 
 
-class FileSurface(FieldFile):
+class FileSurface(FieldFile, SurfaceSection):
     """Heights from a file, and the steps that prepare them; each is off unless it is named."""
 
-    kind: Literal["file"] = Field(description='"self-affine", "file" or "profiles"')
+    proportional = ("height_factor",)
+    seed_field = "twin_seed"
+    lacks = ("instrument", "waves that the instrument did not resolve are not in the map")
+
+    kind: Literal["file"] = Field(description="kind of surface")
     missing: Annotated[float | Literal["none"], PlainValidator(_missing)] | None = Field(
         None, description="number in the file that marks missing points; or 'none'"
     )
@@ -100,6 +105,11 @@ class FileSurface(FieldFile):
         None, description="press a random surface with the same spectrum instead"
     )
     height_factor: Number = Field(1.0, gt=0, description="factor on all heights")
+
+    @property
+    def input_files(self) -> tuple[Path, ...]:
+        """The file of the map."""
+        return (self.path,)
 
     @property
     def preparation(self) -> Preparation:
@@ -168,10 +178,18 @@ def _kept(values: object) -> Path:
     return path
 
 
-class ProfileSurface(Section):
+class ProfileSurface(SurfaceSection):
     """A random isotropic surface with the spectrum of measured profiles."""
 
-    kind: Literal["profiles"] = Field(description='"self-affine", "file" or "profiles"')
+    proportional = ("height_factor",)
+    seed_field = "seed"
+    lacks = (
+        "isotropic_surface",
+        "the surface is random, isotropic and Gaussian with the spectrum of the profiles; lay, "
+        "plateaus and pits of the measured one are not in it",
+    )
+
+    kind: Literal["profiles"] = Field(description="kind of surface")
     path: Annotated[tuple[InputFile, ...], BeforeValidator(one_or_more)] = Field(
         min_length=1, description="text file of profiles, or a list of them"
     )
@@ -187,6 +205,11 @@ class ProfileSurface(Section):
     size: tuple[Length, Length] = Field(description="lengths [Lx, Ly] of the periodic cell")
     seed: Seed = Field(0, description="seed of the random phases")
     height_factor: Number = Field(1.0, gt=0, description="factor on all heights")
+
+    @property
+    def input_files(self) -> tuple[Path, ...]:
+        """The files of the profiles."""
+        return self.path
 
 
 class Gap(FieldFile):

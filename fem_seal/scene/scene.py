@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -27,12 +27,16 @@ from fem_seal.scene.sections import (
     Section,
     SelfAffine,
     Solid,
+    SurfaceSection,
 )
 from fem_seal.scene.shape import AnyShape, MeshFile
 from fem_seal.scene.tolerances import Tolerances
 from fem_seal.tables import html_table
 
 Surface = Annotated[SelfAffine | FileSurface | ProfileSurface, Field(discriminator="kind")]
+KINDS: tuple[type[SurfaceSection], ...] = get_args(get_args(Surface)[0])
+#: Names of the fields that make other patches of the same surface.
+SEEDS = frozenset(f"surface.{kind.seed_field}" for kind in KINDS if kind.seed_field)
 
 
 def require_scene(value: object) -> None:
@@ -135,15 +139,16 @@ class Scene(Section):
         """Copy with factors on inputs, named as in [tolerances]."""
         changes: dict[str, Any] = {}
         for name, factor in factors.items():
+            section, _, key = name.partition(".")
+            keys: tuple[str, ...] = (key,)
             if name == "heights":
-                name = "surface.height_factor"
-                if isinstance(self.surface, SelfAffine):
-                    given = "rms_slope" if self.surface.rms_height is None else "rms_height"
-                    name = f"surface.{given}"
-            section, key = name.split(".")
-            value = getattr(getattr(self, section), key)
-            several = isinstance(value, tuple)
-            changes[name] = tuple(factor * one for one in value) if several else factor * value
+                section, keys = "surface", present(self.surface, "[surface]").proportional
+            for key in keys:
+                value = getattr(getattr(self, section), key)
+                if isinstance(value, tuple):
+                    changes[f"{section}.{key}"] = tuple(factor * one for one in value)
+                elif value is not None:
+                    changes[f"{section}.{key}"] = factor * value
         if "flow.outlet_pressure" in factors and self.flow.ambient_pressure is None:
             # The back of the solid keeps the pressure that the outlet has in this scene.
             changes["flow.ambient_pressure"] = self.flow.outlet_pressure
@@ -157,11 +162,20 @@ class Scene(Section):
     @property
     def input_files(self) -> list[Path]:
         """Files that the scene reads."""
-        sections = (self.surface, self.gap, self.shape)
-        paths = [s.path for s in sections if isinstance(s, FileSurface | Gap | MeshFile)]
-        if isinstance(self.surface, ProfileSurface):
-            paths += self.surface.path
+        paths = [] if self.surface is None else [*self.surface.input_files]
+        paths += [s.path for s in (self.gap, self.shape) if isinstance(s, Gap | MeshFile)]
         return [*paths, self.seal.table] if self.seal and self.seal.table else paths
+
+    @property
+    def measured_map(self) -> FileSurface | None:
+        """The surface, if it is a map of heights from a file."""
+        return self.surface if isinstance(self.surface, FileSurface) else None
+
+    @property
+    def seed(self) -> int | None:
+        """Seed of the random surface, or of the twin of a measured map; None without one."""
+        field = None if self.surface is None else self.surface.seed_field
+        return None if field is None else getattr(self.surface, field)
 
     @property
     def total_error(self) -> float | None:

@@ -1,6 +1,7 @@
 """The sections of a scene file: frozen, validated, in SI units."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
@@ -145,10 +146,44 @@ def not_one(section: Section, names: tuple[str, ...]) -> Iterator[str]:
         yield f"give exactly one of {', '.join(names)}; {got}"
 
 
-class SelfAffine(Section):
+@dataclass(frozen=True)
+class Waves:
+    """Waves of a surface on its grid, as a section gives them."""
+
+    samples: tuple[int, int]
+    size: tuple[float, float]  #: lengths of the cell [m]
+    longest: float  #: wavelength [m]
+    shortest: float  #: wavelength [m]
+
+
+class SurfaceSection(Section):
+    """Base class of the kinds of surface: what the steps, checks and texts ask of each."""
+
+    #: fields to which all heights are proportional; [tolerances] scales those that are set
+    proportional: ClassVar[tuple[str, ...]]
+    #: field whose values make other patches of the same surface; None if there is one patch only
+    seed_field: ClassVar[str | None] = None
+    #: key and sentence of the entry of the error budget on what the heights lack; None: nothing
+    lacks: ClassVar[tuple[str, str] | None] = None
+
+    @property
+    def input_files(self) -> tuple[Path, ...]:
+        """Files that the heights are read from."""
+        return ()
+
+    @property
+    def waves(self) -> Waves | None:
+        """Waves and grid; None if only the heights themselves show them."""
+        return None
+
+
+class SelfAffine(SurfaceSection):
     """A random rough surface, ``<|h(q)|^2> ~ q^-(2+2H)`` between two cut-offs."""
 
-    kind: Literal["self-affine"] = Field(description='"self-affine", "file" or "profiles"')
+    proportional = ("rms_height", "rms_slope")
+    seed_field = "seed"
+
+    kind: Literal["self-affine"] = Field(description="kind of surface")
     shape: tuple[Count, Count] = Field(description="samples [nx, ny]")
     size: tuple[Length, Length] = Field(description="lengths [Lx, Ly] of the periodic cell")
     hurst: Number = Field(gt=0, le=1, description="Hurst exponent H, 0 < H <= 1")
@@ -170,6 +205,11 @@ class SelfAffine(Section):
         return Spectrum(
             self.hurst, self.long_wavelength, self.short_wavelength, self.rolloff_wavelength
         )
+
+    @property
+    def waves(self) -> Waves:
+        """Cut-offs on the grid."""
+        return Waves(self.shape, self.size, self.long_wavelength, self.short_wavelength)
 
     def _contradictions(self) -> Iterator[str]:
         yield from not_one(self, ("rms_height", "rms_slope"))
@@ -291,7 +331,7 @@ class Contact(Section):
     )
 
     def _contradictions(self) -> Iterator[str]:
-        # A [seal] may give the load in place of this section: `checks.check_load`.
+        # A [seal] may give the load in place of this section: `_load` of `checks`.
         if any(getattr(self, name) is not None for name in LOADS):
             yield from not_one(self, LOADS)
         if self.model == "bearing" and self.pressure is not None:

@@ -13,8 +13,9 @@ from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.render.plot import FONT_POINTS, label_axis, new_figure
+from fem_seal.scene.scene import SEEDS
 from fem_seal.sweep.point import UNSETTLED, Point
-from fem_seal.sweep.summary import SEEDS, Group
+from fem_seal.sweep.summary import Group
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.files import write_text
+from fem_seal.scene.scene import SEEDS
 from fem_seal.sweep.point import UNSETTLED, Point
 from fem_seal.tables import csv_text
 
 SUMMARY_FILE = "summary.csv"
-SEEDS = ("surface.seed", "surface.twin_seed")
 COLUMNS = (
     *("points", "leaking", "sealed", "lifted_off", "unsettled", "left_out"),
     *("median", "lowest", "highest", "decades"),
@@ -75,7 +75,7 @@ def groups(keys: tuple[str, ...], table: Sequence[Point]) -> list[Group]:
 
 def write_summary(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -> None:
     """Write median and spread over the seeds as CSV; nothing if no seed, of `keys`, varies."""
-    if set(keys) & set(SEEDS):
+    if SEEDS.intersection(keys):
         others = tuple(key for key in keys if key not in SEEDS)
         lines = ((*group.values, *group.row()) for group in groups(keys, table))
         write_text(folder / SUMMARY_FILE, csv_text((*others, *COLUMNS), lines), durable=False)

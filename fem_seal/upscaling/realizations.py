@@ -18,17 +18,16 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
 
     The patches have no output but the seal, and no limit.
     """
-    seal, surface = present(scene.seal, "[seal]"), present(scene.surface, "[surface]")
+    seal, map_ = present(scene.seal, "[seal]"), scene.measured_map
     shared = {"output": {"products": ["seal"]}, "seal.window": None, "limit": None}
     changes: list[dict[str, object]]
-    if isinstance(surface, FileSurface) and seal.window is not None:
-        places = _places(surface, seal.window, seal.patches)
-        changes = [{"surface.crop": surface.window(place, seal.window)} for place in places]
+    if map_ is not None and seal.window is not None:
+        places = _places(map_, seal.window, seal.patches)
+        changes = [{"surface.crop": map_.window(place, seal.window)} for place in places]
     else:
-        name = "twin_seed" if isinstance(surface, FileSurface) else "seed"
-        first = getattr(surface, name) or 0
-        changes = [{f"surface.{name}": first + k} for k in range(1, seal.patches)]
-        changes.insert(0, {})
+        name = f"surface.{present(scene.surface, '[surface]').seed_field}"
+        first = scene.seed or 0
+        changes = [{name: first + k} if k else {} for k in range(seal.patches)]
     return tuple(scene.with_(shared | change) for change in changes)
 
 
