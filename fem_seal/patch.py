@@ -372,6 +372,11 @@ class Patch:
         return replace(leak, field=replace(leak.field, pressure=pressure))
 
 
+def on_own_grid(scene: Scene) -> Patch:
+    """Patch on the samples of the scene, whatever contact grid [accuracy] would choose."""
+    return Patch(scene, flow_settings=scene.flow_settings if scene.total_error else None)
+
+
 def _self_affine(patch: Patch, section: SelfAffine) -> GridField:
     with patch.timed("surface"):
         return parallel.on_root(

@@ -18,7 +18,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
 from fem_seal.grid_series import LOOSER, LOOSEST, half
 from fem_seal.memory import available_memory
-from fem_seal.patch import Patch
+from fem_seal.patch import on_own_grid
 from fem_seal.points import Expected, Work
 from fem_seal.progress import duration
 from fem_seal.scene import Scene
@@ -229,7 +229,7 @@ def _grid(scene: Scene, surface: GridField | None) -> tuple[tuple[int, int], flo
     else:
         field = surface
         if field is None:
-            patch = Patch(scene)
+            patch = on_own_grid(scene)
             field = patch.grid_gap if known is None else present(patch.surface, "surface")
         shape, long = field.shape, USUAL
         waves = sqrt(prod(shape)) / _shortest(field)

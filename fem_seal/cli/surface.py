@@ -45,7 +45,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _surface(options: argparse.Namespace) -> int:
-    from fem_seal.patch import Patch
+    from fem_seal.patch import on_own_grid
     from fem_seal.quantities.remarks import cautions_of_map, steep
     from fem_seal.scene import ProfileSurface
     from fem_seal.steps import spectrum_of_profiles
@@ -56,8 +56,7 @@ def _surface(options: argparse.Namespace) -> int:
     if options.csv is not None and options.csv.suffix.lower() != ".csv":
         raise InvalidInput(f"--csv {options.csv} must end in .csv")
     scene = _scene(options)
-    # The contact grid that [accuracy] chooses does not change the surface.
-    patch = Patch(scene, flow_settings=scene.flow_settings if scene.total_error else None)
+    patch = on_own_grid(scene)
     prepared = _prepared(patch)
     spectrum = None
     if isinstance(scene.surface, ProfileSurface):

@@ -12,10 +12,11 @@ from fem_seal.contact import METHODS
 from fem_seal.contact.halfspace import BASES, PRECISIONS
 from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.finite_difference.links import LINKS
-from fem_seal.patch import Patch
+from fem_seal.patch import SURFACES, Patch
 from fem_seal.quantities.of_patch import QUANTITIES, Quantities
 from fem_seal.quantities.uncertainties import ASSUMPTIONS
 from fem_seal.scene import Contact, Flow, Scene, Solid
+from fem_seal.scene.scene import KINDS
 from fem_seal.scene.sections import Product
 from fem_seal.steps import CONTACTS, FLOWS
 from fem_seal.threshold import THRESHOLDS
@@ -240,6 +241,7 @@ def test_choices_are_those_that_exist():
     def choices(section, field):
         return set(get_args(section.model_fields[field].annotation))
 
+    assert {name for kind in KINDS for name in choices(kind, "kind")} == set(SURFACES)
     assert choices(Contact, "solver") == set(METHODS)
     assert choices(Contact, "model") == set(CONTACTS)
     assert set(CONTACTS) == set(ASSUMPTIONS) == set(THRESHOLDS) - {"gap"}
@@ -247,6 +249,14 @@ def test_choices_are_those_that_exist():
     assert choices(Solid, "layer_base") == set(BASES)
     assert choices(Flow, "links") == set(LINKS)
     assert choices(Flow, "method") == set(FLOWS)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_fields_by_which_a_surface_is_scaled_and_drawn_again(kind):
+    """Each kind names fields of its own: [tolerances] scales the heights, [seal] draws patches."""
+    named = {*kind.proportional, *filter(None, (kind.seed_field,))}
+    assert kind.proportional
+    assert named <= set(kind.model_fields)
 
 
 def test_quantities_are_products_of_the_page():
