@@ -29,11 +29,6 @@ def draw(
     """Draw the pictures of a result folder again, from its arrays; return their names.
 
     The flow is drawn if the folder holds it, and with `everything` what `draw_details` draws.
-
-    Raises
-    ------
-    InvalidInput
-        If the folder holds no result, or the file of its gap no longer exists.
     """
     folder = Path(folder)
     if (folder / FLOW_FILE).is_file() or (folder / MESH_FILE).is_file():
@@ -84,11 +79,6 @@ def mesh(
     """Write and draw the mesh of a scene's shape: mesh.vtu, shape.png and gap.png in `out`.
 
     Returns lines of the summary of the mesh, and the names of the files.
-
-    Raises
-    ------
-    InvalidInput
-        If the mesh cannot be made, or the folder cannot be written; nothing is written then.
     """
     require_packages(scene, flow=False, pictures=True)
     film = Patch(scene, report, trust=trust).film

@@ -38,7 +38,7 @@ class FemSealError(Exception):
 
 
 class InvalidInput(FemSealError):
-    """The scene, a file or an argument is invalid (exit status 2)."""
+    """The scene, a file or an argument is invalid; what any function refuses (exit status 2)."""
 
     exit_status = 2
 

@@ -16,16 +16,11 @@ _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let SIGINT and SIGTERM end the body by a KeyboardInterrupt.
+    """Let SIGINT and SIGTERM end the body by a KeyboardInterrupt, in place of any other exception.
 
     A signal that arrives during an import waits until the import ends: compiled modules would turn
     the KeyboardInterrupt into an ImportError or a SystemError, and stay half imported. If compiled
     code swallows the KeyboardInterrupt, as in a callback, it is raised again.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If a signal arrived, in place of any other exception of the body.
     """
     raised: list[int] = []
     timers: list[threading.Timer] = []

@@ -96,11 +96,6 @@ def predicted(
     """Predict time and memory of a scene; a file of heights or gaps is read if none are given.
 
     The patches of a [seal] count as shared among workers, or one after the other without `work`.
-
-    Raises
-    ------
-    InvalidInput
-        For a shape, whose mesh no law describes.
     """
     if scene.shape is not None:
         raise InvalidInput("time and memory of a [shape] depend on its mesh and are not predicted")

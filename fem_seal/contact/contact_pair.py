@@ -1,7 +1,6 @@
 """A rough surface against an elastic solid: units, and states at one pressure or mean gap."""
 
 from dataclasses import dataclass
-from numbers import Real
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
+from fem_seal.registry import require_positive
 
 LEAST_SPAN = 1e-100  # [m]; below it, or above its inverse, squares of heights leave float64
 
@@ -48,11 +48,7 @@ class ContactPair:
                 "elastic contact needs a periodic surface (the FFT repeats it); mark it periodic, "
                 "or make it so (make_periodic = 'mirror', 'tukey', 'hann' or 'cut' in a scene)"
             )
-        is_number = isinstance(contact_modulus, Real) and np.isfinite(contact_modulus)
-        if not (is_number and contact_modulus > 0):
-            raise InvalidInput(
-                f"contact_modulus must be a positive number in Pa, got {contact_modulus!r}"
-            )
+        require_positive(contact_modulus=contact_modulus)
         if threads is not None and (threads != int(threads) or threads < 1):
             raise InvalidInput(f"threads must be a positive integer, got {threads}")
         with np.errstate(over="ignore"):

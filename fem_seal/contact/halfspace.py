@@ -9,7 +9,7 @@ from fem_seal.contact.blocks import RowPasses
 from fem_seal.contact.transform import RealTransform
 from fem_seal.errors import InvalidInput
 from fem_seal.parallel import cores
-from fem_seal.registry import choose, require_known
+from fem_seal.registry import choose, require_known, require_positive
 from fem_seal.surface.spectrum import multiplicity, wavenumbers
 
 PRECISIONS = {"double": "float64", "mixed": "float32"}
@@ -48,8 +48,7 @@ class Layer:
     poisson_ratio: float = 0.5  #: ν in (-1, 0.5]; it matters for the bonded layer only
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.thickness) and self.thickness > 0):
-            raise InvalidInput(f"thickness must be a positive length in m, got {self.thickness}")
+        require_positive(thickness=self.thickness)
         require_known(BASES, self.base, "base")
         if not -1 < self.poisson_ratio <= 0.5:
             raise InvalidInput(f"poisson_ratio must lie in (-1, 0.5], got {self.poisson_ratio}")

@@ -34,11 +34,6 @@ def load_path(
     and which pressed samples will open. The states are those of `press`, since an elastic contact
     has no memory; only the work is less. To resume a path, pass the remaining loads, and the last
     state as `start`.
-
-    Raises
-    ------
-    InvalidInput, NotConverged
-        As `press`.
     """
     pair, predictor = ContactPair.prepared(height, solid), Predictor()
     first = start_pressure(start, height.shape)

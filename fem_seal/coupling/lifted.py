@@ -61,11 +61,6 @@ def lifted(
         Fluid pressure [Pa] from which Newton's method starts in place of both.
     report
         Called with each step.
-
-    Raises
-    ------
-    NotConverged
-        If a contact or a flow fails.
     """
     allowed = allowed_error(min(rtol, FIRST_ORDER))
     uniform = problem.uniform_pressure

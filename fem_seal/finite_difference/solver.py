@@ -35,8 +35,6 @@ def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
 
     Raises
     ------
-    InvalidInput
-        For a leak rate out of range, unknown links, or an argument that is no film on a grid.
     NotConverged
         If the iteration for slip does not settle.
     """

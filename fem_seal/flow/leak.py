@@ -72,8 +72,6 @@ def leak_rate(
 
     Raises
     ------
-    InvalidInput
-        If a value is out of range, or `film` is not a film.
     Inconsistent
         If the bounds cross, which would be a defect.
 

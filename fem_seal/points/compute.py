@@ -45,11 +45,6 @@ def compute_points(
     The chains are those of all parts. `name` is that of the points in the progress, `each` what one
     is expected to take, by which `work.jobs_for` decides. `comm` computes them, `work.comm` if left
     out.
-
-    Raises
-    ------
-    MissingPackage
-        If no point can be computed on this machine.
     """
     k, n = work.part
     comm = work.comm if comm is None else comm
@@ -184,14 +179,9 @@ def _by_workers(
 
 
 def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) -> Outcome:
-    """Compute the points that the folders lack; one that fails does not stop the others.
+    """Compute the points that the folders lack, and then raise the error of the first that failed.
 
     The arguments are those of `compute_points`; without `work` the chains are computed in turn.
-
-    Raises
-    ------
-    FemSealError
-        If points have failed, after the others have been computed.
     """
     outcome = compute_points(chains, work or Work(), report=report)
     if outcome.failures:

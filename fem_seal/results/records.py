@@ -205,7 +205,7 @@ class SealRecord(Record):
         """Record of a seal; it has no leak rates if the seal is lifted off."""
         lifted = seal.state == "lifted off"
         tables = [patch.table for patch in seal.patches if patch.table is not None]
-        along = present(median_patch(seal.patches).seal_flow.path, "path of the flow")
+        median = median_patch(seal.patches).seal_flow
         return cls(
             leak_rate=None if lifted else Rate.model_validate(seal),
             patches=tuple(map(SealPatchRecord.of, seal.patches)),
@@ -215,6 +215,6 @@ class SealRecord(Record):
             scatter=seal.scatter if len(seal.patches) > 1 and not lifted else None,
             interval=seal.interval,
             loads=tuple(sorted({load for table in tables for load in table.loads.tolist()})),
-            sealing=seal.sealing,
-            path=PathRecord.of(along),
+            sealing=median.sealing,
+            path=PathRecord.of(present(median.path, "path of the flow")),
         )

@@ -117,11 +117,6 @@ class Scene(Section):
 
         The changes are values by "section.field", such as {"contact.pressure": "0.2 MPa"}, or whole
         sections. None removes a field or a section.
-
-        Raises
-        ------
-        InvalidInput
-            A sentence for each error: the field, its value and what is allowed.
         """
         data = self._set()
         for name, value in changes.items():

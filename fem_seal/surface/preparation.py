@@ -82,12 +82,6 @@ def measured_surface(
 
     Unit, size and other statements that the file lacks are `stated`. If neither file nor scene
     states whether the map repeats, its seam decides.
-
-    Raises
-    ------
-    InvalidInput
-        If the file is missing or cannot be read, the unit or size is missing or contradicts the
-        file, heights are beyond 1e100 m, or a step fails.
     """
     field = read_map(path, HEIGHT_NAMES, stated, heights=True)
     highest = np.abs(field.values[~np.isnan(field.values)]).max(initial=0.0)

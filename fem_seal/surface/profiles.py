@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.registry import choose
+from fem_seal.registry import choose, require_positive
 from fem_seal.surface.cell import HANN_DEPENDENCE
 
 # Ratio of the wavenumbers at the ends of a bin. The constant then differs from the mean of a power
@@ -96,8 +96,7 @@ def profile_spectrum(
     if not np.isfinite(heights).all():
         missing = np.count_nonzero(~np.isfinite(heights))
         raise InvalidInput(f"{missing} samples of the profiles are missing; leave their ends out")
-    if not (np.isfinite(step) and step > 0):
-        raise InvalidInput(f"the step of a profile must be positive, got {step} m")
+    require_positive(step=step)
     degree, x = choose(DEGREES, detrend, "detrend"), np.linspace(-1, 1, n)
     basis = np.polynomial.legendre.legvander(x, 0 if periodic else degree)
     heights = heights - (basis @ np.linalg.lstsq(basis, heights.T, rcond=None)[0]).T

@@ -10,6 +10,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
+from fem_seal.registry import require_positive
 
 
 @dataclass(frozen=True)
@@ -31,8 +32,7 @@ class Spectrum:
     def __post_init__(self) -> None:
         if not 0 < self.hurst <= 1:
             raise InvalidInput(f"hurst must lie in (0, 1], got {self.hurst}")
-        if not (np.isfinite(self.plateau) and self.plateau > 0):
-            raise InvalidInput(f"plateau must be a positive density in m^4, got {self.plateau}")
+        require_positive(plateau=self.plateau)
         long, short = self.long_wavelength, self.short_wavelength
         rolloff = long if self.rolloff_wavelength is None else self.rolloff_wavelength
         object.__setattr__(self, "rolloff_wavelength", rolloff)
@@ -115,9 +115,8 @@ def one_amplitude(rms_height: float | None, rms_slope: float | None) -> tuple[st
     amplitudes = {name: value for name, value in both.items() if value is not None}
     if len(amplitudes) != 1:
         raise InvalidInput(f"give either rms_height or rms_slope, got {amplitudes or 'neither'}")
+    require_positive(**amplitudes)
     ((name, value),) = amplitudes.items()
-    if not (np.isfinite(value) and value > 0):
-        raise InvalidInput(f"{name} must be positive, got {value}")
     return name, float(value)
 
 

@@ -44,11 +44,6 @@ def self_affine(
     scaling
         "exact" or "ensemble": whether this surface, or the mean square over all seeds, has that
         amplitude.
-
-    Raises
-    ------
-    InvalidInput
-        If the cut-offs do not fit the grid or an argument is out of range.
     """
     kind, amplitude = one_amplitude(rms_height, rms_slope)
     require_known(SCALINGS, scaling, "scaling")
@@ -76,11 +71,6 @@ def gaussian_surface(
 
     Waves longer than the periods (Lx, Ly) [m], or shorter than two samples, are left out. The same
     seed on a finer grid gives the same surface with shorter waves.
-
-    Raises
-    ------
-    InvalidInput
-        If no wave of the grid has power, or an argument is out of range.
     """
     _require_memory(shape)
     q = wavenumbers(shape, (size[0] / shape[0], size[1] / shape[1]))

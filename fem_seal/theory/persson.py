@@ -40,7 +40,7 @@ from itertools import pairwise
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.registry import choose
+from fem_seal.registry import choose, require_positive
 from fem_seal.surface import IsotropicSpectrum, Spectrum
 from fem_seal.theory.bruggeman import (
     ELASTIC_THRESHOLD,
@@ -142,9 +142,7 @@ def persson_state(
     """
     from scipy.special import erf, erfc
 
-    for name, value in (("pressure", pressure), ("contact_modulus", contact_modulus)):
-        if not (np.isfinite(value) and value > 0):
-            raise InvalidInput(f"{name} must be a positive number of Pa, got {value}")
+    require_positive(pressure=pressure, contact_modulus=contact_modulus)
     edges = ladder(spectrum.wavenumbers, cells_per_octave * CELLS)
     # w⁻², half the mean square slope, and the mean square height up to each edge.
     half_slope = cumulative(lambda q: np.pi * q**3 * spectrum.density(q), edges)

@@ -8,6 +8,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import Drive, GasDrive
+from fem_seal.registry import require_positive
 
 Number = TypeVar("Number", float, np.ndarray)
 
@@ -20,8 +21,7 @@ class StraightPath:
     circumference: float  #: W across it [m]
 
     def __post_init__(self) -> None:
-        if not (self.length > 0 and self.circumference > 0):
-            raise InvalidInput("leak path and circumference of a seal must be positive")
+        require_positive(length=self.length, circumference=self.circumference)
 
     def resistance(self, x: np.ndarray) -> np.ndarray:
         """∫ dx/W from the inlet to x [m], without unit."""

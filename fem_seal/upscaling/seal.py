@@ -27,7 +27,7 @@ from fem_seal.upscaling.network import (
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.refined_table import RAISE_RTOL, PatchFlow
 from fem_seal.upscaling.scene_profile import profile_of
-from fem_seal.upscaling.seal_flow import SealingPart, lifted_off, seal_flow
+from fem_seal.upscaling.seal_flow import lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
 
 # A sealed seal is tried under lower loads, until its patches leak.
@@ -66,8 +66,6 @@ class SealLeak:
     converged: bool
     reason: str  #: sentence on why it has not converged; empty if it has
     leak_path: float  #: length from inlet to outlet [m]
-    #: part of the path that seals, with the median patch; None if lifted off
-    sealing: SealingPart | None = None
     #: largest estimated relative error of a patch's conductivity due to the grid of its contact;
     #: None if there is no estimate for one of the leaking patches
     contact_error: float | None = None
@@ -193,12 +191,10 @@ def _together(
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(flow.state == "sealed" for flow in flows)
     share = Share(sealed / len(patches), *sealed_share(sealed, len(patches)))
-    sealing = median_patch(patches).seal_flow.sealing
     if any(flow.state == "lifted off" for flow in flows):
         return SealLeak(
-            "lifted off", inf, inf, inf, patches, count, 0.0, None, share, True, "", path.length,
-            sealing,
-        )  # fmt: skip
+            "lifted off", inf, inf, inf, patches, count, 0.0, None, share, True, "", path.length
+        )
     drawn = drawn_seals(rates, count)
     lower, value, upper = map(float, drawn.mean)
     interval = generalised_interval(rates[:, 1], count.along)
@@ -206,7 +202,7 @@ def _together(
     reason = _missed(patches, lower, upper, rtol)
     return SealLeak(
         state, value, lower, upper, patches, count, drawn.scatter, interval, share, not reason,
-        reason, path.length, sealing,
+        reason, path.length,
     )  # fmt: skip
 
 

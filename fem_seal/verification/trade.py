@@ -106,54 +106,41 @@ class ContactGrid(Task[tuple[Run, ...]]):
     flows: tuple[FlowMethod, ...]
 
     def compute(self, handed_on: None, report: Report, comm: Comm) -> tuple[Run, ...]:
-        """Solve them; nothing is handed on."""
-        return runs_on(self.scene, self.samples, self.flows, report, comm)
-
-
-def runs_on(
-    scene: Scene,
-    samples: tuple[int, int],
-    flows: Sequence[FlowMethod],
-    report: Report,
-    comm: Comm,
-) -> tuple[Run, ...]:
-    """Solve the contact on a grid, then the flows through it."""
-    _warm_up(comm)
-    surface = resample(surface_of(scene, comm), samples)
-    pressed = Patch(scene, report, surface=surface, comm=comm)
-    start = process_time()
-    contact = pressed.contact
-    of_contact = process_time() - start
-    flow, runs = scene.flow_settings, []
-    for own in flows:
-        limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
-        settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
-        patch = pressed.with_(
-            surface=surface, known=Known(contact), lift="none", flow_settings=settings
-        )
-        # Reset the kernel's largest resident memory of this process (proc(5)), where it can be.
-        with suppress(OSError):
-            Path("/proc/self/clear_refs").write_text("5")
+        """Solve the contact, then the flows; nothing is handed on."""
+        _warm_up(comm)
+        surface = resample(surface_of(self.scene, comm), self.samples)
+        pressed = Patch(self.scene, report, surface=surface, comm=comm)
         start = process_time()
-        leak = patch.leak_rate
-        seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
-        runs.append(
-            Run(
-                samples=samples,
-                flow=own,
-                state=leak.state,
-                leak_rate=leak.value,
-                lower=leak.lower,
-                upper=leak.upper,
-                converged=leak.converged,
-                seconds=of_contact + seconds,
-                contact_seconds=of_contact,
-                memory_bytes=memory,
-                critical_gap=grid.critical_gap,
-                unresolved=grid.unresolved,
+        contact = pressed.contact
+        of_contact = process_time() - start
+        flow, runs = self.scene.flow_settings, []
+        for own in self.flows:
+            limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
+            settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
+            patch = pressed.with_(known=Known(contact), lift="none", flow_settings=settings)
+            # Reset the kernel's largest resident memory of this process (proc(5)), where it can be.
+            with suppress(OSError):
+                Path("/proc/self/clear_refs").write_text("5")
+            start = process_time()
+            leak = patch.leak_rate
+            seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
+            runs.append(
+                Run(
+                    samples=self.samples,
+                    flow=own,
+                    state=leak.state,
+                    leak_rate=leak.value,
+                    lower=leak.lower,
+                    upper=leak.upper,
+                    converged=leak.converged,
+                    seconds=of_contact + seconds,
+                    contact_seconds=of_contact,
+                    memory_bytes=memory,
+                    critical_gap=grid.critical_gap,
+                    unresolved=grid.unresolved,
+                )
             )
-        )
-    return tuple(runs)
+        return tuple(runs)
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ def test_surface_of_profiles():
         ((np.zeros((2, 8)), 1.0), "at least 16 samples, got 8"),
         ((np.zeros((2, 32)), 1.0), "flat profiles"),
         ((np.full((2, 32), np.nan), 1.0), "64 samples of the profiles are missing"),
-        ((np.ones((2, 32)), 0.0), "step of a profile must be positive"),
+        ((np.ones((2, 32)), 0.0), "step = 0.0 must be a positive number"),
     ],
 )
 def test_refused(arguments, message):

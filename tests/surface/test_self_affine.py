@@ -118,7 +118,7 @@ def test_every_wave_vector_has_its_own_index(shells):
         ({"seed": 1.5}, "seed"),
         ({"scaling": "mean"}, "exact, ensemble"),
         ({"rms_slope": None}, "either rms_height or rms_slope"),
-        ({"rms_slope": float("nan")}, "rms_slope must be positive"),
+        ({"rms_slope": float("nan")}, "rms_slope = nan must be a positive number"),
     ],
 )
 def test_refused(change, message):
