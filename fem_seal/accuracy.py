@@ -15,7 +15,7 @@ from math import expm1, inf, log, log1p, sinh
 
 from fem_seal import parallel
 from fem_seal.area_error import area_error
-from fem_seal.coupling import LiftedState, allowed_error
+from fem_seal.coupling import allowed_error
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids
@@ -86,57 +86,81 @@ def chosen_grid(
     """
     total = first.flow_settings.rtol
     budget = log1p(total)
-    refined = _refined(first, max_refinement, error_of, budget)
-    solved, area = refined.patch, refined.area
-    lifts, left = solved.lifted is not None, budget - refined.log_error
+    grid = _refined(first, max_refinement, error_of, budget)
+    left = budget - grid.contact
     # Passes through contact and flow do not settle to any tolerance: samples open and close.
-    least = (1 - LAST_SHARE) * budget if lifts else 0.0
-    leak = solved.leak_rate
-    if (
-        leak.converged
-        and left > least
-        and flow_log_error(leak) + lift_log_error(solved.lifted) > left
-    ):
-        # The lift claims a multiple of rtol, which is up to twice the flow's part.
-        rtol = 2 * left / (1 + 2 * allowed_error(1.0)) if lifts else 2 * sinh(left)
-        known = Known(solved.contact)
-        settings = replace(first.flow_settings, rtol=rtol)
-        solved = first.with_(surface=solved.surface, known=known, flow_settings=settings)
-        leak = solved.leak_rate
-        area = area_error(solved) if lifts else area
-    lift = lift_log_error(solved.lifted)
-    missed = refined.grid.log_error + area_log_error(area) + flow_log_error(leak) + lift > budget
-    if leak.converged and missed and leak.state == "leaking":
-        words = _missed_by_lift(total, lift) if left > least else _missed(total, refined)
+    least = (1 - LAST_SHARE) * budget if grid.lifts else 0.0
+    if grid.leak_rate.converged and left > least and grid.flow + grid.lift > left:
+        grid = _solved_again(first, grid, left)
+    leak = grid.leak_rate
+    if leak.converged and leak.state == "leaking" and grid.total > budget:
+        words = _missed_by_lift(total, grid.lift) if left > least else _missed(total, grid)
         leak = replace(leak, converged=False, reason=words)
-    errors = {estimated_error: refined.grid, area_error: area}
+    solved, errors = grid.patch, {estimated_error: grid.grid_error, area_error: grid.area_error}
     known = Known(solved.contact, solved.lifted, leak, errors)
     chosen = first.with_(surface=solved.surface, known=known, flow_settings=solved.flow_settings)
     return chosen, Choice(
         total=total,
         samples=present(solved.surface, "surface").shape,
         rtol=solved.flow_settings.rtol,
-        contact_error=None if leak.state == "sealed" else _known(refined.grid.log_error),
-        flow_error=_known(flow_log_error(leak)),
-        trials=refined.trials,
-        lift_error=_known(lift) if lifts else None,
-        area_error=None if area is None else _known(area.log_error),
+        contact_error=None if leak.state == "sealed" else _known(grid.grid_error.log_error),
+        flow_error=_known(grid.flow),
+        trials=grid.trials,
+        lift_error=_known(grid.lift) if grid.lifts else None,
+        area_error=None if grid.area_error is None else _known(grid.area_error.log_error),
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Refined:
-    """The last contact grid that was tried, with its errors."""
+    """The last contact grid that was tried, with its errors as |ln| of a ratio of leak rates."""
 
     patch: Patch
     trials: tuple[Trial, ...]  #: grids tried, from coarse to fine
-    grid: EstimatedError  #: of the contact grid
-    area: EstimatedError | None  #: of a prescribed contact area; None without one
+    grid_error: EstimatedError  #: of the contact grid
+    area_error: EstimatedError | None  #: of a prescribed contact area; None without one
 
     @property
-    def log_error(self) -> float:
-        """Sum of both."""
-        return self.grid.log_error + area_log_error(self.area)
+    def leak_rate(self) -> LeakRate:
+        return self.patch.leak_rate
+
+    @property
+    def lifts(self) -> bool:
+        """Whether the fluid lifts the solid."""
+        return self.patch.lifted is not None
+
+    @property
+    def contact(self) -> float:
+        """Of the contact grid and of a prescribed area, c + a."""
+        area = 0.0 if self.area_error is None else self.area_error.log_error
+        return self.grid_error.log_error + area
+
+    @property
+    def flow(self) -> float:
+        """Half-width of the flow's bracket, f."""
+        return flow_log_error(self.leak_rate)
+
+    @property
+    def lift(self) -> float:
+        """Of the lift, l; 0 if it has not settled."""
+        lifted = self.patch.lifted
+        return lifted.error if lifted is not None and lifted.converged else 0.0
+
+    @property
+    def total(self) -> float:
+        """Sum of all, c + a + f + l."""
+        return self.contact + self.flow + self.lift
+
+
+def _solved_again(first: Patch, grid: _Refined, left: float) -> _Refined:
+    """The same contact with a flow and a lift whose errors keep what is left of the budget."""
+    # The lift claims a multiple of rtol, which is up to twice the flow's part.
+    rtol = 2 * left / (1 + 2 * allowed_error(1.0)) if grid.lifts else 2 * sinh(left)
+    settings = replace(first.flow_settings, rtol=rtol)
+    known = Known(grid.patch.contact)
+    solved = first.with_(surface=grid.patch.surface, known=known, flow_settings=settings)
+    area = area_error(solved) if grid.lifts else grid.area_error
+    return replace(grid, patch=solved, area_error=area)
 
 
 def _refined(
@@ -167,7 +191,7 @@ def _refined(
         if coarse:
             continue
         refined = _Refined(solved, tuple(trials), error_of(tried), area_error(solved))
-        if refined.log_error <= (LAST_SHARE if shape == shapes[-1] else SHARE) * budget:
+        if refined.contact <= (LAST_SHARE if shape == shapes[-1] else SHARE) * budget:
             break
     return refined
 
@@ -268,24 +292,14 @@ def flow_log_error(leak: LeakRate) -> float:
     return 0.5 * log(upper / lower) if lower > 0 else inf
 
 
-def area_log_error(error: EstimatedError | None) -> float:
-    """Largest |ln| of the factors of a prescribed area; 0 without one."""
-    return 0.0 if error is None else error.log_error
-
-
-def lift_log_error(lifted: LiftedState | None) -> float:
-    """Estimated |ln| of the leak rate over that of the equilibrium; 0 if it has not settled."""
-    return lifted.error if lifted is not None and lifted.converged else 0.0
-
-
 def relative_error(log_error: float) -> float:
     """Relative error of |ln| of a ratio of leak rates; infinite beyond double precision."""
     return expm1(log_error) if log_error < 700 else inf
 
 
-def _missed(total: float, refined: _Refined) -> str:
-    log_error, also = refined.log_error, "" if refined.area is None else " and the area's"
-    nx, ny = refined.trials[-1].samples
+def _missed(total: float, grid: _Refined) -> str:
+    log_error, also = grid.contact, "" if grid.area_error is None else " and the area's"
+    nx, ny = grid.trials[-1].samples
     size = f"about {per_cent(relative_error(log_error))}" if log_error < inf else "not known"
     return (
         f"the contact grid's{also} part of the error is {size} on {nx} x {ny}, "

@@ -24,7 +24,6 @@ from time import process_time, time
 import numpy as np
 from lifted_scenes import problem_of
 
-from fem_seal.accuracy import area_log_error
 from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, lifted
 from fem_seal.errors import NotConverged
@@ -168,7 +167,8 @@ def outcome(scene: Scene) -> Outcome:
 
 def _claimed(patch: Patch, state: LiftedState) -> float:
     """Error of ln Q by the lift, and by the search for a contact area."""
-    return state.error + area_log_error(area_error(patch.with_(known=Known(lifted=state))))
+    of_area = area_error(patch.with_(known=Known(lifted=state)))
+    return state.error + (0.0 if of_area is None else of_area.log_error)
 
 
 def _outside(scene: Scene, patch: Patch, state: LiftedState) -> float:
