@@ -1,11 +1,11 @@
-"""Tables as aligned text, CSV, Markdown and HTML."""
+"""Tables as aligned text, CSV, Markdown and HTML, and names for the entries of nested parts."""
 
 import csv
 import html
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from io import StringIO
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fem_seal.errors import InvalidInput
 
@@ -17,6 +17,15 @@ def _header(rows: "Sequence[DataclassInstance]") -> list[str]:
     if not rows:
         raise InvalidInput("there is nothing to put into a table")
     return [field.name for field in fields(rows[0])]
+
+
+def leaves(parts: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Any]]:
+    """Entries of nested dicts under names such as gas.mass_rate.value."""
+    for name, part in parts.items():
+        if isinstance(part, Mapping):
+            yield from leaves(part, f"{head}{name}.")
+        else:
+            yield f"{head}{name}", part
 
 
 def csv_text(header: Sequence[object], lines: Iterable[Sequence[object]]) -> str:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 LEAST = 1e-300  # least number of a scene but 0, in SI units
 
-_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
 # Volumes per time at standard conditions, "slm", "sccm", "Nl/min". Pint's "slm" is a pressure times
 # volume, right for a gas of 0 degC only.
@@ -58,7 +58,7 @@ def to_si(value: object, unit: str) -> float:
         raise ValueError(expected)
     if not isinstance(value, str):
         return require_size(float(value))
-    match = _NUMBER_AND_UNIT.fullmatch(value)
+    match = NUMBER_AND_UNIT.fullmatch(value)
     if not match:
         raise ValueError(expected)
     number, text = match.groups()
@@ -165,7 +165,7 @@ class StatedRate:
     @classmethod
     def parse(cls, value: object) -> "StatedRate":
         """Read a leak rate > 0, a number with a unit; ValueError for anything else."""
-        match = None if isinstance(value, bool) else _NUMBER_AND_UNIT.fullmatch(str(value))
+        match = None if isinstance(value, bool) else NUMBER_AND_UNIT.fullmatch(str(value))
         if not match:
             raise ValueError("should be a leak rate such as '1 ml/h'")
         number, text = match.groups()

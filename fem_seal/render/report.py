@@ -19,6 +19,7 @@ from fem_seal.results import Result
 from fem_seal.results.words import first_sentence, remarks, summary_of
 from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
+from fem_seal.tables import leaves
 
 MEDIA = {".png": "image/png", ".svg": "image/svg+xml"}
 # Pictures with captions, in the order of the page; that of a seal comes before those of its patch.
@@ -99,18 +100,16 @@ def described(scene: Mapping[str, Any]) -> str:
     return ". ".join(parts) + "."
 
 
-def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
-    """Numbers and texts of nested results with their paths, "leak_rate.lower"; arrays are left out.
+def flat(parts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Numbers and texts of nested results under names such as leak_rate.lower, without arrays.
 
     Numbers have more digits than any of them is correct to, too few to show rounding errors.
     """
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from flat(inner, f"{name}.{key}" if name else str(key))
-    elif isinstance(value, float):
-        yield name, f"{value:.8g}"
-    elif value not in (None, "") and not isinstance(value, list):
-        yield name, value if isinstance(value, str) else json.dumps(value)
+    for name, value in leaves(parts):
+        if isinstance(value, float):
+            yield name, f"{value:.8g}"
+        elif value not in (None, "") and not isinstance(value, list):
+            yield name, value if isinstance(value, str) else json.dumps(value)
 
 
 def _pictures(folder: Path, result: Result) -> Iterator[tuple[str, str]]:

@@ -1,9 +1,9 @@
 """Result: the content of result.json."""
 
+import json
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
-from math import isfinite
 from pathlib import Path
 from platform import python_version
 from typing import Annotated, Any, Literal
@@ -167,9 +167,13 @@ class Result(Record):
             raise InvalidInput(
                 f"{path} is not a result of this version: {where}: {first['msg']}"
             ) from None
-        # JSON has no infinity, but 1e999 is read as one.
-        if not all(map(isfinite, _numbers(result.model_dump()))):
-            raise InvalidInput(f"{path} is not a result: it holds numbers beyond double precision")
+        try:
+            # JSON has no infinity, but 1e999 is read as one.
+            json.dumps(result.model_dump(mode="json"), allow_nan=False)
+        except ValueError:
+            raise InvalidInput(
+                f"{path} is not a result: it holds numbers beyond double precision"
+            ) from None
         return result
 
     def flow(self) -> Flow:
@@ -184,17 +188,6 @@ class Result(Record):
         """Rebuild the scene that gave this result."""
         scene = with_ambient_pressure(self.provenance.scene)
         return Scene.from_mapping(scene, source="scene of the result")
-
-
-def _numbers(value: object) -> Iterator[float]:
-    """All floats inside nested dicts, lists and tuples."""
-    if isinstance(value, dict):
-        value = list(value.values())
-    if isinstance(value, list | tuple):
-        for inner in value:
-            yield from _numbers(inner)
-    elif isinstance(value, float):
-        yield value
 
 
 def _of_schema_1(data: dict[str, Any]) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """Picture of a sweep: the leak rate against the field that varies, with its bounds as bars."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from fem_seal.render.plot import FONT_POINTS, label_axis, new_figure
 from fem_seal.scene.scene import SEEDS
 from fem_seal.sweep.point import UNSETTLED, Point
 from fem_seal.sweep.summary import Group
+from fem_seal.units import NUMBER_AND_UNIT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,7 +29,6 @@ LONGEST_NAME = 24  # most characters of a name under the axis
 MARGIN = 0.08  # margin above and below the curves, over the logarithm of their range
 # States of points without a leak rate, and their marks in a strip below or above the axis.
 STRIPS = {"sealed": "x", "lifted off": "^"}
-_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 
 
 class NotDrawn(InvalidInput):
@@ -218,8 +217,8 @@ def _places(values: Sequence[str]) -> tuple[dict[str, float], str | None]:
 
     Values that are not numbers in one unit are placed one after the other; the unit is then None.
     """
-    matches = {value: _NUMBER.fullmatch(value.strip("\"' ")) for value in values}
-    units = {match[2].strip() if match else None for match in matches.values()}
+    matches = {value: NUMBER_AND_UNIT.fullmatch(value.strip("\"' ")) for value in values}
+    units = {match[2] if match else None for match in matches.values()}
     if len(units) == 1 and None not in units:
         return {value: float(match[1]) for value, match in matches.items() if match}, units.pop()
     return {value: float(i) for i, value in enumerate(matches)}, None

@@ -1,12 +1,11 @@
 """One point of a sweep: its numbers, and the name of the file that keeps them."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 from fem_seal import __version__
 from fem_seal.errors import NotConverged
@@ -17,6 +16,7 @@ from fem_seal.results.result import Result, digest
 from fem_seal.scene import Scene
 from fem_seal.solved import answer, solve
 from fem_seal.sweep.contact_path import ContactPath
+from fem_seal.tables import leaves
 
 Number = str | float | int | bool | None
 
@@ -139,13 +139,6 @@ def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
         yield "headline", head.sentence
     rest = result.model_dump(exclude=_LEFT_OUT.union(COLUMNS))
     quantities = rest.pop("quantities", None) or {}
-    yield from _flat(rest | quantities)
-
-
-def _flat(parts: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Number]]:
-    """Numbers and texts of nested parts, under names such as gas.mass_rate.value."""
-    for name, part in parts.items():
-        if isinstance(part, Mapping):
-            yield from _flat(part, f"{head}{name}.")
-        elif part is not None and isinstance(part, Number):
-            yield f"{head}{name}", part
+    for name, part in leaves(rest | quantities):
+        if part is not None and isinstance(part, Number):
+            yield name, part
