@@ -166,8 +166,13 @@ class Mesh(ABC):
         return self.numbered_edges.ends, self.numbered_edges.of_cell
 
     @abstractmethod
+    def sides_on_top(self) -> np.ndarray:
+        """(C, 3) bool: sides on the far side of a seam."""
+
     def _ends_of_edges(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides; on the far side of a seam those of the twin."""
+        ends = self.ends_of_sides()
+        return np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
 
     def points(self, scale: float | np.ndarray) -> np.ndarray:
         """Coordinates (V, 2) of the vertices, along each axis times a scale, as the pixel size."""

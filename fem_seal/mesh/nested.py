@@ -66,14 +66,6 @@ class NestedMesh(Mesh):
         """(V,) bool, vertices at y = my."""
         return self.xy[:, 1] == self.squares[1] * PIXEL
 
-    def _ends_of_edges(self) -> np.ndarray:
-        """(C, 3, 2) ends of the sides; at y = my of periodic sides those of the twin at y = 0."""
-        ends = self.ends_of_sides()
-        if self.periodic:
-            on_side = self.top[ends].all(axis=2)
-            ends[on_side] = self.twin[ends[on_side]]
-        return ends
-
     @property
     def blur(self) -> float:
         """Largest coordinate that may have a rounding error: 0, since all are integers."""
@@ -110,7 +102,7 @@ class NestedMesh(Mesh):
 
     def sides_on_top(self) -> np.ndarray:
         """(C, 3) bool: sides at y = my if the sides are periodic, else none."""
-        return self.top[self.ends_of_sides()].all(axis=2) & self.periodic
+        return self._sides_along(self.top) & self.periodic
 
     @property
     def rim(self) -> np.ndarray:
@@ -124,12 +116,13 @@ class NestedMesh(Mesh):
 
     def sides_on_wall(self) -> np.ndarray:
         """(C, 3) bool: sides that lie on a side wall."""
-        on_wall = np.zeros(self.cells.shape, dtype=bool)
-        if not self.periodic:
-            for wall in (self.bottom, self.top):
-                a, b, c = wall[self.cells.T]
-                on_wall |= np.stack([b & c, c & a, a & b], axis=1)
-        return on_wall
+        on_both = self._sides_along(self.bottom) | self._sides_along(self.top)
+        return on_both & (not self.periodic)
+
+    def _sides_along(self, line: np.ndarray) -> np.ndarray:
+        """(C, 3) bool: sides both of whose ends lie on a line (V,) bool."""
+        a, b, c = line[self.cells.T]
+        return np.stack([b & c, c & a, a & b], axis=1)
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and stream function (1, V) of a uniform gap, to start the first solve from."""

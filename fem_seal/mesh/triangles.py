@@ -99,11 +99,6 @@ class TriangleMesh(Mesh):
         """(C, 3) bool: sides on the TOP bank of a cut."""
         return (self.sides == TOP) & self.periodic
 
-    def _ends_of_edges(self) -> np.ndarray:
-        """(C, 3, 2) ends of the sides; on the TOP bank of a cut those of the twin."""
-        ends = self.ends_of_sides()
-        return np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
-
     @property
     def blur(self) -> float:
         """Largest coordinate: middles of edges have rounding errors of its size."""
