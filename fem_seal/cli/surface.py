@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from fem_seal.surface import IsotropicSpectrum, MapStatistics, PreparedSurface, SpectrumFit
 
 Rows = Iterator[tuple[str, str]]  # names and texts
-PICTURES = (".png", ".pdf", ".svg")
 NO_POWER_LAW = 100  # misfit from which a fitted exponent means nothing
 
 
@@ -47,12 +46,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 def _surface(options: argparse.Namespace) -> int:
     from fem_seal.patch import on_own_grid
     from fem_seal.quantities.remarks import cautions_of_map, steep
+    from fem_seal.render.plot import FORMATS
     from fem_seal.scene import ProfileSurface
     from fem_seal.steps import spectrum_of_profiles
     from fem_seal.surface import fit_spectrum
 
-    if options.out is not None and options.out.suffix.lower() not in PICTURES:
-        raise InvalidInput(f"--out {options.out} must end in {', '.join(PICTURES)}")
+    if options.out is not None and options.out.suffix.lower() not in FORMATS:
+        raise InvalidInput(f"--out {options.out} must end in {', '.join(FORMATS)}")
     if options.csv is not None and options.csv.suffix.lower() != ".csv":
         raise InvalidInput(f"--csv {options.csv} must end in .csv")
     scene = _scene(options)
