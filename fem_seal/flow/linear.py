@@ -314,10 +314,12 @@ def minimise_by_cg(
     Returns this ratio after each iteration, and the reason why CG stopped short, else "".
     """
     residuals = []
+    # petsc4py would never free vectors that PETSc makes anew at each iteration.
+    solution, residual = right_side.duplicate(), right_side.duplicate()
 
     def converged(ksp: PETSc.KSP, iteration: int, natural_norm: float) -> int:
         """PETSc's reason to stop; `natural_norm` is (r'Mr)^½."""
-        decrease = right_side.dot(ksp.buildSolution()) if iteration else 0.0
+        decrease = right_side.dot(ksp.buildSolution(solution)) if iteration else 0.0
         if not np.isfinite([natural_norm, decrease]).all():
             return PETSc.KSP.ConvergedReason.DIVERGED_NANORINF
         energy = start - decrease
@@ -325,7 +327,7 @@ def minimise_by_cg(
         if energy < least:
             return PETSc.KSP.ConvergedReason.CONVERGED_ITS
         if natural_norm**2 <= tolerance * energy and (
-            not balanced or abs(ksp.buildResidual().sum()) <= np.sqrt(tolerance) * energy
+            not balanced or abs(ksp.buildResidual(residual).sum()) <= np.sqrt(tolerance) * energy
         ):
             return PETSc.KSP.ConvergedReason.CONVERGED_RTOL
         if iteration >= MAX_ITERATIONS:
@@ -340,6 +342,8 @@ def minimise_by_cg(
             raise
         x.set(0)
         return (), ("no preconditioner can be set up for conductivities so far apart")
+    finally:
+        _destroy(solution, residual)
     history = tuple(residuals[1:])
     if solver.getConvergedReason() > 0:
         return history, ""

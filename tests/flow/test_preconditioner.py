@@ -1,15 +1,19 @@
 """GAMG in place of hypre's BoomerAMG: another way to the same bounds, which the result names."""
 
+import os
+
 import numpy as np
 import pytest
 from gaps import level_problem, represented, solved
 from project import leak_rate, scene_of_samples
 from sample_gaps import FLUID
+from scipy import sparse
 
 from fem_seal.fenicsx import HAS_HYPRE, PETSc
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, linear
 from fem_seal.grid import GridField
+from fem_seal.memory import memory_of
 from fem_seal.results.words import flow_words
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
@@ -90,3 +94,26 @@ def test_the_result_names_the_preconditioner(gamg):
     result = solve(Scene.from_mapping(sections)).result()
     assert result.preconditioner == "gamg"
     assert "(preconditioner gamg)" in flow_words(result)
+
+
+def test_solves_leave_no_vectors_behind():
+    """Vectors that PETSc makes at each iteration of CG would stay until the process ends.
+
+    The first solve sets the preconditioner up; four more may then keep less than a vector each.
+    """
+    exact = np.sin(np.linspace(0, 40, 300_000))
+    line = sparse.csr_array(sparse.diags([-1.0, 2.0, -1.0], (-1, 0, 1), (exact.size, exact.size)))
+    rows = line.indptr, line.indices, line.data
+    matrix = PETSc.Mat().createAIJ(line.shape, csr=rows, comm=PETSc.COMM_SELF)
+    solver, (x, right_side) = linear.preconditioned_cg(matrix), matrix.createVecs()
+    right_side.setArray(line @ exact)
+    twice_the_minimum = 2 * float(exact @ (line @ exact))
+    sizes = []
+    for _ in range(5):
+        history, stalled = linear.minimise_by_cg(
+            solver, right_side, x, twice_the_minimum, 1e-8, balanced=True
+        )
+        assert len(history) > 1
+        assert not stalled
+        sizes.append(memory_of(os.getpid()).resident)
+    assert sizes[-1] - sizes[0] < 4 * exact.nbytes
