@@ -61,7 +61,7 @@ def film_from_dolfinx(
     """
     # Imported here: no other film needs the modules that check and cut a mesh.
     from fem_seal.mesh.checks import labelled
-    from fem_seal.mesh.files import FLAT, Triangles
+    from fem_seal.mesh.files import Triangles, plane_points
     from fem_seal.mesh.shape import shape_mesh_with_values
 
     _require_gap_on(msh, gap)
@@ -77,12 +77,7 @@ def film_from_dolfinx(
     place = np.argsort(order)
     xyz, at_vertex, edges = xyz[order], at_vertex[order], place[edges]
     cells = np.unique(np.sort(place[number].reshape(-1, 3), axis=1), axis=0)
-    extent = np.ptp(xyz, axis=0)
-    if extent[2] > FLAT * extent.max():
-        raise InvalidInput(
-            f"{SOURCE} is not plane: z varies by {extent[2]:.3g} m; give the mesh of the film in "
-            "the plane z = 0"
-        )
+    xy = plane_points(SOURCE, xyz, cells)
     groups = {}
     for name, numbers in (("inlet", inlet), ("outlet", outlet), ("wall", wall)):
         several = [*numbers] if isinstance(numbers, Collection) else [numbers]
@@ -92,7 +87,7 @@ def film_from_dolfinx(
             raise InvalidInput(
                 f"{SOURCE} has no {name}: no facet has the tag {numbers}; its tags are {present}"
             )
-    triangles = Triangles(xyz[:, :2], cells, **groups)
+    triangles = Triangles(xy, cells, **groups)
     parts = labelled(triangles, SOURCE)
     return MeshFilm(*shape_mesh_with_values(*parts, at_vertex))
 

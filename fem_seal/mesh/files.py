@@ -89,7 +89,7 @@ def triangles_of(mesh: "meshio.Mesh", source: Path, unit: float, names: GroupNam
         )
     points, cells = mesh.points, mesh.get_cells_type("triangle").astype(np.int64)
     check_indices(source, len(points), [block.data for block in mesh.cells])
-    xy = _plane(source, points, cells) * unit
+    xy = plane_points(source, points, cells) * unit
     edges = {group: _edges(source, mesh, getattr(names, group)) for group in _GROUPS}
     for group in ("inlet", "outlet"):
         if len(edges[group]) == 0:
@@ -168,7 +168,7 @@ def check_indices(source: Path, count: int, blocks: list[np.ndarray]) -> None:
             )
 
 
-def _plane(source: Path, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+def plane_points(source: Path | str, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Coordinates (V, 2) of points in a plane z = const."""
     used = points[np.unique(cells)]
     if not np.isfinite(used).all():
@@ -177,7 +177,7 @@ def _plane(source: Path, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         height, extent = np.ptp(used[:, 2]), np.ptp(used[:, :2], axis=0).max()
         if height > FLAT * extent:
             raise InvalidInput(
-                f"the mesh {source} is not plane: z varies by {height:.3g} over an extent of "
+                f"{source} is not plane: z varies by {height:.3g} over an extent of "
                 f"{extent:.3g}; give the mesh of the film in the plane z = 0"
             )
     return np.ascontiguousarray(points[:, :2], dtype=float)
