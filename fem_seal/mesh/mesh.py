@@ -172,7 +172,10 @@ class Mesh(ABC):
     def _ends_of_edges(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides; on the far side of a seam those of the twin."""
         ends = self.ends_of_sides()
-        return np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
+        if self.periodic:
+            on_top = self.sides_on_top()
+            ends[on_top] = self.twin[ends[on_top]]
+        return ends
 
     def points(self, scale: float | np.ndarray) -> np.ndarray:
         """Coordinates (V, 2) of the vertices, along each axis times a scale, as the pixel size."""

@@ -116,8 +116,9 @@ class NestedMesh(Mesh):
 
     def sides_on_wall(self) -> np.ndarray:
         """(C, 3) bool: sides that lie on a side wall."""
-        on_both = self._sides_along(self.bottom) | self._sides_along(self.top)
-        return on_both & (not self.periodic)
+        if self.periodic:
+            return np.zeros(self.cells.shape, dtype=bool)
+        return self._sides_along(self.bottom) | self._sides_along(self.top)
 
     def _sides_along(self, line: np.ndarray) -> np.ndarray:
         """(C, 3) bool: sides both of whose ends lie on a line (V,) bool."""
