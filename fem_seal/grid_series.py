@@ -4,16 +4,24 @@ The leak rate of a finer grid is estimated from two grids, n/2 and n, by one rul
 The rule and how well it held: docs/guide/contact-grid.md.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import exp, inf, log, log1p
 
 import numpy as np
 
+from fem_seal import parallel
+from fem_seal.beside import beside
+from fem_seal.contact.settings import Load
 from fem_seal.digits import per_cent
 from fem_seal.errors import NotConverged, present
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import EstimatedError
+from fem_seal.leak_rate import EstimatedError, FlowState
+from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
+from fem_seal.scene import Scene
+from fem_seal.scene.sections import Lift
 from fem_seal.surface.resampling import resample
 
 LEAST_SAMPLES = 8  # along each side of a grid
@@ -23,6 +31,10 @@ LOOSER, LOOSEST = 6.0, 0.3
 OF_UNRESOLVED, OF_CHANGE, SECOND_ORDER, MOST = 0.5, 0.15, 4.0, 0.8
 # The fluid lifts the solid further where a constriction is wider: ε of a lifted contact is larger.
 IF_LIFTED = 1.5
+# Samples from which the coarser grid is solved beside the flow, and available memory for both: dry
+# and lifted, bytes for each sample, and for the libraries.
+DRY_BESIDE, LIFTED_BESIDE = 2048**2, 1024**2
+DRY_BYTES, LIFTED_BYTES, BYTES_BESIDE = 80, 800, 1e9
 # Part of the load under which the coarser grid of a sealed patch must be sealed.
 STILL_SEALED = 0.9
 
@@ -84,6 +96,72 @@ class OnGrid:
         )
 
 
+@dataclass(frozen=True)
+class OnHalf:
+    """What the rule needs to know of a patch on half of its samples."""
+
+    state: FlowState
+    grid: OnGrid | None  #: None if lifted off
+    stays_sealed: bool  #: whether it is sealed, under a little less load as well
+
+    @classmethod
+    def of(cls, patch: Patch, less: bool) -> "OnHalf":
+        """Solve a patch, and under less load if it is sealed and that is asked for."""
+        if patch.lifted_off:
+            return cls("lifted off", None, False)
+        state, grid = patch.state, OnGrid.of(patch)
+        return cls(state, grid, less and state == "sealed" and _stays_sealed(patch))
+
+
+def _stays_sealed(patch: Patch) -> bool:
+    load = STILL_SEALED * present(patch.mean_pressure, "load")
+    lighter = patch.pressed_by(load, patch.lift)
+    return lighter.state == "sealed" and (lighter.lifted is None or lighter.lifted.converged)
+
+
+def is_estimated(scene: Scene) -> bool:
+    """Whether a patch is solved on half of its samples as well."""
+    contact, accuracy = scene.contact, scene.accuracy
+    wanted = scene.total_error is None and (accuracy is None or accuracy.contact_grid)
+    return wanted and contact is not None and contact.is_elastic and scene.shape is None
+
+
+def pays_beside(samples: float, lifted: bool, comm: parallel.Comm = None) -> bool:
+    """Whether a process beside the flow of so many samples saves time: a second core is idle."""
+    idle = parallel.processes(comm) == 1 and parallel.cores() > 1
+    return idle and samples >= (LIFTED_BESIDE if lifted else DRY_BESIDE)
+
+
+def solved_on_half(patch: Patch) -> Callable[[], OnHalf]:
+    """What half of the samples say: solved when it is asked for, or beside this process meanwhile.
+
+    The flow of a patch uses one core; another process uses the second one where it is idle and the
+    samples are so many that this saves time.
+    """
+    # The dry contact comes first, since it uses all cores.
+    lifted, samples = patch.lift == "resolved", patch.elastic.gap.values.size
+    each = LIFTED_BYTES if lifted else DRY_BYTES
+    if (
+        not pays_beside(samples, lifted, patch.comm)
+        or available_memory() < BYTES_BESIDE + each * samples
+        or (not lifted and patch.sealed)
+    ):
+        return lambda: _solved(patch, patch.state == "sealed")
+    settings = patch.scene, patch.surface, patch.load, patch.lift, patch.flow_settings
+    return beside(_solved_beside, *settings)
+
+
+def _solved(patch: Patch, less: bool) -> OnHalf:
+    return OnHalf.of(present(on_half(patch), "coarser grid"), less)
+
+
+def _solved_beside(
+    scene: Scene, surface: GridField, load: Load, lift: Lift, settings: FlowSettings
+) -> OnHalf:
+    patch = Patch(scene, surface=surface, load=load, lift=lift, flow_settings=settings)
+    return _solved(patch, lift == "resolved")
+
+
 def unresolved(height: GridField) -> float:
     """Height that a grid leaves out between its samples [m], rms: (h(x-dx) - 2 h(x) + h(x+dx)) / 8.
 
@@ -130,8 +208,7 @@ def estimated_error(patch: Patch) -> EstimatedError:
 
     For a measured map: what half of the samples change. Its own samples are all that is known.
     """
-    coarse = on_half(patch)
-    if coarse is None:
+    if half(present(patch.surface, "surface").shape) is None:
         words = "the samples are too few to leave out every second one"
         return EstimatedError(None, None, words)
     if patch.lifted is not None and not patch.lifted.converged:
@@ -139,34 +216,31 @@ def estimated_error(patch: Patch) -> EstimatedError:
         return EstimatedError(None, None, words)
     try:
         with patch.timed("contact grid"):
-            return _from_coarser(patch, coarse)
+            return _from_coarser(patch, patch.once(solved_on_half)())
     except NotConverged as error:
         return EstimatedError(None, None, f"on half of the samples: {error}")
 
 
-def _from_coarser(patch: Patch, coarse: Patch) -> EstimatedError:
+def _from_coarser(patch: Patch, coarse: OnHalf) -> EstimatedError:
     if patch.state == "sealed":
-        return _of_sealed(patch, coarse)
-    if coarse.lifted_off:
+        return _of_sealed(coarse)
+    if coarse.grid is None:
         return EstimatedError(None, None, "on half of the samples the fluid lifts the solid off")
-    on_coarse, on_fine = OnGrid.of(coarse), OnGrid.of(patch)
+    on_fine = OnGrid.of(patch)
     if patch.scene.measured_map is None:
-        return grid_error(on_coarse, on_fine)
-    change = change_of(on_coarse, on_fine)
+        return grid_error(coarse.grid, on_fine)
+    change = change_of(coarse.grid, on_fine)
     sentence = "what half of the samples of the map change"
     if change == inf:
         return EstimatedError(None, None, f"{sentence}: they are sealed")
     return EstimatedError(exp(-change), exp(min(change, 700)), sentence)
 
 
-def _of_sealed(patch: Patch, coarse: Patch) -> EstimatedError:
+def _of_sealed(coarse: OnHalf) -> EstimatedError:
     """Whether a finer grid may open a sealed patch: the coarser one must be sealed with less."""
     less = f"under {per_cent(1 - STILL_SEALED)} less load"
-    if coarse.state == "sealed":
-        load = STILL_SEALED * present(coarse.mean_pressure, "load")
-        lighter = coarse.pressed_by(load, coarse.lift)
-        if lighter.state == "sealed" and (lighter.lifted is None or lighter.lifted.converged):
-            return EstimatedError(1.0, 1.0, f"half of the samples are sealed as well, also {less}")
+    if coarse.stays_sealed:
+        return EstimatedError(1.0, 1.0, f"half of the samples are sealed as well, also {less}")
     return EstimatedError(1.0, None, f"a finer grid may leak: half of the samples leak {less}")
 
 

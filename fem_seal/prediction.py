@@ -16,7 +16,7 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import THREADED_FROM
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
-from fem_seal.grid_series import LOOSER, LOOSEST, half
+from fem_seal.grid_series import LOOSER, LOOSEST, half, pays_beside
 from fem_seal.memory import available_memory
 from fem_seal.patch import on_own_grid
 from fem_seal.points import Expected, Work
@@ -154,7 +154,9 @@ def _stages(laws: "_Laws", shape: tuple[int, int]) -> dict[str, float]:
         coarse = half(shape) if estimated else None
         if coarse is not None:
             fewer, loose = prod(coarse), min(LOOSER * rtol, LOOSEST)
-            stages["contact grid"] = laws.contact(fewer) + laws.flow(fewer, loose)
+            both = laws.contact(fewer) + laws.flow(fewer, loose)
+            beside = flow if pays_beside(samples, lifted) else 0.0
+            stages["contact grid"] = max(both - beside, 0.0)
     if "conductivity_tensor" in scene.output.products:
         stages["tensor"] = 2 * flow  # along x and along y
     return stages

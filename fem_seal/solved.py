@@ -10,9 +10,11 @@ from typing import Any
 
 from fem_seal import parallel
 from fem_seal.accuracy import Choice, chosen_patch
+from fem_seal.beside import peak_beside
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
+from fem_seal.grid_series import is_estimated, solved_on_half
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.memory import peak_memory
 from fem_seal.patch import Patch
@@ -181,7 +183,7 @@ class Solved:
             preparation=None if patch.prepared is None else patch.prepared.steps,
             files=files,
             seconds=patch.seconds | {"total": total},
-            peak_memory_bytes=parallel.total(peak_memory(), patch.comm),
+            peak_memory_bytes=parallel.total(peak_memory(), patch.comm) + peak_beside(),
             provenance=Provenance.of(scene, patch.comm, origin),
         )
 
@@ -244,6 +246,8 @@ def answer(
     among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
     start, scene = perf_counter(), patch.scene
+    if scene.leaks == "patch" and is_estimated(scene):
+        patch.once(solved_on_half)
     # All processes solve film and flow together. From here on `parallel.on_root` marks what the
     # first one computes for all.
     patch.solve_film()

@@ -11,7 +11,7 @@ import fem_seal
 # A module may import those before it, and its own folder.
 LAYERS = """
 errors installed interrupts files tables registry digits grid leak_rate memory limits parallel
-progress units expression rarefied fluid flow_settings field_file gap_file
+beside progress units expression rarefied fluid flow_settings field_file gap_file
 surface contact scene new_scene
 fenicsx mesh film theory finite_difference network
 flow coupling

@@ -17,11 +17,11 @@ from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
+from fem_seal.beside import environment
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import temporary_folder
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
 from fem_seal.mesh.gmsh_process import ERROR_FILE, JOB_FILE, MESH_FILE, Job, Sizes
-from fem_seal.parallel import OF_MPI
 
 # Geometries of the package, beside its modules; also in a wheel and in an editable install.
 SOURCES = Path(__file__).with_name("sources")
@@ -121,18 +121,13 @@ def _refuse_cut_off(mesh: Path, geo: Path) -> None:
 
 def _run(folder: Path, geo: Path, longest: float | None) -> None:
     """Let a process mesh the job of a folder; InvalidInput if it does not end well."""
-    environment = {k: v for k, v in os.environ.items() if not k.startswith(OF_MPI)}
-    # The process finds this package wherever it is, and nothing in the current folder.
-    package = str(Path(__file__).parents[2])
-    paths = [package, *filter(None, [environment.get("PYTHONPATH")])]
-    environment["PYTHONPATH"] = os.pathsep.join(paths)
     command = [sys.executable, "-P", "-m", "fem_seal.mesh.gmsh_process"]
     with (folder / _LOG_FILE).open("wb") as log:
         # In a session of its own it can be killed with all processes that the geometry has started.
         process = subprocess.Popen(
             command,
             cwd=folder,
-            env=environment,
+            env=environment(),
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,

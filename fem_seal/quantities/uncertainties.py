@@ -6,7 +6,7 @@ To add one, write a function `(Patch) -> Uncertainty | None` and put it into `SO
 from collections.abc import Callable
 
 from fem_seal.area_error import area_error
-from fem_seal.grid_series import estimated_error
+from fem_seal.grid_series import estimated_error, is_estimated
 from fem_seal.leak_rate import EstimatedError
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
@@ -36,9 +36,7 @@ def _contact_grid_entry(patch: Patch) -> Uncertainty | None:
     scene = patch.scene
     if scene.contact is None or scene.seal is not None or patch.lifted_off:
         return None
-    wanted = scene.accuracy is None or scene.accuracy.contact_grid
-    computed = wanted and scene.contact.is_elastic and scene.shape is None
-    if scene.total_error is None and not computed:
+    if scene.total_error is None and not is_estimated(scene):
         sentence = "what a finer grid of the contact would change was not computed"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
     return _estimated(CONTACT_GRID, patch.once(estimated_error))

@@ -1,0 +1,89 @@
+"""A function in a process of its own, beside what this process computes meanwhile.
+
+    python -P -m fem_seal.beside
+
+reads a pickled function of a module and its arguments, and writes the pickled answer or error.
+"""
+
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import TypeVar
+
+from fem_seal.errors import FemSealError, present
+from fem_seal.interrupts import die_with_parent
+from fem_seal.memory import peak_memory
+from fem_seal.parallel import OF_MPI
+
+Answer = TypeVar("Answer")
+_peaks = [0]  # largest memory of each process that has answered [bytes]
+
+
+def environment(**variables: str) -> dict[str, str]:
+    """Environment in which another process finds this package, and starts MPI on its own."""
+    kept = {k: v for k, v in os.environ.items() if not k.startswith(OF_MPI) or "_MCA_" in k}
+    paths = [str(Path(__file__).parents[1]), *filter(None, [kept.get("PYTHONPATH")])]
+    return kept | {"PYTHONPATH": os.pathsep.join(paths)} | variables
+
+
+def beside(function: Callable[..., Answer], *arguments: object) -> Callable[[], Answer]:
+    """Start a function in a process with one thread; return what waits for its answer.
+
+    Both are pickled. If the process is killed, most likely since memory is short, this one computes
+    the answer.
+    """
+    # In a session of its own it does not receive Ctrl-C, but it ends with this process.
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "fem_seal.beside"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1"),
+        start_new_session=True,
+    )
+    given, told = present(process.stdin, "pipe"), present(process.stdout, "pipe")
+    with suppress(BrokenPipeError), given:
+        pickle.dump((function, arguments), given, protocol=pickle.HIGHEST_PROTOCOL)
+
+    def answer() -> Answer:
+        """Wait for the answer of the process."""
+        with process:
+            text = told.read()
+        if process.returncode:
+            return function(*arguments)
+        found: Answer | FemSealError
+        found, peak = pickle.loads(text)
+        _peaks.append(peak)
+        if isinstance(found, FemSealError):
+            raise found
+        return found
+
+    return answer
+
+
+def peak_beside() -> int:
+    """Largest memory of a process beside this one [bytes]."""
+    return max(_peaks)
+
+
+def _main() -> None:
+    # The system ends it with the process that started it.
+    die_with_parent()
+    given = sys.stdin.buffer.read()  # before the imports that it takes to load it
+    # Libraries print to the standard output: let it be that of errors.
+    with os.fdopen(os.dup(1), "wb") as told:
+        os.dup2(2, 1)
+        function, arguments = pickle.loads(given)
+        del given
+        try:
+            answer = function(*arguments)
+        except FemSealError as error:
+            answer = error
+        pickle.dump((answer, peak_memory()), told)
+
+
+if __name__ == "__main__":
+    _main()
