@@ -151,6 +151,11 @@ class Patch:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
 
+    def computed(self, stage: str, compute: "Callable[[], Value]") -> Value:
+        """What the first process computes for all, in a stage with its time."""
+        with self.timed(stage):
+            return parallel.on_root(compute, self.comm)
+
     def solve_film(self) -> "tuple[GapState | None, GridFilm | MeshFilm]":
         """Compute contact and film; if the fluid lifts the solid, their equilibrium with the flow.
 
@@ -178,10 +183,7 @@ class Patch:
         steps = map_.preparation
         if seal is not None and seal.window is not None:
             steps = replace(steps, crop=map_.window((0, 0), seal.window))
-        with self.timed("surface"):
-            return parallel.on_root(
-                lambda: measured_surface(map_.path, map_.stated, steps), self.comm
-            )
+        return self.computed("surface", lambda: measured_surface(map_.path, map_.stated, steps))
 
     def with_(
         self,
@@ -219,18 +221,12 @@ class Patch:
     @cached_property
     def contact(self) -> GapState | None:
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
-        press, surface = CONTACTS[present(self.scene.contact, "[contact]").model], self.surface
-        with self.timed("contact"):
-            return parallel.on_root(
-                lambda: press(
-                    self.scene,
-                    present(surface, "surface"),
-                    self._contact_start,
-                    self.load,
-                    self.report,
-                ),
-                self.comm,
-            )
+        press = CONTACTS[present(self.scene.contact, "[contact]").model]
+        surface = present(self.surface, "surface")
+        return self.computed(
+            "contact",
+            lambda: press(self.scene, surface, self._contact_start, self.load, self.report),
+        )
 
     @property
     def elastic(self) -> ContactState:
@@ -268,10 +264,9 @@ class Patch:
 
         contact = self.film_contact
         elastic = present(contact if isinstance(contact, ContactState) else None, "contact")
-        with self.timed("sensitivity"):
-            return parallel.on_root(
-                lambda: sensitivity(self.scene, self.load, height, elastic, lifted), self.comm
-            )
+        return self.computed(
+            "sensitivity", lambda: sensitivity(self.scene, self.load, height, elastic, lifted)
+        )
 
     @property
     def lifted_off(self) -> bool:
@@ -313,8 +308,7 @@ class Patch:
         from fem_seal.film.shaped import shaped_film
 
         grid = None if shape.own_gap else self.grid_gap
-        with self.timed("shape"):
-            return parallel.on_root(lambda: shaped_film(shape, grid, trust=self.trust), self.comm)
+        return self.computed("shape", lambda: shaped_film(shape, grid, trust=self.trust))
 
     def film_of(self, gap: GridField) -> "GridFilm | MeshFilm":
         """The film of another gap [m] on the same grid, such as that of another load."""
@@ -335,10 +329,9 @@ class Patch:
         if contact is not None:
             return contact.gap
         source = present(self.scene.gap, "[gap]")
-        with self.timed("gap"):
-            return parallel.on_root(
-                lambda: load_gap(source.path, source.stated, source.contact_below), self.comm
-            )
+        return self.computed(
+            "gap", lambda: load_gap(source.path, source.stated, source.contact_below)
+        )
 
     @cached_property
     def sealed(self) -> bool:
@@ -378,29 +371,27 @@ def on_own_grid(scene: Scene) -> Patch:
 
 
 def _self_affine(patch: Patch, section: SelfAffine) -> GridField:
-    with patch.timed("surface"):
-        return parallel.on_root(
-            lambda: self_affine(
-                section.spectrum,
-                section.shape,
-                section.size,
-                rms_height=section.rms_height,
-                rms_slope=section.rms_slope,
-                scaling=section.scaling,
-                seed=section.seed,
-            ),
-            patch.comm,
-        )
+    return patch.computed(
+        "surface",
+        lambda: self_affine(
+            section.spectrum,
+            section.shape,
+            section.size,
+            rms_height=section.rms_height,
+            rms_slope=section.rms_slope,
+            scaling=section.scaling,
+            seed=section.seed,
+        ),
+    )
 
 
 def _of_profiles(patch: Patch, section: ProfileSurface) -> GridField:
-    with patch.timed("surface"):
-        return parallel.on_root(
-            lambda: gaussian_surface(
-                spectrum_of_profiles(section), section.shape, section.size, seed=section.seed
-            ),
-            patch.comm,
-        )
+    return patch.computed(
+        "surface",
+        lambda: gaussian_surface(
+            spectrum_of_profiles(section), section.shape, section.size, seed=section.seed
+        ),
+    )
 
 
 def _measured(patch: Patch, section: FileSurface) -> GridField:
