@@ -37,6 +37,11 @@ class FemSealError(Exception):
         return (str(self),)
 
 
+# What to do about an output folder that holds something else.
+OTHER_FOLDER = "choose another folder (--out)"
+OR_OVERWRITE = f"{OTHER_FOLDER}, or replace it: --overwrite (in Python: overwrite=True)"
+
+
 class InvalidInput(FemSealError):
     """The scene, a file or an argument is invalid; what any function refuses (exit status 2)."""
 

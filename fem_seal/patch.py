@@ -305,7 +305,7 @@ class Patch:
         shape = self.scene.shape
         if shape is None:
             return self.film_of(self.grid_gap)
-        from fem_seal.film.shaped import shaped_film
+        from fem_seal.shaped import shaped_film
 
         grid = None if shape.own_gap else self.grid_gap
         return self.computed("shape", lambda: shaped_film(shape, grid, trust=self.trust))
@@ -317,7 +317,7 @@ class Patch:
         shape, flow = self.scene.shape, self.scene.flow
         if shape is None:
             return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
-        from fem_seal.film.shaped import gap_source
+        from fem_seal.shaped import gap_source
 
         mesh = present(self.film if isinstance(self.film, MeshFilm) else None, "mesh").mesh
         return MeshFilm(mesh, gap_source(shape, gap)(mesh.xy))

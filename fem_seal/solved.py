@@ -300,8 +300,8 @@ LEAKS = {"nothing": _nothing, "patch": _patch, "seal": _seal}
 def _require_one_process(scene: Scene, work: Work | None) -> None:
     if work is not None and (work.jobs or 1) > 1:
         raise InvalidInput(
-            f"--jobs = {work.jobs} distributes the patches of a [seal], and this scene has none; "
-            "leave it out, or start the command by mpirun"
+            f"jobs = {work.jobs} (--jobs) distributes the patches of a [seal], and this scene has "
+            "none; leave it out, or start the command by mpirun"
         )
 
 

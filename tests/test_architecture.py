@@ -12,10 +12,11 @@ import fem_seal
 LAYERS = """
 errors installed interrupts files tables registry digits grid leak_rate memory limits parallel
 beside progress units expression rarefied fluid flow_settings field_file gap_file
-surface contact scene new_scene
+surface contact
 fenicsx mesh film theory finite_difference network
 flow coupling
-points steps lifting sensitivity patch threshold grid_series area_error accuracy upscaling
+points scene new_scene shaped steps lifting sensitivity patch threshold grid_series area_error
+accuracy upscaling
 prediction quantities results
 render products solved sweep verification
 drawing exchange cli __main__

@@ -18,6 +18,7 @@ from test_listings import REFERENCE
 
 import fem_seal
 from fem_seal import cli
+from fem_seal.render.patch import OF_LIFTED_CONTACT
 from fem_seal.theory.closed_forms import piecewise_linear_channel
 
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # the defaults of fem-seal leak
@@ -99,6 +100,11 @@ def test_limit_is_reached(tmp_path, capsys, limit):
 
 def test_a_gas_has_no_assumed_viscosity(wedge, refused):
     assert "a gas needs its viscosity" in refused("leak", wedge, "--kind", "gas")
+
+
+def test_files_of_leak_need_a_folder(wedge, refused):
+    """Without one they would be left out without a word."""
+    assert "'pictures' of --products" in refused("leak", wedge, "--products", "leak_rate,pictures")
 
 
 def test_every_field_of_some_sections_is_an_option_of_leak(wedge, tmp_path):
@@ -224,7 +230,7 @@ def test_reference_scene_runs(tmp_path, capsys):
     smaller = ("--set", "surface.shape=[32, 32]", "--set", "surface.short_wavelength=8 um")
     products = 'output.products=["contact", "leak_rate", "pictures", "mesh"]'
     assert run("run", "reference.toml", *smaller, "--set", products, "--out", "out") == 0
-    pictures = ["contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png"]
+    pictures = [*OF_LIFTED_CONTACT]
     files = ["contact.npz", "flow.vtu", "result.json", *pictures]
     assert below(tmp_path / "out") == sorted(files)
     result = read_result(tmp_path / "out")

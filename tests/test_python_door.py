@@ -9,6 +9,7 @@ from PIL import Image
 from project import ROOT, scene_of_samples
 
 import fem_seal as fs
+from fem_seal.render.patch import OF_LIFTED_CONTACT
 from fem_seal.scene import Scene
 
 PAGE = (ROOT / "docs/guide/python.md").read_text(encoding="utf-8")
@@ -213,7 +214,7 @@ def test_pictures_at_a_prompt_are_those_of_a_run(tmp_path):
     shown = fs.pictures(solved)
     result = solved.save(tmp_path / "out")
     assert {f"{name}.png" for name in shown} == {n for n in result.files if n.endswith(".png")}
-    assert {"contact", "contact_pressure", "flow", "gap", "lift"} == set(shown)
+    assert {f"{name}.png" for name in shown} == {*OF_LIFTED_CONTACT}
     for name, picture in shown.items():
         assert picture._repr_png_().startswith(b"\x89PNG")
         assert picture.save(tmp_path / "copy.png").read_bytes() == picture.png

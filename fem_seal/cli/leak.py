@@ -7,7 +7,7 @@ import argparse
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from fem_seal.cli.options import add_command, add_for_programs, add_output
 from fem_seal.cli.printing import print_result, require_limit, run_and_print
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 SECTIONS = ("gap", "fluid", "flow", "limit", "output")
 # Options whose name is not that of the field.
 NAMES = {"gap.unit": "length-unit", "limit.leak_rate": "limit", "output.leak_rate_unit": "unit"}
+# The file is an argument, and no solid is bent by the fluid.
+NO_OPTIONS = ("gap.path", "flow.ambient_pressure", "flow.lift")
 DRIVES = ("pressure_drop", "inlet_pressure", "outlet_pressure")
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # assumed of a liquid if left out [Pa s], [Pa]
 
@@ -52,8 +54,14 @@ def _fields() -> Iterator[tuple[str, str, Any]]:
     for section in SECTIONS:
         for model in sections_in(Scene.model_fields[section].annotation):
             for key, field in model.model_fields.items():
-                if (name := f"{section}.{key}") != "gap.path":
+                if (name := f"{section}.{key}") not in NO_OPTIONS:
                     yield NAMES.get(name, key.replace("_", "-")), name, field
+
+
+def _literals(annotation: object) -> Iterator[object]:
+    """Values of the Literals in a nested annotation."""
+    for part in get_args(annotation):
+        yield from (part,) if get_origin(annotation) is Literal else _literals(part)
 
 
 def add_fields(command: argparse.ArgumentParser) -> None:
@@ -61,7 +69,10 @@ def add_fields(command: argparse.ArgumentParser) -> None:
     for option, name, field in _fields():
         default = "leak_rate" if name == "output.products" else field.default
         shown = "" if field.is_required() or default is None else f" ({default})"
-        text = f"{name}: {field.description}{shown}".replace("%", "%%")
+        choices = [str(value) for value in _literals(field.annotation)]
+        described = not choices or f'"{choices[0]}"' in field.description
+        listed = "" if described else f"; {', '.join(choices)}"
+        text = f"{name}: {field.description}{listed}{shown}".replace("%", "%%")
         command.add_argument(f"--{option}", dest=name, metavar="VALUE", help=text)
 
 
@@ -102,6 +113,9 @@ def _leak(options: argparse.Namespace) -> int:
     scene, assumed = _scene(options)
     if options.out is not None:
         return run_and_print(scene, options.out, options, head=assumed)
+    for product in ("pictures", "mesh"):
+        if product in scene.output.products:
+            raise InvalidInput(f"{product!r} of --products is written into a folder: give --out")
     require_limit(options, scene)
     with Display() as report:
         result = solve(scene, report).result()

@@ -134,15 +134,15 @@ def work_of(options: argparse.Namespace) -> "Work":
     return Work(options.jobs, memory=memory, **shared)
 
 
-def add_work(command: argparse.ArgumentParser, noun: str, default: int | None = 1) -> None:
-    """Add the options that distribute points over processes; a part is every N-th `noun`."""
+def add_work(command: argparse.ArgumentParser, default: int | None = 1) -> None:
+    """Add the options that distribute points over processes."""
     add_jobs(command, default=default)
     command.add_argument(
         "--part",
         type=part,
         default=(1, 1),
         metavar="K/N",
-        help=f"only every N-th {noun} from the K-th on, for job arrays (1/1)",
+        help="only share K of N of the work, for job arrays, such as 2/8 (1/1)",
     )
     command.add_argument(
         "--gather",

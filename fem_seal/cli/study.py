@@ -43,7 +43,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "fem-seal study trade demos/scenes/first.toml (fem-seal study trade --help says more)",
     )
     studies = command.add_subparsers(metavar="STUDY", required=True, parser_class=type(command))
-    of_method, grids = "method on a grid", "number of grids, each twice as fine"
+    grids = "number of grids, each twice as fine"
     cross = studies.add_parser(
         "cross-validation", help="every method on one gap over ever finer grids"
     )
@@ -56,17 +56,17 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         metavar="KEY=V1,V2,…",
         help="several gaps, as in fem-seal sweep: surface.seed=1..4, contact.pressure=1bar,2bar",
     )
-    add_work(cross, of_method)
+    add_work(cross)
     exact = studies.add_parser("exact", help="every method where the leak rate is known exactly")
     exact.set_defaults(command=_study, study=_exact)
     exact.add_argument("cases", nargs="*", metavar="CASE", help="exact cases by name (all)")
-    add_work(exact, of_method)
+    add_work(exact)
     trade = studies.add_parser(
         "trade", help="error against time of contact grids, methods and tolerances"
     )
     trade.set_defaults(command=_study, study=_trade)
     add_scene(trade)
-    add_work(trade, "contact grid")
+    add_work(trade)
     for study, default in ((cross, 3), (exact, 4)):
         study.add_argument(
             "--grids",
@@ -103,8 +103,11 @@ def _scene(options: argparse.Namespace, assignments: Sequence[str] = ()) -> "Sce
     from fem_seal.scene import Scene
 
     scene = Scene.from_file(options.scene, [*options.overrides, *assignments])
-    if scene.shape is not None:
-        raise InvalidInput("a study compares methods on grids; take [shape] out of the scene")
+    for name in ("shape", "seal"):
+        if getattr(scene, name) is not None:
+            raise InvalidInput(f"a study is of one patch on a grid; take [{name}] out of the scene")
+    if not scene.needs_flow:
+        raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")
     return scene
 
 
@@ -118,8 +121,6 @@ def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
     for values in points:
         assignments = [f"{key}={value}" for key, value in zip(keys, values, strict=True)]
         patch = Patch(_scene(options, assignments))
-        if not patch.scene.needs_flow:
-            raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")
         name = ", ".join(assignments)
         if not patch.sealed:
             gaps[name] = patch
@@ -175,8 +176,8 @@ def _cross_validation(options: argparse.Namespace) -> int:
     wrong = [row for row in rows if row.verdict == "disagrees"]
     for row in wrong:
         band = present(row.band, "band of an answer that disagrees")
-        where = f"{row.gap}: " if row.gap else ""
-        say(f"{where}{row.method} on {row.squares}: {row.value:.4e} ± {100 * band:.2g} % misses it")
+        where = f"{row.gap}: {row.method}" if row.gap else row.method
+        say(f"{where} on {row.squares}: {row.value:.4e} ± {100 * band:.2g} % is outside of that")
     say(f"{len(wrong)} of {len(rows)} numbers contradict the certified bounds")
     return 0
 

@@ -45,7 +45,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         metavar="TABLE.csv",
         help="in place of --vary: a head of keys, and a line for each point",
     )
-    add_work(command, "surface", default=None)
+    add_work(command, default=None)
     command.add_argument(
         "--picture",
         action="store_true",

@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import OTHER_FOLDER, InvalidInput
 from fem_seal.files.atomic import writing
 from fem_seal.files.owner import Owner, clear_abandoned, this_process
 
@@ -80,7 +80,7 @@ def _acquire(path: Path, shared: bool) -> int:
     holders = (f"process {owner.process} on {owner.host} since {at}" for owner, at in _living(path))
     raise InvalidInput(
         f"the folder {path.parent} is in use by {next(holders, 'another process')}; wait until it "
-        "has ended, or choose another --out"
+        f"has ended, or {OTHER_FOLDER}"
     )
 
 

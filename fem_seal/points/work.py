@@ -51,14 +51,15 @@ class Work:
     def __post_init__(self) -> None:
         (k, n), jobs = self.part, 1 if self.jobs is None else self.jobs
         if jobs < 1:
-            raise InvalidInput(f"--jobs = {self.jobs} must be at least 1")
+            raise InvalidInput(f"jobs = {self.jobs} must be at least 1 (--jobs)")
         if not 1 <= k <= n:
-            raise InvalidInput(f"--part = {k}/{n} must be K/N with 1 <= K <= N")
+            raise InvalidInput(f"part = {k}/{n} must be K/N with 1 <= K <= N (--part)")
         if self.memory is not None and self.memory <= 0:
-            raise InvalidInput(f"--memory = {self.memory / 1e9:g} GB must be above 0")
+            raise InvalidInput(f"memory = {self.memory / 1e9:g} GB must be above 0 (--memory)")
         if jobs > 1 and parallel.processes() > 1:
             raise InvalidInput(
-                "with --jobs each point is solved by one process; start the command without mpirun"
+                f"jobs = {jobs} (--jobs): each point is then solved by one process; start the "
+                "command without mpirun"
             )
 
     @property

@@ -21,11 +21,9 @@ from fem_seal.results.arrays import ContactArrays
 
 Pictures = dict[str, Callable[[Path], Path]]  # by the stems of their files
 SEAL_PICTURE = "seal.png"
-# Pictures that a run may draw.
-PICTURES = (
-    *("contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png"),
-    *(SEAL_PICTURE, "sensitivity.png", "shape.png"),
-)
+# Pictures that a run may draw: of a contact that the fluid lifts, and of other scenes.
+OF_LIFTED_CONTACT = ("contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png")
+PICTURES = (*OF_LIFTED_CONTACT, SEAL_PICTURE, "sensitivity.png", "shape.png")
 
 
 def draw_patch(patch: Patch, folder: Path) -> tuple[str, ...]:

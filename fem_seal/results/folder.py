@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 
-from fem_seal.errors import FemSealError, InvalidInput
+from fem_seal.errors import OR_OVERWRITE, OTHER_FOLDER, FemSealError, InvalidInput
 from fem_seal.files import locked_folder, staging_folder, to_disk, writing
 from fem_seal.results.arrays import CONTACT_FILE, FLOW_FILE
 from fem_seal.results.result import RESULT_FILE, Provenance, Result
@@ -58,7 +58,7 @@ class ResultFolder:
         """
         with writing(self.path):
             if self.path.exists() and not self.path.is_dir():
-                raise InvalidInput(f"the output folder {self.path} is a file; choose another --out")
+                raise InvalidInput(f"the output folder {self.path} is a file; {OTHER_FOLDER}")
         with ExitStack() as opening:
             opening.enter_context(locked_folder(self.path))
             with writing(self.path):
@@ -115,7 +115,7 @@ class ResultFolder:
             if path.parent == self.path and path.name in replaced:
                 raise InvalidInput(
                     f"the input {path} lies in the output folder and would be replaced; "
-                    "choose another --out"
+                    f"{OTHER_FOLDER}"
                 )
         if self._overwrite:
             return
@@ -123,16 +123,14 @@ class ResultFolder:
             if not Result.from_folder(self.path).provenance.same_scene(self._provenance):
                 kept = "; patches of the seal that fit are kept" * (self.path / PATCHES).is_dir()
                 raise InvalidInput(
-                    f"{self.path} holds the result of another scene; "
-                    f"choose another --out, or replace it with --overwrite{kept}"
+                    f"{self.path} holds the result of another scene; {OR_OVERWRITE}{kept}"
                 )
             return
         # Pictures and a mesh without a result come from `fem-seal mesh`, and may be replaced.
         for name in self._names.intersection((CONTACT_FILE, FLOW_FILE)):
             if (self.path / name).exists():
                 raise InvalidInput(
-                    f"{self.path} holds a file {name} that belongs to no result; "
-                    "choose another --out, or replace it with --overwrite"
+                    f"{self.path} holds a file {name} that belongs to no result; {OR_OVERWRITE}"
                 )
 
 

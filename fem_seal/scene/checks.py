@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 MOST = 1e100  # largest limit [m³/s]; finite in any unit
 # Products that a scene with [shape] does not have.
-OF_PERIODIC_CELLS = {"conductivity_tensor", "seal"}
+NOT_OF_SHAPES = {"conductivity_tensor", "seal", "sensitivity"}
 # Why a shape does not take these fields of [flow].
 _ON_SHAPES = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}
 _IN_WORDS = {
@@ -53,12 +53,12 @@ def _shape(scene: "Scene") -> Iterator[str]:
             "[accuracy] refines the grid of the contact, but a [shape] reads its gap at the "
             "vertices of a mesh that stays as it is; set flow.rtol, and compare meshes by mesh_size"
         )
-    unavailable = OF_PERIODIC_CELLS.intersection(scene.output.products)
+    unavailable = NOT_OF_SHAPES.intersection(scene.output.products)
     if unavailable:
-        available = sorted(set(get_args(Product)) - OF_PERIODIC_CELLS)
+        available = sorted(set(get_args(Product)) - NOT_OF_SHAPES)
         yield (
-            f"output.products names {min(unavailable)!r}, which only a periodic cell has, not a "
-            f"[shape]; choose from {', '.join(available)}"
+            f"output.products names {min(unavailable)!r}, which needs the grid of a contact and "
+            f"not a [shape]; choose from {', '.join(available)}"
         )
 
 
@@ -348,10 +348,10 @@ def _sensitivity(scene: "Scene") -> Iterator[str]:
     """The product "sensitivity" of a film that is no elastic contact under a load."""
     contact = scene.contact
     elastic = contact is not None and contact.is_elastic and contact.area_fraction is None
-    if "sensitivity" in scene.output.products and (not elastic or scene.shape is not None):
+    if "sensitivity" in scene.output.products and not elastic:
         yield (
-            "output.products names 'sensitivity', which is that of an elastic contact on its own "
-            "grid under contact.pressure or contact.mean_gap; leave it out, or give one of these"
+            "output.products names 'sensitivity', which is that of an elastic contact under "
+            "contact.pressure or contact.mean_gap; leave it out, or give one of these"
         )
 
 

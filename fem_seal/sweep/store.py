@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import OR_OVERWRITE, InvalidInput
 from fem_seal.files import create_text, write_text, writing
 from fem_seal.points import PointFolder
 from fem_seal.results.result import Provenance
@@ -35,21 +35,17 @@ class SweepFolder(PointFolder[Point]):
         path = self.path / ORIGIN_FILE
         if not path.exists() and (self.path / TABLE_FILE).exists():
             raise InvalidInput(
-                f"{self.path} holds a {TABLE_FILE} without {ORIGIN_FILE}; choose another --out, "
-                "or use --overwrite"
+                f"{self.path} holds a {TABLE_FILE} without {ORIGIN_FILE}; {OR_OVERWRITE}"
             )
         origin = origin.model_copy(update={"scene": {**origin.scene, "vary": list(self.keys)}})
         create_text(path, origin.model_dump_json(indent=2) + "\n")
         try:
             before = Provenance.model_validate_json(path.read_bytes())
         except (OSError, ValidationError):
-            raise InvalidInput(
-                f"{self.path} holds a damaged sweep; choose another --out, or use --overwrite"
-            ) from None
+            raise InvalidInput(f"{self.path} holds a damaged sweep; {OR_OVERWRITE}") from None
         if not before.same_scene(origin):
             raise InvalidInput(
-                f"{self.path} holds the sweep of another scene or of other fields; "
-                "choose another --out, or replace it with --overwrite"
+                f"{self.path} holds the sweep of another scene or of other fields; {OR_OVERWRITE}"
             )
 
     def clear(self) -> None:

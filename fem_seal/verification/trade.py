@@ -306,8 +306,8 @@ def _advice(result: Trade, target: float) -> str:
     prefix = f"for {100 * target:g} %"
     accurate = [point for point in result.points if point.total_error <= target]
     if not accurate:
-        least = min(result.points, key=lambda point: point.total_error)
-        return f"{prefix}: nothing tried here; the best is {_describe(least)}"
+        best = _describe(min(result.points, key=lambda point: point.total_error))
+        return f"{prefix}: no setting tried is that accurate; the most accurate is {best}"
     cheapest = min(accurate, key=lambda point: point.seconds)
     certified = [point for point in accurate if point.certified]
     if not certified:

@@ -12,9 +12,9 @@ from rough_gaps import FLUID
 
 from fem_seal.contact import press
 from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.film.shaped import shaped_film
 from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.scene.shape import Strip
+from fem_seal.shaped import shaped_film
 from fem_seal.surface import Spectrum, self_affine
 
 L = 100e-6

@@ -7,8 +7,8 @@ from mesh_files import CELLS, CORNERS, EDGES, scene_of, write_msh
 from project import write_toml
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.film.shaped import shaped_film
 from fem_seal.scene import Scene
+from fem_seal.shaped import shaped_film
 
 
 def gap_of(path, **fields):

@@ -262,7 +262,7 @@ BAD = {
         "shape.gap=1 & flow.sides=periodic": "flow.sides = 'periodic' is for a gap on a grid",
         "shape.gap=1 & flow.representation=constant": "'constant' is for a gap",
         "shape.gap=1 & flow.method=finite-difference": "'finite-difference' needs a grid",
-        "shape.gap=1 & output.products=['conductivity_tensor']": "only a periodic cell has",
+        "shape.gap=1 & output.products=['conductivity_tensor']": "needs the grid of a contact",
         "shape.gap=1 & accuracy.total=0.1": "set flow",
         "shape.kind=ring & shape.gap=1": "'ring' is not allowed; choose from 're",
         "shape.kind= & shape.gap=1": "shape.kind is missing; choose from 'rectangle' or 'strip' or",

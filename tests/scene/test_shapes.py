@@ -10,13 +10,13 @@ from fem_seal import run
 from fem_seal.cli import main
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.film import GridFilm
-from fem_seal.film.shaped import shaped_film
 from fem_seal.flow import Limits
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.results import Result, read_flow
 from fem_seal.scene import Scene
+from fem_seal.shaped import shaped_film
 from fem_seal.solved import solve
 from fem_seal.theory.closed_forms import disc_array
 

@@ -471,7 +471,7 @@ def test_jobs_without_a_seal_are_refused(tmp_path, capsys):
     path = write_toml(tmp_path / "scene.toml", scene_of_samples(16))
     out = tmp_path / "out"
     assert cli.main(["run", str(path), "--out", str(out), "--jobs", "2"]) == 2
-    assert "--jobs = 2 distributes the patches of a [seal]" in capsys.readouterr().err
+    assert "jobs = 2 (--jobs) distributes the patches of a [seal]" in capsys.readouterr().err
     assert not out.exists()
 
 

@@ -99,7 +99,7 @@ def test_recommendation():
     assert half.startswith("for 50 %: contact on 8 x 8, adaptive: about 1 s and 100 MB")
     assert "without bounds of its own" in half
     assert fifth.startswith("for 20 %: contact on 8 x 8, adaptive: about 3 s")
-    assert "nothing tried here" in tenth
+    assert "no setting tried is that accurate" in tenth
     assert "contact grid 10 %, flow 1 %" in tenth
     _, only, *_ = recommend(Trade((cheap,), 1.0, 0.01))
     assert only.startswith("for 20 %: only without bounds")
