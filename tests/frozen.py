@@ -114,7 +114,7 @@ def answer(name: str, scene: Path, folder: Path) -> dict:
     if name == "sweep":
         fractions = [("0.05",), ("0.2",), ("0.5",)]
         table = sweep(scene, (("contact.area_fraction",), fractions), folder).table
-        return {"points": [point.numbers for point in table]}
+        return {"points": [point.row for point in table]}
     result = run(Scene.from_file(scene), folder)
     words: dict[str, list[str]] = {}
     for label, text in summary_of(result):

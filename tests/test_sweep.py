@@ -16,7 +16,7 @@ from fem_seal.solved import solve
 from fem_seal.steps import FLOWS
 from fem_seal.sweep import sweep
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import COLUMNS, UNSETTLED, Point, _numbers
+from fem_seal.sweep.point import UNSETTLED, Point
 from fem_seal.sweep.store import SweepFolder
 
 LEFT = {"points", "sweep.csv", "sweep.json"}
@@ -33,11 +33,10 @@ def run(*arguments):
 
 def test_an_infinite_end_survives_its_file(tmp_path):
     """The upper end of a film that may lift off; null in its place would mean "not known"."""
-    numbers = dict.fromkeys(COLUMNS) | {"together.lower": 1e-12, "together.upper": inf}
     folder = SweepFolder(tmp_path / "sweep", ("flow.rtol",))
-    folder.write("a" * 32, Point(("0.1",), numbers))
+    folder.write("a" * 32, Point(("0.1",), False, "", together_lower=1e-12, together_upper=inf))
     read = SweepFolder(tmp_path / "sweep", ("flow.rtol",)).point("a" * 32)
-    assert read.number("together.upper") == inf
+    assert read.together_upper == inf
 
 
 def test_rows_are_those_of_single_runs(scene_file, tmp_path):
@@ -102,7 +101,7 @@ def test_each_window_of_the_map_has_its_own_contact(tmp_path):
     windows = [(f"['{side}', '{side}']",) for side in windows]
     for point in sweep(path, (("seal.window",), windows), tmp_path / "out").table:
         alone = Patch(Scene.from_file(path, [f"seal.window={point.values[0]}"]))
-        assert point.number("mean_gap") == pytest.approx(alone.film.mean_gap, rel=1e-12, abs=0)
+        assert point.mean_gap == pytest.approx(alone.film.mean_gap, rel=1e-12, abs=0)
 
 
 def recording(method, calls):
@@ -258,14 +257,14 @@ def test_an_unsettled_point_has_a_range_and_no_leak_rate(small_scene):
     small_scene["contact"] = {"pressure": "0.15 MPa"}
     small_scene["flow"] |= {"method": "adaptive", "rtol": 0.5}
     result = solve(Scene.from_mapping(small_scene)).result()
-    settled = dict(_numbers(result))
-    assert settled["state"] == "leaking"
-    assert settled["lower"] < settled["leak_rate"] < settled["upper"]
+    settled = Point.of((), result)
+    assert settled.state == "leaking"
+    assert settled.lower < settled.leak_rate < settled.upper
     moving = result.model_copy(update={"lift": result.lift.model_copy(update={"settled": False})})
-    numbers = dict(_numbers(moving))
-    assert numbers["state"] == UNSETTLED
-    assert [numbers[key] for key in ("leak_rate", "lower", "upper")] == [None] * 3
-    assert numbers["together.upper"] == result.headline.upper
+    point = Point.of((), moving)
+    assert point.state == UNSETTLED
+    assert (point.leak_rate, point.lower, point.upper) == (None, None, None)
+    assert point.together_upper == result.headline.upper
 
 
 def test_equal_points_are_one(tmp_path, capsys):

@@ -102,16 +102,12 @@ def _sweep(options: argparse.Namespace) -> int:
 
 def _summary(point: "Point") -> str:
     """One line about a point."""
-    numbers = point.numbers
-    if not numbers["state"]:
-        return f"no result: {numbers['reason']}"
-    part = present(point.number("contact_area_fraction"), "contact area")
-    area = f"{100 * part:.3g} % in contact"
-    if "seal.patches_along" in numbers:
+    if point.state is None:
+        return f"no result: {point.reason}"
+    area = f"{100 * present(point.contact_area_fraction, 'contact area'):.3g} % in contact"
+    if "seal.patches_along" in point.further:
         area += " in the first patch"
-    if not numbers["converged"]:
+    if not point.converged:
         area += ", not converged"
-    state, decision = numbers["state"], numbers["decision"]
-    words = f"{state}" if decision in (state, None) else f"{state}, {decision}"
-    rate = f", {numbers['headline']}" if "headline" in numbers else ""
-    return f"{words}{rate}, {area}"
+    decision = None if point.decision == point.state else point.decision
+    return ", ".join(filter(None, (point.state, decision, point.headline, area)))

@@ -56,12 +56,12 @@ def _bar(point: Point) -> tuple[float, float, float] | None:
     has not settled has its range with all counted errors, 0 and infinite if open, and stands in the
     middle of that, or at the end that is not open.
     """
-    if point.numbers["state"] == UNSETTLED:
-        lower, upper = (point.number(f"together.{end}") for end in ("lower", "upper"))
-        ends = lower or 0.0, np.inf if upper is None else upper
+    if point.state == UNSETTLED:
+        upper = point.together_upper
+        ends = point.together_lower or 0.0, np.inf if upper is None else upper
         known = [end for end in ends if 0 < end < np.inf]
         return (geometric_mean(known), *ends) if known else None
-    value, lower, upper = map(point.number, ("leak_rate", "lower", "upper"))
+    value, lower, upper = point.leak_rate, point.lower, point.upper
     if value is None or not 0 < value < np.inf:
         return None
     return (value, value, value) if lower is None or upper is None else (value, lower, upper)
@@ -115,7 +115,7 @@ def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, flo
         Curve(label, tuple((at, Group((), tuple(of_place[at]))) for at in sorted(of_place)))
         for label, of_place in of_label.items()
     ]
-    settled = (point for point in table if point.numbers["state"] != UNSETTLED)
+    settled = (point for point in table if point.state != UNSETTLED)
     if not any(map(_bar, settled)):
         raise NotDrawn("no point of the sweep leaks: there is nothing to draw")
     return curves
@@ -148,7 +148,7 @@ def draw_curves(axes: "Axes", curves: Sequence[Curve], *, joined: bool) -> None:
                 value, lower, upper = bar
                 # An open end reaches as far as the axis.
                 span = max(lower, ends[0]), min(upper, ends[1])
-                face = "white" if point.numbers["state"] == UNSETTLED else None
+                face = "white" if point.state == UNSETTLED else None
                 axes.vlines(place, *span, color=f"C{number}", linewidth=0.8)
                 axes.plot(place, value, f"C{number}{MARKERS[number]}", ms=4.0, mfc=face)
     for end, (state, outwards) in enumerate(zip(STRIPS, (1 / margin, margin), strict=True)):
@@ -177,7 +177,7 @@ def draw_curves(axes: "Axes", curves: Sequence[Curve], *, joined: bool) -> None:
 def _caption(curves: Sequence[Curve]) -> str:
     """Text on the meaning of lines, bars and markers."""
     points = [point for curve in curves for _, point in curve.points]
-    settled = [p for p in points if p.numbers["state"] != UNSETTLED]
+    settled = [p for p in points if p.state != UNSETTLED]
     widest = max(relative_half_width(*bar[1:]) for point in settled if (bar := _bar(point)))
     words = [f"bars: bounds, ±{per_cent(widest)} at most" if widest else "without bounds"]
     groups = [group for curve in curves for _, group in curve.groups]

@@ -20,7 +20,7 @@ from fem_seal.tables import leaves
 
 Number = str | float | int | bool | None
 
-# Columns that every point has, empty where the scene does not give them. SI units.
+# Columns that every row has, empty where the scene does not give them.
 COLUMNS = (
     *("state", "decision", "leak_rate", "lower", "upper", "together.lower", "together.upper"),
     *("contact_area_fraction", "mean_gap", "mean_pressure", "certificate"),
@@ -38,25 +38,80 @@ _FILES = ("mesh", "pictures")
 
 @dataclass(frozen=True)
 class Point:
-    """A finished point."""
+    """A finished point, in SI units; None where its scene does not give the number."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 (pydantic reads it)
 
     values: tuple[str, ...]  #: values of the axes, as text
-    numbers: dict[str, Number]  #: by column; those of COLUMNS first
+    converged: bool  #: whether it has a result, and no limit cut its computation short
+    reason: str  #: why it has not converged, else empty
+    state: str | None = None  #: None if it has no result
+    decision: str | None = None
+    leak_rate: float | None = None
+    lower: float | None = None  #: lower and upper bound of the flow
+    upper: float | None = None
+    together_lower: float | None = None  #: with all counted errors
+    together_upper: float | None = None
+    contact_area_fraction: float | None = None
+    mean_gap: float | None = None
+    mean_pressure: float | None = None
+    certificate: float | None = None
+    unknowns: int | None = None
+    seconds: float | None = None
+    peak_memory_bytes: int | None = None
+    headline: str | None = None
+    #: all other numbers and texts of result.json, by names such as gas.mass_rate.value
+    further: dict[str, Number] = field(default_factory=dict)
     again: bool = False  #: whether the cause of its failure may be gone in the next sweep
     version: str = __version__  #: of fem_seal
     finished: str = field(default_factory=lambda: datetime.now(UTC).isoformat())
 
-    def number(self, column: str) -> float | None:
-        """Number in a column; None if it is empty."""
-        value = self.numbers[column]
-        return value if isinstance(value, int | float) else None
+    @classmethod
+    def of(cls, values: tuple[str, ...], result: Result) -> "Point":
+        """Point of a result.
+
+        The leak rate of the last pass of contact and flow, which have not settled, is none of the
+        point: its range stands in together_lower and together_upper.
+        """
+        # State and decision are those of the seal as well.
+        leak = result.leak_rate if result.seal is None else result.seal.leak_rate
+        head, unsettled = result.headline, result.lift is not None and not result.lift.settled
+        if unsettled:
+            leak = None
+        rest = result.model_dump(exclude=_LEFT_OUT.union(COLUMNS))
+        quantities = rest.pop("quantities", None) or {}
+        return cls(
+            values,
+            result.converged,
+            result.reason,
+            state=UNSETTLED if unsettled else result.state,
+            decision=result.verdict.decision if result.verdict else None,
+            leak_rate=leak.value if leak else None,
+            lower=leak.lower if leak else None,
+            upper=leak.upper if leak else None,
+            together_lower=head.lower if head else None,
+            together_upper=head.upper if head else None,
+            contact_area_fraction=result.contact_area_fraction,
+            mean_gap=result.mean_gap,
+            mean_pressure=result.mean_pressure,
+            certificate=result.certificate,
+            unknowns=result.unknowns,
+            seconds=result.seconds["total"],
+            peak_memory_bytes=result.peak_memory_bytes,
+            headline=head.sentence if head else None,
+            further={
+                name: part
+                for name, part in leaves(rest | quantities)
+                if part is not None and isinstance(part, Number)
+            },
+        )
 
     @property
-    def converged(self) -> bool:
-        """Whether the point has a result, and no limit cut its computation short."""
-        return self.numbers["converged"] is True
+    def row(self) -> dict[str, Number]:
+        """Cells by column: those of COLUMNS, then those that this scene gives beside them."""
+        cells = {column: getattr(self, column.replace(".", "_")) for column in COLUMNS}
+        words = {} if self.headline is None else {"headline": self.headline}
+        return cells | words | self.further
 
 
 def numbers_only(scene: Scene) -> Scene:
@@ -100,45 +155,11 @@ class ScenePoint(Task[Point]):
                 handed_on.follow(solved.patch)
             else:
                 solved = solve(scene, report, trust=self.trust, comm=comm)
-            return Point(self.values, dict(_numbers(solved.result())))
+            return Point.of(self.values, solved.result())
         except NotConverged as error:
             return failed(self.values, str(error))
 
 
 def failed(values: tuple[str, ...], reason: str, *, again: bool = False) -> Point:
     """Row of a point that has no numbers, and which the next sweep may try again."""
-    one_line = " ".join(reason.split())
-    empty: dict[str, Number] = dict.fromkeys(COLUMNS)
-    return Point(values, empty | {"converged": False, "reason": one_line}, again)
-
-
-def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
-    """Columns of a result: those of COLUMNS, then all other numbers and texts that it has.
-
-    The leak rate of the last pass of contact and flow, which have not settled, is none of the
-    point: its range stands in together.lower and together.upper.
-    """
-    # State and decision are those of the seal as well.
-    leak = result.leak_rate if result.seal is None else result.seal.leak_rate
-    head, unsettled = result.headline, result.lift is not None and not result.lift.settled
-    if unsettled:
-        leak = None
-    own = {
-        "state": UNSETTLED if unsettled else result.state,
-        "decision": result.verdict.decision if result.verdict else None,
-        "leak_rate": leak.value if leak else None,
-        "lower": leak.lower if leak else None,
-        "upper": leak.upper if leak else None,
-        "together.lower": head.lower if head else None,
-        "together.upper": head.upper if head else None,
-        "seconds": result.seconds["total"],
-    }
-    for name in COLUMNS:
-        yield name, own[name] if name in own else getattr(result, name)
-    if head is not None:
-        yield "headline", head.sentence
-    rest = result.model_dump(exclude=_LEFT_OUT.union(COLUMNS))
-    quantities = rest.pop("quantities", None) or {}
-    for name, part in leaves(rest | quantities):
-        if part is not None and isinstance(part, Number):
-            yield name, part
+    return Point(values, False, " ".join(reason.split()), again=again)

@@ -59,7 +59,7 @@ class SweepFolder(PointFolder[Point]):
     def load(self, path: Path) -> Point:
         """Read the file of a point."""
         point = super().load(path)
-        if len(point.values) != len(self.keys) or not set(COLUMNS) <= set(point.numbers):
+        if len(point.values) != len(self.keys):
             raise ValueError("a point of another sweep")
         return point
 
@@ -100,9 +100,8 @@ class SweepFolder(PointFolder[Point]):
         files = (path.name for path in self.folder.iterdir())
         return {name.removesuffix(".json") for name in files if _POINT_FILE.fullmatch(name)}
 
-    def _table(self, rows: list[Point]) -> str:
-        columns = dict.fromkeys(COLUMNS)
-        for row in rows:
-            columns.update(dict.fromkeys(row.numbers))
-        lines = ((*row.values, *map(row.numbers.get, columns)) for row in rows)
+    def _table(self, points: list[Point]) -> str:
+        rows = [point.row for point in points]
+        columns = dict.fromkeys([*COLUMNS, *(column for row in rows for column in row)])
+        lines = ((*p.values, *map(row.get, columns)) for p, row in zip(points, rows, strict=True))
         return csv_text((*self.keys, *columns), lines)

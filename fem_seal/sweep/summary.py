@@ -32,15 +32,12 @@ class Group:
         Points that failed, or whose contact and flow have not settled, have none.
         """
         known = {"sealed": 0.0, "lifted off": np.inf}
-        rates = [
-            known.get(str(point.numbers["state"]), point.number("leak_rate") or None)
-            for point in self.points
-        ]
+        rates = [known.get(str(point.state), point.leak_rate or None) for point in self.points]
         return np.array([rate for rate in rates if rate is not None])
 
     def count(self, state: str) -> int:
         """Number of points in a state."""
-        return sum(point.numbers["state"] == state for point in self.points)
+        return sum(point.state == state for point in self.points)
 
     @property
     def left_out(self) -> int:

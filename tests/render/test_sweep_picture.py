@@ -1,12 +1,14 @@
 """The picture of a sweep: every point is in it, its bounds and names where they can be read."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from fem_seal.errors import InvalidInput
 from fem_seal.sweep import picture
-from fem_seal.sweep.point import UNSETTLED, Point
+from fem_seal.sweep.point import UNSETTLED, Point, failed
 from fem_seal.sweep.summary import COLUMNS, groups
 
 PRESSURE, SEED, RTOL = "contact.pressure", "surface.seed", "flow.rtol"
@@ -14,7 +16,7 @@ PRESSURE, SEED, RTOL = "contact.pressure", "surface.seed", "flow.rtol"
 
 def point(*values, leak=None, lower=None, upper=None, state=None):
     state = state or ("leaking" if leak else "sealed")
-    return Point(values, {"state": state, "leak_rate": leak, "lower": lower, "upper": upper})
+    return Point(values, True, "", state, leak_rate=leak, lower=lower, upper=upper)
 
 
 FALLING = tuple(
@@ -47,7 +49,7 @@ def test_line_and_bars_are_leak_rates_and_bounds():
     assert line.get_linestyle() == "-"
     np.testing.assert_allclose(line.get_xdata(), [0.1, 0.2, 0.3])
     np.testing.assert_allclose(line.get_ydata(), [1e-14, 1e-16, 1e-19])
-    ends = [[p.numbers["lower"], p.numbers["upper"]] for p in FALLING]
+    ends = [[p.lower, p.upper] for p in FALLING]
     np.testing.assert_allclose(bars(axes), ends)
     assert axes.get_yscale() == "log"
 
@@ -61,7 +63,7 @@ def test_the_bar_of_a_lower_bound_of_zero_reaches_to_the_edge():
 def test_sealed_points_stand_below_the_others_under_no_number():
     axes = drawn((PRESSURE,), (*FALLING, SEALED))
     cross = next(line for line in axes.lines if line.get_marker() == "x")
-    below = min(p.numbers["lower"] for p in FALLING)
+    below = min(p.lower for p in FALLING)
     assert cross.get_xdata() == [0.4]
     assert axes.get_ylim()[0] < cross.get_ydata()[0] < below
     ticks = [*axes.get_yticks(), *axes.get_yticks(minor=True)]
@@ -70,11 +72,11 @@ def test_sealed_points_stand_below_the_others_under_no_number():
 
 def test_points_lifted_off_stand_above_the_others_under_no_number():
     off = [point("0.05 MPa", str(k), state="lifted off") for k in (1, 2)]
-    table = [Point((*p.values, str(k)), p.numbers) for p in FALLING for k in (1, 2)]
+    table = [replace(p, values=(*p.values, str(k))) for p in FALLING for k in (1, 2)]
     axes = drawn((PRESSURE, SEED), [*off, *table])
     mark = next(line for line in axes.lines if line.get_marker() == "^")
     assert mark.get_xdata() == [0.05]
-    assert max(p.numbers["upper"] for p in FALLING) < mark.get_ydata()[0] < axes.get_ylim()[1]
+    assert max(p.upper for p in FALLING) < mark.get_ydata()[0] < axes.get_ylim()[1]
     assert max([*axes.get_yticks(), *axes.get_yticks(minor=True)]) < mark.get_ydata()[0]
     assert {"lifted\noff", "2 of 2\n"} <= {text.get_text() for text in axes.texts}
 
@@ -94,9 +96,7 @@ def test_over_seeds_the_line_is_the_median():
 
 
 def unsettled(*values, lower, upper):
-    ends = {"together.lower": lower, "together.upper": upper}
-    empty = dict.fromkeys(("leak_rate", "lower", "upper"))
-    return Point(values, {"state": UNSETTLED} | empty | ends)
+    return Point(values, False, "", UNSETTLED, together_lower=lower, together_upper=upper)
 
 
 def test_points_that_have_not_settled_are_open_and_no_median_counts_them():
@@ -108,9 +108,7 @@ def test_points_that_have_not_settled_are_open_and_no_median_counts_them():
         unsettled("0.1 MPa", str(3 + k), lower=low, upper=high)
         for k, (low, high) in enumerate(ranges)
     ]
-    table += [
-        Point(("0.1 MPa", "6"), dict.fromkeys(("state", "leak_rate", "lower", "upper")))
-    ]  # it failed
+    table += [failed(("0.1 MPa", "6"), "")]  # it failed
     axes = drawn((PRESSURE, SEED), table)
     markers = [line for line in axes.lines if line.get_markerfacecolor() == "white"]
     heights = [line.get_ydata()[0] for line in markers]

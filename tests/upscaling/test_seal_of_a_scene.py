@@ -28,7 +28,7 @@ from fem_seal.results.words import first_sentence, summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.surface import resample
-from fem_seal.sweep.point import Point, _numbers
+from fem_seal.sweep.point import Point
 from fem_seal.sweep.summary import COLUMNS, Group
 from fem_seal.units import StatedRate
 from fem_seal.upscaling import StraightPath
@@ -298,10 +298,8 @@ def test_a_sweep_of_seals_has_their_leak_rates():
     """In the row, in the statistics over seeds, and in the line for people."""
     result, _ = entries(gas(slip=False))
     leak = result.seal.leak_rate
-    point = Point(("1",), dict(_numbers(result)))
-    assert [point.number(name) for name in ("leak_rate", "lower", "upper")] == [
-        *(leak.value, leak.lower, leak.upper)
-    ]
+    point = Point.of(("1",), result)
+    assert (point.leak_rate, point.lower, point.upper) == (leak.value, leak.lower, leak.upper)
     row = dict(zip(COLUMNS, Group((), (point, point)).row(), strict=True))
     assert (row["leaking"], row["sealed"], row["median"]) == (2, 0, leak.value)
     assert result.headline.sentence in _summary(point)
