@@ -28,9 +28,29 @@ _LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK")
 LONGEST_PAUSE = 0.01  # [s] between two looks of a process that waits for the first
 
 
-@cache
+_by_itself = False  # whether this process solves without the others, as a worker of many points
+
+
+@contextmanager
+def by_itself() -> Iterator[None]:
+    """Let this process solve without the others of its run, with a PETSc of its own."""
+    global _by_itself
+    start_petsc(alone())
+    before, _by_itself = _by_itself, True
+    try:
+        yield
+    finally:
+        _by_itself = before
+
+
 def _world() -> "MPI.Comm | None":
-    """Communicator of all processes, None if there is only one."""
+    """Communicator of all processes of this run, None if there is only one."""
+    return None if _by_itself else _started()
+
+
+@cache
+def _started() -> "MPI.Comm | None":
+    """Communicator of all processes that mpirun has started, None if there is only one."""
     if not any(name in os.environ for name in _LAUNCHERS):
         return None
     from mpi4py import MPI
@@ -80,7 +100,9 @@ def communicator(comm: Comm = None) -> "MPI.Comm":
     """Communicator for a solver: the given one, or that of all processes of this run."""
     from mpi4py import MPI
 
-    return MPI.COMM_WORLD if comm is None else comm
+    if comm is not None:
+        return comm
+    return MPI.COMM_SELF if _by_itself else MPI.COMM_WORLD
 
 
 def processes(comm: Comm = None) -> int:
@@ -101,7 +123,9 @@ def cores() -> int:
     """
     stated = os.environ.get("OMP_NUM_THREADS", "")
     limit = int(stated) if stated.isdecimal() and int(stated) else sys.maxsize
-    return max(1, min(usable_cores() // (_sharing or processes()), limit))
+    started = _started()
+    share = _sharing or (1 if started is None else started.size)
+    return max(1, min(usable_cores() // share, limit))
 
 
 def usable_cores() -> int:

@@ -109,7 +109,7 @@ def _finite_elements(
     def progress(level: Level) -> None:
         report("flow", f"{level.unknowns} unknowns, ±{per_cent(level.half_width)}")
 
-    return leak_rate(film, settings, progress=progress, comm=parallel.communicator(comm))
+    return leak_rate(film, settings, progress=progress, comm=comm)
 
 
 def _finite_differences(

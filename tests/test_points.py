@@ -90,10 +90,14 @@ from pathlib import Path
 from mpi4py import MPI
 from mpi4py.futures import MPICommExecutor
 from fem_seal.sweep import Work, combinations, sweep
+from fem_seal.verification.cross_validation import StudiedGap, compare
+from fem_seal.verification.exact_cases import CASES
 
 def compute(executor):
     points = combinations("surface.seed=1..3", "contact.area_fraction=0.1,0.2")
     sweep(Path("scene.toml"), points, Path("mpi"), work=Work(executor=executor))
+    gap = StudiedGap.of_case(CASES["series-channel"], [8])
+    assert compare([gap], ("adaptive",), work=Work(executor=executor))
 
 if __name__ == "__main__":
     with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:

@@ -9,7 +9,6 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
-from fem_seal.parallel import alone, communicator
 from fem_seal.surface import Spectrum, self_affine
 
 # All results are ratios, in which these values cancel.
@@ -76,11 +75,10 @@ def at_area(surface: GridField, model: str, area_fraction: float) -> GapState:
 
 
 def certified(gap: GridField, rtol: float, field: bool = False) -> LeakRate:
-    """Leak rate with bounds, computed by this process alone."""
+    """Leak rate with bounds."""
     from fem_seal.flow import FlowSettings, leak_rate
 
     return leak_rate(
         GridFilm(gap, sides=SIDES),
         FlowSettings(viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, rtol=rtol, field=field),
-        comm=communicator(alone()),
     )

@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fem_seal.fenicsx import MPI, explained_compilation
+from fem_seal import parallel
+from fem_seal.fenicsx import explained_compilation
 from fem_seal.film.law import CUBE, leak_rate_of_square, mean_pressure_law
 from fem_seal.film.winding import periodic_sites, widest_winding
 from fem_seal.flow.adapt import refined
@@ -38,7 +39,7 @@ def conductivity_tensor(
     limits: Limits | None = None,
     progress: Callable[[int, float], None] | None = None,
     tuning: Tuning | None = None,
-    comm: MPI.Comm = MPI.COMM_WORLD,
+    comm: parallel.Comm = None,
 ) -> TensorBounds:
     """Effective conductivity tensor K* of a gap that is periodic in both directions.
 
@@ -65,7 +66,7 @@ def conductivity_tensor(
     tuning
         Parameters that change the cost of the bounds, never their validity.
     comm
-        All its ranks must call this together, with the same gap.
+        All its ranks must call this together, with the same gap; all of this run if left out.
     """
     require_positive(viscosity=viscosity, rtol=rtol)
     sites = periodic_sites(gap, representation)
@@ -86,7 +87,8 @@ def conductivity_tensor(
     represented = REPRESENTATIONS[representation](
         scaled, tuning.cut * narrowest, tuning.floor * narrowest, width, law=law
     )
-    stopping = Stopping(Tolerance(rtol), limits, USUAL_GROWTH, narrowest, comm)
+    processes = parallel.communicator(comm)
+    stopping = Stopping(Tolerance(rtol), limits, USUAL_GROWTH, narrowest, processes)
     strategy = Strategy(
         rtol=rtol, every_dual=stopping.doubtful, max_unknowns=limits.unknowns, tuning=tuning
     )

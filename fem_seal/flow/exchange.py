@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal import parallel
 from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import (
-    MPI,
     MeshTags,
     cell_dofs,
     cell_facets,
@@ -147,7 +147,7 @@ class FlowFunctions:
     facet_tags: MeshTags | None
 
 
-def flow_functions(field: FlowField, comm: MPI.Comm = MPI.COMM_WORLD) -> FlowFunctions:
+def flow_functions(field: FlowField, comm: parallel.Comm = None) -> FlowFunctions:
     """Interpolate the fields of a flow onto a DOLFINx mesh.
 
     Parameters
@@ -155,9 +155,9 @@ def flow_functions(field: FlowField, comm: MPI.Comm = MPI.COMM_WORLD) -> FlowFun
     field
         Field of a `leak_rate` whose settings have `field=True`, the same on every rank.
     comm
-        The ranks over which the mesh is distributed.
+        The ranks over which the mesh is distributed; all of this run if left out.
     """
-    msh = create_triangle_mesh(comm, field.points, field.cells)
+    msh = create_triangle_mesh(parallel.communicator(comm), field.points, field.cells)
     linear = functionspace(msh, ("Lagrange", 1))
     vertices, dofs = cell_vertices(msh), cell_dofs(linear, 3)
     gap, pressure = fem.Function(linear, name="gap"), fem.Function(linear, name="pressure")

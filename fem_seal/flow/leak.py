@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_seal import parallel
 from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, MeshFilm, require_film
@@ -39,7 +40,7 @@ def leak_rate(
     every_dual: bool = False,
     tuning: Tuning | None = None,
     start: Start | None = None,
-    comm: MPI.Comm = MPI.COMM_WORLD,
+    comm: parallel.Comm = None,
     keep: Callable[[MeshedFlow], None] | None = None,
 ) -> LeakRate:
     """Leak rate of a film with guaranteed bounds, refined until they agree.
@@ -65,7 +66,7 @@ def leak_rate(
         Mesh and functions to begin with, those of the flow through another film on one grid; for
         the adaptive method.
     comm
-        All its ranks must call this together, with the same film.
+        All its ranks must call this together, with the same film; all of this run if left out.
     keep
         Called with the flow on the last mesh, for starts and bounds of other films on the same
         grid; not called if a limit ends the refinement between two meshes.
@@ -92,7 +93,7 @@ def leak_rate(
     criterion: Tolerance | Decision = Tolerance(settings.rtol)
     if decide is not None:
         criterion = Decision(decide, units.rate, settings.margin)
-    stopping = _stopping(film, criterion, settings, comm)
+    stopping = _stopping(film, criterion, settings, parallel.communicator(comm))
     # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
     strategy = Strategy(
         uniform=method == "uniform",

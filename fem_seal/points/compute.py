@@ -45,6 +45,11 @@ def compute_points(
     The chains are those of all parts. `name` is that of the points in the progress, `each` what one
     is expected to take, by which `work.jobs_for` decides. `comm` computes them, `work.comm` if left
     out.
+
+    Raises
+    ------
+    MissingPackage, InvalidInput
+        As of `compute_chain`.
     """
     k, n = work.part
     comm = work.comm if comm is None else comm
@@ -107,6 +112,15 @@ def compute_chain(
     """Compute the points of a chain that its folder does not hold, `comm` together.
 
     Returns the errors of points that failed.
+
+    Raises
+    ------
+    MissingPackage
+        If no point can be computed on this machine.
+    InvalidInput
+        If the folder cannot be written.
+    MemoryError, OSError
+        If several processes compute together, and one of them runs out of memory or cannot read.
     """
     handed_on = chain.begin()
     failures: Failures = {}
@@ -132,9 +146,8 @@ def compute_chain(
 
 def compute_alone(chain: Chain) -> Failures:
     """Compute a chain in a worker, which solves without the other processes."""
-    comm = parallel.alone()
-    parallel.start_petsc(comm)
-    return compute_chain(chain, comm=comm)
+    with parallel.by_itself():
+        return compute_chain(chain)
 
 
 def under(head: str, report: Report) -> Report:

@@ -49,6 +49,11 @@ def farm(
         Most memory of all processes together [bytes]; what the machine has if left out.
     need
         Memory that a process is expected to need [bytes].
+
+    Raises
+    ------
+    Exception
+        The first error that `compute` raises; the other processes are ended.
     """
     context = multiprocessing.get_context("forkserver")
     with _environment() as environment:

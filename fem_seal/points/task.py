@@ -50,6 +50,9 @@ class StudyTask(Task[Point]):
     arguments: tuple[Any, ...]
 
     def compute(self, handed_on: Any, report: Report, comm: Comm) -> Point:
-        """Call the function, which reports no stages; nothing is handed on."""
+        """Call the function, which reports no stages; nothing is handed on.
+
+        `comm` is that of all processes, or of a worker by itself: None stands for it in both.
+        """
         report("computing", "")
         return self.function(*self.arguments)

@@ -107,7 +107,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
         rtol=flow.rtol,
         limits=flow.limits,
         progress=progress,
-        comm=parallel.communicator(patch.comm),
+        comm=patch.comm,
     )
     return ConductivityTensor.of(bounds)
 

@@ -1,7 +1,7 @@
 """One point of a sweep: its numbers, and the name of the file that keeps them."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from hashlib import sha256

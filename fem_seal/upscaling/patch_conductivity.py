@@ -251,7 +251,7 @@ class LoadedPatch:
             film,
             settings,
             progress=progress,
-            comm=parallel.communicator(self.patch.comm),
+            comm=self.patch.comm,
             start=start,
             keep=keep if nearby else None,
         )

@@ -26,7 +26,7 @@ from fem_seal.grid import GridField
 from fem_seal.grid_series import LEAST_SAMPLES, OnGrid, grid_error
 from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
-from fem_seal.parallel import Comm, communicator
+from fem_seal.parallel import Comm
 from fem_seal.patch import Known, Patch
 from fem_seal.points import Task, Work, points_of
 from fem_seal.progress import Report, silent
@@ -229,7 +229,7 @@ def _warm_up(comm: Comm) -> None:
     leak_rate(
         GridFilm(GridField(np.ones((8, 8)), (1.0, 1.0))),
         FlowSettings(1.0, 1.0),
-        comm=communicator(comm),
+        comm=comm,
     )
 
 
