@@ -378,11 +378,13 @@ def test_strict(wedge, factor, status, capsys):
 
 
 def test_result_keeps_scene_and_command_as_written(small_scene, tmp_path):
-    """With comments and spaces of the scene file, and the settings of the command line."""
-    path = write_toml(tmp_path / "a.toml", small_scene)
-    text = "# my seal\n" + path.read_text()
-    path.write_text(text)
-    command = ["run", str(path), "--set", "output.products=['contact']", "--out", "out"]
+    """With comments and spaces of the scene file, which is read once, as from a pipe."""
+    text = "# my seal\n" + write_toml(tmp_path / "a.toml", small_scene).read_text()
+    reader, written = os.pipe()
+    os.write(written, text.encode())
+    os.close(written)
+    path = f"/dev/fd/{reader}"
+    command = ["run", path, "--set", "output.products=['contact']", "--out", "out"]
     assert run(*command) == 0
     provenance = read_result(tmp_path / "out")["provenance"]
     assert provenance["scene_text"] == text

@@ -40,10 +40,11 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
+    from fem_seal.scene.files import scene_text
 
-    scene = Scene.from_file(options.scene, options.overrides)
+    text = scene_text(options.scene)
+    scene = Scene.from_text(text, options.scene, options.overrides)
     out = options.out or default_folder(options.scene, options.overrides)
-    text = options.scene.read_text(encoding="utf-8-sig")
     return run_and_print(
         scene, out, options, trust=options.trust, work=work_of(options), scene_text=text
     )

@@ -11,14 +11,18 @@ MOST_DOTS = 2000
 DEEPEST = 10  # tables and lists inside each other; scenes need four
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read the tables of a TOML file; raise InvalidInput if it is missing or not TOML."""
+def scene_text(path: Path) -> str:
+    """Text of a scene file; InvalidInput if it cannot be read."""
     try:
-        text = path.read_text(encoding="utf-8-sig")  # some editors begin with a byte order mark
+        return path.read_text(encoding="utf-8-sig")  # some editors begin with a byte order mark
     except UnicodeDecodeError:
         raise _no_scene(path, "it is not UTF-8 text") from None
     except OSError as error:
         raise InvalidInput(f"cannot read the scene file {path}: {error.strerror}") from None
+
+
+def tables_of(text: str, path: Path) -> dict[str, Any]:
+    """Tables of the text of a TOML file; InvalidInput if it is not TOML."""
     lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
     if (dots := sum(line.count(".") for line in lines)) > MOST_DOTS:
         raise _no_scene(path, f"{dots} dots outside comments; a scene has few")

@@ -11,7 +11,7 @@ from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Drive, Slip
 from fem_seal.scene.checks import check
-from fem_seal.scene.files import override, read_toml, replaced
+from fem_seal.scene.files import override, replaced, scene_text, tables_of
 from fem_seal.scene.fluid import Fluid
 from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.messages import explain
@@ -84,8 +84,12 @@ class Scene(Section):
         InvalidInput
             A sentence for each error: the field, its value and what is allowed.
         """
-        path = Path(path)
-        data = read_toml(path)
+        return cls.from_text(scene_text(Path(path)), Path(path), overrides)
+
+    @classmethod
+    def from_text(cls, text: str, path: Path, overrides: Iterable[str] = ()) -> "Scene":
+        """Check the text of a scene file that has been read; see `from_file`."""
+        data = tables_of(text, path)
         for assignment in overrides:
             data = override(data, assignment)
         return cls.from_mapping(data, folder=path.parent, source=str(path))

@@ -15,6 +15,7 @@ from fem_seal.prediction import predicted
 from fem_seal.progress import Report, silent
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
+from fem_seal.scene.files import scene_text
 from fem_seal.sweep.axis import Points
 from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.sweep.point import Point, ScenePoint, digest_or_none, failed, name_of, numbers_only
@@ -80,9 +81,9 @@ def sweep(
     tasks_of: dict[str, ScenePoint] = {}
     digest_of = cache(digest_or_none)  # for this sweep: the next one may find another file
     equal = []
-    keys = points[0]
+    keys, text = points[0], scene_text(path)
     for values in points[1]:
-        scene = Scene.from_file(path, [*overrides, *map("{}={}".format, keys, values)])
+        scene = Scene.from_text(text, path, [*overrides, *map("{}={}".format, keys, values)])
         require_trusted(scene, trust)
         label = ", ".join(map("{}={}".format, keys, values))
         task = ScenePoint(name_of(scene, digest_of), label, values, scene, trust)
