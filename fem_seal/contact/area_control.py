@@ -83,8 +83,10 @@ def _trial(
 ) -> tuple[float, np.ndarray, int]:
     """Area under a pressure, only as exact as needed to tell on which side it misses.
 
-    Returns the area, the last iterate's pressure (nx, ny) up to a factor, and the iterations. From
-    a uniform pressure the contact shrinks: its area still loses about the certificate.
+    Returns the area, the last iterate's pressure (nx, ny) up to a factor, and the iterations, also
+    at the limit of iterations: the area only leads to the next pressure, and no contact is returned
+    that `under_pressure` has not solved. From a uniform pressure the contact shrinks: its area
+    still loses about the certificate.
     """
     method, problem_start = METHODS[stopping.solver], pair.loaded(pressure, start)
     limit = stopping.max_iterations or method.max_iterations

@@ -11,6 +11,7 @@ from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
 from fem_seal.coupling.constants import FIRST_NODES
+from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -47,6 +48,10 @@ class LiftProblem:
     #: conductance [m³], as of `FilmPressure`, of a film that counts as sealed: its stages end early
     negligible: float = 0.0
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
+
+    def __post_init__(self) -> None:
+        if not self.inlet > self.outlet:
+            raise Inconsistent(f"pressures of a lift: {self.inlet} Pa to {self.outlet} Pa")
 
     @cached_property
     def solid(self) -> HalfSpace:

@@ -160,16 +160,15 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
     used = used[:: -(-len(used) // SAMPLE)]
     readings: list[tuple[int, int, Layout]] = []
     for layout in LAYOUTS:
-        rows = [row for row in map(layout.row, used) if _is_data(row)]
+        rows = [cells for cells in map(layout.cells, used) if _is_data(layout.numbers(cells))]
         # A separator at the end of every line begins no column.
         lengths = Counter(
-            len(row) for row in rows if width in (None, len(row), len(row) - (row[-1] != row[-1]))
+            len(cells) for cells in rows if width in (None, len(cells), _filled(cells))
         )
         if not lengths:
             continue
         length, frequency = max(lengths.items(), key=lambda item: (item[1], item[0]))
-        ends = {row[-1] == row[-1] for row in rows if len(row) == length}
-        empty = layout.separator is not None and length > 1 and True not in ends
+        empty = not any(cells[-1] for cells in rows if len(cells) == length)
         if width in (None, length - empty):
             readings.append((frequency, length - empty, layout))
     if not readings:
@@ -192,6 +191,11 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
     return layout, columns
 
 
+def _filled(cells: Sequence[str]) -> int:
+    """Number of cells without an empty one at the end."""
+    return len(cells) - (not cells[-1])
+
+
 def _is_data(row: Sequence[float | None]) -> bool:
     """Whether a line holds numbers and marks of missing points alone."""
     return None not in row and any(number == number for number in row)
@@ -204,12 +208,14 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
     rows: list[np.ndarray] = []
     numbers_of_lines: list[int] = []
     for k, line in enumerate(lines, 1):
-        if not line.strip():
+        cells = layout.cells(line)
+        # Tabs alone are a row of missing points in a matrix, and nothing in a list of x, y, height.
+        row_of_tabs = layout.separator == "\t" and len(cells) >= columns > FEWEST
+        if not line.strip() and not row_of_tabs:
             continue
         if is_comment(line):
             header.append(line)
             continue
-        cells = layout.cells(line)
         if len(cells) == columns + 1 and not cells[-1]:
             cells.pop()
         row = layout.numbers(cells)

@@ -58,7 +58,8 @@ KEPT = 1 << 25
 class LoadedPatch:
     """A patch of an elastic contact on a grid under any net load, each computed once.
 
-    The flow at each load is solved to a multiple of `rtol`. The load of the scene is not used.
+    The flow at each load is solved to a multiple of `rtol`. The load of the scene is not used. As
+    `Patch` it keeps what it has computed, and so is not frozen.
     """
 
     def __init__(self, patch: Patch, rtol: float):

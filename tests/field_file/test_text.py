@@ -263,11 +263,15 @@ def test_points_in_any_order_and_rounded(tmp_path):
     np.testing.assert_allclose(field.spacing, (1e-6 / 3, 1e-6 / 3), rtol=1e-3)
 
 
-def test_first_row_without_any_point(tmp_path):
-    """It is no header: the map keeps its number of lines."""
+@pytest.mark.parametrize("where", [np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]])
+def test_a_row_or_column_without_any_point(tmp_path, where):
+    """It is no header and no end of the lines: the map keeps its shape."""
     values = HEIGHTS.copy()
-    values[0] = np.nan
-    for missing, separator in (("***", " "), ("", ";")):
+    values[where] = np.nan
+    cases = [("***", " "), ("NaN", ","), ("NaN", "\t"), ("", ";"), ("", "\t")]
+    for missing, separator in cases:
+        if missing == "" and where == np.s_[:, -1]:
+            continue  # a separator at the end of every line begins no column
         (tmp_path / "a.txt").write_text(matrix(separator, missing=missing, values=values))
         field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
         np.testing.assert_allclose(field.values, values * 1e-6, rtol=1e-15)
