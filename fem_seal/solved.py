@@ -81,7 +81,15 @@ class Solved:
         if limit is not None:
             stated, allowed = limit.leak_rate, limit.volume_rate(scene.drive)
         advice = None if seal is None else seal_advice(self.patch, seal, self.budget)
-        return verdict(self.leak_rate, shown_in(scene), stated, allowed, self.budget, advice)
+        return verdict(
+            self.leak_rate,
+            shown_in(scene),
+            stated,
+            allowed,
+            self.budget,
+            advice,
+            by_total=scene.total_error is not None,
+        )
 
     @property
     def flows(self) -> list[LeakRate | ConductivityTensor]:

@@ -42,7 +42,6 @@ OPENS = {
 NEGLIGIBLE = 1e-4
 NOT_KNOWN = "errors of the inputs"  # name of the entry without factors
 TINY = 1e-9  # least part of the load that counts as left to the solid
-LOADS = ("contact.pressure", "seal.line_load")
 STIFFNESSES = ("solid.youngs_modulus", "solid.contact_modulus", "heights")
 
 
@@ -164,15 +163,21 @@ def input_shares(
     ln f is interpolated between those of the three leak rates that are not 0, linearly in ln x.
     Where the fluid carries a part of the load, x has the part that is left to the solid.
     """
+    under_cylinder = scene.seal is not None and scene.seal.line_load is not None
 
     def laws(factors: dict[str, float]) -> tuple[float, float]:
-        """Logarithms of x and of Δp s³/η, over those of the scene, with factors on the inputs."""
+        """Logarithms of x and of Δp s³/(η L), over those of the scene, with factors on the inputs.
+
+        L is the leak path: under a cylinder it is the line load over the mean pressure.
+        """
         other = scene.scaled(factors)
         drop = other.drive.pressure_drop / scene.drive.pressure_drop
-        load = prod(factors.get(name, 1.0) for name in LOADS) - carried * drop
-        x = max(load, TINY) / (1 - carried) / prod(factors.get(name, 1.0) for name in STIFFNESSES)
+        pressed = 1.0 if scene.contact is None else other.load.value / scene.load.value
+        path = factors.get("seal.line_load", 1.0) / pressed if under_cylinder else 1.0
+        load = max(pressed - carried * drop, TINY)
+        x = load / (1 - carried) / prod(factors.get(name, 1.0) for name in STIFFNESSES)
         s = factors.get("heights", 1.0)
-        return log(x), log(drop * s**3 * scene.viscosity / other.viscosity)
+        return log(x), log(drop * s**3 * scene.viscosity / other.viscosity / path)
 
     points: dict[float, float] = {}  # the ends last: they replace the scene where x is the same
     for factors, flow in (({}, leak), (_ends(scene, 1), opened), (_ends(scene, -1), closed)):

@@ -59,12 +59,15 @@ def verdict(
     limit_solved: float | None,
     budget: ErrorBudget = (),
     advice: str | None = None,
+    *,
+    by_total: bool = False,
 ) -> Verdict:
     """Compare the leak rate with all counted errors with a limit.
 
     With a limit, in the unit of the scene and as a leak rate that is solved for [m³/s], the leak
     rate must have bounds; the entry "flow" of the budget gives them. The advice is for an undecided
-    verdict; left out, it is a tolerance of the flow.
+    verdict; left out, it is a tolerance of the flow, or a total error if `by_total`, where the
+    scene sets one.
     """
     head, rest = headline(leak, budget, shown), beside_flow(budget)
     names = [entry.name for entry in rest if entry.kind == "not covered"]
@@ -101,7 +104,7 @@ def verdict(
         fixed = tuple(entry for entry in others if not entry.per_rtol)
         per_rtol = sum(entry.per_rtol for entry in others)
         needed = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
-        advice = _advice(leak, *needed, limit_solved, fixed)
+        advice = _advice(leak, *needed, limit_solved, fixed, by_total)
     per_cent = 100 / limit_solved
     share = ends_words(low and per_cent * low, high and per_cent * high)
     share = f"{share} % of the " if share else ""
@@ -144,10 +147,12 @@ def _advice(
     unknowns: int | None,
     limit: float,
     rest: ErrorBudget,
+    by_total: bool,
 ) -> str:
     """Advice for an undecided verdict: a setting that might decide it, or why none can.
 
-    `rest` are the entries that flow.rtol does not narrow.
+    `rest` are the entries that flow.rtol does not narrow. A scene with a total error, `by_total`,
+    takes no flow.rtol.
     """
     low, high = leak.bounds
     if low == 0:
@@ -156,17 +161,19 @@ def _advice(
             "max_seconds, max_memory)"
         )
     counted = [entry for entry in rest if entry.counted]
-    if CONTACT_GRID in {entry.key for entry in counted} <= {CONTACT_GRID, CONTACT_AREA}:
-        # A total error chooses flow.rtol itself.
-        total = expm1(abs(log(limit / sqrt(low * high))))
+    value = sqrt(low * high)
+    others = [entry for entry in counted if entry.key not in (CONTACT_GRID, CONTACT_AREA)]
+    if by_total or (CONTACT_GRID in {entry.key for entry in counted} and not others):
+        # A total error chooses flow.rtol itself; it covers neither inputs nor slip.
+        factor = combined(others)[value < limit]
+        total = expm1(abs(log(limit / value)) - abs(log(factor))) if factor else 0.0
         if LEAST_RTOL < total < 1:
             return f"accuracy.total = {total:.2g} might decide"
-    value = sqrt(low * high)
     inputs = next((entry for entry in counted if entry.key == INPUTS), None)
     sides = [(e.lower, e.upper)[value < limit] for e in counted if e is not inputs]
     if inputs is not None and None not in sides:
         return _narrower(inputs, value, limit, combined(rest))
-    if rtol is not None and unknowns is not None:
+    if rtol is not None and unknowns is not None and not by_total:
         return f"flow.rtol = {rtol:.2g} might decide, with about {in_digits(unknowns, 2)} unknowns"
     if open_entries(rest):
         return _sentences(open_entries(rest))
@@ -189,7 +196,7 @@ def _narrower(
         if 0 < excess < own:
             needed = rounded_down(100 * part * (1 - excess / own), 2)
             return f"{name} to ±{needed} % in place of ±{in_digits(100 * part, 2)} % might decide"
-    return f"no smaller tolerance of {name} alone decides, and it matters most"
+    return f"no smaller tolerance of {name} alone decides, the input that matters most"
 
 
 def open_entries(rest: ErrorBudget) -> list[Uncertainty]:

@@ -35,10 +35,10 @@ SLIP = Uncertainty("slip", "not covered", "the gas slips", 1.0, None, caution=Tr
 MODEL = Uncertainty("model", "not covered", "Reynolds")
 
 
-def judged(limit, *entries, leak=LEAK):
-    return verdict(
-        leak, SHOWN, StatedRate.parse(f"{limit} m^3/s"), limit, (flow_entry(leak), *entries)
-    )
+def judged(limit, *entries, leak=LEAK, by_total=False):
+    budget = flow_entry(leak), *entries
+    stated = StatedRate.parse(f"{limit} m^3/s")
+    return verdict(leak, SHOWN, stated, limit, budget, by_total=by_total)
 
 
 def test_products_enclose_errors_of_any_dependence():
@@ -130,6 +130,11 @@ def test_what_would_decide_with_other_factors():
     assert f"; flow.rtol = {advised:.2g} might decide" in judged(2.4e-10, computed).sentence
     # The contact grid's part is narrowed by a smaller total error: ln(1 + total) = ln(2.4/2).
     assert "accuracy.total = 0.2 might decide" in judged(2.4e-10, GRID).sentence
+    # A scene with a total error takes no flow.rtol, and its total error leaves out other errors.
+    kinetic = Uncertainty("slip", "estimated", "the gas slips", 0.9, 1.1)
+    total = 2.4 / 2 / 1.1 - 1
+    advised = judged(2.4e-10, GRID, kinetic, by_total=True).sentence
+    assert f"accuracy.total = {total:.2g} might decide" in advised
 
 
 def test_a_sealed_gap_that_may_open():

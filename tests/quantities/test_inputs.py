@@ -233,3 +233,35 @@ def test_a_corner_that_has_not_settled_counts_with_its_range(monkeypatch, most):
     assert entry(solved).lower == 0
     upper = None if most == inf else pytest.approx(most / solved.leak_rate.value)
     assert entry(solved).upper == upper
+
+
+def test_shares_under_a_cylinder():
+    """The contact pressure is as √(w E*), and the leak path as √(w/E*): K = s³/x⁵ by hand."""
+    known = {"line_load": "10 %"}, {"contact_modulus": "20 %"}
+    seal = {"circumference": "1 m", "pressure_profile": "hertz", "line_load": "100 N/m"}
+    pressed = scene(DRY).with_(
+        {
+            "contact.pressure": None,
+            "flow.lift": None,
+            "seal": seal | {"cylinder_radius": "5 mm"},
+            "output.products": ["seal"],
+            "tolerances": {"seal": known[0], "solid": known[1], "heights": "5 %"},
+        }
+    )
+
+    def log_rate(w=1.0, E=1.0, s=1.0):
+        return 3 * log(s) - 5 * log((w * E) ** 0.5 / (E * s)) - log((w / E) ** 0.5)
+
+    ends = {
+        "seal.line_load": ("w", 0.1),
+        "solid.contact_modulus": ("E", 0.2),
+        "heights": ("s", 0.05),
+    }
+    opened, closed = (
+        np.exp(log_rate(1 - end * 0.1, 1 + end * 0.2, 1 + end * 0.05)) for end in (1, -1)
+    )
+    rates = (LeakRate("leaking", "adaptive", rate) for rate in (1.0, closed, opened))
+    shares = input_shares(pressed, *rates, 0.0)
+    for name, (letter, part) in ends.items():
+        change = log_rate(**{letter: 1 + part}) - log_rate(**{letter: 1 - part})
+        assert shares[name] == pytest.approx(abs(change), rel=1e-12)
