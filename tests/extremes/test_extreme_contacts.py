@@ -8,8 +8,6 @@ from fem_seal.contact import bearing, press
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
-pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
-
 E_STAR = 1e7  # Pa
 TOLERANCE = 1e-6  # of the contact's certificate, the default
 ROUGH = rough_surface((32, 32), long=16)

@@ -15,8 +15,6 @@ from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
 from fem_seal.grid import GridField
 
-pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
-
 WIDE = np.arange(8) % 4 < 2  # stripes of K = 1; the others have 1/contrast
 
 

@@ -12,8 +12,6 @@ from fem_seal.flow.marking import Tuning
 from fem_seal.grid import GridField
 from fem_seal.limits import Limits
 
-pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
-
 
 def frozen(values, folder):
     copy = values.copy()

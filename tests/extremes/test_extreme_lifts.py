@@ -8,8 +8,6 @@ from lifted_scenes import scene
 from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
 
-pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
-
 LOAD = 1.5e5  # Pa, what solid and fluid carry together
 
 

@@ -51,16 +51,6 @@ def test_helix_on_the_torus_winds_both_ways():
     assert not winds(mask, "4", axis=1, periodic=(False, True))
 
 
-def test_ring_does_not_wind():
-    mask = np.zeros((8, 8), bool)
-    mask[2:6, 2:6] = True
-    mask[3:5, 3:5] = False
-    for shift in range(8):
-        ring = np.roll(mask, (shift, 3), (0, 1))
-        assert not winds(ring, "8", axis=0)
-        assert not winds(ring, "8", axis=1)
-
-
 def gap(rows, periodic=False):
     return GridField(np.array(rows, dtype=float), (1e-6, 1e-6), periodic)
 
@@ -87,25 +77,6 @@ def test_channel_through_the_seam():
     assert np.array_equal(GridFilm(gap(vertices), "periodic").carrying, vertices > 0)
 
 
-def test_pockets_and_bays_of_one_end_carry_no_flow():
-    h = np.zeros((7, 9))
-    h[:, 1] = 1  # channel
-    h[3, 2] = 1  # dead end of the channel: connected to both ends, stays
-    h[:3, 5] = 1  # bay of the inlet
-    h[4, 7] = 1  # pocket
-    flow = GridFilm(gap(h), "wall", "constant").carrying
-    expected = np.zeros_like(h, dtype=bool)
-    expected[:, 1] = expected[3, 2] = True
-    assert np.array_equal(flow, expected)
-
-
-def test_carrying_has_the_shape_of_the_samples():
-    h = np.ones((4, 6))
-    assert GridFilm(gap(h, True), "periodic").carrying.shape == (5, 7)
-    assert GridFilm(gap(h, True)).carrying.shape == (5, 7)
-    assert GridFilm(gap(h, True), "periodic", "constant").carrying.shape == (4, 6)
-
-
 def test_periodic_sides_need_matching_columns():
     rng = np.random.default_rng(0)
     with pytest.raises(InvalidInput, match="periodic"):
@@ -119,15 +90,6 @@ def test_bad_choices_and_negative_gaps():
         GridFilm(gap([[1.0]]), "wall", "cubic")
     with pytest.raises(InvalidInput, match="negative"):
         GridFilm(gap([[1.0, -1e-9]]))
-
-
-def test_a_slot_winds_along_one_axis_only():
-    values = np.zeros((8, 10))
-    values[:, 3:5] = np.linspace(1, 2, 8)[:, None]
-    gap = GridField(values, (1.0, 1.0), periodic=True)
-    for representation in ("linear", "constant"):
-        assert widest_winding(gap, representation, axis=0) == 1.0
-        assert widest_winding(gap, representation, axis=1) == 0.0
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])

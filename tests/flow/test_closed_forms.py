@@ -12,8 +12,6 @@ from fem_seal.flow import Limits
 from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.grid import GridField
 
-pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
-
 UNKNOWNS = 1500  # the most of a mesh
 
 ASPECTS = [1e-6, 1.0, 1e6]

