@@ -72,9 +72,9 @@ def test_room_for_a_drop():
 
 
 def exact_tensor(e_b, e_c, b, c):
-    """Resistivity at a contact vertex from energies: (1/|T|) Σ E_ij e_i e_j, in 60 digits."""
+    """Resistivity at a contact vertex from energies: (1/|T|) Σ E_ij e_i e_j, in 40 digits."""
     mp = pytest.importorskip("mpmath")
-    with mp.workdps(60):
+    with mp.workdps(40):
         (bx, by), (cx, cy) = (tuple(map(mp.mpf, e)) for e in (e_b, e_c))
         b, c, m = mp.mpf(b), mp.mpf(c), 4
         d, twice = (cx - bx, cy - by), abs(bx * cy - by * cx)
@@ -88,7 +88,7 @@ def exact_tensor(e_b, e_c, b, c):
                 products = [x * y for x, y in zip(vector(*u, t), vector(*v, t), strict=True)]
                 return sum(products) / (b + (c - b) * t) ** 3
 
-            # The pole of a gap that falls to less than half lies well outside: 30 digits or more.
+            # The pole of a gap that falls to less than half lies well outside: 25 digits or more.
             return mp.quad(density, [0, 0.5, 1]) / ((2 * m - 3) * twice)
 
         E_bb, E_bc, E_cc = energy((1, 0), (1, 0)), energy((1, 0), (0, 1)), energy((0, 1), (0, 1))

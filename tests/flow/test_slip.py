@@ -122,8 +122,8 @@ def test_without_slip_and_with_next_to_none(representation):
     """B → 0 is the gas without slip, whose bounds come from the plain cube."""
     gap = np.random.default_rng(2).random((9, 9)) - 0.1
     gap = np.maximum(gap, 0)
-    plain = mass_bounds(gap, None, representation)[1:]
-    slipping = mass_bounds(gap, Slip(2.0, 1.0, 1e-12), representation)[1:]
+    plain = mass_bounds(gap, None, representation, rtol=0.1)[1:]
+    slipping = mass_bounds(gap, Slip(2.0, 1.0, 1e-12), representation, rtol=0.1)[1:]
     # The constriction's 6 Kn is below 1e-11; the solves stop at relative energy errors of 1e-8.
     assert slipping == pytest.approx(plain, rel=1e-7)
 
@@ -171,7 +171,7 @@ def test_wedge(law, B, p_out, shape):
         film, spacing = MeshFilm(mesh, 1.0 - 0.9 * mesh.xy[:, 0]), None
     else:
         film, spacing = np.repeat(np.linspace(1.0, 0.1, 7)[:, None], 4, axis=1), (1 / 6, 1 / 3)
-    found, lower, upper = mass_bounds(film, slip, "linear", spacing, rtol=0.01)
+    found, lower, upper = mass_bounds(film, slip, "linear", spacing, rtol=0.03)
     # The kinks of c cost the integrator digits.
     assert lower <= exact * (1 + 1e-6)
     assert upper >= exact * (1 - 1e-6)
