@@ -112,7 +112,7 @@ def refuse_too_large(size: float, what: str, available: float | None = None) -> 
     if size > available:
         raise InvalidInput(
             f"{what} would take {size / 1e9:.3g} GB of memory, and {available / 1e9:.3g} GB are "
-            "available; crop or resample it"
+            "available; take fewer samples, or crop the map"
         )
 
 

@@ -15,12 +15,12 @@ from fem_seal.field_file.profiles import holds_profiles, read_profiles
 from fem_seal.field_file.read import HEIGHT_NAMES, TEXT_ENDINGS, read_recorded
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text_table import is_text
-from fem_seal.scene import Scene
+from fem_seal.scene import FileSurface, Scene
 from fem_seal.surface import levelled_map, longest_wavelength, outliers
 from fem_seal.surface.windows import WAVES
 
 COMMENT_COLUMN = 32
-MOST_FILLED = 0.1  # the default of surface.max_missing
+MOST_FILLED = FileSurface.model_fields["max_missing"].default
 LONGEST, MOST_LINES = 90, 20  # characters of a line, and lines, of the header that are quoted
 FEW_SAMPLES = 512  # samples along a side of a map whose contact takes about a minute
 TEXT = (".txt", ".csv", *TEXT_ENDINGS)
@@ -135,7 +135,11 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
     if missing + spikes:
         lines.append(_line("fill", '"harmonic"', f"{missing + spikes} points are missing"))
     if part > MOST_FILLED:
-        lines.append(_line("max_missing", f"{np.ceil(20 * part) / 20:g}", "more than 0.1: a crop?"))
+        lines.append(
+            _line(
+                "max_missing", f"{np.ceil(20 * part) / 20:g}", f"more than {MOST_FILLED:g}: a crop?"
+            )
+        )
     if not recorded.periodic:
         comment = "a measured map does not repeat; the contact needs a cell that does"
         lines.append(_line("make_periodic", '"mirror"', comment))

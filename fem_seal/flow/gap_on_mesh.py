@@ -355,7 +355,7 @@ class ConstantGap(GapOnMesh):
         coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)
         place = averages.Place.of(xy.take(coarse, axis=1))
         mean_K[coarse], mean_inverse_K[coarse] = self._above_pixel.lookup(place)
-        blocked, most = np.isinf(mean_inverse_K), self.ceiling**3
+        blocked, most = np.isinf(mean_inverse_K), self.law.above.of_gap(self.ceiling)
         isotropic = np.where(blocked, 0.0, np.maximum(mean_inverse_K, 1 / most))
         none = np.zeros((len(mean_K), 3), dtype=bool)
         return CellData(none, blocked, none, most < mean_K, mean_K, isotropic[:, None] * ISOTROPIC)

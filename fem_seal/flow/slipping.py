@@ -172,6 +172,7 @@ class _Estimate:
         """The ln w of a minimum, from a start; sharper and sharper smooth maxima in turn."""
         end = start
         for sharpness in _SHARPNESS:
+            # Any w bounds the flow: a search that ends early leaves the bound a little wider.
             end = minimize(self._smooth, end, (sharpness,), "L-BFGS-B", jac=True).x
         return end
 

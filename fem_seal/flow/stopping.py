@@ -31,10 +31,10 @@ def out_of_reach(history: ConvergenceHistory, rtol: float, growth: float) -> str
     only as a logarithm. The measured order p of width ~ unknowns^-p over the last sixteenfold
     growth distinguishes the two.
 
-    `history` holds unknowns and relative width of the bounds of each mesh, `growth` is the usual
-    growth of the unknowns from mesh to mesh. Where a mesh grows faster, it has been refined along
-    lines before a solve could tell which of them matter: the history must then be as many meshes
-    long as sixteenfold growth usually takes.
+    `history` holds the vertices of each mesh, nearly its unknowns, and the relative width of its
+    bounds; `growth` is the usual growth from mesh to mesh. Where a mesh grows faster, it has been
+    refined along lines before a solve could tell which of them matter: the history must then be as
+    many meshes long as sixteenfold growth usually takes.
     """
     unknowns, width = history[-1]
     meshes = round(np.log(LONG) / np.log(growth))

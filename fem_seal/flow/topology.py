@@ -166,16 +166,16 @@ def dual_numbering(
     blocked cell are one unknown (true dual); otherwise they are free (regularised dual, in which
     blocked cells conduct a little).
     """
-    pairs = patch_ties(mesh, data, kept, merge_blocked) + mesh.wall_ties()
-    patch = components(np.concatenate(pairs), len(mesh.xy))
+    pairs = spot_ties(mesh, data, kept, merge_blocked) + mesh.wall_ties()
+    spot = components(np.concatenate(pairs), len(mesh.xy))
     near, far, jump = _across(mesh)
-    unwound = unwind(patch[near], patch[far], jump, int(patch.max()) + 1)
-    of_cell = patch.take(mesh.cells.compress(kept, axis=0))
+    unwound = unwind(spot[near], spot[far], jump, int(spot.max()) + 1)
+    of_cell = spot.take(mesh.cells.compress(kept, axis=0))
     label = unwound.root[of_cell]
     live = np.zeros(len(unwound.root), dtype=bool)
     live[label.compress(~data.blocked[kept], axis=0) if merge_blocked else label] = True
     # ψ is defined up to a constant: pin it on the walls, or on any one spot.
-    live[live.argmax() if mesh.periodic else unwound.root[patch[near[0]]]] = False
+    live[live.argmax() if mesh.periodic else unwound.root[spot[near[0]]]] = False
     of_corner, count = numbered(label, live)
     # Use the smallest integer type that holds the offsets.
     smallest = np.min_scalar_type(-1 - int(np.abs(unwound.offset).max()))
@@ -195,7 +195,7 @@ def _across(mesh: AnyMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return near, far, np.ones((len(far), 1), dtype=int)
 
 
-def patch_ties(
+def spot_ties(
     mesh: AnyMesh, data: CellContact, kept: np.ndarray, merge_blocked: bool
 ) -> list[np.ndarray]:
     """Pairs (n, 2) of vertices with the same stream function; see `dual_numbering`."""

@@ -96,10 +96,12 @@ def _resolved(patch: Patch) -> Uncertainty:
     if state.state == "lifted off":
         load = _pressure(present(patch.mean_pressure, "load"))
         inlet = _pressure(patch.scene.gauge_pressures[0])
-        sentence = (
-            f"the fluid carries the whole load of {load}: no equilibrium keeps the solids "
-            f"together; under any load above the inlet's pressure, {inlet}, they touch"
+        why = (
+            f"the fluid carries the whole load of {load}: no equilibrium keeps the solids together"
         )
+        if patch.mean_pressure == 0:
+            why = "no load presses the solids together, and the fluid lifts them off"
+        sentence = f"{why}; under any load above the inlet's pressure, {inlet}, they touch"
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0, caution=True)
     if not state.converged:
         lower = state.lowest / value if value else 1.0

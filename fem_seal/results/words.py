@@ -228,10 +228,12 @@ def constriction_words(tightest: Constriction) -> str:
 
 def threshold_words(threshold: Threshold) -> str:
     """Pressures and contact areas between which the contact seals."""
-    areas = f"A/A0 = {threshold.area_leaking:.4g} and {threshold.area_sealed:.4g}"
+    leaking, sealed = (f"{a:.4g}" for a in (threshold.area_leaking, threshold.area_sealed))
+    areas = f"A/A0 = {leaking} and {sealed}"
     if threshold.pressure_sealed is None:
         how = "lowered uniformly, " if threshold.model == "gap" else ""
-        return f"{how}seals between {areas}"
+        where = f"between {areas}" if leaking != sealed else f"at A/A0 = {sealed}"
+        return f"{how}seals {where}"
     low, high = present(threshold.pressure_leaking, "pressure"), threshold.pressure_sealed
     return f"seals between {with_prefix(low, 'Pa')} and {with_prefix(high, 'Pa')}, {areas}"
 

@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 from pathlib import Path
 from time import perf_counter
@@ -191,19 +192,33 @@ def _together(
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(flow.state == "sealed" for flow in flows)
     share = Share(sealed / len(patches), *sealed_share(sealed, len(patches)))
+    seal = partial(
+        SealLeak, patches=patches, count=count, share_sealed=share, leak_path=path.length
+    )
     if any(flow.state == "lifted off" for flow in flows):
-        return SealLeak(
-            "lifted off", inf, inf, inf, patches, count, 0.0, None, share, True, "", path.length
+        return seal(
+            state="lifted off",
+            value=inf,
+            lower=inf,
+            upper=inf,
+            scatter=0.0,
+            interval=None,
+            converged=True,
+            reason="",
         )
     drawn = drawn_seals(rates, count)
     lower, value, upper = map(float, drawn.mean)
-    interval = generalised_interval(rates[:, 1], count.along)
-    state: FlowState = "sealed" if upper == 0 else "leaking"
     reason = _missed(patches, lower, upper, rtol)
-    return SealLeak(
-        state, value, lower, upper, patches, count, drawn.scatter, interval, share, not reason,
-        reason, path.length,
-    )  # fmt: skip
+    return seal(
+        state="sealed" if upper == 0 else "leaking",
+        value=value,
+        lower=lower,
+        upper=upper,
+        scatter=drawn.scatter,
+        interval=generalised_interval(rates[:, 1], count.along),
+        converged=not reason,
+        reason=reason,
+    )
 
 
 def _missed(patches: tuple[PatchFlow, ...], lower: float, upper: float, rtol: float) -> str:
