@@ -43,6 +43,12 @@ GAP_DECADES = SENSITIVITY_DECADES = 3
 POCKET = Swatch("pocket: its fluid pressure is assumed", (246, 222, 150))
 # Part of the contact whose pressure lies within the colour bar; single peaks lie above it.
 SHOWN = 0.999
+# Contact is coloured where its own pressure is drawn, and grey where gap and fluid are.
+LIFT_KEY = (
+    Swatch("contact, beside gap and fluid pressure", CONTACT.colour),
+    Swatch("open, beside contact pressure", OPEN.colour),
+    POCKET,
+)
 SENSITIVITY = "|change of ln Q| for 1 nm of height on 1 µm²"
 LIFT_SIDE = 3.0  # longer side of each of the four drawings of a lift [inch]
 
@@ -191,7 +197,7 @@ def lift_picture(
     """
     gaps = [film.gap.values for film in (dry, lifted)]
     scale = gap_scale(*gaps) if any(gap.any() for gap in gaps) else None
-    key = (CONTACT, OPEN, POCKET) if lifted.pockets.any() else (CONTACT, OPEN)
+    key = LIFT_KEY if lifted.pockets.any() else LIFT_KEY[:2]
     with page(window_of(lifted), path, shape=(2, 2), side=LIFT_SIDE, key=key) as axes:
         for place, film, name in zip(axes[0], (dry, lifted), ("dry", "lifted"), strict=True):
             area = f"{100 * film.contact_area_fraction:.3g} % in contact"
