@@ -30,9 +30,9 @@ from fem_seal.upscaling.scene_profile import profile_of
 REFERENCE = 0.91e-3
 TRIED = 0.05  # CPU seconds for which that transform is repeated
 # CPU time and memory [s, bytes] of importing what a stage needs.
-CONTACT = 1.1, 0.95e8
-FLOW = 0.75, 0.8e8
-PICTURES = 5.5, 8.8e8
+CONTACT_IMPORTS = 1.1, 0.95e8
+FLOW_IMPORTS = 0.75, 0.8e8
+PICTURE_IMPORTS = 5.5, 8.8e8
 # CPU time of a flow that follows the grid [s/sample].
 OF_SAMPLE = {"finite-difference": 3e-6, "uniform": 9e-6}
 BY_AREA = 1.2  # time of the search for a contact area, over that of a contact under its pressure
@@ -104,7 +104,7 @@ def predicted(
     stages = _stages(_Laws(scene, channels), shape)
     parts = {name: pace * seconds for name, seconds in stages.items()}
     flows = scene.leaks != "nothing" or "tensor" in parts
-    libraries = [CONTACT] + [FLOW] * flows
+    libraries = [CONTACT_IMPORTS] + [FLOW_IMPORTS] * flows
     memory = sum(size for _, size in libraries) + BYTES_OF_SAMPLE * samples
     if scene.lift == "resolved":
         memory += BYTES_OF_LIFT * samples
@@ -123,12 +123,12 @@ def predicted(
     memory *= max(jobs, parallel.processes())
     if jobs > 1:
         # The process that waits for the workers has solved the contact of the first patch.
-        memory += CONTACT[1] + BYTES_OF_SAMPLE * samples
+        memory += CONTACT_IMPORTS[1] + BYTES_OF_SAMPLE * samples
     start = sum(seconds for seconds, _ in libraries)
     if "pictures" in scene.output.products:
         # The memory of the flow is free by then.
-        memory = max(memory, PICTURES[1] + BYTES_OF_SAMPLE * samples)
-        parts["pictures"] = pace * PICTURES[0]
+        memory = max(memory, PICTURE_IMPORTS[1] + BYTES_OF_SAMPLE * samples)
+        parts["pictures"] = pace * PICTURE_IMPORTS[0]
     parts = {"libraries": pace * start} | parts
     advice = _advice(scene, sum(parts.values()), memory)
     return Prediction(shape, patches, jobs, parts, each_patch, memory, advice)

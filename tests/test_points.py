@@ -30,7 +30,7 @@ from fem_seal.points import (
 )
 from fem_seal.points.compute import compute_chain
 from fem_seal.points.farm import farm, processes_that_fit
-from fem_seal.prediction import PICTURES, predicted
+from fem_seal.prediction import PICTURE_IMPORTS, predicted
 from fem_seal.scene import Scene
 from fem_seal.sweep import Work, combinations, read_points, sweep
 
@@ -508,7 +508,7 @@ def test_a_point_is_expected_to_take_no_more_than_its_numbers(jobs, scene_file, 
     sweep(scene_file, points, Path("out"), work=Work(jobs))
     scene = Scene.from_file(scene_file, ["output.products=['leak_rate']"])
     assert found[0].memory == predicted(scene).memory
-    assert found[0].memory < PICTURES[1]
+    assert found[0].memory < PICTURE_IMPORTS[1]
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
