@@ -154,7 +154,7 @@ class PressureGrid:
         varies: np.ndarray | None = None,
         also: np.ndarray | None = None,
     ) -> "PressureGrid":
-        """The network on half as wide triangles where a share of a sum over its links is.
+        """Halve the triangles, in width, that hold a share of the sum of their links.
 
         A link's error falls with the square of its length: each triangle counts by its area. Where
         pixels are not square, triangles between those of different sizes have no right angle; then
@@ -181,8 +181,8 @@ class PressureGrid:
             inside = area if varies is None else varies[legs].max(axis=1) + SMOOTH * area
             of_cells *= np.where(area > 1, area, inside)
             order = np.argsort(-of_cells)
-            most = np.searchsorted(np.cumsum(of_cells[order]), share * of_cells.sum()) + 1
-            times[order[most:]] = 0
+            count = np.searchsorted(np.cumsum(of_cells[order]), share * of_cells.sum()) + 1
+            times[order[count:]] = 0
             if also is not None:
                 times[also] = 2
         return self.on_mesh(self.film, _halved(mesh, times))
@@ -251,21 +251,23 @@ def _pressure_at_samples(
     low = np.stack([np.ceil(one.min(axis=0)) for one in (x, y)]).astype(np.int64)
     high = np.stack([np.floor(one.max(axis=0)) for one in (x, y)]).astype(np.int64)
     counts = np.maximum(high - low + 1, 0)
-    widest = counts[1].max() + 1
-    kind = counts[0] * widest + counts[1]
-    for size in np.unique(kind):
-        some = np.flatnonzero(kind == size)
-        (a, b, c), (d, e, f) = x[:, some], y[:, some]
-        length = (b - a) ** 2 + (e - d) ** 2
-        for offset in np.ndindex(*divmod(size, widest)):
-            i, j = low[0, some] + offset[0], low[1, some] + offset[1]
+    # Triangles whose boxes hold equally many samples along x and along y are one group: a pass for
+    # each place in the box then looks at one sample of every triangle of the group.
+    base = counts[1].max() + 1
+    groups = counts[0] * base + counts[1]
+    for group in np.unique(groups):
+        cells = np.flatnonzero(groups == group)
+        (xa, xb, xc), (ya, yb, yc) = x[:, cells], y[:, cells]
+        square = (xb - xa) ** 2 + (yb - ya) ** 2
+        for place in np.ndindex(*divmod(group, base)):
+            i, j = low[0, cells] + place[0], low[1, cells] + place[1]
             # The legs are equal and at right angles, in pixels.
-            to_b = ((i - a) * (b - a) + (j - d) * (e - d)) / length
-            to_c = ((i - a) * (c - a) + (j - d) * (f - d)) / length
+            to_b = ((i - xa) * (xb - xa) + (j - ya) * (yb - ya)) / square
+            to_c = ((i - xa) * (xc - xa) + (j - ya) * (yc - ya)) / square
             inside = (np.minimum(to_b, to_c) >= -EDGE) & (to_b + to_c <= 1 + EDGE)
             inside &= (i < shape[0]) & (j < shape[1])
             i, j, to_b, to_c = i[inside], j[inside], to_b[inside], to_c[inside]
-            cell[i, j] = some[inside]
+            cell[i, j] = cells[inside]
             shares[:, i, j] = 1 - to_b - to_c, to_b, to_c
     ends = 3 * np.arange(cell.size + 1)
     entries = np.moveaxis(shares, 0, -1).ravel(), nodes[cell.ravel()].ravel(), ends

@@ -32,7 +32,7 @@ from fem_seal.upscaling.seal_flow import lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
 
 # A sealed seal is tried under lower loads, until its patches leak.
-MOST_LOWER_LOADS = 4
+LOWER_LOADS = 4  # at most
 STEP = 0.8  # net load over the one before
 LOOSE = 1.0  # (upper - lower)/√(lower upper) of the leak rate under them
 
@@ -99,17 +99,15 @@ def under_less_load(
 
     Where all patches are sealed, nothing is known of those that were not drawn. Under less load
     some leak, and their scatter tells what others leak; under its own load the seal leaks less. At
-    most `MOST_LOWER_LOADS` loads are tried, each first with as many patches as an interval needs; after so
-    many seconds none is begun.
+    most `LOWER_LOADS` loads are tried, each first with as many patches as an interval needs; after
+    so many seconds none is begun.
     """
     if not may_conduct(1 - seal.share_sealed.lower, seal.count):
         return seal
     start, scene = perf_counter(), patch.scene
     highest = profile_of(scene)[0].highest
     inlet = EndPressures.of(scene.drive, scene.gauge_pressures).inlet
-    loads = [
-        (inlet + (highest - inlet) * STEP**n) / highest for n in range(1, MOST_LOWER_LOADS + 2)
-    ]
+    loads = [(inlet + (highest - inlet) * STEP**n) / highest for n in range(1, LOWER_LOADS + 2)]
     enough = len(seal.patches) >= LEAST_LEAKING
     with ExitStack() as held:
         folder = folder or held.enter_context(temporary_folder())
