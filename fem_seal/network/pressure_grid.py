@@ -154,7 +154,7 @@ class PressureGrid:
         varies: np.ndarray | None = None,
         also: np.ndarray | None = None,
     ) -> "PressureGrid":
-        """Halve the triangles, in width, that hold a share of the sum of their links.
+        """Network whose triangles are half as wide where they hold a share of a sum over links.
 
         A link's error falls with the square of its length: each triangle counts by its area. Where
         pixels are not square, triangles between those of different sizes have no right angle; then

@@ -1,7 +1,7 @@
 """Gaps and contrasts at the ends of what can be asked for.
 
 Units: tests/flow/test_invariants.py. Stripes and layers over many decades, slender pixels:
-tests/flow/closed_forms.py. Knudsen numbers: tests/flow/test_slip.py.
+tests/flow/drawn_stripes.py. Knudsen numbers: tests/flow/test_slip.py.
 """
 
 import numpy as np

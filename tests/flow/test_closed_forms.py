@@ -1,12 +1,12 @@
 """Bounds of gaps that depend on one coordinate hold their closed forms, to rounding.
 
 Slender pixels, layers in series and stripes side by side whose gaps span up to a hundred decades.
-A thousand times as many: `closed_forms.py`, which draws the gaps.
+A thousand times as many: `drawn_stripes.py`, which draws the gaps.
 """
 
 import numpy as np
 import pytest
-from closed_forms import ROUNDING, Case, across, along
+from drawn_stripes import ROUNDING, Case, across, along
 
 from fem_seal.flow import Limits
 from fem_seal.flow.cell_tensor import conductivity_tensor

@@ -4,7 +4,7 @@ Drawn at random: heights over up to a hundred decades, stripes of contact along 
 all aspects, walls and periodic sides, both representations, meshes of shapes. Run as a program this
 is a campaign; its last line counts what was seen, and its exit status is 1 if a bound was wrong:
 
-    python tests/flow/closed_forms.py --count 3000 --seed 1
+    python tests/flow/drawn_stripes.py --count 3000 --seed 1
 """
 
 import argparse
