@@ -10,7 +10,7 @@ from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.patch import Patch
 from fem_seal.products import require_packages
 from fem_seal.progress import Report, silent
-from fem_seal.render.patch import SEAL_PICTURE, draw_details, draw_pictures
+from fem_seal.render.patch import draw_details, draw_pictures
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow
 from fem_seal.results.arrays import (
     CONTACT_FILE,
@@ -42,14 +42,8 @@ def draw(
         field = read_flow(folder) if (folder / FLOW_FILE).is_file() else None
         report("pictures", "")
         with writing(folder):
-            names: tuple[str, ...] = ()
-            # The arrays of a result that is lifted off are those of a dry contact: not its state.
-            if result.state != "lifted off":
-                names = draw_pictures(film, field, target.staged, contact)
-            if result.seal is not None:
-                from fem_seal.render.seal import seal_picture
-
-                names += (seal_picture(result.seal, target.staged / SEAL_PICTURE).name,)
+            shown = None if result.state == "lifted off" else film
+            names = draw_pictures(shown, field, target.staged, contact, result.seal)
             if everything:
                 names += draw_details(film, field, result.levels, target.staged)
         files = tuple(sorted({*result.files, *names}))

@@ -47,7 +47,8 @@ def pictures(of: Solved | Patch) -> dict[str, Picture]:
     if the scene's products need it and contain "pictures" or "mesh": only then its field is kept.
     """
     with temporary_folder() as folder:
-        names = draw_patch(of.patch if isinstance(of, Solved) else of, folder)
+        patch, seal = (of.patch, of.seal) if isinstance(of, Solved) else (of, None)
+        names = draw_patch(patch, folder, seal)
         drawn = {Path(name).stem: (folder / name).read_bytes() for name in names}
     return {name: Picture(name, png) for name, png in drawn.items()}
 

@@ -9,7 +9,7 @@ from fem_seal.files import writing
 from fem_seal.film import MeshFilm
 from fem_seal.installed import require_fenicsx
 from fem_seal.patch import Patch
-from fem_seal.render.patch import PICTURES, SEAL_PICTURE, draw_patch
+from fem_seal.render.patch import PICTURES, draw_patch
 from fem_seal.results.arrays import (
     CONTACT_FILE,
     FLOW_FILE,
@@ -19,7 +19,6 @@ from fem_seal.results.arrays import (
     write_flow,
     write_mesh,
 )
-from fem_seal.results.records import SealRecord
 from fem_seal.scene import Scene
 from fem_seal.scene.scene import require_scene
 from fem_seal.upscaling.seal import SealLeak
@@ -70,10 +69,5 @@ def write_products(patch: Patch, seal: SealLeak | None, folder: Path) -> tuple[s
             names.append(write_flow(folder, leak.field))
         if "pictures" in products:
             with patch.timed("pictures"):
-                if seal is None or seal.state != "lifted off":
-                    names.extend(draw_patch(patch, folder))
-                if seal is not None:
-                    from fem_seal.render.seal import seal_picture
-
-                    names.append(seal_picture(SealRecord.of(seal), folder / SEAL_PICTURE).name)
+                names.extend(draw_patch(patch, folder, seal))
     return tuple(sorted(names))

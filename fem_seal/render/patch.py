@@ -1,4 +1,4 @@
-"""The pictures of one patch."""
+"""The pictures of one patch, and of the seal that it is a part of."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -17,44 +17,46 @@ from fem_seal.render.samples import (
     lift_picture,
     sensitivity_picture,
 )
+from fem_seal.render.seal import seal_picture
 from fem_seal.results.arrays import ContactArrays
+from fem_seal.results.records import SealRecord
+from fem_seal.upscaling.seal import SealLeak
 
 Pictures = dict[str, Callable[[Path], Path]]  # by the stems of their files
-SEAL_PICTURE = "seal.png"
 # Pictures that a run may draw: of a contact that the fluid lifts, and of other scenes.
 OF_LIFTED_CONTACT = ("contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png")
-PICTURES = (*OF_LIFTED_CONTACT, SEAL_PICTURE, "sensitivity.png", "shape.png")
+PICTURES = (*OF_LIFTED_CONTACT, "seal.png", "sensitivity.png", "shape.png")
 
 
-def draw_patch(patch: Patch, folder: Path) -> tuple[str, ...]:
-    """Draw the pictures of a patch into a folder; see `draw_pictures`.
-
-    No picture is drawn of a patch that is lifted off.
-    """
-    if patch.lifted_off:
-        return ()
+def draw_patch(patch: Patch, folder: Path, seal: SealLeak | None = None) -> tuple[str, ...]:
+    """Draw the pictures of a patch, and of its seal, into a folder; see `draw_pictures`."""
+    lifted_off = patch.lifted_off or (seal is not None and seal.state == "lifted off")
     field = patch.leak_rate.field if patch.scene.needs_flow else None
-    return draw_pictures(patch.film, field, folder, ContactArrays.of(patch))
+    record = None if seal is None else SealRecord.of(seal)
+    film = None if lifted_off else patch.film
+    return draw_pictures(film, field, folder, ContactArrays.of(patch), record)
 
 
 def draw_pictures(
-    film: GridFilm | MeshFilm,
+    film: GridFilm | MeshFilm | None,
     field: FlowField | None,
     folder: Path,
     contact: ContactArrays | None = None,
+    seal: SealRecord | None = None,
 ) -> tuple[str, ...]:
     """Draw contact and gap, and what else is given; return the names of the files.
 
-    For the film of a shape its mesh is drawn in place of the contact.
+    Without a film, as of a patch that is lifted off, only the seal is drawn: the arrays are those
+    of a dry contact then. For the film of a shape its mesh is drawn in place of the contact.
     """
     if isinstance(film, MeshFilm):
         from fem_seal.render.shape import draw_shape
 
         return draw_shape(film, field, folder)
-    pictures: Pictures = {
-        "contact": partial(contact_picture, film),
-        "gap": partial(gap_picture, film),
-    }
+    pictures: Pictures = {} if seal is None else {"seal": partial(seal_picture, seal)}
+    if film is None:
+        return _draw(pictures, folder)
+    pictures |= {"contact": partial(contact_picture, film), "gap": partial(gap_picture, film)}
     if contact is not None and contact.pressure is not None:
         pictures["contact_pressure"] = partial(contact_pressure_picture, film, contact.pressure)
         if contact.dry_gap is not None and contact.fluid_pressure is not None:

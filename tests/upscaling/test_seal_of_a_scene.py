@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from project import scene_of_samples, write_toml
 
-from fem_seal import cli, run
+from fem_seal import cli, pictures, run
 from fem_seal.cli.sweep import _summary
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
@@ -177,9 +177,11 @@ def test_sealed_and_lifted_off():
     sealed = solve(scene(contact={"pressure": 2e6}, seal={"patches": 1})).result()
     assert (sealed.state, sealed.seal.leak_rate.upper) == ("sealed", 0)
     assert sealed.verdict.decision == "sealed"
-    lifted = solve(scene(contact={"pressure": 4e4}, seal={"patches": 1})).result()
+    solved = solve(scene(contact={"pressure": 4e4}, seal={"patches": 1}))
+    lifted = solved.result()
     assert (lifted.state, lifted.seal.leak_rate) == ("lifted off", None)
     # The dry contact of a patch is not its state, nor do errors of patches matter.
+    assert set(pictures(solved)) == {"seal"}
     assert "contact" not in dict(summary_of(lifted))
     assert [entry.key for entry in lifted.error_budget] == ["lift", "model"]
     # No value: there is nothing to multiply.
