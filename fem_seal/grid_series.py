@@ -55,12 +55,17 @@ def half(samples: tuple[int, int]) -> tuple[int, int] | None:
     return (nx, ny) if min(nx, ny) >= LEAST_SAMPLES else None
 
 
-def on_half(patch: Patch) -> Patch | None:
-    """Same patch on half of its samples, its flow looser and without a limit; None if too few."""
+def on_half(patch: Patch, even: bool = False) -> Patch | None:
+    """Same patch on half of its samples, its flow looser and without a limit; None if too few.
+
+    Numbers of samples are even where that is asked for, as a quarter of a mirrored map needs them.
+    """
     surface, settings = present(patch.surface, "surface"), patch.flow_settings
     shape = half(surface.shape)
     if shape is None:
         return None
+    if even:
+        shape = 2 * round(surface.shape[0] / 4), 2 * round(surface.shape[1] / 4)
     rtol = max(settings.rtol, min(LOOSER * settings.rtol, LOOSEST))
     settings = replace(settings, rtol=rtol, decide=None, field=False)
     return patch.with_(surface=resample(surface, shape), flow_settings=settings)

@@ -21,7 +21,7 @@ by one power of b - a than the conductivities at a and b themselves.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -50,6 +50,8 @@ BETWEEN = 2  # intervals between the places of an enclosure
 BEYOND = 0.125  # (c - b)/(b - a), where c is the load that gives the line beyond b
 # A flow is solved again if its tolerance was more than so many times the one that is asked for.
 AGAIN = 2.0
+# Rounding of even heights by a change of their grid, relative to their range.
+ROUNDING = 1e-12
 NARROW = 1e-6  # relative distance of two pressures that count as one
 # Most samples of all flows that are kept; the oldest flows are dropped first.
 KEPT = 1 << 25
@@ -152,18 +154,19 @@ class LoadedPatch:
         return None if constriction is None else constriction.gap
 
     @cached_property
-    def _quartered(self) -> bool:
+    def quartered(self) -> bool:
         """Whether a quarter of the patch has the conductivity of the whole."""
         heights = present(self.patch.surface, "surface").values
+        even = partial(np.allclose, rtol=0.0, atol=ROUNDING * np.ptp(heights))
         return (
             self.patch.scene.flow.representation == "linear"
             and not any(n % 2 for n in heights.shape)
-            and np.array_equal(heights[1:], heights[:0:-1])
-            and np.array_equal(heights[:, 1:], heights[:, :0:-1])
+            and even(heights[1:], heights[:0:-1])
+            and even(heights[:, 1:], heights[:, :0:-1])
         )
 
     def _film(self, gap: np.ndarray) -> GridFilm:
-        if self._quartered:
+        if self.quartered:
             nx, ny = gap.shape
             return GridFilm(GridField(gap[: nx // 2 + 1, : ny // 2 + 1], self._spacing))
         film = self.patch.film_of(GridField(gap, self._spacing, periodic=True))

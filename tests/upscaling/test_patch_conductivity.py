@@ -149,7 +149,7 @@ def test_a_quarter_of_a_mirrored_patch_conducts_as_the_whole():
     heights[5, 3] -= heights.std()
     uneven = LoadedPatch(Patch(scene(), surface=replace(surface, values=heights)), RTOL)
     patch, full = (LoadedPatch(Patch(scene(), surface=surface), RTOL) for _ in range(2))
-    full._quartered = False
+    full.quartered = False
     for one, shape in (patch, (17, 13)), (full, (33, 25)), (uneven, (33, 25)):
         film = one._film(one._gap(1e5))
         assert film.samples.shape == shape
