@@ -7,7 +7,7 @@ and a patch that is sealed needs no flow at all.
 
 from dataclasses import dataclass
 from functools import cache
-from math import ceil, inf, log, log2, pi, prod, sqrt
+from math import ceil, inf, log2, pi, prod, sqrt
 from time import thread_time
 
 import numpy as np
@@ -22,9 +22,13 @@ from fem_seal.patch import on_own_grid
 from fem_seal.points import Expected, Work
 from fem_seal.progress import duration
 from fem_seal.scene import Scene
+from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import KEPT
-from fem_seal.upscaling.profile import is_uniform
+from fem_seal.upscaling.refined_table import intervals_needed
 from fem_seal.upscaling.scene_profile import profile_of
+from fem_seal.upscaling.seal_flow import seal_flow
+from fem_seal.upscaling.solved_patches import OF_FLOWS
 
 # CPU time of an FFT of 512² samples on the machine of the laws [s]: others are as much faster.
 REFERENCE = 0.91e-3
@@ -44,13 +48,18 @@ BYTES_OF_LIFT = 600  # memory of the networks of a flow that lifts [bytes/sample
 BYTES_OF_UNKNOWN = 1200  # memory of a flow [bytes/unknown]
 # At each load of a patch of a seal: time of its contact, which starts from that of another load,
 # over that of a first one; of its flow, over that of one film; of the bounds between loads [s].
-NEXT_CONTACT, OF_LOAD, BETWEEN_LOADS = 0.5, 1.4, 0.03
+NEXT_CONTACT, OF_LOAD, BETWEEN_LOADS = 0.5, 1.1, 0.03
+USUAL_RTOL = 0.5  # seal.rtol at which that holds
 # Memory of each flow that a patch of a seal keeps.
 KEPT_OF_UNKNOWN = 500  # [bytes/unknown]
 KEPT_OF_SAMPLE = 370  # [bytes/sample]
 OF_WAVES = 0.91  # d ln(channels) over d ln(shortest waves along a side)
 USUAL = 8.0  # longest waves along a side of a map, where nobody says how many
-FALL = 8.0  # d ln K/d ln P: more loads are needed where K falls steeply along the path
+# K of a patch falls as (1 - w/w_c)^EXPONENT with the net load w, which seals it at about w_c =
+# SEALING E* h'rms; patches that leak are sealed at LEAST_LEAKING of their decisive load at least.
+EXPONENT, SEALING, LEAST_LEAKING = 3.3, 0.2, 1.03
+MODEL_LOADS, MODEL_CELLS = 60, 200  # of the table and the path of that K
+OF_DEMAND = 1.4  # intervals between loads over those of a table that is known beforehand
 # There is advice from this time [s], or from this part of the available memory, on.
 LONG = 600.0
 MANY = 0.8
@@ -110,7 +119,8 @@ def predicted(
         memory += BYTES_OF_LIFT * samples
     patches, jobs, each_patch = 1, 1, None
     if scene.seal is not None:
-        seconds, of_flows = _seal_patch(scene, samples, channels)
+        heights = surface or present(on_own_grid(scene).surface, "surface")
+        seconds, of_flows = _seal_patch(scene, heights, samples, channels)
         memory += of_flows
         patches, each_patch = scene.seal.patches, Expected(pace * seconds, memory)
         jobs = min((work or Work()).jobs_for(patches, patches, each_patch), patches)
@@ -162,16 +172,20 @@ def _stages(laws: "_Laws", shape: tuple[int, int]) -> dict[str, float]:
     return stages
 
 
-def _seal_patch(scene: Scene, samples: float, channels: float) -> tuple[float, float]:
+def _seal_patch(
+    scene: Scene, surface: GridField, samples: float, channels: float
+) -> tuple[float, float]:
     """CPU time [s] of one patch of a seal under all its loads, and memory [bytes] of its flows."""
-    seal, map_, loads = present(scene.seal, "[seal]"), scene.measured_map, loads_of(scene)
+    seal, map_ = present(scene.seal, "[seal]"), scene.measured_map
+    loads = loads_of(scene, surface)
     seconds = NEXT_CONTACT * contact_seconds(samples) + BETWEEN_LOADS
     if seal.window is not None and map_ is not None and map_.make_periodic == "mirror":
         # The flow of a mirrored window is that of a quarter of it.
         samples, channels = samples / 4, channels / 4 ** (OF_WAVES / 2)
-    rtol = seal.rtol / 2
-    seconds += OF_LOAD * flow_seconds(samples, channels, rtol)
-    unknowns = unknowns_of(channels, rtol)
+    # The more loads, the looser most of them are, and the nearer the meshes on which they begin.
+    looser = USUAL_RTOL * (seal.rtol / USUAL_RTOL) ** (1 / 3)
+    seconds += OF_LOAD * flow_seconds(samples, channels, looser / 2)
+    unknowns = unknowns_of(channels, seal.rtol / 2)
     kept = min(loads, KEPT / samples) * (KEPT_OF_UNKNOWN * unknowns + KEPT_OF_SAMPLE * samples)
     return loads * seconds, BYTES_OF_UNKNOWN * unknowns + kept
 
@@ -283,15 +297,25 @@ def flow_seconds(samples: float, channels: float, rtol: float) -> float:
     return 34e-6 * unknowns_of(channels, rtol) + 0.3e-6 * samples
 
 
-def loads_of(scene: Scene) -> float:
-    """Net loads of a patch of a seal."""
-    seal, profile = present(scene.seal, "[seal]"), profile_of(scene)[0]
-    inlet = max(scene.gauge_pressures[0], 0.0)
-    fall = FALL * log(profile.highest / max(profile.highest - inlet, 0.05 * profile.highest))
-    loads = 2.2 * (fall * sqrt(0.44 / seal.rtol)) ** 0.5
-    if not is_uniform(profile):
-        loads += 2
-    return min(loads, seal.max_loads)
+def loads_of(scene: Scene, surface: GridField) -> float:
+    """Net loads of a patch of a seal: those that its leak rate needs with a K of the usual fall."""
+    seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
+    ends = EndPressures.of(scene.drive, scene.gauge_pressures)
+    decisive = profile.highest - ends.inlet
+    if decisive <= 0:
+        return 1.0
+    slopes = [np.diff(surface.values, axis=k) / surface.spacing[k] for k in (0, 1)]
+    slope = sqrt(sum(float(np.mean(np.square(values))) for values in slopes))
+    modulus = present(present(scene.solid, "[solid]").contact_modulus, "contact_modulus")
+    sealing = SEALING * modulus * slope
+    # A patch that is sealed takes no load, and the others leak.
+    sealing = max(sealing, LEAST_LEAKING * decisive)
+    left = np.geomspace(1, 1e-3, MODEL_LOADS)
+    table = ConductivityTable(sealing * (1 - left), left**EXPONENT, left**EXPONENT)
+    flow = seal_flow(table, profile, path, ends, cells=MODEL_CELLS)
+    return min(
+        1 + OF_DEMAND * intervals_needed(table, flow, (1 - OF_FLOWS) * seal.rtol), seal.max_loads
+    )
 
 
 def unknowns_of(channels: float, rtol: float) -> float:

@@ -14,7 +14,7 @@ ones at once, and seldom need a correction.
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from math import inf
+from math import inf, sqrt
 from time import perf_counter
 
 import numpy as np
@@ -240,6 +240,12 @@ class _Demand:
 
     def _up_to(self, of_parts: np.ndarray, loads: np.ndarray) -> np.ndarray:
         return np.interp(loads, self.edges, np.append(0.0, np.cumsum(of_parts)))
+
+
+def intervals_needed(table: ConductivityTable, flow: SealFlow, tolerance: float) -> float:
+    """Number of intervals of the same demand whose enclosures meet the tolerance of a leak rate."""
+    demand = float(_Demand.of(table, flow).demand.sum())
+    return sqrt(WIDTH * demand**3 / ((1 - REST) * tolerance))
 
 
 def _errors(table: ConductivityTable, flow: SealFlow) -> tuple[np.ndarray, float]:
