@@ -78,18 +78,6 @@ def test_order_in_the_cosine_channel(links, order):
     assert observed_orders(errors) == approx([order, order], abs=0.1)
 
 
-def test_harmonic_links_converge_exponentially_in_the_cosine_channel():
-    """They take g^-3 by the trapezoidal rule over a period: error ~ n² exp(-n arcosh 1/a).
-
-    The poles of g^-3, of third order, lie at 2πx = π ± i arcosh 1/a. What follows the leading term
-    is smaller by 1/n.
-    """
-    few, many = 24, 48
-    errors = [cosine_channel_error("harmonic", 0.9, n) for n in (few, many)]
-    rate = np.log(errors[0] / errors[1] * (many / few) ** 2) / (many - few)
-    assert rate == approx(np.arccosh(1 / 0.9), rel=1 / few)
-
-
 def checkerboard_errors(links, sides):
     """Errors for K = exp(A cos 2πx cos 2πy), which conducts exactly like K = 1.
 
@@ -156,17 +144,6 @@ def test_contact_points_carry_no_flow(links):
     g[:, 0] = g[:, 2] = 1
     g[3, 2] = 0
     assert leak(g, representation="constant", links=links) == approx(1 / 7, rel=1e-13)
-
-
-@pytest.mark.parametrize("sides", SIDES)
-@pytest.mark.parametrize("links", RULES)
-def test_one_row_and_one_column_of_pixels(sides, links):
-    """1 × n: every pixel goes straight from inlet to outlet; n × 1: pixels in series."""
-    g = np.random.default_rng(5).uniform(0.5, 1, (1, 7))
-    q = leak(g, representation="constant", sides=sides, links=links)
-    assert q == approx(np.sum(g**3), rel=1e-13)
-    q = leak(g.T, representation="constant", sides=sides, links="harmonic")
-    assert q == approx(1 / np.sum(g**-3.0), rel=1e-13)
 
 
 def test_a_linear_gap_needs_two_rows_and_columns():
