@@ -116,22 +116,6 @@ def test_a_ring_is_cut_along_one_path():
     assert (np.hypot(*mesh.xy[high[:, 1]].T) < np.hypot(*mesh.xy[high[:, 0]].T)).all()
 
 
-def test_side_walls_of_a_strip_are_bottom_and_top():
-    mesh = grid_mesh((4, 3), (2.0, 1.0))
-    assert not mesh.periodic
-    assert (mesh.xy[mesh.bottom, 1] == 0).all()
-    assert mesh.bottom.sum() == 5
-    assert (mesh.xy[mesh.top, 1] == 1).all()
-    assert mesh.top.sum() == 5
-
-
-def test_a_ring_of_one_layer_can_be_cut():
-    """All its vertices lie on the boundary."""
-    mesh = ring(1, 6)
-    assert mesh.periodic
-    assert_conforming(mesh)
-
-
 def test_cells_are_halved_until_there_is_a_path_to_cut():
     """A ring of islands without a vertex between them: every path meets vertices of walls."""
     xy, cells, _ = ring_parts(3, 8, 1.0, 4.0)
