@@ -48,6 +48,8 @@ class ContactPair:
                 "elastic contact needs a periodic surface (the FFT repeats it); mark it periodic, "
                 "or make it so (make_periodic = 'mirror', 'tukey', 'hann' or 'cut' in a scene)"
             )
+        if height.values.size == 1:
+            raise InvalidInput("elastic contact needs more than one sample: a single one is rigid")
         require_positive(contact_modulus=contact_modulus)
         if threads is not None and (threads != int(threads) or threads < 1):
             raise InvalidInput(f"threads must be a positive integer, got {threads}")

@@ -5,7 +5,7 @@ import numpy as np
 from fem_seal.contact.state import ContactState
 from fem_seal.digits import per_cent, with_prefix
 from fem_seal.errors import present
-from fem_seal.film import MeshFilm
+from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import ErrorBudget
@@ -43,9 +43,10 @@ def cautions(
         return tuple(sentences)
     shape = patch.scene.shape
     if shape is None or not shape.own_gap:
-        gap = patch.grid_gap
+        gap, film = patch.grid_gap, patch.film
+        length = film.size[0] if isinstance(film, GridFilm) else gap.size[0]
         slope = steep(slope_between_samples(gap), "the gap")
-        thick = slope or _thickness(float(gap.values.mean()), gap.size[0])
+        thick = slope or _thickness(float(gap.values.mean()), length)
         sentences.extend(filter(None, (_contact(patch, gap), _peak(patch), thick)))
     elif isinstance(film := patch.film, MeshFilm):
         thick = _thickness(film.mean_gap, float(np.ptp(film.mesh.xy, axis=0).min()))

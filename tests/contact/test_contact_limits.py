@@ -111,6 +111,7 @@ def test_progress_hears_every_iteration(rough):
         ({"contact_modulus": float("inf")}, "contact_modulus"),
         ({"contact_modulus": "10 MPa"}, "contact_modulus"),
         ({"height": np.ones((8, 8))}, "make it a GridField"),
+        ({"height": GridField(np.ones((1, 1)), (1e-6, 1e-6), True)}, "more than one sample"),
         ({"solver": "newton"}, "free-set-cg, damped, fista, polonsky-keer"),
         ({"precision": "single"}, "double, mixed"),
         ({"tolerance": 0.0}, "tolerance"),

@@ -94,6 +94,13 @@ def test_a_gap_higher_than_the_patch_is_no_thin_film():
     assert "no thin film" in caution
 
 
+def test_a_row_of_pixels_is_as_long_as_a_pixel(given):
+    """It has a length, and a gap far lower is a thin film."""
+    scene = given(np.full((1, 4), 1e-9)).with_({"flow.representation": "constant"})
+    cautions = solve(scene).result().cautions
+    assert not any("no thin film" in caution for caution in cautions)
+
+
 ROUGH = np.random.default_rng(3).random((9, 9)) * 1e-7
 
 
