@@ -17,7 +17,7 @@ from fem_seal.digits import per_cent
 from fem_seal.errors import NotConverged, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import EstimatedError, FlowState
+from fem_seal.leak_rate import EstimatedError
 from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
@@ -105,17 +105,16 @@ class OnGrid:
 class OnHalf:
     """What the rule needs to know of a patch on half of its samples."""
 
-    state: FlowState
     grid: OnGrid | None  #: None if lifted off
     stays_sealed: bool  #: whether it is sealed, under a little less load as well
 
     @classmethod
     def of(cls, patch: Patch, less: bool) -> "OnHalf":
-        """Solve a patch, and under less load if it is sealed and that is asked for."""
-        if patch.lifted_off:
-            return cls("lifted off", None, False)
-        state, grid = patch.state, OnGrid.of(patch)
-        return cls(state, grid, less and state == "sealed" and _stays_sealed(patch))
+        """Solve half of the samples; if `less`, and they are sealed, under less load as well."""
+        coarse = present(on_half(patch), "coarser grid")
+        if coarse.lifted_off:
+            return cls(None, False)
+        return cls(OnGrid.of(coarse), less and coarse.sealed and _stays_sealed(coarse))
 
 
 def _stays_sealed(patch: Patch) -> bool:
@@ -151,20 +150,16 @@ def solved_on_half(patch: Patch) -> Callable[[], OnHalf]:
         or available_memory() < BYTES_BESIDE + each * samples
         or (not lifted and patch.sealed)
     ):
-        return lambda: _solved(patch, patch.state == "sealed")
+        return lambda: OnHalf.of(patch, patch.state == "sealed")
     settings = patch.scene, patch.surface, patch.load, patch.lift, patch.flow_settings
     return beside(_solved_beside, *settings)
-
-
-def _solved(patch: Patch, less: bool) -> OnHalf:
-    return OnHalf.of(present(on_half(patch), "coarser grid"), less)
 
 
 def _solved_beside(
     scene: Scene, surface: GridField, load: Load, lift: Lift, settings: FlowSettings
 ) -> OnHalf:
     patch = Patch(scene, surface=surface, load=load, lift=lift, flow_settings=settings)
-    return _solved(patch, lift == "resolved")
+    return OnHalf.of(patch, lift == "resolved")
 
 
 def unresolved(height: GridField) -> float:
