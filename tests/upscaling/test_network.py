@@ -75,12 +75,6 @@ def test_one_patch_along_the_path_is_the_mean():
     assert drawn.scatter == pytest.approx(rates[:, 1].std() / rates[:, 1].mean() / 10)
 
 
-def test_patches_all_alike():
-    drawn = drawn_seals(np.tile([1.0, 2.0, 3.0], (4, 1)), PatchCount(7, 30), draws=3)
-    assert drawn.mean == pytest.approx([1, 2, 3], rel=1e-10)
-    assert drawn.scatter == pytest.approx(0, abs=1e-10)
-
-
 def test_longer_seals_scatter_less():
     """Blocks around the circumference are independent: relative scatter goes as 1/√W."""
     rates = lognormal_patches((40, 1), 0.8, 1.0, np.random.default_rng(0)) * np.ones(3)
