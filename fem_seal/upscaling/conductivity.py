@@ -107,6 +107,15 @@ class ConductivityTable:
         object.__setattr__(self, "lower", np.minimum.accumulate(lower))
         object.__setattr__(self, "upper", np.maximum.accumulate(upper[::-1])[::-1])
 
+    def __eq__(self, other: object) -> bool:
+        """Whether all numbers are the same: a result that is read equals the written one."""
+        if not isinstance(other, ConductivityTable):
+            return NotImplemented
+        pairs = ((self.loads, other.loads), (self.lower, other.lower), (self.upper, other.upper))
+        return self.between == other.between and all(np.array_equal(*pair) for pair in pairs)
+
+    __hash__ = None  # type: ignore[assignment]  # as of anything that is compared by its arrays
+
     @property
     def sealing_load(self) -> float:
         """Smallest load [Pa] of the table that seals the patch; infinite if none does."""

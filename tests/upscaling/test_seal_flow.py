@@ -290,7 +290,7 @@ def test_bounds_that_scatter_are_widened_until_they_fall():
         (lambda: Hertz(0, 1), "maximum = 0 must be a positive number"),
         (lambda: EndPressures(1, 2), "must be above the outlet's"),
         (lambda: RingPath(1, 1), "must be positive and differ"),
-        (lambda: StraightPath(0, 1), "must be positive"),
+        (lambda: StraightPath(0, 1), "length = 0 must be a positive number"),
         (
             lambda: seal_flow(constant(), uniform(1e6, 1e-3), STRIP, BAR),
             "0.001 m long and the leak path 0.002 m",
