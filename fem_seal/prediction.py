@@ -306,8 +306,7 @@ def loads_of(scene: Scene, surface: GridField) -> float:
         return 1.0
     slopes = [np.diff(surface.values, axis=k) / surface.spacing[k] for k in (0, 1)]
     slope = sqrt(sum(float(np.mean(np.square(values))) for values in slopes))
-    modulus = present(present(scene.solid, "[solid]").contact_modulus, "contact_modulus")
-    sealing = SEALING * modulus * slope
+    sealing = SEALING * present(scene.solid, "[solid]").E_star * slope
     # A patch that is sealed takes no load, and the others leak.
     sealing = max(sealing, LEAST_LEAKING * decisive)
     left = np.geomspace(1, 1e-3, MODEL_LOADS)

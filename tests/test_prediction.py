@@ -57,6 +57,8 @@ def test_more_work_takes_longer(small_scene, monkeypatch):
     assert 0 < waiting < one.memory
     assert predicted(seal, work=Work(4)).memory == pytest.approx(4 * one.memory + waiting)
     assert predicted(seal.with_({"seal.patches": 8})).seconds > one.seconds
+    same = {"youngs_modulus": seal.solid.contact_modulus, "poisson_ratio": 0.0}
+    assert predicted(seal.with_({"solid": same})).seconds == pytest.approx(one.seconds)
 
 
 def test_a_map_is_predicted_like_the_surface_that_it_shows(tmp_path, monkeypatch):
