@@ -15,6 +15,7 @@ the gap without ε, with its own bounds.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import exp, inf, log
 from sys import float_info
 
@@ -29,7 +30,6 @@ from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import FIRST_ORDER, LiftedState, allowed_error, spread
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.network.pressure_grid import PressureGrid
 from fem_seal.progress import Report, silent
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
@@ -82,15 +82,24 @@ def lifted(
 class _End:
     """Where the stages from one start have ended."""
 
-    pressure: np.ndarray  #: p_f (nx, ny) [Pa]
-    contact: ContactState  #: under it
-    network: PressureGrid  #: of the last stage
-    opened: GridFilm | None  #: a sealed film as the most fluid pressure opens it
+    steps: Steps  #: of all stages
     change: float  #: of ln Q by the last stage
     error: float  #: of ln Q, estimated
-    failure: str  #: why the last stage has not come to an equilibrium, else ""
-    difficult: bool  #: as of `Steps`
-    residuals: tuple[float, ...]  #: rms of F over the pressure drop, at each step's start
+
+    @property
+    def point(self) -> LiftPoint:
+        """The last one."""
+        return self.steps.point
+
+    @cached_property
+    def opened(self) -> GridFilm | None:
+        """A sealed film as the most fluid pressure opens it."""
+        return self.point.opened if self.point.sealed else None
+
+    @property
+    def stays_sealed(self) -> bool:
+        """Whether no fluid pressure opens the film."""
+        return self.point.sealed and self.opened is None
 
 
 def _from_both_ends(
@@ -99,7 +108,8 @@ def _from_both_ends(
     """Where the stages end that start from the outlet's pressure, and from the inlet's if needed.
 
     If both have the same equilibrium in the first stage, the next stages are the same as well: the
-    second start goes on only if the first one has not settled.
+    second start goes on only if the first one has not settled, or has lost its equilibrium on the
+    way. Where the solid may float, it ends as well if its first stage comes to no equilibrium.
     """
     low, high = (
         np.full(problem.height.shape, end) for end in (problem.outlet, problem.largest_start)
@@ -108,13 +118,15 @@ def _from_both_ends(
     sealed = problem.film(dry.gap).sealed
     first = _first_stage(problem, allowed, low, dry, report)
     end = _further_stages(problem, allowed, first, report)
-    stays_sealed = problem.film(end.contact.gap).sealed and end.opened is None
-    if stays_sealed or not (sealed or end.difficult):
+    if end.stays_sealed or not (sealed or end.steps.difficult):
         return [end]
     second = _first_stage(problem, allowed, high, None, report)
-    settled = end.error <= allowed and not (end.failure or first.failure or second.failure)
-    if settled and second.point.is_that_of(first.point, allowed):
-        return [end]
+    if end.error <= allowed and not end.steps.failure:
+        # A pressure that leaves nothing to the solid, and lets it float nowhere, does not move.
+        stuck = problem.may_float and bool(second.failure)
+        lost = end.steps.lost or second.failure
+        if stuck or (not lost and second.point.is_that_of(first.point, allowed)):
+            return [end]
     return [end, _further_stages(problem, allowed, second, report)]
 
 
@@ -137,26 +149,12 @@ def _first_stage(
     thinned = problem.thinned
     # As much more gap, where it is that of the rms height, adds what is allowed to 3 ln g.
     epsilon = allowed / 3 * problem.roughness
-    every = problem.height.shape[0] // thinned.height.shape[0]
+    every = problem.every
     start = None if contact is None else contact.pressure.values[::every, ::every]
     pressure = pressure[::every, ::every]
     pressed = thinned.contact_under(pressure, start)
     point = LiftPoint(thinned, thinned.first_grid, epsilon, pressure, pressed)
     return equilibrium(point, allowed, report)
-
-
-def _on_all_samples(problem: LiftProblem, point: LiftPoint, allowed: float) -> LiftPoint:
-    """The point of a thinned problem, its fluid pressure repeated on the samples between.
-
-    If its network errs by more than is allowed, that of all samples is finer already.
-    """
-    every = problem.height.shape[0] // point.pressure.shape[0]
-    pressure = point.pressure.repeat(every, axis=0).repeat(every, axis=1)
-    grid, epsilon = problem.first_grid, point.epsilon
-    same_triangles = problem.refines and point.problem.first_level == 0
-    if same_triangles and point.network_error > allowed:
-        grid, epsilon = point.finer(allowed, grid)
-    return LiftPoint(problem, grid, epsilon, pressure, problem.contact_under(pressure))
 
 
 def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: Report) -> _End:
@@ -168,10 +166,9 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
 
     def solved(point: LiftPoint) -> Steps:
         tolerance = FORCING * allowed if steps.difficult else allowed
-        return equilibrium(point, tolerance, report).after(steps)
+        further = equilibrium(point, tolerance, report).after(steps)
+        return replace(further, lost=further.lost or bool(steps.failure))
 
-    if steps.point.problem is not problem:
-        steps = solved(_on_all_samples(problem, steps.point, allowed))
     change, error, moved = inf, inf, 0.0
     for _ in range(MOST_STEPS // 2):
         point = steps.point
@@ -190,18 +187,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
             break
         steps = solved(start)
         moved = spread(steps.point.flow.conductance, start.flow.conductance)
-    point = steps.point
-    return _End(
-        pressure=point.pressure,
-        contact=point.contact,
-        network=point.grid,
-        opened=point.opened if point.sealed else None,
-        change=change,
-        error=max(error, FORCING * allowed),
-        failure=steps.failure,
-        difficult=steps.difficult,
-        residuals=steps.residuals,
-    )
+    return _End(steps, change, max(error, FORCING * allowed))
 
 
 def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint | None:
@@ -209,16 +195,23 @@ def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint
 
     It has none where the film stays sealed, and where its network would be too large.
     """
-    point = steps.point
-    # ε³ below this is lost in the rounding of g³: a film so little open says no more with less.
-    least_cube = float_info.epsilon * problem.roughness**3
-    if point.sealed and (point.epsilon**3 < least_cube or point.opened is None):
+    point, thinned = steps.point, steps.point.problem is not problem
+    sealed = point.sealed and not thinned
+    if sealed and point.opened is None:
         return None
-    grid, epsilon = point.finer(allowed, point.grid)
-    if len(grid.free) > MOST_NODES:
+    grid, epsilon = problem.first_grid if thinned else point.grid, point.epsilon
+    # All samples have a finer network than the thinned problem had, or the same one.
+    if not thinned or (problem.refines and len(grid.free) <= len(point.grid.free)):
+        grid, epsilon = point.finer(allowed, grid)
+    # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's steps.
+    lost = epsilon**3 < float_info.epsilon * problem.roughness**3
+    if (sealed and lost) or len(grid.free) > MOST_NODES:
         return None
-    further = None if steps.failure else point.after(point.step)
-    return replace(further or point, grid=grid, epsilon=epsilon)
+    further = (None if steps.failure else point.after(point.step)) or point
+    if not thinned:
+        return replace(further, grid=grid, epsilon=epsilon)
+    pressure = problem.on_all_samples(further.pressure)
+    return LiftPoint(problem, grid, epsilon, pressure, problem.contact_under(pressure))
 
 
 def _all_to_come(change: float, before: float) -> float:
@@ -232,15 +225,16 @@ def _all_to_come(change: float, before: float) -> float:
 
 def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
     """The state at the end of the steps, with its leak rate to the tolerance of the result."""
-    leak = problem.flow(problem.film(end.contact.gap), min(end.error, allowed))
-    error, reason, steps = end.error, "", len(end.residuals) - 1
+    contact, residuals, failure = end.point.contact, end.steps.residuals, end.steps.failure
+    leak = problem.flow(problem.film(contact.gap), min(end.error, allowed))
+    error, reason, steps = end.error, "", len(residuals) - 1
     known = leak.state == "sealed" or (leak.value > 0 and error <= MOST_ERROR)
     lowest = leak.value * exp(-error)
     highest = leak.value * exp(min(error, MOST_ERROR)) if known else inf
     if leak.state == "sealed":
         if end.opened is not None:
             highest = inf
-            if problem.solid_load(problem.highest_pressure(end.contact)) > 0:
+            if problem.solid_load(problem.highest_pressure(contact)) > 0:
                 most = problem.flow(end.opened, 0.0)
                 highest = most.value if most.upper is None else most.upper
             reason = (
@@ -248,8 +242,8 @@ def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
                 "under the contact would open it"
             )
         error = 0.0
-    elif end.failure:
-        reason = f"contact and flow have not settled: {end.failure}"
+    elif failure:
+        reason = f"contact and flow have not settled: {failure}"
     elif not known:
         reason = leak.reason or "the error of the fluid's pressure is not known"
     elif error > allowed:
@@ -263,16 +257,16 @@ def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
         rates = f"the leak rate is between {low} and {high}" if known else "it may be any leak rate"
         reason += f": {rates}; {FINER}"
     return LiftedState(
-        fluid_pressure=problem.field(end.pressure),
-        contact=end.contact,
+        fluid_pressure=problem.field(end.point.pressure),
+        contact=contact,
         leak_rate=leak,
         steps=steps,
         change=0.0 if leak.state == "sealed" else end.change,
         error=error,
         lowest=lowest,
         highest=highest,
-        residuals=end.residuals,
-        network=end.network,
+        residuals=residuals,
+        network=end.point.grid,
         reason=reason,
     )
 

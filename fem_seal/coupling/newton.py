@@ -19,6 +19,7 @@ class Steps:
     #: step changes to first order is then no measure of what it changes
     difficult: bool
     failure: str  #: why the last point is no equilibrium, else ""
+    lost: bool = False  #: whether that of a stage before was none
 
     def after(self, before: "Steps") -> "Steps":
         """These steps with those before them."""
@@ -26,6 +27,7 @@ class Steps:
             self,
             residuals=before.residuals + self.residuals,
             difficult=before.difficult or self.difficult,
+            lost=before.lost or self.lost,
         )
 
 

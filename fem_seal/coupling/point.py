@@ -23,7 +23,7 @@ from fem_seal.contact.tangent import ContactTangent
 from fem_seal.coupling.constants import FORCING, MOST_STEPS, PARTS
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import spread
+from fem_seal.coupling.state import FIRST_ORDER, spread
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.network.film_pressure import FilmPressure
@@ -128,10 +128,32 @@ class LiftPoint:
         )
 
     @cached_property
+    def image(self) -> "LiftPoint":
+        """The point on the samples of the thinned problem, on which λ is solved.
+
+        Itself where these do not show the surface, or their film is another one.
+        """
+        problem, thinned, every = self.problem, self.problem.thinned, self.problem.every
+        if not problem.thinned_shows:
+            return self
+        gap, pressure = (
+            thinned.field(field.values[::every, ::every])
+            for field in (self.contact.gap, self.contact.pressure)
+        )
+        contact = ContactState(gap, pressure, problem.contact_modulus)
+        below = self.pressure[::every, ::every]
+        image = LiftPoint(thinned, thinned.first_grid, self.epsilon, below, contact)
+        return image if image.resembles(self) else self
+
+    def resembles(self, other: "LiftPoint") -> bool:
+        """Whether ln Q of both films is the same to what a first order tells."""
+        return spread(self.flow.conductance, other.flow.conductance) <= FIRST_ORDER
+
+    @cached_property
     def _adjoint(self) -> LinearSolution:
         # Solved more exactly than Newton's step, which the next step mends. λ is large next to
         # closing: what GMRES leaves of the right side, times the step, is an error of λ·F.
-        return self.adjoint(FORCING**2, MOST_STEPS)
+        return self.image.adjoint(FORCING**2, MOST_STEPS)
 
     def solved(
         self, right_side: np.ndarray, tolerance: float, most: int, *, to_stable: bool = False
@@ -177,16 +199,6 @@ class LiftPoint:
         """Part of the leak rate that ε adds: where it is small, p_f feels ε less than this."""
         return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
 
-    @cached_property
-    def _by_parts(self) -> tuple[np.ndarray, np.ndarray]:
-        """What parts of the network may change of ln Q in the end, see `FilmPressure.by_parts`."""
-        return self.flow.by_parts(self.by_u * self._adjoint.x, FORCING**2)
-
-    @property
-    def network_error(self) -> float:
-        """What errors of the links may change of ln Q in the end, all with one sign."""
-        return float((self._by_parts[0] * self.flow.varies).sum())
-
     def finer(self, allowed: float, grid: PressureGrid) -> tuple[PressureGrid, float]:
         """Network and ε of the next stage: smaller triangles where errors change ln Q most.
 
@@ -196,16 +208,24 @@ class LiftPoint:
         if self.by_epsilon > allowed / 2 or not self.problem.refines:
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
         if self.problem.refines:
-            by_links, past_legs = self._by_parts
+            # λ weighs the pressure at the samples of the image, and that elsewhere not.
+            weight, of_image = np.zeros_like(self.pressure), self._adjoint.x
+            every = len(weight) // len(of_image)
+            weight[::every, ::every] = of_image
+            by_links, past_legs = self.flow.by_parts(self.by_u * weight, FORCING**2)
             also = past_legs > FORCING**2 * allowed  # many may open together
             grid = grid.refined(by_links, 1 - FORCING, self.flow.varies, also)
         return grid, epsilon
 
     def error_of(self, flow: "LiftPoint") -> float:
         """Error of ln Q by another flow at this point: λ·F; infinite if λ is not known."""
+        every = len(flow.pressure) // len(self._adjoint.x)
+        thinned = len(self.pressure) < len(flow.pressure)
+        if thinned and not (flow.problem.thinned_shows and self.resembles(flow)):
+            return np.inf
         if not self._adjoint.converged:
             return np.inf
-        return not_by_chance(self._adjoint.x * flow.residual)
+        return not_by_chance(self._adjoint.x * flow.residual[::every, ::every])
 
     def is_that_of(self, other: "LiftPoint", allowed: float) -> bool:
         """Whether ln Q is another point's, but for a little and what both next steps change."""

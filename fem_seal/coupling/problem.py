@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import affine_transform
 
 from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import FIRST_NODES
+from fem_seal.coupling.constants import FIRST_NODES, THINNED
 from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
@@ -48,6 +49,7 @@ class LiftProblem:
     #: conductance [m³], as of `FilmPressure`, of a film that counts as sealed: its stages end early
     negligible: float = 0.0
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
+    thins: bool = True  #: whether a large grid has a thinned problem
 
     def __post_init__(self) -> None:
         if not self.inlet > self.outlet:
@@ -147,19 +149,40 @@ class LiftProblem:
         """The network of that level."""
         return self.grid(self.first_level)
 
+    @property
+    def every(self) -> int:
+        """Samples of the contact along a side for one of the thinned problem."""
+        return self.height.shape[0] // self.thinned.height.shape[0]
+
     @cached_property
     def thinned(self) -> "LiftProblem":
         """The same problem with the contact's samples at the nodes of the first network only.
 
         Itself where these are all, or where the solid may float, whose level takes all samples.
         """
-        every = 2**-self.first_level
-        if every == 1 or self.may_float:
+        every, (dx, dy) = 2**-self.first_level, self.height.spacing
+        if every == 1 or not self.thins or self.may_float:
             return self
-        dx, dy = self.height.spacing
         samples = self.height.values[::every, ::every]
         height = GridField(samples, (every * dx, every * dy), self.height.periodic)
-        return replace(self, height=height)
+        return replace(self, height=height, thins=False)
+
+    @cached_property
+    def thinned_shows(self) -> bool:
+        """Whether the samples of a thinned problem show the surface: λ may be that of its film."""
+        thinned, heights = self.thinned, self.height.values
+        if thinned is self:
+            return False
+        lost = heights - self.on_all_samples(thinned.height.values)
+        return float(lost.std()) <= THINNED * self.roughness
+
+    def on_all_samples(self, values: np.ndarray) -> np.ndarray:
+        """Values of the thinned problem, interpolated linearly between its samples."""
+        step, shape = np.diag([1 / self.every] * 2), self.height.shape
+        between: np.ndarray = affine_transform(
+            values, step, output_shape=shape, order=1, mode="nearest"
+        )
+        return between
 
     @property
     def touching_gap(self) -> GridField:
