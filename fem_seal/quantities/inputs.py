@@ -164,6 +164,7 @@ def input_shares(
     Where the fluid carries a part of the load, x has the part that is left to the solid.
     """
     under_cylinder = scene.seal is not None and scene.seal.line_load is not None
+    own = 0.0 if scene.contact is None else scene.load.value
 
     def laws(factors: dict[str, float]) -> tuple[float, float]:
         """Logarithms of x and of Δp s³/(η L), over those of the scene, with factors on the inputs.
@@ -172,7 +173,7 @@ def input_shares(
         """
         other = scene.scaled(factors)
         drop = other.drive.pressure_drop / scene.drive.pressure_drop
-        pressed = 1.0 if scene.contact is None else other.load.value / scene.load.value
+        pressed = other.load.value / own if own else 1.0
         path = factors.get("seal.line_load", 1.0) / pressed if under_cylinder else 1.0
         load = max(pressed - carried * drop, TINY)
         x = load / (1 - carried) / prod(factors.get(name, 1.0) for name in STIFFNESSES)

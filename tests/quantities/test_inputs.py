@@ -265,3 +265,12 @@ def test_shares_under_a_cylinder():
     for name, (letter, part) in ends.items():
         change = log_rate(**{letter: 1 + part}) - log_rate(**{letter: 1 - part})
         assert shares[name] == pytest.approx(abs(change), rel=1e-12)
+
+
+def test_shares_of_solids_that_only_touch():
+    """Without a load the gap is as the heights, and the leak rate as their cube."""
+    touching = scene(DRY, "contact.pressure=0", "tolerances.heights=5 %", KNOWN[3])
+    values = 1.0, 0.95**3 / 1.03, 1.05**3 / 0.97
+    rates = (LeakRate("leaking", "adaptive", value) for value in values)
+    shares = input_shares(touching, *rates, 0.0)
+    assert shares["heights"] == pytest.approx(3 * log(1.05 / 0.95), rel=1e-12)
