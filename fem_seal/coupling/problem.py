@@ -89,7 +89,9 @@ class LiftProblem:
         nx, ny = self.height.shape
         first = 0.0 if self.film(self.touching_gap).representation == "linear" else 0.5
         u = 1 - (np.arange(nx) + first) / nx
-        pressure = self.pressure_of(u, float(np.ptp(self.height.values)))
+        # A flat face has no gap by which to judge the slip: the distance of its samples does.
+        gap = float(np.ptp(self.height.values)) or min(self.height.spacing)
+        pressure = self.pressure_of(u, gap)
         return np.repeat(pressure[:, None], ny, axis=1)
 
     def contact_under(
