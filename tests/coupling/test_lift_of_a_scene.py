@@ -238,3 +238,19 @@ def test_an_error_of_the_lift_that_is_not_known(monkeypatch):
     )
     assert entry(result).sentence == sentence
     assert not any("e+" in text or " inf " in text for _, text in summary_of(result))
+
+
+def test_a_flat_face_under_a_gas_that_slips_is_sealed(tmp_path):
+    """It has no gap by which to judge the slip, and none through which anything flows."""
+    np.save(tmp_path / "flat.npy", np.zeros((12, 12)))
+    heights = {"kind": "file", "path": str(tmp_path / "flat.npy"), "unit": "m", "periodic": True}
+    gas = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.028, "temperature": 293.0}
+    sections = {
+        "surface": heights | {"size": (12e-6, 12e-6)},
+        "solid": {"contact_modulus": 1e7},
+        "contact": {"pressure": 1e4},
+        "fluid": gas,
+        "flow": {"inlet_pressure": 1.05e5, "outlet_pressure": 1e5},
+        "output": {"products": ["leak_rate"]},
+    }
+    assert solve(Scene.from_mapping(sections)).state == "sealed"
