@@ -207,7 +207,7 @@ def parser() -> argparse.ArgumentParser:
         choices=tuple(PARTS),
         help="parts to compute (all); a later run adds others",
     )
-    add_work(top, "point")
+    add_work(top)
     return top
 
 

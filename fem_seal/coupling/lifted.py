@@ -15,7 +15,6 @@ the gap without ε, with its own bounds.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import exp, inf, log
 from sys import float_info
 
@@ -30,6 +29,7 @@ from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import FIRST_ORDER, LiftedState, allowed_error, spread
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
+from fem_seal.network.pressure_grid import PressureGrid
 from fem_seal.progress import Report, silent
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
@@ -80,26 +80,19 @@ def lifted(
 
 @dataclass(frozen=True, eq=False)
 class _End:
-    """Where the stages from one start have ended."""
+    """Where the stages from one start have ended; the first process sends it to the others."""
 
-    steps: Steps  #: of all stages
+    pressure: np.ndarray  #: p_f (nx, ny) [Pa]
+    contact: ContactState  #: under it
+    network: PressureGrid  #: of the last stage
+    sealed: bool  #: whether no open path leads through the gap
+    opened: GridFilm | None  #: a sealed film as the most fluid pressure opens it
     change: float  #: of ln Q by the last stage
     error: float  #: of ln Q, estimated
-
-    @property
-    def point(self) -> LiftPoint:
-        """The last one."""
-        return self.steps.point
-
-    @cached_property
-    def opened(self) -> GridFilm | None:
-        """A sealed film as the most fluid pressure opens it."""
-        return self.point.opened if self.point.sealed else None
-
-    @property
-    def stays_sealed(self) -> bool:
-        """Whether no fluid pressure opens the film."""
-        return self.point.sealed and self.opened is None
+    difficult: bool  #: as of `Steps`
+    lost: bool  #: as of `Steps`
+    failure: str  #: as of `Steps`
+    residuals: tuple[float, ...]  #: as of `Steps`
 
 
 def _from_both_ends(
@@ -118,13 +111,14 @@ def _from_both_ends(
     sealed = problem.film(dry.gap).sealed
     first = _first_stage(problem, allowed, low, dry, report)
     end = _further_stages(problem, allowed, first, report)
-    if end.stays_sealed or not (sealed or end.steps.difficult):
+    stays_sealed = end.sealed and end.opened is None
+    if stays_sealed or not (sealed or end.difficult):
         return [end]
     second = _first_stage(problem, allowed, high, None, report)
-    if end.error <= allowed and not end.steps.failure:
+    if end.error <= allowed and not end.failure:
         # A pressure that leaves nothing to the solid, and lets it float nowhere, does not move.
         stuck = problem.may_float and bool(second.failure)
-        lost = end.steps.lost or second.failure
+        lost = end.lost or second.failure
         if stuck or (not lost and second.point.is_that_of(first.point, allowed)):
             return [end]
     return [end, _further_stages(problem, allowed, second, report)]
@@ -187,7 +181,20 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
             break
         steps = solved(start)
         moved = spread(steps.point.flow.conductance, start.flow.conductance)
-    return _End(steps, change, max(error, FORCING * allowed))
+    point = steps.point
+    return _End(
+        pressure=point.pressure,
+        contact=point.contact,
+        network=point.grid,
+        sealed=point.sealed,
+        opened=point.opened if point.sealed else None,
+        change=change,
+        error=max(error, FORCING * allowed),
+        difficult=steps.difficult,
+        lost=steps.lost,
+        failure=steps.failure,
+        residuals=steps.residuals,
+    )
 
 
 def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint | None:
@@ -225,16 +232,15 @@ def _all_to_come(change: float, before: float) -> float:
 
 def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
     """The state at the end of the steps, with its leak rate to the tolerance of the result."""
-    contact, residuals, failure = end.point.contact, end.steps.residuals, end.steps.failure
-    leak = problem.flow(problem.film(contact.gap), min(end.error, allowed))
-    error, reason, steps = end.error, "", len(residuals) - 1
+    leak = problem.flow(problem.film(end.contact.gap), min(end.error, allowed))
+    error, reason, steps = end.error, "", len(end.residuals) - 1
     known = leak.state == "sealed" or (leak.value > 0 and error <= MOST_ERROR)
     lowest = leak.value * exp(-error)
     highest = leak.value * exp(min(error, MOST_ERROR)) if known else inf
     if leak.state == "sealed":
         if end.opened is not None:
             highest = inf
-            if problem.solid_load(problem.highest_pressure(contact)) > 0:
+            if problem.solid_load(problem.highest_pressure(end.contact)) > 0:
                 most = problem.flow(end.opened, 0.0)
                 highest = most.value if most.upper is None else most.upper
             reason = (
@@ -242,8 +248,8 @@ def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
                 "under the contact would open it"
             )
         error = 0.0
-    elif failure:
-        reason = f"contact and flow have not settled: {failure}"
+    elif end.failure:
+        reason = f"contact and flow have not settled: {end.failure}"
     elif not known:
         reason = leak.reason or "the error of the fluid's pressure is not known"
     elif error > allowed:
@@ -257,16 +263,16 @@ def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
         rates = f"the leak rate is between {low} and {high}" if known else "it may be any leak rate"
         reason += f": {rates}; {FINER}"
     return LiftedState(
-        fluid_pressure=problem.field(end.point.pressure),
-        contact=contact,
+        fluid_pressure=problem.field(end.pressure),
+        contact=end.contact,
         leak_rate=leak,
         steps=steps,
         change=0.0 if leak.state == "sealed" else end.change,
         error=error,
         lowest=lowest,
         highest=highest,
-        residuals=residuals,
-        network=end.point.grid,
+        residuals=end.residuals,
+        network=end.network,
         reason=reason,
     )
 
