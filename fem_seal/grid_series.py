@@ -58,7 +58,8 @@ def half(samples: tuple[int, int]) -> tuple[int, int] | None:
 def on_half(patch: Patch, even: bool = False) -> Patch | None:
     """Same patch on half of its samples, its flow looser and without a limit; None if too few.
 
-    Numbers of samples are even where that is asked for, as a quarter of a mirrored map needs them.
+    With `even` both numbers of samples are even: the flow of a mirrored map is then that of a
+    quarter of it.
     """
     surface, settings = present(patch.surface, "surface"), patch.flow_settings
     shape = half(surface.shape)

@@ -99,8 +99,8 @@ def free_set_cg(
         level = work / total if loaded else 0.0
         error = problem.error_from(total, work, lowest)
         if rough and error <= max(limit, ROUNDINGS * problem.rounding(p, z.dtype)):
-            # The same pressure once more, exactly; the next direction is no longer conjugate to
-            # those that rounding has bent.
+            # The same pressure once more, in double precision. The next direction is that of the
+            # residual alone: rounding has spoilt the conjugacy of those before.
             pressure[...], rough, rz_old = p, False, np.inf
             p, wall, total = pressure, exact_wall, float(pressure.sum())
             scale, total = (load / total, load) if loaded else (1.0, total)

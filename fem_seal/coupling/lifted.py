@@ -141,7 +141,7 @@ def _first_stage(
         Contact under it, if known.
     """
     thinned = problem.thinned
-    # As much more gap, where it is that of the rms height, adds what is allowed to 3 ln g.
+    # A gap of the rms height that ε makes wider has a larger ln g³, by what is allowed.
     epsilon = allowed / 3 * problem.roughness
     every = problem.every
     start = None if contact is None else contact.pressure.values[::every, ::every]

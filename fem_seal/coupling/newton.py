@@ -34,10 +34,10 @@ class Steps:
 def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
     """Take steps until the next one would change ln Q by at most a tolerance.
 
-    A step is halved while |F| does not fall. Samples that open or close bend F, so that |F| may
-    have to rise before it falls: of all tried parts the one with the least |F| is taken. On the way
-    from an unstable state |F| rises: the first step away is taken whole, each later one half as
-    far, lest they go to and fro.
+    A step is halved while |F| does not fall. F has kinks where samples open or close, so that |F|
+    may have to rise before it falls: of all tried parts the one with the least |F| is taken. On the
+    way from an unstable state |F| rises: the first step away is taken whole, each later one half as
+    long, since steps of one length may lead back and forth for ever.
 
     Parameters
     ----------
@@ -56,7 +56,8 @@ def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
             return Steps(point, tuple(residuals), difficult, "")
         parts = [1.0, 1 / 2, 1 / 4, 1 / 8]
         if step.unstable:
-            # The reversed step from an unstable equilibrium is as short as the way from there.
+            # At the unstable equilibrium itself F, and with it the step, is nearly zero: a longer
+            # one, of a tenth of the pressure drop, leads away from there.
             longer = FORCING * point.problem.drop / np.abs(step.pressure).max()
             parts, away = [max(away, longer) if little else away], away / 2
         tried: list[LiftPoint] = []

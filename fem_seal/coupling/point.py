@@ -208,7 +208,7 @@ class LiftPoint:
         if self.by_epsilon > allowed / 2 or not self.problem.refines:
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
         if self.problem.refines:
-            # λ weighs the pressure at the samples of the image, and that elsewhere not.
+            # λ of a thinned problem weighs the pressure at its samples alone.
             weight, of_image = np.zeros_like(self.pressure), self._adjoint.x
             every = len(weight) // len(of_image)
             weight[::every, ::every] = of_image

@@ -102,14 +102,15 @@ class FilmPressure:
         return self._by_gap((adjoint[b] - adjoint[a]) * self._drop) / self._unit
 
     def by_parts(self, weight: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-        """What parts of the network may change of Σ weight u, to first order and in size.
+        """How much each part of the network may change Σ weight u: sizes, to first order.
 
         Returns
         -------
         (links,)
-            By the logarithm of each link's conductance.
+            Change of the sum with the logarithm of the conductance of each link.
         (C,)
-            By what triangles conduct past their legs; empty for finite differences.
+            Change if each triangle also conducted what it does along its longest side, beside its
+            legs (`PressureGrid.past_legs`); empty for finite differences.
         """
         adjoint, grid = self._adjoint(weight, tolerance), self._grid
         a, b = grid.ends

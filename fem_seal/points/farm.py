@@ -53,7 +53,7 @@ def farm(
     Raises
     ------
     Exception
-        The first error that `compute` raises; the other processes are ended.
+        The first error that `compute` raises in any process; this ends the other processes.
     """
     context = multiprocessing.get_context("forkserver")
     with _environment() as environment:

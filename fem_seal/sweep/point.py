@@ -73,7 +73,7 @@ class Point:
         The leak rate of the last pass of contact and flow, which have not settled, is none of the
         point: its range stands in together_lower and together_upper.
         """
-        # State and decision are those of the seal as well.
+        # That of the seal where the scene has one, as are the state and decision of the result.
         leak = result.leak_rate if result.seal is None else result.seal.leak_rate
         head, unsettled = result.headline, result.lift is not None and not result.lift.settled
         if unsettled:

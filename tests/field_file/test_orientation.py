@@ -54,10 +54,10 @@ def test_leak_across_and_along_grooves(tmp_path, capsys):
     np.savez(tmp_path / "gap.npz", gap=gap, spacing=[1e-6, 1e-6])
     rates = []
     for option in ([], ["--transpose", "yes"], ["--turn", "90"], ["--turn", "180"]):
-        assert cli.main(["leak", str(tmp_path / "gap.npz"), "--rtol", "0.03", *option]) == 0
+        assert cli.main(["leak", str(tmp_path / "gap.npz"), "--rtol", "1e-3", *option]) == 0
         line = capsys.readouterr().out.split("leak rate")[1].split()
         rates.append(float(line[0]))
     # ∫g³ over one pixel of a linear gap is (a⁴ - b⁴)/(4 (a - b)), ∫g⁻³ is (b⁻² - a⁻²)/(2 (a - b)).
     parallel, series = 15 / 4 * 1e-18, 1 / (3 / 8 * 1e18)
     expected = [1e5 * mean / 12e-3 for mean in (parallel, series, series, parallel)]
-    assert rates == pytest.approx(expected, rel=0.03)  # rtol
+    assert rates == pytest.approx(expected, rel=1e-3)  # rtol

@@ -77,6 +77,6 @@ def test_every_level_encloses_the_brute_force(representation, sides, seed):
     ]
     for method, tuning in (("uniform", tunings[0]), *(("adaptive", t) for t in tunings)):
         film = GridFilm(GridField(samples, spacing), sides, representation)
-        flow = bracketed(film, 0.01, 800, method=method, tuning=tuning)
+        flow = bracketed(film, 0.01, 1500, method=method, tuning=tuning)
         assert flow.state == "leaking" or low == 0
         assert_enclosed(flow, low * (1 - 1e-9), high * (1 + 1e-9))

@@ -27,7 +27,7 @@ def film(thin: float, representation: str, n: int = 32) -> tuple[GridField, floa
 @example(seed=31, decades=7)
 @example(seed=1568, decades=41)
 @example(seed=4189, decades=30)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10_000), decades=st.integers(3, 50))
 def test_rough_constriction(seed, decades):
     """Adaptive and uniform bounds of one gap overlap, and what flows in flows out.

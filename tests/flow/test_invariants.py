@@ -228,8 +228,11 @@ def images(case: Case):
 @given(cases(), st.integers(0, 2))
 def test_images(case, which):
     """As much flows through a gap as through its image, on the same mesh to the tolerance."""
-    case, other, same_mesh = list(images(case))[which]
-    assert other.differences() == pytest.approx(case.differences(), rel=ROUNDING, abs=0)
+    every = list(images(case))
+    for one, other, _ in every:
+        expected = pytest.approx(one.differences(), rel=ROUNDING, abs=0)
+        assert other.differences() == expected
+    case, other, same_mesh = every[which]
     if same_mesh or case.representation == "constant":
         assert_overlap(case.bounds(), other.bounds())
     if same_mesh:
@@ -260,7 +263,7 @@ def test_scales(case, powers, method):
     assert found == pytest.approx(scale * case.differences(), rel=ROUNDING, abs=0)
 
 
-@settings(max_examples=50)
+@settings(max_examples=80)
 @given(cases(), SEEDS, st.sampled_from([0.03, 0.3]), st.sampled_from([0.0, 0.7]))
 def test_monotone_in_the_gap(case, seed, share, factor):
     """More contact, or a lower gap anywhere, at some places or at many, never lets more through."""
