@@ -107,16 +107,11 @@ class Patch:
         require_trusted(scene, trust)
         parallel.start_petsc(comm)
         self.scene, self.report, self.trust, self.comm = scene, report, trust, comm
-        self.lift, self._contact_start = lift or scene.lift, contact_start
         self.seconds: dict[str, float] = {}
-        known = known or Known()
-        self._values = dict(known.values)
-        # `cached_property` takes a step that is in `vars`, and computes the others.
-        given = {"surface": surface, "load": load, "flow_settings": flow_settings}
-        given |= {name: getattr(known, name) for name in ("contact", "lifted", "leak_rate")}
-        vars(self).update({name: step for name, step in given.items() if step is not None})
-        if scene.surface is None:  # a gap is given in place of both
-            self.surface = self.contact = None
+        self.lift, self._contact_start = lift or scene.lift, contact_start
+        self._surface, self._load, self._flow_settings = surface, load, flow_settings
+        self._known = known or Known()
+        self._values = dict(self._known.values)
 
     def __repr__(self) -> str:
         """The scene, and the steps that have been computed."""
@@ -127,12 +122,12 @@ class Patch:
     @cached_property
     def load(self) -> Load:
         """Load of the contact."""
-        return self.scene.load
+        return self._load or self.scene.load
 
     @cached_property
     def flow_settings(self) -> FlowSettings:
         """Settings of the flow; for scenes that need it."""
-        return self.scene.flow_settings
+        return self._flow_settings or self.scene.flow_settings
 
     def once(self, function: "Callable[[Patch], Value]") -> Value:
         """Value of a function of this patch, computed when it is first asked for."""
@@ -172,7 +167,9 @@ class Patch:
     def surface(self) -> GridField | None:
         """Heights [m] of the rough face; None if the scene gives a gap instead."""
         section = self.scene.surface
-        return SURFACES[section.kind](self, section)  # type: ignore[union-attr]  # see __init__
+        if self._surface is not None or section is None:
+            return self._surface
+        return SURFACES[section.kind](self, section)
 
     @cached_property
     def prepared(self) -> PreparedSurface | None:
@@ -207,9 +204,9 @@ class Patch:
             surface=surface or self.surface,
             known=known,
             contact_start=contact_start,
-            load=load or vars(self).get("load"),
+            load=load or self._load,
             lift=lift or self.lift,
-            flow_settings=flow_settings or vars(self).get("flow_settings"),
+            flow_settings=flow_settings or self._flow_settings,
             comm=self.comm,
         )
 
@@ -221,8 +218,9 @@ class Patch:
     @cached_property
     def contact(self) -> GapState | None:
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
-        press = CONTACTS[present(self.scene.contact, "[contact]").model]
-        surface = present(self.surface, "surface")
+        if self._known.contact is not None or self.scene.contact is None:
+            return self._known.contact
+        press, surface = CONTACTS[self.scene.contact.model], present(self.surface, "surface")
         return self.computed(
             "contact",
             lambda: press(self.scene, surface, self._contact_start, self.load, self.report),
@@ -237,8 +235,8 @@ class Patch:
     @cached_property
     def lifted(self) -> "LiftedState | None":
         """Contact and flow in one equilibrium; None unless the scene resolves the lift."""
-        if self.lift != "resolved":
-            return None
+        if self._known.lifted is not None or self.lift != "resolved":
+            return self._known.lifted
         from fem_seal.coupling import lifted
         from fem_seal.lifting import lifting_problem
 
@@ -346,6 +344,8 @@ class Patch:
 
         The volume of a gas is stated at the reference conditions of the fluid.
         """
+        if self._known.leak_rate is not None:
+            return self._known.leak_rate
         method = self.flow_settings.method
         if self.lifted_off:
             return LeakRate.lifted_off(method)

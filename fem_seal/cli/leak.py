@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from fem_seal.cli.options import add_command, add_for_programs, add_output
-from fem_seal.cli.printing import print_result, require_limit, run_and_print
+from fem_seal.cli.printing import origin_of, print_result, require_limit
 from fem_seal.digits import with_prefix
 from fem_seal.errors import InvalidInput
 from fem_seal.progress import Display
@@ -108,15 +108,18 @@ def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
 
 
 def _leak(options: argparse.Namespace) -> int:
-    from fem_seal.solved import solve
+    from fem_seal.solved import run, solve
 
     scene, assumed = _scene(options)
-    if options.out is not None:
-        return run_and_print(scene, options.out, options, head=assumed)
-    for product in ("pictures", "mesh"):
-        if product in scene.output.products:
-            raise InvalidInput(f"{product!r} of --products is written into a folder: give --out")
     require_limit(options, scene)
+    out = options.out
+    for product in ("pictures", "mesh"):
+        if out is None and product in scene.output.products:
+            raise InvalidInput(f"{product!r} of --products is written into a folder: give --out")
     with Display() as report:
-        result = solve(scene, report).result()
-    return print_result(result, None, options, assumed)
+        if out is None:
+            result = solve(scene, report).result()
+        else:
+            origin = origin_of(options)
+            result = run(scene, out, overwrite=options.overwrite, report=report, origin=origin)
+    return print_result(result, out, options, assumed)

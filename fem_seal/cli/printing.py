@@ -1,4 +1,4 @@
-"""The run of a scene, its printed result and its exit status."""
+"""The printed result of a scene, and its exit status."""
 
 import argparse
 import json
@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 from fem_seal import parallel
 from fem_seal.cli.options import NOT_KEPT
 from fem_seal.errors import InvalidInput, NotConverged, printable
-from fem_seal.progress import Display
 
 if TYPE_CHECKING:
-    from fem_seal.points import Work
     from fem_seal.results import Result
+    from fem_seal.results.result import Origin
     from fem_seal.scene import Scene
 
 WIDTH = 100  # characters of a printed line
@@ -27,35 +26,13 @@ def require_limit(options: argparse.Namespace, scene: "Scene") -> None:
         raise InvalidInput("--strict needs a limit: limit.leak_rate of the scene, such as '1 ml/h'")
 
 
-def run_and_print(
-    scene: "Scene",
-    out: Path,
-    options: argparse.Namespace,
-    *,
-    trust: bool = False,
-    work: "Work | None" = None,
-    scene_text: str | None = None,
-    head: Sequence[str] = (),
-) -> int:
-    """Run a scene into a folder, print its result below a head and give the exit status."""
+def origin_of(options: argparse.Namespace, scene_text: str | None = None) -> "Origin":
+    """The words of the command, and the text of the scene file, as result.json keeps them."""
     from fem_seal.results.result import Origin
-    from fem_seal.solved import run
 
-    require_limit(options, scene)
     # result.json is UTF-8: bytes of other names become \xe9 and the like.
     words = (os.fsencode(word).decode("utf-8", "backslashreplace") for word in options.command_line)
-    origin = Origin(command=tuple(words), scene_text=scene_text)
-    with Display() as report:
-        result = run(
-            scene,
-            out,
-            overwrite=options.overwrite,
-            report=report,
-            trust=trust,
-            work=work,
-            origin=origin,
-        )
-    return print_result(result, out, options, head)
+    return Origin(command=tuple(words), scene_text=scene_text)
 
 
 def print_result(

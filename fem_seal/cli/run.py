@@ -12,7 +12,8 @@ from fem_seal.cli.options import (
     default_folder,
     work_of,
 )
-from fem_seal.cli.printing import run_and_print, say
+from fem_seal.cli.printing import origin_of, print_result, require_limit, say
+from fem_seal.progress import Display
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -41,13 +42,23 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 def _run(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
     from fem_seal.scene.files import scene_text
+    from fem_seal.solved import run
 
     text = scene_text(options.scene)
     scene = Scene.from_text(text, options.scene, options.overrides)
+    require_limit(options, scene)
     out = options.out or default_folder(options.scene, options.overrides)
-    return run_and_print(
-        scene, out, options, trust=options.trust, work=work_of(options), scene_text=text
-    )
+    with Display() as report:
+        result = run(
+            scene,
+            out,
+            overwrite=options.overwrite,
+            report=report,
+            trust=options.trust,
+            work=work_of(options),
+            origin=origin_of(options, text),
+        )
+    return print_result(result, out, options)
 
 
 def _predict(options: argparse.Namespace) -> int:
