@@ -56,8 +56,9 @@ _THOUSANDS = {
 _QUANTITY = re.compile(rf"({_NUMBER})[\s;,\t\[(]*([A-Za-zµμÅ~]*)")
 _BRACKETS = re.compile(r"[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
 _TITLE = re.compile(r"([A-Za-z][\w ]*?)\s*[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
-# "dx = 1", "Width: 10", "Unit,um"; or words and a number with blanks between, "cellsize 30".
-_PAIR = re.compile(r"\s*([^:=;,\t]*?[^\s:=;,\t])\s*[:=;,\t]\s*(.*)")
+# "dx = 1", "Width: 10", "Unit,um"; or words and a number with blanks between, "cellsize 30". The
+# comma of "pitch 0,5 um" is a decimal one.
+_PAIR = re.compile(r"\s*([^:=;,\t]*?[^\s:=;,\t])\s*(?:[:=;\t]|,(?!(?<=\d,)\d))\s*(.*)")
 _BLANK_PAIR = re.compile(r"\s*([A-Za-z][\w\- ]*?)\s+([-+\d.].*)")
 _CAMEL = re.compile(r"(?<=[a-zäöü])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 # Several statements on a line, with commas or semicolons between.

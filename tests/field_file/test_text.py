@@ -103,6 +103,9 @@ WHOLE = {
     "two steps, a comma between the axes": (
         "Spacing (X, Y): 0.5 µm, 0.25 µm\nHeights in µm\n" + matrix(values=HEIGHTS.T)
     ),
+    "decimal commas behind blanks": (
+        "x-pitch 0,5 µm\ny-pitch 0,25 µm\nheights in µm\n" + matrix(";", ",", values=HEIGHTS.T)
+    ),
     "distances in words": (
         "Distance between points : 0.5 [um]\nDistance between lines : 0.25 [um]\nZ unit: um\n"
         + matrix(values=HEIGHTS.T)
