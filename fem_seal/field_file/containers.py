@@ -76,7 +76,7 @@ def read_netcdf(path: Path, names: Iterable[str]) -> NamedArrays:
 
 
 def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
-    """Read the named data sets at the top level of an HDF5 file."""
+    """Read the named data sets of an HDF5 file; names in a group are paths, "scan/heights"."""
     try:
         import h5py
     except ImportError:
@@ -86,13 +86,16 @@ def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
 
     with whole(path, "HDF5"), h5py.File(path, "r") as file:
         refuse_data_elsewhere(file, path)
-        data_sets = tuple(name for name in file if _is_data_set(file[name]))
+        # A walk follows no links, and those of the top level are read.
+        walk = [*file]
+        file.visit(walk.append)
+        held = tuple(name for name in dict.fromkeys(walk) if _is_data_set(file[name]))
         arrays = {}
-        for name in set(names).intersection(data_sets):
+        for name in set(names).intersection(held):
             array, what = file[name], f"{name} in {path}"
             dimensions = tuple(map(_scale_name, array.dims))
             arrays[name] = _variable(what, array[()], dict(array.attrs), dimensions)
-        return NamedArrays(path, arrays, data_sets, dict(file.attrs))
+        return NamedArrays(path, arrays, held, dict(file.attrs))
 
 
 def refuse_data_elsewhere(file: "h5py.File", path: Path) -> None:

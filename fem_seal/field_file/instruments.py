@@ -62,7 +62,10 @@ def _readable(path: Path) -> Iterator[None]:
             warnings.simplefilter("ignore")  # deprecations inside the readers concern their authors
             yield
     except _BROKEN + from_package as error:
-        reason = str(error).strip().split("\n")[0] or type(error).__name__
+        # Others name parts of the reader's program.
+        told = isinstance(error, (*from_package, OSError, ValueError))
+        reason = str(error).strip().split("\n")[0] if told else ""
+        reason = reason or "it is damaged, or of another format than its name says"
         raise InvalidInput(f"{path} cannot be read by SurfaceTopography: {reason}") from None
 
 

@@ -79,7 +79,7 @@ def interpret(arrays: NamedArrays, names: tuple[str, ...]) -> Recorded:
 
 def _map_of(samples: Variable, name: str, path: Path, normal: bool = False) -> np.ndarray:
     """Real numbers (nx, ny) of the last frame; of vectors the last component, which is normal."""
-    values = np.asarray(samples.values)
+    values = _along_x(samples)
     if values.dtype.kind not in "biuf":
         raise InvalidInput(f"{name} in {path} must hold real numbers, not {values.dtype}")
     if values.dtype.kind == "b":
@@ -97,17 +97,24 @@ def _map_of(samples: Variable, name: str, path: Path, normal: bool = False) -> n
     return values.astype(float)
 
 
+def _along_x(array: Variable) -> np.ndarray:
+    """Values with x first, also where the names of the dimensions say that y is, as in xarray."""
+    values = np.asarray(array.values)
+    return values.T if [name.lower() for name in array.dimensions] == ["y", "x"] else values
+
+
 def _without_masked(values: np.ndarray, arrays: NamedArrays) -> np.ndarray:
     mask = arrays.variables.get("mask")
     if mask is None:
         return values
-    if mask.values.shape != values.shape:
+    masked = _along_x(mask)
+    if masked.shape != values.shape:
         raise InvalidInput(
-            f"mask in {arrays.path} has shape {mask.values.shape}, its samples {values.shape}"
+            f"mask in {arrays.path} has shape {masked.shape}, its samples {values.shape}"
         )
-    if mask.values.dtype.kind not in "biuf":
+    if masked.dtype.kind not in "biuf":
         raise InvalidInput(f"mask in {arrays.path} must hold true and false")
-    return np.where(mask.values.astype(bool), np.nan, values)
+    return np.where(masked.astype(bool), np.nan, values)
 
 
 def _contact(arrays: NamedArrays) -> np.ndarray | None:
@@ -166,7 +173,10 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
     """Distance of neighbouring coordinates, which must be the same everywhere."""
     x = np.asarray(axis.values)
     if x.dtype.kind not in "iuf" or x.shape != (n,):
-        raise InvalidInput(f"{name} in {path} must be {n} coordinates, one for each sample")
+        raise InvalidInput(
+            f"{name} in {path} has shape {x.shape}, and must be {n} coordinates, one for each "
+            f"sample along {name}; the samples are (nx, ny), unless names of dimensions say (y, x)"
+        )
     if n < 2:
         raise InvalidInput(f"{name} in {path} is a single coordinate and gives no spacing")
     steps = np.diff(x.astype(float))

@@ -151,6 +151,27 @@ def test_fill_values_are_missing_points(tmp_path):
         assert np.argwhere(np.isnan(found.values)).tolist() == [[1, 2]], name
 
 
+def test_dimensions_that_name_y_first(tmp_path):
+    """As xarray writes them; a square map does not show its order otherwise."""
+    import h5py
+    from scipy.io import netcdf_file
+
+    square, mask = GAP[:4], np.eye(4, k=1, dtype=np.int8)
+    with netcdf_file(tmp_path / "a.nc", "w") as file:
+        for axis in "xy":
+            file.createDimension(axis, 4)
+        for name, values in (("heights", square), ("mask", mask)):
+            file.createVariable(name, values.dtype, ("y", "x"))[...] = values.T
+    with h5py.File(tmp_path / "b.nc", "w") as file:
+        for name, values in (("heights", square), ("mask", mask)):
+            file[name] = values.T
+            for axis, label in zip(file[name].dims, "yx", strict=True):
+                axis.label = label
+    for name in ("a.nc", "b.nc"):
+        found = read_map(tmp_path / name, HEIGHT_NAMES, Stated(unit="m", size=(4.0, 4.0)))
+        np.testing.assert_array_equal(found.values, np.where(mask, np.nan, square))
+
+
 def test_packed_lengths(tmp_path):
     """Integers, which a factor and an offset bring back; alike in NetCDF 3 and 4."""
     import h5py
@@ -193,6 +214,11 @@ def test_factors_of_no_convention(name, tmp_path):
 def test_named_array(tmp_path):
     np.savez(tmp_path / "a.npz", gap=GAP, filtered=2 * GAP, spacing=SPACING)
     assert np.array_equal(load_gap(tmp_path / "a.npz", Stated(array="filtered")).values, 2 * GAP)
+    layouts.plain_h5(tmp_path / "a.h5", "scan/gap", GAP)
+    with pytest.raises(InvalidInput, match="holds scan/gap"):
+        load_gap(tmp_path / "a.h5", Stated(unit="m", size=SIZE))
+    inside = load_gap(tmp_path / "a.h5", Stated(array="scan/gap", unit="m", size=SIZE))
+    np.testing.assert_array_equal(inside.values, GAP)
 
 
 def test_file_and_scene_may_say_the_same(tmp_path):
