@@ -104,10 +104,15 @@ def _convert(number: str, text: str, unit: str, expected: str) -> float:
             f"is in pixels, which are of no fixed length; {expected}: their number times the "
             "distance of the samples"
         )
+    registry, si = _registry(), unit.replace(" ", "*")
     try:
         # parse_units accepts names and powers only; parse_expression reads "5,0 um" as 50 um.
-        quantity = _registry().Quantity(Decimal(number), _parsed(text))
-        return float(quantity.m_as(unit.replace(" ", "*")))
+        quantity = registry.Quantity(Decimal(number), _parsed(text))
+        # Bytes, angles and parts have no dimension to pint, but roots of their own.
+        _, root = registry.get_root_units(quantity.units)
+        if root != registry.get_root_units(si)[1]:
+            raise pint.DimensionalityError(quantity.units, si)
+        return float(quantity.m_as(si))
     except pint.DimensionalityError:
         raise ValueError(f"is not in a unit of {unit}; {expected}") from None
     except (pint.PintError, *_NO_UNIT):

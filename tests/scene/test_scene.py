@@ -66,6 +66,13 @@ def test_what_is_no_length(value):
         to_si(value, "m")
 
 
+@pytest.mark.parametrize(("text", "unit"), [("80 %", "byte"), ("5 %", "rad"), ("1 GB", "rad")])
+def test_what_has_no_dimension_is_not_all_one_unit(text, unit):
+    """80 % of the memory is not 0.8 bytes."""
+    with pytest.raises(ValueError, match=f"is not in a unit of {unit}"):
+        to_si(text, unit)
+
+
 @pytest.mark.parametrize(("text", "unit"), [("0.15 MPas", "Pa"), ("1 mPas", "Pa s"), ("3 ss", "s")])
 def test_symbols_have_no_plural(text, unit):
     """MPas could be MPa or MPa s; names have one."""
