@@ -94,7 +94,8 @@ def test_names_that_need_quotes():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["map.toml", "--out", "b.toml"], "is a scene already"),
+        (["map.toml"], "is a scene already"),
+        (["map.txt", "--out", ""], "the name is empty"),
         (["none.txt"], "is not a file"),
         (["map.txt", "--out", "map.toml"], "map.toml is there already"),
         (["map.txt", "--out", "b.toml", "--size", "1 mm"], "surface.size[1] is missing"),

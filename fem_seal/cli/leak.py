@@ -6,10 +6,9 @@ Each field of some sections of a scene is an option; the scene's model gives the
 import argparse
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
-from fem_seal.cli.options import add_command, add_for_programs, add_output
+from fem_seal.cli.options import add_command, add_for_programs, add_output, file_path
 from fem_seal.cli.printing import origin_of, print_result, require_limit
 from fem_seal.digits import with_prefix
 from fem_seal.errors import InvalidInput
@@ -37,7 +36,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     command.add_argument(
         "gap_file",
-        type=Path,
+        type=file_path,
         metavar="GAP.npz",
         help="gap (nx, ny) [m], spacing [m], periodic; or nc, h5, npy, txt",
     )

@@ -1,9 +1,8 @@
 """fem-seal mesh: the mesh of a scene's shape, without solving anything."""
 
 import argparse
-from pathlib import Path
 
-from fem_seal.cli.options import add_command, add_scene, add_trust, default_folder
+from fem_seal.cli.options import add_command, add_scene, add_trust, default_folder, file_path
 from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput
 from fem_seal.progress import Display
@@ -20,7 +19,10 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     add_scene(command)
     add_trust(command)
     command.add_argument(
-        "--out", type=Path, metavar="DIR", help="folder of the files (results/NAME for NAME.toml)"
+        "--out",
+        type=file_path,
+        metavar="DIR",
+        help="folder of the files (results/NAME for NAME.toml)",
     )
     command.set_defaults(command=_mesh)
 

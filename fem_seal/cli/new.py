@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.options import add_command, add_statements, scene_of_heights
+from fem_seal.cli.options import add_command, add_statements, file_path, scene_of_heights
 from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput, present
 from fem_seal.files import write_text
@@ -18,10 +18,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "fem-seal new demos/scenes/o-ring-measured.txt --out my-seal.toml",
     )
     command.add_argument(
-        "file", type=Path, metavar="FILE", help="heights or profiles (docs/guide/surfaces.md)"
+        "file", type=file_path, metavar="FILE", help="heights or profiles (docs/guide/surfaces.md)"
     )
     command.add_argument(
-        "--out", type=Path, metavar="SCENE.toml", help="the new scene (FILE's name, in this folder)"
+        "--out",
+        type=file_path,
+        metavar="SCENE.toml",
+        help="the new scene (FILE's name, in this folder)",
     )
     add_statements(command)
     command.set_defaults(command=_new)
@@ -32,7 +35,7 @@ def _new(options: argparse.Namespace) -> int:
 
     stated = present(scene_of_heights(options.file, options).measured_map, "map").stated
     out = options.out or Path(f"{options.file.stem}.toml")
-    if out.exists():
+    if out.exists() and out != options.file:  # which is a scene, as new_scene says
         raise InvalidInput(f"{out} is there already; delete it, or name another one by --out")
     new = new_scene(options.file, out.parent, stated)
     write_text(out, new.text)

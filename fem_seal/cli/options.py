@@ -27,11 +27,18 @@ def add_command(
     )
 
 
+def file_path(text: str) -> Path:
+    """Read a path of the command line; an empty one, as of an unset variable, is no folder."""
+    if not text:
+        raise argparse.ArgumentTypeError("the name is empty")
+    return Path(text)
+
+
 def add_scene(
     command: argparse.ArgumentParser, text: str = "the scene file (docs/reference/scene.md)"
 ) -> None:
     """Add a scene file, with a help text, and changes to it."""
-    command.add_argument("scene", type=Path, metavar="SCENE.toml", help=text)
+    command.add_argument("scene", type=file_path, metavar="SCENE.toml", help=text)
     command.add_argument(
         "--set",
         dest="overrides",
@@ -162,7 +169,7 @@ def part(text: str) -> tuple[int, int]:
 
 def add_output(command: argparse.ArgumentParser, default: str) -> None:
     """Add the result folder."""
-    command.add_argument("--out", type=Path, metavar="DIR", help=f"result folder ({default})")
+    command.add_argument("--out", type=file_path, metavar="DIR", help=f"result folder ({default})")
     command.add_argument(
         "--overwrite", action="store_true", help="replace another scene's result in DIR"
     )

@@ -1,9 +1,8 @@
 """fem-seal render and fem-seal report: a result folder in pictures, and as one HTML page."""
 
 import argparse
-from pathlib import Path
 
-from fem_seal.cli.options import add_command
+from fem_seal.cli.options import add_command, file_path
 from fem_seal.cli.printing import say
 from fem_seal.progress import Display
 
@@ -26,7 +25,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     for command, call in ((report, _report), (render, _render)):
         command.add_argument(
-            "folder", type=Path, metavar="DIR", help="folder of fem-seal run or leak --out"
+            "folder", type=file_path, metavar="DIR", help="folder of fem-seal run or leak --out"
         )
         command.set_defaults(command=call)
     render.add_argument(

@@ -14,6 +14,7 @@ from fem_seal.cli.options import (
     add_command,
     add_scene,
     add_work,
+    file_path,
     work_of,
 )
 from fem_seal.cli.printing import WIDTH, say
@@ -79,7 +80,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     for name, study in studies.choices.items():
         out = Path("results") / name
         study.add_argument(
-            "--out", type=Path, metavar="DIR", default=out, help=f"result folder ({out})"
+            "--out", type=file_path, metavar="DIR", default=out, help=f"result folder ({out})"
         )
 
 

@@ -4,10 +4,9 @@ import argparse
 from collections.abc import Iterator
 from dataclasses import astuple
 from math import pi
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.options import add_command, add_scene, add_statements, scene_of_heights
+from fem_seal.cli.options import add_command, add_scene, add_statements, file_path, scene_of_heights
 from fem_seal.cli.printing import say
 from fem_seal.digits import with_error, with_prefix
 from fem_seal.errors import InvalidInput
@@ -35,10 +34,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     add_scene(command, "SCENE.toml, or a file of heights (docs/guide/surfaces.md)")
     add_statements(command)
     command.add_argument(
-        "--out", type=Path, metavar="FILE.png", help="picture of heights and spectrum (none)"
+        "--out", type=file_path, metavar="FILE.png", help="picture of heights and spectrum (none)"
     )
     command.add_argument(
-        "--csv", type=Path, metavar="FILE.csv", help="Sq, Sdq, Ssk and the spectrum C(q) (none)"
+        "--csv",
+        type=file_path,
+        metavar="FILE.csv",
+        help="Sq, Sdq, Ssk and the spectrum C(q) (none)",
     )
     command.set_defaults(command=_surface)
 

@@ -11,6 +11,7 @@ from fem_seal.cli.options import (
     add_scene,
     add_trust,
     add_work,
+    file_path,
     work_of,
 )
 from fem_seal.cli.printing import say
@@ -41,7 +42,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     points.add_argument(
         "--points",
-        type=Path,
+        type=file_path,
         metavar="TABLE.csv",
         help="in place of --vary: a head of keys, and a line for each point",
     )

@@ -52,6 +52,7 @@ BAD = {
         "surface.hurts=1": "did you mean hurst",
         "contact.area=1": "did you mean area_fraction",
         "contact.gap=1": r"it belongs in \[shape\], or did you mean mean_gap",
+        "surface.path=a.npz": "it belongs to surface.kind = 'file' or 'profiles'",
         "solid.xyz=1": "known are contact_modulus, youngs_modulus, poisson_ratio",
         "surface.hurst=": "surface.hurst is missing",
         "surface.hurst=0": "surface.hurst = 0 should be greater than 0",
@@ -165,7 +166,7 @@ BAD = {
         "surface.max_missing=1": "surface.max_missing = 1 should be less than 1",
         "surface.twin_seed=-1": "surface.twin_seed = -1 should be greater than or equal to 0",
         "surface.periodic=no": "surface.periodic = 'no' should be a valid boolean",
-        "surface.shape=[8, 8]": "surface.shape is not a known key; known are path, array, unit, si",
+        "surface.shape=[8, 8]": "it belongs to surface.kind = 'self-affine' or 'profiles'",
         "surface.periodic=true & surface.make_periodic=cut": "needs no make_periodic",
     },
     "lifted": {
