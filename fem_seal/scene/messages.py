@@ -108,8 +108,9 @@ def _nearest(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
         if name != location[0]
         and any(key in model.model_fields for model in sections_in(field.annotation))
     ]
-    own = sections_in(root.model_fields[str(location[0])].annotation) if len(location) > 1 else []
-    kinds = [k for model in own if key in model.model_fields for k in get_args(_kind(model))]
+    here = root.model_fields.get(str(location[0])) if len(location) > 1 else None
+    models = sections_in(here.annotation) if here else []
+    kinds = [k for model in models if key in model.model_fields for k in get_args(_kind(model))]
     if kinds:
         return f"it belongs to {location[0]}.kind = {' or '.join(map(repr, kinds))}"
     longer = [name for name in fields if key in name.split("_")]  # area for area_fraction
