@@ -5,9 +5,9 @@ any film with a larger one. So, without another solve,
 
     Q[g] <= ∫ K(g)|∇p|²  for g <= g_0,      Q[g] >= 1/∫ |∇ψ|²/K(g)  for g >= g_0,
 
-on the mesh of g_0, with the same bubble functions (`hierarchical.py`). Both integrals are convex
-along a straight line of gaps, since K(g) and 1/K(g) are convex for a fixed p and ψ: between two
-gaps of such a line the chord of two bounds is a bound.
+on the mesh of g_0, with the same bubble functions (`hierarchical.py`). Along a straight line of
+gaps the cube root of the first bound is convex, that of the second concave
+(docs/theory/scales-apart.md).
 """
 
 from collections.abc import Sequence

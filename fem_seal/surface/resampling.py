@@ -13,7 +13,7 @@ def resample(field: GridField, shape: tuple[int, int]) -> GridField:
     are divided equally between ±q, so that the result is real and of least slope. On a coarser grid
     modes at and above its Nyquist wavenumber are omitted.
     """
-    from scipy.signal import resample as fourier
+    from scipy.fft import irfft, rfft
 
     if not field.periodic:
         raise InvalidInput("only a periodic surface can be resampled by its Fourier series")
@@ -21,10 +21,11 @@ def resample(field: GridField, shape: tuple[int, int]) -> GridField:
         raise InvalidInput(f"shape must be two positive numbers of samples, got {shape}")
     values = field.values
     for axis, (old, new) in enumerate(zip(field.shape, shape, strict=True)):
-        values = fourier(values, new, axis=axis)
+        modes = np.moveaxis(rfft(values, axis=axis), axis, 0)[: min(old, new) // 2 + 1]
         if new < old and new % 2 == 0:
-            # SciPy keeps the cosine of the new Nyquist wavenumber.
-            sign = np.expand_dims((-1.0) ** np.arange(new), 1 - axis)
-            values = values - sign * np.mean(sign * values, axis=axis, keepdims=True)
+            modes[-1] = 0.0
+        elif old < new and old % 2 == 0:
+            modes[-1] *= 0.5
+        values = irfft(np.moveaxis(modes, 0, axis), new, axis=axis) * (new / old)
     spacing = field.size[0] / shape[0], field.size[1] / shape[1]
     return GridField(values, spacing, periodic=True)

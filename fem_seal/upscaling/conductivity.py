@@ -14,6 +14,9 @@ MOST_RISE = (
     50.0  # largest ln of K below the first load over that at it: so large a K hardly resists
 )
 MOST_TAIL = 8.0  # fall of ln K up to which it is extrapolated above the last load
+# Exponents m and n, so that K^m is concave in the gap and K^n convex: of K ~ g³, and under slip by
+# either law, for which all m up to 0.333 and n from 0.57 on would do.
+CUBE, SLIPPING = (1 / 3, 1 / 3), (0.3, 0.6)
 # Steps inside an enclosure: K falls by about the part FALL in each; there are at most MOST_STEPS.
 FALL, MOST_STEPS = 0.002, 500
 
@@ -22,13 +25,14 @@ FALL, MOST_STEPS = 0.002, 500
 class Enclosure:
     """Bounds of K between two loads, whose width falls as the square of the loads' distance.
 
-    Between two neighbouring places the chord of `upper` is an upper bound of K, and the chord of
-    1/`lower` an upper bound of 1/K (see `patch_conductivity`).
+    Between both loads K^m is at least the chord of `lower`^m, and K^n at most that of `upper`^n
+    (see `patch_conductivity`).
     """
 
-    #: (n,), bounds of K [m³/(Pa s)] at n >= 2 places, evenly from the lower load to the higher one
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
+    #: (2,), bounds of K [m³/(Pa s)] at the lower load and at the higher one
+    lower: tuple[float, float]
+    upper: tuple[float, float]
+    exponents: tuple[float, float] = CUBE  #: m and n
 
     def steps(self) -> int:
         """Number of steps that follow the bounds closely."""
@@ -38,16 +42,16 @@ class Enclosure:
 
     def lower_at(self, share: np.ndarray) -> np.ndarray:
         """Lower bound at parts 0 to 1 of the way from the lower load to the higher one."""
-        lower = np.array(self.lower)
-        resistance = np.divide(1.0, lower, out=np.full_like(lower, np.inf), where=lower > 0)
-        places = np.linspace(0, 1, len(lower))
-        with np.errstate(invalid="ignore"):
-            chord = np.interp(share, places, resistance)
-        return np.where(np.isfinite(chord), 1 / chord, 0.0)
+        return _chord(self.lower, self.exponents[0], share)
 
     def upper_at(self, share: np.ndarray) -> np.ndarray:
         """Upper bound at parts 0 to 1 of the way from the lower load to the higher one."""
-        return np.interp(share, np.linspace(0, 1, len(self.upper)), self.upper)
+        return _chord(self.upper, self.exponents[1], share)
+
+
+def _chord(ends: tuple[float, float], exponent: float, share: np.ndarray) -> np.ndarray:
+    start, end = np.power(ends, exponent)
+    return (start + share * (end - start)) ** (1 / exponent)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,12 @@ Hence for a < w < b < c
 
     g_b + (b - w)/(c - b) (g_b - g_c)  <=  g(w)  <=  ((b - w) g_a + (w - a) g_b)/(b - a).
 
-The flows at b and at a bound the flow through either gap (`flow.nearby`). These bounds are narrower
-by one power of b - a than the conductivities at a and b themselves.
+The flows at b and at a bound the flow through either gap (`flow.nearby`): p of the flow at a is
+that of a bound at all gaps of the chord, ψ of the flow at b at all gaps of the line. With K = g³
+either bound is ∫ g³ dμ or 1/∫ g⁻³ dμ with one measure μ for all of these gaps. By Minkowski's
+inequality its cube root is at most, or at least, the chord of those at both ends. With slip the
+same holds for other powers of K. These bounds are narrower by one power of b - a than the
+conductivities at a and b.
 """
 
 from collections.abc import Iterable, Mapping
@@ -40,13 +44,12 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.patch import Patch
 from fem_seal.steps import elastic_contact
-from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
+from fem_seal.upscaling.conductivity import CUBE, SLIPPING, ConductivityTable, Enclosure
 
 if TYPE_CHECKING:
     from fem_seal.flow.nearby import MeshedFlow
     from fem_seal.flow.solution import Start
 
-BETWEEN = 2  # intervals between the places of an enclosure
 BEYOND = 0.125  # (c - b)/(b - a), where c is the load that gives the line beyond b
 # A flow is solved again if its tolerance was more than so many times the one that is asked for.
 AGAIN = 2.0
@@ -131,21 +134,17 @@ class LoadedPatch:
     def _enclosure(self, a: float, b: float) -> Enclosure | None:
         if a not in self._flows:
             return None
-        places = np.linspace(0, 1, BETWEEN + 1)
-        gap_a, gap_b = self._gap(a), self._gap(b)
-        below = [self._film((1 - s) * gap_a + s * gap_b) for s in places[1:]]
-        flow = self._flows[a]
-        scale = self._per_square(flow)
-        upper = scale * flow.conductances_below([flow.film, *below])
-        lower = np.full(BETWEEN + 1, self._bounds[b][0])
+        below, gap_b = self._flows[a], self._gap(b)
+        upper = self._per_square(below) * below.conductances_below([below.film, self._film(gap_b)])
+        lower = np.zeros(2)
         if b in self._flows:
             c = b + BEYOND * (b - a)
-            fall = (b - a) / (c - b) * (gap_b - self._gap(c))
-            above = [self._film(gap_b + s * fall) for s in places[1:]]
-            flow = self._flows[b]
-            resistances = flow.resistances_above([flow.film, *above])
-            lower = self._per_square(flow) / resistances[::-1]
-        return Enclosure(tuple(lower.tolist()), tuple(upper.tolist()))
+            line = gap_b + (b - a) / (c - b) * (gap_b - self._gap(c))
+            above = self._flows[b]
+            resistances = above.resistances_above([above.film, self._film(line)])
+            lower = self._per_square(above) / resistances[::-1]
+        exponents = CUBE if self.patch.scene.slip is None else SLIPPING
+        return Enclosure(tuple(lower.tolist()), tuple(upper.tolist()), exponents)
 
     def critical_gap(self, load: float) -> float | None:
         """Gap [m] of the critical constriction at a net load [Pa]; None if sealed."""

@@ -10,6 +10,7 @@ from scipy.integrate import quad
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fluid import GasDrive, LiquidDrive
+from fem_seal.rarefied import FIRST_ORDER, LEAST_ACCOMMODATION, kinetic
 from fem_seal.upscaling import (
     ConductivityTable,
     EndPressures,
@@ -20,7 +21,7 @@ from fem_seal.upscaling import (
     seal_flow,
     uniform,
 )
-from fem_seal.upscaling.conductivity import Enclosure
+from fem_seal.upscaling.conductivity import SLIPPING, Enclosure
 from fem_seal.upscaling.march import _root, _widened, path_leak_rate
 from fem_seal.upscaling.profile import is_uniform
 
@@ -303,18 +304,35 @@ def test_bad_input(make, words):
 
 
 def enclosed(loads, e_fold):
-    """Table of an exponential K with enclosures of two places: K and 1/K are convex."""
+    """Table of an exponential K with enclosures from above: its cube root is convex."""
     K = SMOOTH * np.exp(-np.asarray(loads) / e_fold)
-    between = tuple(Enclosure((b, b, b), (a, 0.5 * (a + b), b)) for a, b in pairwise(K))
+    between = tuple(Enclosure((b, b), (a, b)) for a, b in pairwise(K))
     return ConductivityTable(loads, K, K, between)
 
 
 def test_enclosures_follow_chords():
-    """Of K between two places at most the chord, of 1/K at most the chord of the resistances."""
-    enclosure = Enclosure((4.0, 2.0, 1.0), (8.0, 4.0, 2.0))
-    assert enclosure.upper_at(0.25) == pytest.approx(6)
-    assert enclosure.lower_at(0.25) == pytest.approx(1 / (0.5 / 4 + 0.5 / 2))
-    assert Enclosure((4.0, 0.0), (8.0, 2.0)).lower_at(0.5) == 0
+    """Of the cube roots of K, or of other powers."""
+    cubes = Enclosure((8.0, 1.0), (27.0, 8.0))
+    assert cubes.upper_at(0.25) == pytest.approx(2.75**3)
+    assert cubes.lower_at(0.25) == pytest.approx(1.75**3)
+    plain = Enclosure((4.0, 1.0), (9.0, 4.0), (1.0, 0.5))
+    assert plain.upper_at(0.25) == pytest.approx(2.75**2)
+    assert plain.lower_at(0.25) == pytest.approx(3.25)
+    assert Enclosure((4.0, 0.0), (8.0, 2.0)).lower_at(1.0) == 0
+
+
+@pytest.mark.parametrize("law", [FIRST_ORDER, kinetic(LEAST_ACCOMMODATION), kinetic(1.0)])
+def test_powers_of_a_slipping_conductivity(law):
+    """Half-way between two gaps K^m is at least the mean of both, K^n at most.
+
+    The chords of the kinetic law's table lie up to 1e-4 above the law.
+    """
+    t = np.geomspace(1e-7, 1e4, 2000)
+    concave, convex = SLIPPING
+    for wider in 1.1, 2.0, 100.0:
+        low, middle, high = (gap**2 * law(gap) for gap in (t, 0.5 * (1 + wider) * t, wider * t))
+        assert (middle**concave >= 0.5 * (low**concave + high**concave) * (1 - 1e-4)).all()
+        assert (middle**convex <= 0.5 * (low**convex + high**convex) * (1 + 1e-4)).all()
 
 
 def test_a_table_with_enclosures_encloses():
