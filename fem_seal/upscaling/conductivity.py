@@ -29,9 +29,10 @@ class Enclosure:
     (see `patch_conductivity`).
     """
 
-    #: (2,), bounds of K [m³/(Pa s)] at the lower load and at the higher one
-    lower: tuple[float, float]
-    upper: tuple[float, float]
+    #: (k,), bounds of K [m³/(Pa s)] at places evenly from the lower load to the higher one: k = 2,
+    #: in results of older versions 3
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
     exponents: tuple[float, float] = CUBE  #: m and n
 
     def steps(self) -> int:
@@ -49,9 +50,9 @@ class Enclosure:
         return _chord(self.upper, self.exponents[1], share)
 
 
-def _chord(ends: tuple[float, float], exponent: float, share: np.ndarray) -> np.ndarray:
-    start, end = np.power(ends, exponent)
-    return (start + share * (end - start)) ** (1 / exponent)
+def _chord(bounds: tuple[float, ...], exponent: float, share: np.ndarray) -> np.ndarray:
+    places = np.linspace(0, 1, len(bounds))
+    return np.interp(share, places, np.power(bounds, exponent)) ** (1 / exponent)
 
 
 @dataclass(frozen=True, eq=False)
