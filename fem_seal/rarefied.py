@@ -147,18 +147,17 @@ def _flow_rate(delta: float, accommodation: float, cells: int) -> float:
     depth = delta * width[:, None] / velocity
     absorbed = -np.expm1(-depth)
     passed = absorbed / depth  # mean of Z over the cell, for a Z of 1 that enters it
-    # Sweep along c_x > 0. Due to u = 1 in cell j only: Z that enters cell k, and its mean there.
+    # Sweep along c_x > 0. Due to u = 1 in cell j only: Z that enters cell k, and its mean there over
+    # all velocities.
     entering = np.zeros((len(velocity), cells))
-    of_source = np.empty((cells, len(velocity), cells))
+    mean = np.diag((1 - passed) @ weight)
     for k in range(cells):
-        of_source[k] = entering * passed[k, :, None]
-        of_source[k, :, k] += 1 - passed[k]
+        mean[k] += (weight * passed[k]) @ entering
         entering *= 1 - absorbed[k, :, None]
         entering[:, k] += absorbed[k]
     of_wall = np.exp(-delta * edges[:-1, None] / velocity) * passed
     of_wall /= 1 - r * np.exp(-delta / velocity)
-    of_source += r * of_wall[:, :, None] * entering
-    mean = np.einsum("c,icj->ij", weight, of_source)
+    mean += (r * weight * of_wall) @ entering
     mean = mean + mean[::-1, ::-1]
     if delta <= 1:
         known, source = 0.0, mean.sum(axis=1) / (2 * delta)

@@ -66,7 +66,7 @@ def power_trace(corners, values):
         grown = (POWER - 1) * s ** (POWER - 2) * line
         psi = values[0] + s ** (POWER - 1) * line
         slope = [grown + s ** (POWER - 1) * D_b, grown + s ** (POWER - 1) * D_c]
-        return psi, slope @ to_lambda
+        return psi, to_lambda.T @ slope
 
     return at
 
@@ -74,12 +74,8 @@ def power_trace(corners, values):
 def integrate(function, degree=48):
     """∫ over the unit triangle in (λ_b, λ_c) by Gauss points on s = λ_b + λ_c and τ = λ_c/s."""
     x, w = np.polynomial.legendre.leggauss(degree)
-    x, w = (x + 1) / 2, w / 2
-    return sum(
-        ws * wt * s * function(s * (1 - t), s * t)
-        for s, ws in zip(x, w, strict=True)
-        for t, wt in zip(x, w, strict=True)
-    )
+    s, t = (part.ravel() for part in np.meshgrid((x + 1) / 2, (x + 1) / 2))
+    return (np.outer(w, w).ravel() / 4 * s * function(s * (1 - t), s * t)).sum(axis=-1)
 
 
 TRIANGLES = [
@@ -97,7 +93,7 @@ def edge_trace(corners, values):
 
     def at(l_b, l_c):
         psi = values[0] + D * l_c**POWER
-        return psi, D * POWER * l_c ** (POWER - 1) * to_lambda[1]
+        return psi, np.multiply.outer(to_lambda[1], D * POWER * l_c ** (POWER - 1))
 
     return at
 
@@ -172,7 +168,7 @@ def test_energy_beside_contact(corners, gaps, alpha, beta):
 
         def density(l_b, l_c, at=at):
             g, slope = l_b * gaps[1] + l_c * gaps[2], at(l_b, l_c)[1]
-            return slope @ slope / (alpha * g**3 + beta * g**2)
+            return (slope**2).sum(axis=0) / (alpha * g**3 + beta * g**2)
 
         exact = integrate(density) * double_area
         difference = np.subtract(values[1:], values[0])
