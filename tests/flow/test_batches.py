@@ -20,7 +20,7 @@ def test_bubbles_in_small_batches(representation, periodic, monkeypatch):
     """The cells of an edge belong to one bubble, in whatever batch they are: apart, each would
     have a bubble of its own, the pressure could jump and the bounds would cross the truth. The
     same sums in another order: 1e-12. Contact lines part bubbles of their own."""
-    gap = represented(rough_gap((12, 12), 0.3, 8), representation)
+    gap = represented(rough_gap((8, 8), 0.3, 8), representation)
     markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
     problem = level_problem(gap, 1, periodic, markings=markings)
     found = solved(problem)
@@ -37,13 +37,13 @@ def test_bubbles_in_small_blocks(periodic, contact, monkeypatch):
     of admissible functions. The sums differ in order: 1e-12."""
     markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
     problem = level_problem(
-        represented(rough_gap((12, 12), contact, 8)), 1, periodic, 1e-8, markings
+        represented(rough_gap((8, 8), contact, 8)), 1, periodic, 1e-8, markings
     )
     found = solved(problem)
-    assert 700 < len(problem.mesh.cells) < 1400
+    assert 300 < len(problem.mesh.cells) < 600
     monkeypatch.setattr(hierarchical, "STEPS", 40)
     whole = problem.corrected(*found).numbers
-    for block in (1, 50, 700):
+    for block in (1, 50, 300):
         monkeypatch.setattr(hierarchical, "BLOCK", block)
         lower, upper = problem.corrected(*found).numbers
         assert 1 / found[1].least_upper().item() <= lower < whole[0] * (1 + 1e-12)
