@@ -1,5 +1,7 @@
 """The lay of a surface: exact waves, stretched and turned surfaces, and what is no lay."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from fem_seal.surface import Lay, Spectrum, self_affine
 STEP = 1e-6
 
 
+@cache
 def rough(seed=1, stretch=1, angle=0.0):
     """Gaussian surface, stretched along an axis at an angle [degrees] from x, of 240² points."""
     rng, n = np.random.default_rng(seed), 240
