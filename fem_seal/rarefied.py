@@ -147,8 +147,8 @@ def _flow_rate(delta: float, accommodation: float, cells: int) -> float:
     depth = delta * width[:, None] / velocity
     absorbed = -np.expm1(-depth)
     passed = absorbed / depth  # mean of Z over the cell, for a Z of 1 that enters it
-    # Sweep along c_x > 0. Due to u = 1 in cell j only: Z that enters cell k, and its mean there over
-    # all velocities.
+    # Sweep along c_x > 0. Due to u = 1 in cell j only: Z that enters cell k, and its mean there
+    # over all velocities.
     entering = np.zeros((len(velocity), cells))
     mean = np.diag((1 - passed) @ weight)
     for k in range(cells):

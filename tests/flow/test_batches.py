@@ -36,9 +36,7 @@ def test_bubbles_in_small_blocks(periodic, contact, monkeypatch):
     no lower energies, as they would if the halves of one were free of each other, but the energies
     of admissible functions. The sums differ in order: 1e-12."""
     markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
-    problem = level_problem(
-        represented(rough_gap((8, 8), contact, 8)), 1, periodic, 1e-8, markings
-    )
+    problem = level_problem(represented(rough_gap((8, 8), contact, 8)), 1, periodic, 1e-8, markings)
     found = solved(problem)
     assert 300 < len(problem.mesh.cells) < 600
     monkeypatch.setattr(hierarchical, "STEPS", 40)

@@ -63,7 +63,11 @@ def test_the_aperture_of_a_ring_of_uniform_gap_is_that_gap():
 @pytest.mark.parametrize(
     ("representation", "periodic", "law", "height"),
     [
-        *((kind, around, None, 2e-6) for kind in ("linear", "constant") for around in (False, True)),
+        *(
+            (kind, around, None, 2e-6)
+            for kind in ("linear", "constant")
+            for around in (False, True)
+        ),
         *(("linear", False, law, 3e-8) for law in (None, "first-order", "kinetic")),
         *(("constant", True, law, 2e-6) for law in ("first-order", "kinetic")),
     ],
