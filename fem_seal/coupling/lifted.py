@@ -48,7 +48,8 @@ def lifted(
 
     Newton's method starts from the outlet's pressure everywhere. Where that contact is sealed, or
     the steps were difficult, there may be a sealed and a leaking equilibrium: a second start from
-    the inlet's pressure must then lead to the same state.
+    the inlet's pressure must then lead to the same state, unless the film is sealed under the
+    inlet's pressure everywhere, which no pressure of the fluid exceeds.
 
     Parameters
     ----------
@@ -102,7 +103,8 @@ def _from_both_ends(
 
     If both have the same equilibrium in the first stage, the next stages are the same as well: the
     second start goes on only if the first one has not settled, or has lost its equilibrium on the
-    way. Where the solid may float, it ends as well if its first stage comes to no equilibrium.
+    way. Where the solid may float, a second start that comes to no equilibrium in its first stage
+    is ignored. A film that the inlet's pressure does not open anywhere needs no second start.
     """
     low, high = (
         np.full(problem.height.shape, end) for end in (problem.outlet, problem.largest_start)
@@ -112,10 +114,12 @@ def _from_both_ends(
     first = _first_stage(problem, allowed, low, dry, report)
     end = _further_stages(problem, allowed, first, report)
     stays_sealed = end.sealed and end.opened is None
-    if stays_sealed or not (sealed or end.difficult):
+    if not (sealed or end.sealed or end.difficult):
+        return [end]
+    if stays_sealed and not problem.may_float and problem.sealed_under_inlet:
         return [end]
     second = _first_stage(problem, allowed, high, None, report)
-    if end.error <= allowed and not end.failure:
+    if (stays_sealed or end.error <= allowed) and not end.failure:
         # A pressure that leaves nothing to the solid, and lets it float nowhere, does not move.
         stuck = problem.may_float and bool(second.failure)
         lost = end.lost or second.failure

@@ -209,11 +209,21 @@ class LiftProblem:
         """Uniform fluid pressure [Pa] of the second start: the inlet's, or less than the load."""
         return 0.95 * self.load if self.load is not None and self.may_float else self.inlet
 
+    @cached_property
+    def sealed_under_inlet(self) -> bool:
+        """Whether the film is sealed with the inlet's pressure everywhere; P₀ must be above it.
+
+        On a half-space under a load a higher p_f nowhere makes the gap smaller: then no pressure of
+        the fluid opens the film.
+        """
+        everywhere = np.full(self.height.shape, self.inlet)
+        return self.film(self.contact_under(everywhere).gap).sealed
+
     def highest_pressure(self, contact: ContactState) -> np.ndarray:
         """The inlet's pressure [Pa] wherever no open path of a contact leads to the outlet.
 
-        On a half-space a higher p_f nowhere makes the gap smaller, so that no p_f opens a film that
-        is sealed under this one.
+        If the film stays sealed under it, so it does for each p_f that leaves drained what this
+        contact drains. In another equilibrium a region drained here may hold fluid.
         """
         nx, ny = self.height.shape
         joined = self.film(contact.gap).joined_to("outlet")[:nx, :ny]

@@ -93,9 +93,9 @@ def _neglected(patch: Patch) -> Uncertainty | None:
 def _resolved(patch: Patch) -> Uncertainty:
     """Entry of the equilibrium of contact and flow."""
     state, value = present(patch.lifted, "lifted state"), patch.leak_rate.value
+    inlet = _pressure(patch.scene.gauge_pressures[0])
     if state.state == "lifted off":
         load = _pressure(present(patch.mean_pressure, "load"))
-        inlet = _pressure(patch.scene.gauge_pressures[0])
         why = (
             f"the fluid carries the whole load of {load}: no equilibrium keeps the solids together"
         )
@@ -110,8 +110,8 @@ def _resolved(patch: Patch) -> Uncertainty:
         return Uncertainty(LIFT, "estimated", state.reason, lower, upper, True, rate, is_range=True)
     if state.state == "sealed":
         sentence = (
-            f"no fluid pressure up to {_pressure(patch.scene.gauge_pressures[0])} opens the patch: "
-            "it stays sealed with the inlet's pressure wherever no open path leads to the outlet"
+            f"sealed under the fluid's pressure as well, up to {inlet} wherever no open path leads "
+            f"to the outlet; no leaking equilibrium was found from {inlet} everywhere"
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0)
     sentence = (

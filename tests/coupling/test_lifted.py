@@ -81,8 +81,7 @@ def test_an_almost_sealed_film(n, load, inlet):
     """Sealed when dry, open under the inlet's pressure, and all but sealed at the equilibrium.
 
     It leaks as little as the "range" allows: a tenth of the upper end's gap would be a thousandth
-    of its leak rate. Without an open path it is called settled only if none opens with the inlet's
-    pressure wherever open paths do not lead to the outlet.
+    of its leak rate. A film that is called sealed is so from every other start.
     """
     settings = {"n": n, "load": load, "inlet": inlet}
     state, problem = Patch(scene(**settings)).lifted, problem_of(scene(**settings))
@@ -90,9 +89,10 @@ def test_an_almost_sealed_film(n, load, inlet):
     assert low.state == "sealed"
     assert state.leak_rate.value < 1e-3 * high.value
     assert state.lowest <= state.leak_rate.value <= state.highest
-    if state.state == "sealed":
-        most = problem.contact_under(problem.highest_pressure(state.contact))
-        assert state.converged == problem.film(most.gap).sealed
+    if state.state == "sealed" and state.converged:
+        for share in (0.3, 0.6, 0.9):
+            start = np.full(problem.height.shape, share * problem.inlet)
+            assert lifted(problem, 0.05, start=start).state == "sealed"
 
 
 @pytest.mark.parametrize("failure", ["", "no equilibrium"])
@@ -324,11 +324,11 @@ def test_the_gap_is_that_of_both_pressures():
     assert np.ptp(problem.displacement(state.fluid_pressure.values)) > 20 * slack
 
 
-def gate_and_chamber(load=0.301, n=32):
-    """A gate across the flow, and a chamber behind it whose way out is throttled."""
+def gate_and_chamber(load=0.301, place=0.3, depth=0.8, n=32):
+    """A gate across the flow at x = place, and a chamber behind it whose way out is throttled."""
     x, y = np.arange(n)[:, None] / n, np.arange(n) / n
-    gate = 0.5 * np.exp(-(((x - 0.3) / 0.05) ** 2))
-    throttled = 1 - 0.8 * np.exp(-(((y - 0.5) / 0.08) ** 2))
+    gate = 0.5 * np.exp(-(((x - place) / 0.05) ** 2))
+    throttled = 1 - depth * np.exp(-(((y - 0.5) / 0.08) ** 2))
     heights = gate + throttled * np.exp(-(((x - 0.75) / 0.05) ** 2))
     ends = {"inlet_pressure": 0.3, "outlet_pressure": 0.0, "ambient_pressure": 0.0}
     unit = {"solid": {"contact_modulus": 1.0}, "fluid": {"viscosity": 1 / 12}}
@@ -336,24 +336,27 @@ def gate_and_chamber(load=0.301, n=32):
     return problem, x
 
 
-@pytest.mark.parametrize("load", [0.301, 0.295])
-def test_two_equilibria_are_both_reported(load):
+@pytest.mark.parametrize(
+    ("load", "place", "depth"), [(0.301, 0.3, 0.8), (0.295, 0.3, 0.8), (0.31, 0.15, 0.6)]
+)
+def test_two_equilibria_are_both_reported(load, place, depth):
     """Closed, the gate keeps the pressure out that would open it: sealed or leaking.
 
-    Under a load below the inlet's pressure the second start leaves a twentieth to the solid.
+    Under a load below the inlet's pressure the second start leaves a twentieth to the solid. The
+    inlet's pressure does not open the last gate while the chamber is drained.
 
     Between them lies an equilibrium that plain passes leave. Whatever pressure the chamber has at
     first, one of the two that last is found. Its ln Q errs by at most rtol/2 = 0.025, so that the
     highest leak rate is at most 3 % above the value, and two values differ by at most 5 %.
     """
-    problem, x = gate_and_chamber(load)
+    problem, x = gate_and_chamber(load, place, depth)
     state = lifted(problem, 0.05)
     assert not state.converged
     assert "two equilibria" in state.reason
     assert state.lowest == 0.0
     assert state.highest == pytest.approx(state.leak_rate.value, rel=0.03)
     for share in (0.2, 0.5, 0.8):
-        start = problem.largest_start * np.where(x < 0.3, 1.0, np.where(x < 0.75, share, 0.0))
+        start = problem.largest_start * np.where(x < place, 1.0, np.where(x < 0.75, share, 0.0))
         found = lifted(problem, 0.05, start=np.repeat(start, 32, axis=1))
         leaks = found.leak_rate.state == "leaking"
         assert found.leak_rate.value == pytest.approx(leaks * state.leak_rate.value, rel=0.05)
