@@ -138,12 +138,11 @@ def pays_beside(samples: float, lifted: bool, comm: parallel.Comm = None) -> boo
 
 
 def solved_on_half(patch: Patch) -> Callable[[], OnHalf]:
-    """What half of the samples say: solved when it is asked for, or beside this process meanwhile.
+    """Half of the samples, solved when the answer is called, or at once beside this process.
 
     The flow of a patch uses one core; another process uses the second one where it is idle and the
     samples are so many that this saves time.
     """
-    # The dry contact comes first, since it uses all cores.
     lifted, samples = patch.lift == "resolved", patch.elastic.gap.values.size
     each = LIFTED_BYTES if lifted else DRY_BYTES
     if (

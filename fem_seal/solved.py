@@ -254,7 +254,8 @@ def answer(
     among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
     start, scene = perf_counter(), patch.scene
-    if scene.leaks == "patch" and is_estimated(scene):
+    # The dry contact uses all cores, a flow only one: half of the samples are solved beside it.
+    if isinstance(patch.contact, ContactState) and scene.leaks == "patch" and is_estimated(scene):
         patch.once(solved_on_half)
     # All processes solve film and flow together. From here on `parallel.on_root` marks what the
     # first one computes for all.
