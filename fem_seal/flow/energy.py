@@ -13,12 +13,17 @@ from math import fsum
 
 import numpy as np
 
-# Relative error of all steps outside the cells: sums of positive terms over up to 1e7 cells and
-# over the pyramid of averages, and gaps averaged 2 · 24 times at midpoints of edges.
+# Relative error of averages and of sums of positive terms. Each step on positive numbers adds at
+# most u = eps/2. A gap is averaged 2 · 24 times at midpoints of edges, which counts three times in
+# its cube; a mean over a triangle takes at most 100 steps, the pyramid of averages 24, the sum in
+# pairs over a batch of cells 32: 300 u. Averages on cells and on their quarters may differ by as
+# much, so that it counts three times: 1e-13. This is ten times as much.
 ROUNDING = 1e-12
-# Relative error of each term of a cell: 12 roundings in a component of the gradient, which counts
-# twice, 40 in the tensor (of which 15 in its moments), 10 in the area and the sums.
-_TERM = 80 * np.finfo(float).eps
+# Relative error of each term of a cell: 12 steps in a component of the gradient, which counts
+# twice, 40 in the tensor (of which 15 in its moments), 10 in the area and the sums. For bubble
+# functions: 30 in a product of two gradients, 10 in the sums at an edge, 35 in the sum in pairs
+# over the edges of a block, 80 in the sum over the blocks of 1e7 cells.
+_TERM = 160 * np.finfo(float).eps / 2
 
 
 def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -90,15 +95,15 @@ class Energy:
         """Upper bound of the energy."""
         return float(self.value * (1 + ROUNDING) + self.error)
 
-    def error_of_drop(self, drop: float) -> float:
+    def error_of_drop(self, terms: float) -> float:
         """Bound of the rounding error of the amount by which bubble functions lower the energy.
 
-        The drop is 2 r·s - s·A·s for bubble functions of residual r, stiffness A and coefficients
-        s. Each r is a sum over cells; the error of a summand is at most _TERM times
-        √(terms of the cell · stiffness of the bubble). With s·diag(A)·s ≤ 3 s·A·s, since a cell has
-        three bubble functions, the inequality of Cauchy and Schwarz bounds the error of r·s.
+        The drop is -2 s·r - s·A·s, with r = ∫ c ∇v·∇φ and A = ∫ c ∇φ·∇φ for bubble functions φ of
+        coefficients s. `terms` is the energy of Σ s φ with every term of its gradient replaced by
+        its absolute value. By the inequality of Cauchy and Schwarz the absolute values of all terms
+        of the drop sum to at most 2 √(self.terms · terms) + terms.
         """
-        return float(2 * _TERM * np.sqrt(3 * self.terms) * np.sqrt(max(drop, 0.0)))
+        return float(_TERM * (2 * np.sqrt(self.terms * terms) + terms))
 
 
 def _terms_of_gradients(

@@ -14,6 +14,7 @@ from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.hierarchical import (
     Correction,
+    Drops,
     energy_drops,
     pressure_bubbles,
     stream_bubbles,
@@ -186,8 +187,8 @@ class FilmOnMesh:
         self,
         pressures: Sequence[CornerValues],
         streams: Sequence[np.ndarray],
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Decreases (k, k), (m, m) by bubbles of the energies of k pressures, m stream functions.
+    ) -> tuple[Drops, Drops]:
+        """Drops by bubbles of the energies of k pressures and of m stream functions.
 
         Pressures are given by corner values (n, 3) on some of the C cells, stream functions by
         values (V,) at the vertices; see `hierarchical.energy_drops`.

@@ -93,28 +93,47 @@ class Correction:
     coefficient: Callable[[QuarterData], np.ndarray]  #: coefficient c on the quarters
 
 
+@dataclass(frozen=True, eq=False)
+class Drops:
+    """Amounts by which bubble functions lower the energies of k functions v."""
+
+    energies: np.ndarray  #: (k, k), decrease of ∫ c ∇v_a·∇v_b, each with its own bubble functions
+    terms: np.ndarray  #: (k,), terms of the bubble functions, as `Energy.error_of_drop` takes them
+
+    @classmethod
+    def sum(cls, parts: Sequence["Drops"], count: int, comm: MPI.Comm) -> "Drops":
+        """Sum of the drops of `count` functions on all blocks of cells of all processes."""
+        energies, terms = np.zeros((count, count)), np.zeros(count)
+        for part in parts:
+            energies += part.energies
+            terms += part.terms
+        return cls(comm.allreduce(energies), comm.allreduce(terms))
+
+
 def energy_drops(
     gap: GapOnMesh,
     mesh: AnyMesh,
     values: np.ndarray,
     energies: Sequence[Correction],
     comm: MPI.Comm,
-) -> list[np.ndarray]:
-    """Amounts by which bubble functions lower energies on one mesh, with the gap at its vertices.
+) -> list[Drops]:
+    """Drops of energies on one mesh, with the gap at its vertices.
 
-    For each energy the decrease (k, k) of ∫ c ∇v_a·∇v_b over its functions v_1 ... v_k, each of
-    which has its own bubble functions added. All use the same averages on the quarters.
+    All use the same averages on the quarters.
     """
     sides = _Sides.of([energy.bubbles for energy in energies])
-    drops = [np.zeros((energy.count, energy.count)) for energy in energies]
+    found: list[list[Drops]] = [[] for _ in energies]
     # Process the cells in blocks: the data of all bubble functions at once would take more memory
     # than anything else. Leaving out the bubble functions on the rim of a block is admissible.
     for block in range(comm.rank, len(sides.blocks), comm.size):
         bubble, free = sides.of_block(block)
         cells = _energies_with_bubbles(gap, mesh, values, energies, sides.blocks[block])
-        for drop, energy, own in zip(drops, cells, free, strict=True):
-            drop += energy.drops(bubble, own)
-    return [comm.allreduce(drop) for drop in drops]
+        for drops, energy, own in zip(found, cells, free, strict=True):
+            form = _BubbleForm(energy, bubble, len(own))
+            drops.append(form.drops(form.lowered(own)))
+    return [
+        Drops.sum(drops, energy.count, comm) for drops, energy in zip(found, energies, strict=True)
+    ]
 
 
 def drops_of_one_function(
@@ -122,23 +141,24 @@ def drops_of_one_function(
     mesh: AnyMesh,
     energy: Correction,
     comm: MPI.Comm,
-) -> list[float]:
-    """Amounts by which the same bubble functions lower the energy of a function in many gaps.
+) -> list[Drops]:
+    """Drops of the energy of one function in many gaps, all by the same bubble functions.
 
     Each gap is given with its values at the vertices of the mesh. The coefficients are those of
     `energy_drops` for the first gap; a drop is negative where the energy rises.
     """
     sides = _Sides.of([energy.bubbles])
-    drops = np.zeros(len(gaps))
+    found: list[list[Drops]] = [[] for _ in gaps]
     for block in range(comm.rank, len(sides.blocks), comm.size):
         bubble, (free,) = sides.of_block(block)
-        coefficients: np.ndarray | None = None
-        for number, (gap, values) in enumerate(gaps):
+        coefficients: list[np.ndarray] | None = None
+        for drops, (gap, values) in zip(found, gaps, strict=True):
             (cells,) = _energies_with_bubbles(gap, mesh, values, [energy], sides.blocks[block])
+            form = _BubbleForm(cells, bubble, len(free))
             if coefficients is None:
-                ((coefficients, _),) = cells.lowered(bubble, free)
-            drops[number] += cells.drop_by(bubble, coefficients)
-    return comm.allreduce(drops).tolist()
+                coefficients = form.lowered(free)
+            drops.append(form.drops(coefficients))
+    return [Drops.sum(drops, 1, comm) for drops in found]
 
 
 def _energies_with_bubbles(
@@ -151,13 +171,14 @@ def _energies_with_bubbles(
     """Each energy on a block of cells (n,) as a quadratic form in the bubble coefficients."""
     forms = [_CellEnergies.empty(energy.count, len(block)) for energy in energies]
     aspect_x, aspect_y = np.broadcast_to(gap.aspect, 2)
+    blur = mesh.blur * float(np.max(gap.aspect))
     for part in parts(0, len(block), AT_ONCE):
         cells = block[part]
         vertices = mesh.cells.take(cells, axis=0).T.astype(np.intp, order="C")
         xy = mesh.xy.take(vertices, axis=0)
         data = gap.quarter_data(xy, values.take(vertices, axis=0))
         relative = xy - xy[0]
-        shape = QuarterShape.of(relative[..., 0] * aspect_x, relative[..., 1] * aspect_y)
+        shape = QuarterShape.of(relative[..., 0] * aspect_x, relative[..., 1] * aspect_y, blur)
         for energy, form in zip(energies, forms, strict=True):
             form.fill(part, shape, energy.coefficient(data), energy.corner_values(cells))
     return forms
@@ -220,11 +241,13 @@ class _CellEnergies:
     own: np.ndarray  #: (3, n), stiffness of each bubble function
     #: (n, 2), stiffness of bubbles 1 and 2 with bubble 0; the former two do not overlap
     with_first: np.ndarray
+    terms: np.ndarray  #: (n,), bound of the terms of ∫ c |∇Σ s φ|² for Σ |s| = 1
 
     @classmethod
     def empty(cls, functions: int, count: int) -> "_CellEnergies":
         """Allocate the arrays of `count` cells."""
-        return cls(np.empty((functions, 3, count)), np.empty((3, count)), np.empty((count, 2)))
+        slope, own = np.empty((functions, 3, count)), np.empty((3, count))
+        return cls(slope, own, np.empty((count, 2)), np.empty(count))
 
     def fill(
         self,
@@ -235,72 +258,76 @@ class _CellEnergies:
     ) -> None:
         """Fill in n cells from c on their quarters (4 n,) and corner values (n, 3) of each v."""
         c = coefficient.reshape(4, -1)
-        rows = [*self.slope.reshape(-1, self.slope.shape[2]), *self.own, *self.with_first.T]
+        slope = self.slope.reshape(-1, self.slope.shape[2])
+        rows = [*slope, *self.own, *self.with_first.T, self.terms]
         slopes = (slope for v in corner_values for slope in shape.slopes(v, c))
-        entries = *slopes, *shape.stiffness(c), *shape.couplings(c)
+        entries = *slopes, *shape.stiffness(c), *shape.couplings(c), shape.terms * c.sum(axis=0)
         for row, values in zip(rows, entries, strict=True):
             row[part] = values
 
-    def drops(self, bubble: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """Decrease (k, k) of the energies by the coefficients of `lowered`."""
-        starts = [-_summed(bubble, slope, len(free)) for slope in self.slope]
-        best = self.lowered(bubble, free)
-        # With A the stiffness, the energy of functions a and b falls by
-        # start_a s_b + start_b s_a - s_a A s_b, and the residual is start - A s.
-        drops = [
-            [s_b @ start + s_a @ residual for s_b, residual in best]
-            for (s_a, _), start in zip(best, starts, strict=True)
-        ]
-        return (np.array(drops) + np.transpose(drops)) / 2
 
-    def lowered(self, bubble: np.ndarray, free: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Coefficients and residuals of each function after a few steps of CG from s = 0.
+class _BubbleForm:
+    """Energy of v + Σ s φ on all cells of a block, less that of v, for each function v.
 
-        `bubble` (3, n) is the number of the bubble function of each side, that after the last for
-        none; only the coefficients of `free` ones change.
-        """
-        count = len(free)
-        diagonal = _summed(bubble, self.own, count)
-        moved = np.append(free, False) & (diagonal > 0)
-        inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=moved)
-        stiffness = self._stiffness(bubble, diagonal)
-        starts = (-_summed(bubble, slope, count) for slope in self.slope)
-        return [_few_steps_of_cg(stiffness, start, inverse) for start in starts]
+    `bubble` (3, n) is the number of the bubble function of each side, `count` for none.
+    Coefficients s are (count + 1,), zero in the last place.
+    """
 
-    def drop_by(self, bubble: np.ndarray, s: np.ndarray) -> float:
-        """Decrease of the energy of one function by coefficients s of its bubble functions."""
-        count = len(s) - 1
-        product = self._stiffness(bubble, _summed(bubble, self.own, count))(s)
-        return float(-s @ (2 * _summed(bubble, self.slope[0], count) + product))
-
-    def _stiffness(
-        self, bubble: np.ndarray, diagonal: np.ndarray
-    ) -> Callable[[np.ndarray], np.ndarray]:
-        """Product of the stiffness, with its diagonal, and coefficients."""
-        count = len(diagonal) - 1
-        first, others = bubble[0], self._others(bubble[1:], count)
-
-        def stiffness(direction: np.ndarray) -> np.ndarray:
-            product = diagonal * direction
-            product += others.T @ direction.take(first)
-            product += _summed(first, others @ direction, count)
-            return product
-
-        return stiffness
-
-    def _others(self, bubble: np.ndarray, count: int) -> csr_matrix:
-        """Stiffness (n, count + 1) of bubbles 1 and 2 of each cell with its bubble 0."""
+    def __init__(self, cells: _CellEnergies, bubble: np.ndarray, count: int):
+        self._cells, self._bubble = cells, bubble
+        self._starts = [-_summed(bubble, slope, count) for slope in cells.slope]
+        self._diagonal = _summed(bubble, cells.own, count)
+        # Stiffness (n, count + 1) of bubbles 1 and 2 of each cell with its bubble 0.
         starts = np.arange(0, 2 * bubble.shape[1] + 1, 2, dtype=np.int32)
-        columns = bubble.T.astype(np.int32).ravel()
-        return csr_matrix((self.with_first.ravel(), columns, starts), (len(starts) - 1, count + 1))
+        columns = bubble[1:].T.astype(np.int32).ravel()
+        shape = len(starts) - 1, count + 1
+        self._others = csr_matrix((cells.with_first.ravel(), columns, starts), shape)
+
+    def _stiffness(self, s: np.ndarray) -> np.ndarray:
+        """A s."""
+        first = self._bubble[0]
+        product = self._diagonal * s
+        product += self._others.T @ s.take(first)
+        product += _summed(first, self._others @ s, len(s) - 1)
+        return product
+
+    def lowered(self, free: np.ndarray) -> list[np.ndarray]:
+        """Coefficients for each function v after a few steps of CG from s = 0.
+
+        Only the coefficients of `free` (count,) bool change.
+        """
+        moved = np.append(free, False) & (self._diagonal > 0)
+        inverse = np.divide(1.0, self._diagonal, out=np.zeros(len(moved)), where=moved)
+        return [_few_steps_of_cg(self._stiffness, start, inverse) for start in self._starts]
+
+    def drops(self, coefficients: Sequence[np.ndarray]) -> Drops:
+        """Drops by coefficients of each function.
+
+        The energy of functions a and b changes by r_a·s_b + r_b·s_a + s_a·A·s_b. It is computed
+        from s alone, not from what CG says of itself, so that the rounding errors of CG do not
+        count; NumPy sums in pairs.
+        """
+        residuals = [
+            start - self._stiffness(s) for start, s in zip(self._starts, coefficients, strict=True)
+        ]
+        rows = [
+            [
+                (s_b * start + s_a * residual).sum()
+                for s_b, residual in zip(coefficients, residuals, strict=True)
+            ]
+            for s_a, start in zip(coefficients, self._starts, strict=True)
+        ]
+        in_cell = (np.abs(s).take(self._bubble).sum(axis=0) for s in coefficients)
+        terms = [(self._cells.terms * s * s).sum() for s in in_cell]
+        return Drops((np.array(rows) + np.transpose(rows)) / 2, np.array(terms))
 
 
 def _few_steps_of_cg(
     stiffness: Callable[[np.ndarray], np.ndarray],
     start: np.ndarray,
     inverse: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients s and residual start - A s after some steps of CG from s = 0.
+) -> np.ndarray:
+    """Coefficients s after some steps of CG for A s = start, from s = 0.
 
     `inverse` is the diagonal preconditioner, zero where a coefficient stays zero.
     """
@@ -318,7 +345,7 @@ def _few_steps_of_cg(
         s += alpha * d
         r -= alpha * Ad
         rz_before = rz
-    return s, r
+    return s
 
 
 def _summed(bubble: np.ndarray, of_sides: np.ndarray, count: int) -> np.ndarray:

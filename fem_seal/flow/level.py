@@ -32,6 +32,7 @@ from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import ROUNDING, Energy, gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.gap_on_mesh import GapOnMesh
+from fem_seal.flow.hierarchical import Drops
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Jumps
 from fem_seal.flow.solution import CornerValues, FlowEstimate, SolvedLevel, Start
@@ -53,19 +54,22 @@ class Family:
     residuals: tuple[float, ...]  #: those of all solves, one after the other, as of `Minimum`
     stalled: str  #: reason why CG stopped short of its tolerance in one of the solves, else ""
 
-    def least_upper(self, drops: np.ndarray | float = 0.0) -> np.ndarray:
-        """Upper bound (k, k), as a form, of the energies after `drops` (k, k) by bubble functions.
+    def least_upper(self, drops: Drops | None = None) -> np.ndarray:
+        """Upper bound (k, k), as a form, of the energies, if asked after drops by bubble functions.
 
         The rounding error of the energy of functions a and b is at most the largest relative error
-        of all times √(E_aa E_bb). That of a drop is a multiple of √(terms_a drop_b)
-        (`Energy.error_of_drop`), in which the largest ratio of drop to terms may replace each one.
-        For any combination of k functions either sum is at most k times its diagonal part.
+        of all times √(E_aa E_bb). That of a drop (`Energy.error_of_drop`) is at most the largest
+        error relative to the terms of the function, times √(terms_a terms_b). For any combination
+        of k functions either sum is at most k times its diagonal part.
         """
-        totals, drop = self.totals, np.broadcast_to(drops, self.energies.shape).diagonal()
+        totals, upper = self.totals, self.energies
         relative = max(total.error / total.value for total in totals) + ROUNDING
-        ratio = max((d / t.terms for d, t in zip(drop, totals, strict=True) if d > 0), default=0.0)
-        errors = [relative * t.value + t.error_of_drop(ratio * t.terms) for t in totals]
-        return self.energies - drops + len(totals) * np.diag(errors)
+        errors = np.array([relative * total.value for total in totals])
+        if drops is not None:
+            upper = upper - drops.energies
+            ratio = max(b / t.terms for b, t in zip(drops.terms, totals, strict=True))
+            errors += [total.error_of_drop(ratio * total.terms) for total in totals]
+        return upper + len(totals) * np.diag(errors)
 
 
 @dataclass(frozen=True, eq=False)

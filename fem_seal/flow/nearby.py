@@ -86,11 +86,11 @@ class MeshedFlow:
         own = problems[0]
         gaps = [(problem.gap, problem.values) for problem in problems]
         drops = drops_of_one_function(gaps, own.mesh, correction, own.space.comm)
-        # The rounding error of a drop grows with the energy of the bubble functions. That energy is
-        # largest in the film itself, and the drop there is at least as large: use it for all films.
         return np.array(
             [
-                energy.least_upper() - drop + energy.error_of_drop(drops[0])
+                energy.least_upper()
+                - drop.energies.item()
+                + energy.error_of_drop(drop.terms.item())
                 for energy, drop in zip(energies, drops, strict=True)
             ]
         )

@@ -69,21 +69,32 @@ class QuarterShape:
     cc: np.ndarray  #: products λ_c λ_c
     sums: np.ndarray  #: of λ_b + λ_c with itself
     differences: np.ndarray  #: of λ_b - λ_c with itself
+    #: ∫ |G|² with G_x = |∂λ_b/∂x| + |∂λ_c/∂x|, G_y alike, times the condition of the triangle: the
+    #: terms of the bubble functions, as `Energy.terms` are those of v
+    terms: np.ndarray
 
     @classmethod
-    def of(cls, x: np.ndarray, y: np.ndarray) -> "QuarterShape":
-        """Products of triangles with corners a, b, c at (x, y), each (3, n), relative to one."""
+    def of(cls, x: np.ndarray, y: np.ndarray, blur: float = 0.0) -> "QuarterShape":
+        """Products of triangles with corners a, b, c at (x, y), each (3, n), relative to one.
+
+        `blur` is the largest error of a coordinate in units of the rounding unit.
+        """
         # ∇λ is the opposite side, rotated, over twice the area.
         bx, by, cx, cy = x[0] - x[2], y[0] - y[2], x[1] - x[0], y[1] - y[0]
-        scale = 0.5 / np.abs(bx * cy - by * cx)
+        twice = np.abs(bx * cy - by * cx)
+        scale = 0.5 / twice
         bc = scale * (bx * cx + by * cy)
         px, py, mx, my = bx + cx, by + cy, bx - cx, by - cy
+        Gx, Gy = np.abs(by) + np.abs(cy), np.abs(bx) + np.abs(cx)
+        uncertain = (np.abs(bx * cy) + np.abs(by * cx) + blur * (Gx + Gy)) / twice
+        Gx, Gy = uncertain * Gx + 2 * blur, uncertain * Gy + 2 * blur
         return cls(
             bb=scale * (bx * bx + by * by),
             bc=bc,
             cc=scale * (cx * cx + cy * cy),
             sums=scale * (px * px + py * py),
             differences=scale * (mx * mx + my * my),
+            terms=scale * (Gx * Gx + Gy * Gy),
         )
 
     def slopes(self, corner_values: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -8,6 +8,7 @@ from scipy.sparse.linalg import spsolve
 
 from fem_seal.flow import hierarchical
 from fem_seal.flow.hierarchical import (
+    _BubbleForm,
     _CellEnergies,
     _few_steps_of_cg,
     pressure_bubbles,
@@ -89,8 +90,8 @@ def test_every_step_lowers_the_energies(contact, monkeypatch):
     assert (np.diff(lower) > 0).all()
     assert (np.diff(upper) < 0).all()
     assert [lower[0], upper[0]] == pytest.approx(plain_bounds(problem), rel=1e-7, abs=0)
-    # Energies of neighbouring bubbles overlap by at most a half, so that CG gains a factor of three
-    # a step or more: of what 40 steps find, 4 miss no more than 3^-4.
+    # On square pixels energies of neighbouring bubbles overlap by at most a half, so that CG gains
+    # a factor of three a step or more: of what 40 steps find, 4 miss no more than 3^-4.
     assert lower[-1] - lower[-2] < 3**-4 * (lower[-1] - lower[0])
     assert upper[-2] - upper[-1] < 3**-4 * (upper[0] - upper[-1])
 
@@ -178,21 +179,22 @@ def test_products_of_two_functions_with_their_bubbles():
     rng = np.random.default_rng(1)
     n, count = 30, 12
     bubble = np.array([rng.permutation(count)[:3] for _ in range(n)]).T
-    form = _CellEnergies.empty(2, n)
-    form.slope[:], form.with_first[:] = rng.normal(size=(2, 3, n)), rng.normal(size=(n, 2))
-    form.own[:] = 2.0
+    cells = _CellEnergies.empty(2, n)
+    cells.slope[:], cells.with_first[:] = rng.normal(size=(2, 3, n)), rng.normal(size=(n, 2))
+    cells.own[:], cells.terms[:] = 2.0, 0.0
     A, r = np.zeros((count + 1, count + 1)), np.zeros((2, count + 1))
     for cell, (m, e, d) in enumerate(bubble.T):
         for row, side in enumerate((m, e, d)):
-            A[side, side] += form.own[row, cell]
-            r[:, side] += form.slope[:, row, cell]
-        for side, entry in zip((e, d), form.with_first[cell], strict=True):
+            A[side, side] += cells.own[row, cell]
+            r[:, side] += cells.slope[:, row, cell]
+        for side, entry in zip((e, d), cells.with_first[cell], strict=True):
             A[m, side] += entry
             A[side, m] += entry
     inverse = np.append(1 / A.diagonal()[:-1], 0.0)
-    s, t = (_few_steps_of_cg(A.__matmul__, -residual, inverse)[0] for residual in r)
+    s, t = (_few_steps_of_cg(A.__matmul__, -residual, inverse) for residual in r)
     expected = np.array([[-2 * (r[0] @ s) - s @ A @ s, 0.0], [0.0, -2 * (r[1] @ t) - t @ A @ t]])
     expected[0, 1] = expected[1, 0] = -(r[0] @ t + r[1] @ s + s @ A @ t)
-    drops = form.drops(bubble, np.ones(count, dtype=bool))
+    form = _BubbleForm(cells, bubble, count)
+    drops = form.drops(form.lowered(np.ones(count, dtype=bool))).energies
     np.testing.assert_allclose(drops, expected, rtol=1e-12)
     assert abs(s @ (-r[1] - A @ t)) > 1e-6 * abs(expected[0, 1])
