@@ -2,7 +2,7 @@
 
     python -P -m fem_seal.beside
 
-reads a pickled function of a module and its arguments, and writes the pickled answer or error.
+reads a pickled function of a module with its arguments, and writes the pickled answer or error.
 """
 
 import os
@@ -11,8 +11,9 @@ import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 from fem_seal.errors import FemSealError, present
 from fem_seal.interrupts import die_with_parent
@@ -30,30 +31,35 @@ def environment(**variables: str) -> dict[str, str]:
     return kept | {"PYTHONPATH": os.pathsep.join(paths)} | variables
 
 
-def beside(function: Callable[..., Answer], *arguments: object) -> Callable[[], Answer]:
-    """Start a function in a process with one thread; return what waits for its answer.
+class Beside(Generic[Answer]):
+    """A function in a process with one thread; called, this waits for its answer.
 
-    Both are pickled. If the process is killed, most likely since memory is short, this one computes
-    the answer.
+    Function and arguments are pickled. If the process is killed, most likely since memory is short,
+    or was ended, this process computes the answer.
     """
-    # In a session of its own it does not receive Ctrl-C, but it ends with this process.
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "fem_seal.beside"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        env=environment(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1"),
-        start_new_session=True,
-    )
-    given, told = present(process.stdin, "pipe"), present(process.stdout, "pipe")
-    with suppress(BrokenPipeError), given:
-        pickle.dump((function, arguments), given, protocol=pickle.HIGHEST_PROTOCOL)
 
-    def answer() -> Answer:
+    def __init__(self, function: Callable[..., Answer], *arguments: object) -> None:
+        self._call = partial(function, *arguments)
+        # In a session of its own it does not receive Ctrl-C, but it ends with this process.
+        self._process: subprocess.Popen | None = subprocess.Popen(
+            [sys.executable, "-P", "-m", "fem_seal.beside"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=environment(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1"),
+            start_new_session=True,
+        )
+        with suppress(BrokenPipeError), present(self._process.stdin, "pipe") as given:
+            pickle.dump(self._call, given, protocol=pickle.HIGHEST_PROTOCOL)
+
+    def __call__(self) -> Answer:
         """Wait for the answer of the process."""
+        process, self._process = self._process, None
+        if process is None:
+            return self._call()
         with process:
-            text = told.read()
+            text = present(process.stdout, "pipe").read()
         if process.returncode:
-            return function(*arguments)
+            return self._call()
         found: Answer | FemSealError
         found, peak = pickle.loads(text)
         _peaks.append(peak)
@@ -61,7 +67,12 @@ def beside(function: Callable[..., Answer], *arguments: object) -> Callable[[], 
             raise found
         return found
 
-    return answer
+    def end(self) -> None:
+        """End the process if nobody has waited for its answer."""
+        process, self._process = self._process, None
+        if process is not None:
+            with process:
+                process.kill()
 
 
 def peak_beside() -> int:
@@ -76,10 +87,10 @@ def _main() -> None:
     # Libraries print to the standard output: let it be that of errors.
     with os.fdopen(os.dup(1), "wb") as told:
         os.dup2(2, 1)
-        function, arguments = pickle.loads(given)
+        function = pickle.loads(given)
         del given
         try:
-            answer = function(*arguments)
+            answer = function()
         except FemSealError as error:
             answer = error
         pickle.dump((answer, peak_memory()), told)

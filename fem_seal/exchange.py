@@ -79,7 +79,8 @@ def to_xarray(fields: GridField | GapState) -> "xr.Dataset":
             variables["pressure"] = (fields.pressure.values, {"units": "Pa"})
     else:
         raise InvalidInput(
-            f"to_xarray takes a contact or a field on a grid, not a {type(fields).__name__}"
+            "to_xarray takes a contact, such as solved.contact, or a field on a grid, not a "
+            f"{type(fields).__name__}"
         )
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     metres = {"units": "m"}
@@ -99,8 +100,12 @@ def to_pyvista(leak: LeakRate) -> "pv.PolyData":
     Raises
     ------
     InvalidInput
-        If the leak rate has no field.
+        If it is no leak rate, or one without a field.
     """
+    if not isinstance(leak, LeakRate):
+        raise InvalidInput(
+            f"to_pyvista takes a leak rate, such as solved.leak_rate, not a {type(leak).__name__}"
+        )
     field = leak.field
     if field is None:
         raise InvalidInput(

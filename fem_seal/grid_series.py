@@ -4,14 +4,16 @@ The leak rate of a finer grid is estimated from two grids, n/2 and n, by one rul
 The rule and how well it held: docs/guide/contact-grid.md.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from math import exp, inf, log, log1p
 
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.beside import beside
+from fem_seal.beside import Beside
 from fem_seal.contact.settings import Load
 from fem_seal.digits import per_cent
 from fem_seal.errors import NotConverged, present
@@ -150,9 +152,24 @@ def solved_on_half(patch: Patch) -> Callable[[], OnHalf]:
         or available_memory() < BYTES_BESIDE + each * samples
         or (not lifted and patch.sealed)
     ):
-        return lambda: OnHalf.of(patch, patch.state == "sealed")
+        return partial(_solved_here, patch)
     settings = patch.scene, patch.surface, patch.load, patch.lift, patch.flow_settings
-    return beside(_solved_beside, *settings)
+    return Beside(_solved_beside, *settings)
+
+
+@contextmanager
+def half_beside(patch: Patch) -> Iterator[None]:
+    """Solve half of the samples beside what the block computes, and no longer than the block."""
+    half_of = patch.once(solved_on_half)
+    try:
+        yield
+    finally:
+        if isinstance(half_of, Beside):
+            half_of.end()
+
+
+def _solved_here(patch: Patch) -> OnHalf:
+    return OnHalf.of(patch, patch.state == "sealed")
 
 
 def _solved_beside(

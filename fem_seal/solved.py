@@ -1,7 +1,7 @@
 """The runner: from a scene to its answer, `Solved`, and to its result folder."""
 
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +14,7 @@ from fem_seal.beside import peak_beside
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.grid_series import is_estimated, solved_on_half
+from fem_seal.grid_series import half_beside, is_estimated
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.memory import peak_memory
 from fem_seal.patch import Patch
@@ -254,13 +254,14 @@ def answer(
     among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
     start, scene = perf_counter(), patch.scene
+    elastic = isinstance(patch.contact, ContactState)
+    estimated = elastic and scene.leaks == "patch" and is_estimated(scene)
     # The dry contact uses all cores, a flow only one: half of the samples are solved beside it.
-    if isinstance(patch.contact, ContactState) and scene.leaks == "patch" and is_estimated(scene):
-        patch.once(solved_on_half)
-    # All processes solve film and flow together. From here on `parallel.on_root` marks what the
-    # first one computes for all.
-    patch.solve_film()
-    leak, budget, seal = LEAKS[scene.leaks](patch, patches, work)
+    with half_beside(patch) if estimated else nullcontext():
+        # All processes solve film and flow together. From here on `parallel.on_root` marks what the
+        # first one computes for all.
+        patch.solve_film()
+        leak, budget, seal = LEAKS[scene.leaks](patch, patches, work)
     return Solved(
         patch=patch,
         leak_rate=leak,

@@ -2,25 +2,27 @@
 
 import os
 import signal
+import subprocess
 from math import hypot
 
 import pytest
 from project import scene_of_samples
 
 from fem_seal import grid_series, parallel
-from fem_seal.beside import beside, environment, peak_beside
+from fem_seal.beside import Beside, environment, peak_beside
 from fem_seal.errors import InvalidInput
 from fem_seal.grid_series import estimated_error, solved_on_half
 from fem_seal.patch import Patch
 from fem_seal.registry import require_known
 from fem_seal.scene import Scene
+from fem_seal.solved import solve
 
 TESTING = os.getpid()
 
 
 def test_the_answer_is_that_of_this_process():
-    assert beside(hypot, 3.0, 4.0)() == 5.0
-    assert beside(os.getppid)() == TESTING
+    assert Beside(hypot, 3.0, 4.0)() == 5.0
+    assert Beside(os.getppid)() == TESTING
     # Python alone takes about 10 MB.
     assert peak_beside() > 5e6
 
@@ -30,17 +32,26 @@ def test_it_has_one_thread_and_starts_mpi_on_its_own(monkeypatch):
         monkeypatch.setenv(name, "1")
     assert not {"PMIX_RANK", "OMPI_COMM_WORLD_SIZE"} & environment().keys()
     assert "OMPI_MCA_btl" in environment()
-    assert beside(parallel.cores)() == 1
-    assert beside(parallel.processes)() == 1
+    assert Beside(parallel.cores)() == 1
+    assert Beside(parallel.processes)() == 1
 
 
 def test_its_error_is_raised_here():
     with pytest.raises(InvalidInput, match="unknown"):
-        beside(require_known, {"known": 1}, "other", "name")()
+        Beside(require_known, {"known": 1}, "other", "name")()
 
 
 def test_a_killed_process_is_made_up_for():
-    assert beside(_killed_elsewhere, TESTING)() == TESTING
+    assert Beside(_killed_elsewhere, TESTING)() == TESTING
+
+
+def test_it_ends_with_what_it_stands_beside(beside_always, monkeypatch):
+    """If the flow fails, the processes of a notebook do not compute on."""
+    monkeypatch.setattr(Patch, "solve_film", lambda patch: require_known((), "flow", "step"))
+    with pytest.raises(InvalidInput, match="step"):
+        solve(Scene.from_mapping(scene_of_samples(32)))
+    (process,) = beside_always
+    assert process.returncode == -signal.SIGKILL
 
 
 def _killed_elsewhere(process):
@@ -49,18 +60,28 @@ def _killed_elsewhere(process):
     return process
 
 
+@pytest.fixture
+def beside_always(monkeypatch):
+    """Solve half of the samples beside the flow, however few they are; the processes started."""
+    started = []
+    popen = subprocess.Popen
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda *a, **k: started.append(popen(*a, **k)) or started[-1]
+    )
+    monkeypatch.setattr(grid_series, "DRY_BESIDE", 1)
+    monkeypatch.setattr(grid_series, "LIFTED_BESIDE", 1)
+    monkeypatch.setattr(parallel, "cores", lambda: 2)
+    return started
+
+
 @pytest.mark.parametrize(("pressure", "lift"), [(0.2, "none"), (0.2, "resolved"), (3.0, "none")])
-def test_the_coarser_grid_says_the_same_beside_the_flow(pressure, lift, monkeypatch):
+def test_the_coarser_grid_says_the_same_beside_the_flow(pressure, lift, request):
     sections = scene_of_samples(32)
     sections["contact"] = {"pressure": f"{pressure} MPa"}
     sections["flow"] |= {"rtol": 0.3, "lift": lift}
     here, other = (Patch(Scene.from_mapping(sections)) for _ in range(2))
     expected = here.once(estimated_error)
-    started = []
-    monkeypatch.setattr(grid_series, "DRY_BESIDE", 1)
-    monkeypatch.setattr(grid_series, "LIFTED_BESIDE", 1)
-    monkeypatch.setattr(parallel, "cores", lambda: 2)
-    monkeypatch.setattr(grid_series, "beside", lambda *call: started.append(call) or beside(*call))
+    started = request.getfixturevalue("beside_always")
     other.once(solved_on_half)
     assert other.once(estimated_error) == expected
     assert bool(started) == (here.state == "leaking")

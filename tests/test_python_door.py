@@ -1,5 +1,6 @@
 """The door for Python: sections as objects, errors of one sentence, notebooks, other libraries."""
 
+import pickle
 import re
 
 import numpy as np
@@ -166,6 +167,8 @@ def test_a_text_of_a_stranger_is_text():
 
 
 def test_save_writes_what_run_writes(solved, tmp_path):
+    """Also of an answer that another process has sent."""
+    assert str(pickle.loads(pickle.dumps(solved))) == str(solved)
     saved, ran = solved.save(tmp_path / "saved"), fs.run(solved.patch.scene, tmp_path / "ran")
     assert saved.files == ran.files
     assert (saved.leak_rate, saved.headline) == (ran.leak_rate, ran.headline)
@@ -204,6 +207,8 @@ def test_pyvista_mesh_carries_the_flow(patch):
     assert leak.lower <= through <= leak.inflow * (1 + 1e-4)
     with pytest.raises(fs.InvalidInput, match="add 'mesh' to output"):
         fs.to_pyvista(fs.LeakRate.sealed("adaptive"))
+    with pytest.raises(fs.InvalidInput, match="leak_rate, not a Patch"):
+        fs.to_pyvista(patch)
 
 
 @pytest.mark.render
