@@ -154,8 +154,10 @@ def _cross_validation(options: argparse.Namespace) -> int:
         for name, (rows, bracket) in zip(patches, results, strict=True)
     }
     rows = [row for of_gap, _ in compared.values() for row in of_gap]
-    given = all(patch.scene.contact is None for patch in patches.values())
-    title = f"{options.scene.stem}, {'given gap' if given else 'dry contact'}"
+    scenes = [patch.scene for patch in patches.values()]
+    of_what = "lifted contact" if any(scene.lift == "resolved" for scene in scenes) else "contact"
+    given = all(scene.contact is None for scene in scenes)
+    title = f"{options.scene.stem}, {'given gap' if given else of_what}"
 
     def write() -> None:
         write_text(options.out / "cross_validation.csv", as_csv(rows))

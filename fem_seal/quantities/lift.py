@@ -134,10 +134,9 @@ def _range(patch: Patch) -> Uncertainty:
         f"{rounded_down(_end(closed, 0))} and {rounded_up(rate)} m^3/s"
     )
     if isinf(rate):
-        sentence = (
-            "the inlet's pressure is no less than the load, so that the seal may lift off; at "
-            f"least {rounded_down(_end(closed, 0))} m^3/s"
-        )
+        sentence = "the inlet's pressure is no less than the load, so that the seal may lift off"
+        if least := _end(closed, 0):
+            sentence += f"; at least {rounded_down(least)} m^3/s"
         return Uncertainty(LIFT, "not covered", sentence, lower, None, caution=True, is_range=True)
     return Uncertainty(LIFT, "estimated", sentence, lower, upper, upper_rate=rate, is_range=True)
 

@@ -157,7 +157,8 @@ def flow_words(result: Result) -> str:
 def contact_words(result: Result) -> str:
     """Area, mean gap and mean pressure; of a patch that is lifted off those without load."""
     area = 100 * result.contact_area_fraction
-    text = f"{area:.4g} % of the area, mean gap {_length(result.mean_gap)}"
+    whose = "the shape's area" if "shape" in result.provenance.scene else "the area"
+    text = f"{area:.4g} % of {whose}, mean gap {_length(result.mean_gap)}"
     if result.state == "lifted off":
         return f"{text}; without load, where the solids only just touch"
     if result.mean_pressure is not None:

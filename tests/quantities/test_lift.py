@@ -91,6 +91,13 @@ def test_lift_off(load):
     assert above.verdict.decision == "above limit"
 
 
+def test_a_range_of_a_sealed_contact_that_may_lift_off_has_no_lower_end():
+    flow = {"pressure_drop": 3e8, "lift": "range"}
+    result = solve(scene(load={"pressure": 3e8}, flow=flow)).result()
+    assert result.state == "sealed"
+    assert entry(result, "lift").sentence.endswith("the seal may lift off")
+
+
 def test_a_second_contact_that_does_not_converge():
     """Enough iterations for full contact, too few for the opened one: open, and said so."""
     load, flow = {"pressure": 1e8}, {"pressure_drop": 9.9e7}

@@ -15,6 +15,7 @@ from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.results import Result, read_flow
+from fem_seal.results.words import contact_words
 from fem_seal.scene import Scene
 from fem_seal.shaped import shaped_film
 from fem_seal.solved import solve
@@ -190,6 +191,7 @@ def test_constriction_and_verdict_of_a_shape():
     solved = solve(Scene.from_mapping(limited))
     assert solved.verdict.decision == "within limit"
     assert solved.quantities.constriction.width is None  # no bank anywhere
+    assert contact_words(solved.result()).startswith("0 % of the shape's area, mean gap 1 m")
 
 
 def test_bolts_of_the_flange_lower_its_leak_rate():
