@@ -34,6 +34,7 @@ _PRESSURES = 24  # number of pressures from outlet to inlet
 _LEAST_PRESSURE = 1e-3  # lowest of these above a vacuum at the outlet, over that at the inlet
 _SHARPNESS = (30.0, 100.0, 300.0, 1000.0)  # of smooth maxima, minimised one after the other
 _WORTHWHILE = 1e-3  # smallest relative gain of a bound for which the weight is changed
+_GAIN = 1e-6  # relative gain of a step of the search below which it ends
 
 
 class SlippingFilm:
@@ -173,7 +174,8 @@ class _Estimate:
         end = start
         for sharpness in _SHARPNESS:
             # Any w bounds the flow: a search that ends early leaves the bound a little wider.
-            end = minimize(self._smooth, end, (sharpness,), "L-BFGS-B", jac=True).x
+            search = minimize(self._smooth, end, (sharpness,), "L-BFGS-B", jac=True, tol=_GAIN)
+            end = search.x
         return end
 
     def _smooth(self, logarithm: np.ndarray, sharpness: float) -> tuple[float, np.ndarray]:

@@ -49,13 +49,13 @@ def test_contrast_of_stripes(along, contrast):
 def test_percolation():
     """The critical constriction keeps a smaller and smaller part of its gap, at last nothing: the
     leak rate falls (Dirichlet's principle), and is not zero before."""
-    gap, before = rough_gap((24, 24), 0.3, 1), np.inf
+    gap, before = rough_gap((16, 16), 0.3, 1), np.inf
     width = GridFilm(gap, "periodic").constriction.gap
     for part in (1.0, 0.1, 1e-3, 1e-6, 1e-12, 0.0):
         values = np.maximum(0.0, gap.values - width)
         values[gap.values == width] = part * width
         film = GridFilm(GridField(values, gap.spacing, periodic=True), "periodic")
-        leak = bracketed(film, 0.05, 3000)
+        leak = bracketed(film, 0.05, 1500)
         assert leak.lower <= before
         assert (leak.state, leak.upper > 0) == (("leaking", True) if part else ("sealed", False))
         before = leak.upper

@@ -5,7 +5,7 @@ import pytest
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import FieldMap
-from fem_seal.surface import Preparation, fill, prepare
+from fem_seal.surface import fill
 
 NX, NY = 24, 17
 SPACING = (2.0, 0.5)
@@ -65,10 +65,3 @@ def test_limit_is_a_fraction_of_all_points():
     assert fill(FieldMap(holed, SPACING, None), 1 / 408).missing == 0
     with pytest.raises(InvalidInput, match=r"1 of 408 points are missing \(0.25 %\), more than"):
         fill(FieldMap(holed, SPACING, None), 0.9 / 408)
-
-
-def test_bad_arguments():
-    with pytest.raises(InvalidInput, match="all 4 points are missing"):
-        fill(FieldMap(np.full((2, 2), np.nan), SPACING, None), 0.99)
-    with pytest.raises(InvalidInput, match="fill = 'spline' is unknown; choose from harmonic"):
-        prepare(with_holes(LINEAR), Preparation(fill="spline"))

@@ -30,18 +30,6 @@ def test_crop_to_the_whole_map_stays_periodic():
     assert same.periodic
 
 
-@pytest.mark.parametrize(
-    ("crop", "words"),
-    [
-        (((0, 50), (0, 10)), "crop in x from 0 m to 50 m leaves the map, which is 40 m long"),
-        (((0, 10), (9.5, 10.5)), "crop in y .* fewer than two of the samples, which are 1 m"),
-    ],
-)
-def test_bad_crop(crop, words):
-    with pytest.raises(InvalidInput, match=words):
-        cropped(FieldMap(PIECE.values, PIECE.spacing, None), crop)
-
-
 def test_mirrored_cell_is_even_about_its_mirror_lines():
     """h(-x) = h(x) about the first and the last row."""
     cell = periodic_cell(PIECE, "mirror")

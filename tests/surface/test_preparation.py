@@ -131,13 +131,6 @@ def test_unsaid_map_may_be_made_periodic():
     assert not prepared.measured.periodic
 
 
-def test_errors_name_the_remedy():
-    with pytest.raises(InvalidInput, match=r"12 of 1080 points are missing; .*fill = 'harmonic'"):
-        prepare(measured(), Preparation(detrend="plane"))
-    with pytest.raises(InvalidInput, match="repeats already; leave make_periodic out"):
-        prepare(measured(periodic=True), Preparation(fill="harmonic", make_periodic="cut"))
-
-
 def test_errors_name_the_file(tmp_path):
     np.savez(tmp_path / "a.npz", heights=measured().values, spacing=[1, 1])
     with pytest.raises(InvalidInput, match=r"heights in .*a\.npz: 12 of 1080 points are missing"):

@@ -117,20 +117,6 @@ def test_surface_of_profiles():
     assert finer.values[::2, ::2] == pytest.approx(field.values, abs=1e-9 * rings.rms_height)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((np.zeros((2, 8)), 1.0), "at least 16 samples, got 8"),
-        ((np.zeros((2, 32)), 1.0), "flat profiles"),
-        ((np.full((2, 32), np.nan), 1.0), "64 samples of the profiles are missing"),
-        ((np.ones((2, 32)), 0.0), "step = 0.0 must be a positive number"),
-    ],
-)
-def test_refused(arguments, message):
-    with pytest.raises(InvalidInput, match=message):
-        profile_spectrum(*arguments)
-
-
 def test_a_trend_does_not_count():
     """Tilt and height of the instrument leave the spectrum as it is, to rounding."""
     rough = self_affine(SPECTRUM, (N, N), SIZE, rms_slope=0.1, seed=1).values[:4]

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.surface import resample
 
@@ -27,10 +26,3 @@ def test_waves_at_and_above_the_nyquist_wavenumber_are_left_out(axis):
     coarse = resample(field, (32, 32)).values
     coarse = coarse if axis == 0 else coarse.T
     assert np.abs(coarse - np.cos(3 * x)[::2, None]).max() < 1e-13
-
-
-def test_refused():
-    with pytest.raises(InvalidInput, match="periodic"):
-        resample(GridField(NOISE.values, (1.0, 1.0)), (80, 80))
-    with pytest.raises(InvalidInput, match="shape"):
-        resample(NOISE, (0, 10))

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem_seal.errors import InvalidInput
 from fem_seal.surface import (
     Spectrum,
     rms_height,
@@ -80,31 +79,6 @@ def test_every_wave_vector_has_its_own_index(shells):
         if ky > 0 or kx > 0
     ]
     assert sorted(places) == list(range(2 * shells * (shells + 1)))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"shape": (8, 8)}, "finer than the grid"),
-        ({"size": (0.01, 0.01)}, "does not fit into the cell"),
-        ({"shape": (64, 0)}, "shape"),
-        ({"size": (1, -1)}, "size"),
-        ({"seed": -1}, "seed"),
-        ({"seed": 1.5}, "seed"),
-        ({"scaling": "mean"}, "exact, ensemble"),
-        ({"rms_slope": None}, "either rms_height or rms_slope"),
-        ({"rms_slope": float("nan")}, "rms_slope = nan must be a positive number"),
-    ],
-)
-def test_refused(change, message):
-    arguments = {"shape": (64, 64), "size": (1, 1), "rms_slope": 1.0, "seed": 0} | change
-    with pytest.raises(InvalidInput, match=message):
-        self_affine(BAND, **arguments)
-
-
-def test_no_wave_in_the_band():
-    with pytest.raises(InvalidInput, match="no wave"):
-        self_affine(Spectrum(0.8, 1 / 1.6, 1 / 1.9), (64, 64), (1, 1), rms_slope=1, seed=0)
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (16, 15), (15, 16)])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from fem_seal.errors import InvalidInput
 from fem_seal.surface import Spectrum
 
 BANDS = [(1.0, 0.01, None), (1.0, 0.01, 0.2), (3e-4, 2e-6, 5e-5)]
@@ -36,28 +35,3 @@ def test_power_law_plateau_and_cut_offs():
     q = np.array([0.99 * q_long, q_long, q_rolloff, 3 * q_rolloff, q_short, 1.01 * q_short])
     expected = np.array([0, 5, 5, 5 * 3**-3.6, 5 * (q_short / q_rolloff) ** -3.6, 0])
     assert spectrum.density(q) == pytest.approx(expected, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        ((0.0, 1.0, 0.1), "hurst"),
-        ((1.2, 1.0, 0.1), "hurst"),
-        ((float("nan"), 1.0, 0.1), "hurst"),
-        ((0.8, 0.1, 1.0), "short_wavelength"),
-        ((0.8, 1.0, 1.0), "short_wavelength"),
-        ((0.8, 1.0, -0.1), "short_wavelength"),
-        ((0.8, float("inf"), 0.1), "long_wavelength"),
-        ((0.8, 1.0, 0.1, 2.0), "rolloff_wavelength"),
-        ((0.8, 1.0, 0.1, None, -1.0), "plateau"),
-    ],
-)
-def test_refused(arguments, named):
-    with pytest.raises(InvalidInput, match=named):
-        Spectrum(*arguments)
-
-
-@pytest.mark.parametrize("amplitudes", [{}, {"rms_height": 1.0, "rms_slope": 1.0}])
-def test_one_amplitude_only(amplitudes):
-    with pytest.raises(InvalidInput, match="either rms_height or rms_slope"):
-        Spectrum(0.8, 1.0, 0.1).scaled(**amplitudes)

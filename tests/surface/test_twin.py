@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.surface import rms_height, rms_slope, twin
 from fem_seal.surface.spectrum import mode_powers
@@ -46,10 +45,3 @@ def test_seed():
     field = grooved((16, 16))
     assert np.array_equal(twin(field, 5).values, twin(field, 5).values)
     assert not np.allclose(twin(field, 5).values, twin(field, 6).values)
-
-
-def test_bad_arguments():
-    with pytest.raises(InvalidInput, match="a twin needs a periodic surface; set make_periodic"):
-        twin(GridField(np.eye(4), (1, 1)), 0)
-    with pytest.raises(InvalidInput, match="seed must be a non-negative integer, got -1"):
-        twin(grooved((4, 4)), -1)
