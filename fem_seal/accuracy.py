@@ -214,7 +214,7 @@ def chosen_patch(
     if scene.accuracy is None or total is None:
         return Patch(scene, report, trust=trust, comm=comm), None
     settings = replace(scene.flow_settings, rtol=total)
-    first = Patch(scene, report, trust=trust, flow_settings=settings, comm=comm)
+    first = Patch(scene, report, trust=trust, flow_settings=settings, on_own_grid=True, comm=comm)
 
     def error_of(tried: Sequence[Patch]) -> EstimatedError:
         """What a grid finer than the last one would change."""

@@ -175,7 +175,9 @@ def _solved_here(patch: Patch) -> OnHalf:
 def _solved_beside(
     scene: Scene, surface: GridField, load: Load, lift: Lift, settings: FlowSettings
 ) -> OnHalf:
-    patch = Patch(scene, surface=surface, load=load, lift=lift, flow_settings=settings)
+    patch = Patch(
+        scene, surface=surface, load=load, lift=lift, flow_settings=settings, on_own_grid=True
+    )
     return OnHalf.of(patch, lift == "resolved")
 
 

@@ -59,8 +59,8 @@ class Patch:
     Parameters
     ----------
     scene
-        Without [accuracy]; with it `accuracy.chosen_patch` chooses the contact grid and makes the
-        Patch.
+        Without `accuracy.total`; with it `accuracy.chosen_patch` chooses the contact grid and makes
+        the Patch.
     report
         Called with stage and detail.
     trust
@@ -74,6 +74,8 @@ class Patch:
     load, lift, flow_settings
         In place of the load of the contact, of `flow.lift` and of the settings of the flow that the
         scene gives.
+    on_own_grid
+        Whether a scene with `accuracy.total` is taken on its own samples, or on those of `surface`.
     comm
         The processes that read the steps together; all of this run if left out. With MPI.COMM_SELF
         each process solves a patch of its own.
@@ -81,7 +83,8 @@ class Patch:
     Raises
     ------
     InvalidInput
-        If `scene` is not a Scene, has [accuracy], or names a .geo file that gmsh may not run.
+        If `scene` is not a Scene, has `accuracy.total` without `on_own_grid`, or names a .geo file
+        that gmsh may not run.
     """
 
     def __init__(
@@ -96,10 +99,11 @@ class Patch:
         load: Load | None = None,
         lift: Lift | None = None,
         flow_settings: FlowSettings | None = None,
+        on_own_grid: bool = False,
         comm: parallel.Comm = None,
     ):
         require_scene(scene)
-        if scene.total_error is not None and flow_settings is None:
+        if scene.total_error is not None and not on_own_grid:
             raise InvalidInput(
                 "a scene with accuracy.total has no contact grid yet: fem_seal.solve(scene) tries "
                 "some and makes the Patch of the chosen one"
@@ -207,6 +211,7 @@ class Patch:
             load=load or self._load,
             lift=lift or self.lift,
             flow_settings=flow_settings or self._flow_settings,
+            on_own_grid=True,
             comm=self.comm,
         )
 
@@ -363,11 +368,6 @@ class Patch:
         critical = present(self.film.constriction, "constriction").gap
         pressure = self.scene.drive.pressure(leak.field.pressure, self.scene.slip, critical)
         return replace(leak, field=replace(leak.field, pressure=pressure))
-
-
-def on_own_grid(scene: Scene) -> Patch:
-    """Patch on the samples of the scene, whatever contact grid [accuracy] would choose."""
-    return Patch(scene, flow_settings=scene.flow_settings if scene.total_error else None)
 
 
 def _self_affine(patch: Patch, section: SelfAffine) -> GridField:

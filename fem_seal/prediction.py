@@ -18,7 +18,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
 from fem_seal.grid_series import LOOSER, LOOSEST, half, pays_beside
 from fem_seal.memory import available_memory
-from fem_seal.patch import on_own_grid
+from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
 from fem_seal.progress import duration
 from fem_seal.scene import Scene
@@ -119,7 +119,7 @@ def predicted(
         memory += BYTES_OF_LIFT * samples
     patches, jobs, each_patch = 1, 1, None
     if scene.seal is not None:
-        heights = surface or present(on_own_grid(scene).surface, "surface")
+        heights = surface or present(Patch(scene, on_own_grid=True).surface, "surface")
         seconds, of_flows = _seal_patch(scene, heights, samples, channels)
         memory += of_flows
         patches, each_patch = scene.seal.patches, Expected(pace * seconds, memory)
@@ -240,7 +240,7 @@ def _grid(scene: Scene, surface: GridField | None) -> tuple[tuple[int, int], flo
     else:
         field = surface
         if field is None:
-            patch = on_own_grid(scene)
+            patch = Patch(scene, on_own_grid=True)
             field = patch.grid_gap if known is None else present(patch.surface, "surface")
         shape, long = field.shape, USUAL
         waves = sqrt(prod(shape)) / _shortest(field)

@@ -46,7 +46,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _surface(options: argparse.Namespace) -> int:
-    from fem_seal.patch import on_own_grid
+    from fem_seal.patch import Patch
     from fem_seal.quantities.remarks import cautions_of_map, steep
     from fem_seal.render.plot import FORMATS
     from fem_seal.scene import ProfileSurface
@@ -58,7 +58,7 @@ def _surface(options: argparse.Namespace) -> int:
     if options.csv is not None and options.csv.suffix.lower() != ".csv":
         raise InvalidInput(f"--csv {options.csv} must end in .csv")
     scene = _scene(options)
-    patch = on_own_grid(scene)
+    patch = Patch(scene, on_own_grid=True)
     prepared = _prepared(patch)
     spectrum = None
     if isinstance(scene.surface, ProfileSurface):

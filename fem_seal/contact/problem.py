@@ -49,7 +49,8 @@ class Problem:
 
         It is the certificate of every method: for the energy F = p·Sp/2 - p·h, with the offset at
         the lowest point, F(p) - F* <= error × Σp. A prescribed mean gap fixes the offset; then a
-        gap that is too small or too large as a whole counts as an error too.
+        gap that is too small or too large as a whole counts as an error too, and the inequality
+        holds up to the ratio of the exact Σp to this one (docs/theory/mathematics.md, theorem 9).
         """
         if total == 0:
             return max(-lowest, 0.0)
@@ -95,7 +96,9 @@ class Problem:
         An FFT of N samples with the rounding unit ε adds noise to the modes of at most ε log2 N
         times the rms of the samples (N. J. Higham, Accuracy and Stability of Numerical Algorithms
         (2002), theorem 24.2, with room for its constants). The compliances turn the noise into a
-        displacement; four times its rms is the bound for all samples. In float64 it reaches 1e-4 of
+        displacement. We allow four times its rms, an estimate and no bound: the largest of N
+        Gaussian samples is about √(2 ln N) times it, 5.8 at 4096², but the noise of an FFT usually
+        grows with √(log2 N), a fifth of log2 N there. In float64 it reaches 1e-4 of
         the rms height only under a pressure 1e9 times the one that flattens the surface. The
         heights are rounded as well.
         """

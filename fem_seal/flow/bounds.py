@@ -26,11 +26,6 @@ class Bounds:
         return self.lower.item(), self.upper.item()
 
     @property
-    def value(self) -> np.ndarray:
-        """Matrix geometric mean of both bounds, the upper one where there is no lower one."""
-        return geometric_mean(self.lower, self.upper)
-
-    @property
     def excess(self) -> float:
         """Largest (u - l)/l of u = e·upper·e and l = e·lower·e over directions e that flow."""
         ratio = _least_ratio(self.lower, self.upper)[0]
@@ -82,12 +77,18 @@ class TensorBounds(Bounds):
     converged: bool = True  #: whether the tolerance was reached
     reason: str = ""  #: sentence on why it was not; empty if it was
 
+    @property
+    def value(self) -> np.ndarray:
+        """Matrix geometric mean of both bounds, the upper one where there is no lower one."""
+        return geometric_mean(self.lower, self.upper)
+
 
 def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Geometric mean A # B of two positive definite 2 × 2 matrices; B if A is singular.
+    """Geometric mean A # B of two positive semidefinite 2 × 2 matrices.
 
     √(ab)/√det(A/a + B/b) (A/a + B/b) with a = √det A, b = √det B (R. Bhatia, Positive Definite
-    Matrices, 2007, prop. 4.1.12). For a single channel both matrices are multiples of one.
+    Matrices, 2007, prop. 4.1.12). If one of them is singular: for a single channel, where both are
+    multiples of one matrix of rank one, the geometric mean of the multiples; B otherwise.
     """
     a, b = (np.sqrt(max(np.linalg.det(M), 0.0)) for M in (A, B))
     if a > 0 and b > 0:

@@ -99,9 +99,10 @@ class FilmOnMesh:
     def indicators(self, flows: Sequence[FlowEstimate]) -> np.ndarray:
         """Error indicators e_T (C,): the part of each cell in upper - lower (Prager and Synge).
 
-        e_T = ∫_T K|∇p|² + J·R·J + 2 J·∇p >= 0, summed over the flows. For the true dual of a leak
-        rate Σ e_T = upper - lower exactly. For the regularised dual the sum is off by about 1e-4,
-        since ψ in blocked cells does not match the power traces of their neighbours.
+        e_T = ∫_T K|∇p|² + Q² ∇ψ·R ∇ψ + 2 J·∇p >= 0 with the flux J = Q (∂ψ/∂y, -∂ψ/∂x), summed over
+        the flows. For the true dual of a leak rate Σ e_T = upper - lower exactly. For the
+        regularised dual the sum is off by about 1e-4, since ψ in blocked cells does not match the
+        power traces of their neighbours.
         """
         indicators = np.zeros(self.space.count)
         for cells, slopes, areas in self.batches():

@@ -59,18 +59,18 @@ def refined_ahead(
     return start
 
 
-def least_indicator(J: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndarray:
-    """Minimum (n,) of K|∇p|² + J·R·J + 2 J·∇p over all pressures, J·R·J - |J|²/K at ∇p = -J/K.
+def least_indicator(turned: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndarray:
+    """Minimum (n,) of Q² ∇ψ·R ∇ψ + K|∇p|² + 2 J·∇p over all pressures, at ∇p = -J/K.
 
-    J (n, 2) is Q ∇ψ: the flux (Q ∂ψ/∂y, -Q ∂ψ/∂x) turned by a right angle, and the tensor R (n, 3)
-    has the axes of that gradient. Where K is zero, its term is left out. On cells with power traces
-    the mean of J differs from `J`, and the result is an estimate.
+    `turned` (n, 2) is Q ∇ψ, the flux J = Q (∂ψ/∂y, -∂ψ/∂x) turned by a right angle; the tensor R is
+    (n, 3). The minimum is Q² ∇ψ·R ∇ψ - |J|²/K; where K is zero the last term is left out. On cells
+    with power traces the mean of J differs from that of `turned`, and the result is an estimate.
     """
-    (jx, jy), (xx, xy, yy) = J.T, tensor.T
+    (tx, ty), (xx, xy, yy) = turned.T, tensor.T
     conducting = np.where(K > 0, K, np.inf)
-    # Not J² first: it may underflow.
-    along_x = jx * (xx * jx + 2 * xy * jy - jx / conducting)
-    return along_x + jy * (yy * jy - jy / conducting)
+    # Not the square first: it may underflow.
+    along_x = tx * (xx * tx + 2 * xy * ty - tx / conducting)
+    return along_x + ty * (yy * ty - ty / conducting)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +109,9 @@ class _NewCells:
         for part, cells, slopes, areas in self._parts():
             flux, indicator = np.zeros((2, len(cells)))
             for flow, psi in zip(flows, of_flow, strict=True):
-                J = flow.rate * gradients(slopes, psi[cells])
-                flux += flow.drop * np.hypot(*J.T) * np.sqrt(2 * areas)
-                indicator += areas * least_indicator(J, self.data.K[part], self.tensor[part])
+                turned = flow.rate * gradients(slopes, psi[cells])
+                flux += flow.drop * np.hypot(*turned.T) * np.sqrt(2 * areas)
+                indicator += areas * least_indicator(turned, self.data.K[part], self.tensor[part])
             again[part] = self.data.blocked[part] & (flux >= marks.least_flux)
             again[part] |= indicator >= _PART * marks.least_indicator
         return again & (self.data.K > 0)

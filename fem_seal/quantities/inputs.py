@@ -104,6 +104,7 @@ def _at_corner(patch: Patch, end: int) -> Patch:
         surface=surface,
         contact_start=start,
         flow_settings=settings,
+        on_own_grid=True,
         comm=patch.comm,
     )
 
