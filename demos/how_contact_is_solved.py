@@ -26,7 +26,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.contact import METHODS, ContactState, bearing, press
+from fem_seal.contact import CONTACT_METHODS, ContactState, bearing, press
 from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT, colour_map
 from fem_seal.render.plot import new_figure
@@ -46,7 +46,8 @@ MICRON = 1e-6
 def solve_by_all(surface: GridField) -> dict[str, ContactState]:
     """Contact under one pressure by every method."""
     return {
-        name: press(surface, E_STAR, pressure=PRESSURE, solver=name) for name in sorted(METHODS)
+        name: press(surface, E_STAR, pressure=PRESSURE, solver=name)
+        for name in sorted(CONTACT_METHODS)
     }
 
 

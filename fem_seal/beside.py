@@ -20,7 +20,7 @@ from fem_seal.interrupts import die_with_parent
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import OF_MPI
 
-Answer = TypeVar("Answer")
+T = TypeVar("T")
 _peaks = [0]  # largest memory of each process that has answered [bytes]
 
 
@@ -31,14 +31,14 @@ def environment(**variables: str) -> dict[str, str]:
     return kept | {"PYTHONPATH": os.pathsep.join(paths)} | variables
 
 
-class Beside(Generic[Answer]):
+class Beside(Generic[T]):
     """A function in a process with one thread; called, this waits for its answer.
 
     Function and arguments are pickled. If the process is killed, most likely since memory is short,
     or was ended, this process computes the answer.
     """
 
-    def __init__(self, function: Callable[..., Answer], *arguments: object) -> None:
+    def __init__(self, function: Callable[..., T], *arguments: object) -> None:
         self._call = partial(function, *arguments)
         # In a session of its own it does not receive Ctrl-C, but it ends with this process.
         self._process: subprocess.Popen | None = subprocess.Popen(
@@ -51,7 +51,7 @@ class Beside(Generic[Answer]):
         with suppress(BrokenPipeError), present(self._process.stdin, "pipe") as given:
             pickle.dump(self._call, given, protocol=pickle.HIGHEST_PROTOCOL)
 
-    def __call__(self) -> Answer:
+    def __call__(self) -> T:
         """Wait for the answer of the process."""
         process, self._process = self._process, None
         if process is None:
@@ -60,7 +60,7 @@ class Beside(Generic[Answer]):
             text = present(process.stdout, "pipe").read()
         if process.returncode:
             return self._call()
-        found: Answer | FemSealError
+        found: T | FemSealError
         found, peak = pickle.loads(text)
         _peaks.append(peak)
         if isinstance(found, FemSealError):

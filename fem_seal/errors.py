@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TypeVar
 
-Value = TypeVar("Value")
+T = TypeVar("T")
 
 LONGEST_MESSAGE = 2000  # characters; a value that a message quotes may be a whole file
 
@@ -95,7 +95,7 @@ def explained(error: MemoryError | OSError) -> InvalidInput:
     return InvalidInput(f"{reason or type(error).__name__}{place}")
 
 
-def present(value: Value | None, name: str) -> Value:
+def present(value: T | None, name: str) -> T:
     """Return a value that cannot be None here, so that its type is no longer optional."""
     if value is None:
         raise Inconsistent(f"{name} is missing; this is a defect of fem_seal, please report it")

@@ -16,7 +16,7 @@ from fem_seal.errors import FemSealError, printable
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-Answer = TypeVar("Answer")
+T = TypeVar("T")
 # The processes that work on one problem together; None stands for all of this run.
 Comm: TypeAlias = "MPI.Comm | None"
 
@@ -140,12 +140,12 @@ def is_root(comm: Comm = None) -> bool:
     return together is None or together.rank == 0
 
 
-def on_root(compute: Callable[[], Answer], comm: Comm = None) -> Answer:
+def on_root(compute: Callable[[], T], comm: Comm = None) -> T:
     """Compute on the first process; return the answer, or raise its error, on every process."""
     together = _together(comm)
     if together is None:
         return compute()
-    answer: Answer | None = None
+    answer: T | None = None
     failure: FemSealError | None = None
     with _cores_of_all(together):
         if together.rank == 0:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.sensitivity import Sensitivity
 
-Value = TypeVar("Value")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,11 +133,11 @@ class Patch:
         """Settings of the flow; for scenes that need it."""
         return self._flow_settings or self.scene.flow_settings
 
-    def once(self, function: "Callable[[Patch], Value]") -> Value:
+    def once(self, function: "Callable[[Patch], T]") -> T:
         """Value of a function of this patch, computed when it is first asked for."""
         if function not in self._values:
             self._values[function] = function(self)
-        value: Value = self._values[function]
+        value: T = self._values[function]
         return value
 
     @contextmanager
@@ -150,7 +150,7 @@ class Patch:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
 
-    def computed(self, stage: str, compute: "Callable[[], Value]") -> Value:
+    def computed(self, stage: str, compute: "Callable[[], T]") -> T:
         """What the first process computes for all, in a stage with its time."""
         with self.timed(stage):
             return parallel.on_root(compute, self.comm)

@@ -7,10 +7,10 @@ from typing import TypeVar
 
 from fem_seal.errors import InvalidInput
 
-Choice = TypeVar("Choice")
+T = TypeVar("T")
 
 
-def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
+def choose(registry: Mapping[str, T], name: str, field: str) -> T:
     """Look up the value registered under a name; a message calls the input `field`."""
     require_known(registry, name, field)
     return registry[name]

@@ -123,8 +123,8 @@ def _finite_differences(
     return parallel.on_root(lambda: by_differences(film, settings), comm)
 
 
-Method = Callable[[FlowSettings, "GridFilm | MeshFilm", Report, parallel.Comm], LeakRate]
-FLOWS: dict[str, Method] = {
+LeakMethod = Callable[[FlowSettings, "GridFilm | MeshFilm", Report, parallel.Comm], LeakRate]
+FLOWS: dict[str, LeakMethod] = {
     "adaptive": _finite_elements,
     "uniform": _finite_elements,
     "finite-difference": _finite_differences,

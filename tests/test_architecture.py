@@ -87,12 +87,21 @@ def test_finite_differences_and_finite_elements_share_nothing():
 
 
 def test_a_public_name_is_that_of_one_function_or_class():
-    """But `add` of each command."""
+    """But `add` of each command, and the type variables `T` and `Item`."""
     homes = {}
     for path, tree in trees().items():
         for node in tree.body:
-            if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name[0] != "_":
-                homes.setdefault(node.name, set()).add(str(path.relative_to(PACKAGE)))
+            if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                names = [node.name]
+            elif isinstance(node, ast.Assign):
+                # Names of types, such as `Report = Callable[...]`, are in mixed case.
+                assigned = [target.id for target in node.targets if isinstance(target, ast.Name)]
+                names = [name for name in assigned if not (name.isupper() or name.islower())]
+            else:
+                continue
+            for name in names:
+                if name[0] != "_" and name not in ("T", "Item"):
+                    homes.setdefault(name, set()).add(str(path.relative_to(PACKAGE)))
     twice = {name: places for name, places in homes.items() if len(places) > 1}
     assert set(twice) == {"add"}, twice
 

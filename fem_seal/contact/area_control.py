@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
-from fem_seal.contact.methods import METHODS, ContactStopping
+from fem_seal.contact.methods import CONTACT_METHODS, ContactStopping
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import NotConverged, present
 from fem_seal.surface.statistics import rms_slope
@@ -88,7 +88,7 @@ def _trial(
     that `under_pressure` has not solved. From a uniform pressure the contact shrinks: its area
     still loses about the certificate.
     """
-    method, problem_start = METHODS[stopping.solver], pair.loaded(pressure, start)
+    method, problem_start = CONTACT_METHODS[stopping.solver], pair.loaded(pressure, start)
     limit = stopping.max_iterations or method.max_iterations
     for iterate in method.iterates(*problem_start):
         if stopping.progress is not None:

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-Answer = TypeVar("Answer")
+T = TypeVar("T")
 Item = TypeVar("Item")
 
 # 256 kB of float64: numpy's temporaries then never reach the main memory.
@@ -38,13 +38,11 @@ class RowPasses:
         self.strip = strip
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
-    def over(self, shape: tuple[int, ...], work: Callable[[slice], Answer]) -> list[Answer]:
+    def over(self, shape: tuple[int, ...], work: Callable[[slice], T]) -> list[T]:
         """Call `work` for every block of rows of a shape; return its answers in order."""
         return self.each(row_blocks(shape), work, self.strip)
 
-    def each(
-        self, items: Sequence[Item], work: Callable[[Item], Answer], strip: int = 1
-    ) -> list[Answer]:
+    def each(self, items: Sequence[Item], work: Callable[[Item], T], strip: int = 1) -> list[T]:
         """Call `work` for every item, `strip` of them in one task of a thread."""
         if self._pool is None or len(items) <= strip:
             return [work(item) for item in items]

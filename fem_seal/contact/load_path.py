@@ -8,7 +8,7 @@ import numpy as np
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import USUAL_STOPPING, ContactStopping
 from fem_seal.contact.settings import ElasticSolid, Load
-from fem_seal.contact.solve import Start, load_to, start_pressure
+from fem_seal.contact.solve import FirstGuess, load_to, start_pressure
 from fem_seal.contact.state import ContactState
 from fem_seal.grid import GridField
 
@@ -25,7 +25,7 @@ def load_path(
     solid: ElasticSolid,
     loads: Iterable[Load],
     stopping: ContactStopping = USUAL_STOPPING,
-    start: Start | None = None,
+    start: FirstGuess | None = None,
 ) -> Iterator[ContactState]:
     """Yield the contact under one load after the other, all of one kind, near to their neighbours.
 

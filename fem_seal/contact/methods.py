@@ -16,7 +16,7 @@ Progress = Callable[[int, float], None]
 
 
 @dataclass(frozen=True)
-class Method:
+class ContactMethod:
     """An iterative method for the contact problem."""
 
     #: generator of iterates that never ends by itself
@@ -25,11 +25,11 @@ class Method:
     starts_coarse: bool = False  #: whether `press` starts it from the solution on a coarser grid
 
 
-METHODS = {
-    "free-set-cg": Method(free_set_cg, 2000, starts_coarse=True),
-    "damped": Method(damped, 50000),
-    "fista": Method(fista, 20000),
-    "polonsky-keer": Method(polonsky_keer, 20000),
+CONTACT_METHODS = {
+    "free-set-cg": ContactMethod(free_set_cg, 2000, starts_coarse=True),
+    "damped": ContactMethod(damped, 50000),
+    "fista": ContactMethod(fista, 20000),
+    "polonsky-keer": ContactMethod(polonsky_keer, 20000),
 }
 
 # Give up if no measure has fallen by a tenth in this many iterates: rounding has been reached.
@@ -58,7 +58,7 @@ class ContactStopping:
     gap_tolerance: float = GAP_TOLERANCE
 
     def __post_init__(self) -> None:
-        require_known(METHODS, self.solver, "solver")
+        require_known(CONTACT_METHODS, self.solver, "solver")
         if not SMALLEST_TOLERANCE <= self.tolerance < 1:
             raise InvalidInput(
                 f"tolerance must lie in [{SMALLEST_TOLERANCE}, 1), got {self.tolerance}"
@@ -101,7 +101,7 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
 
     The other measures are computed only once the certificate has met its limit, to save time.
     """
-    method = METHODS[stopping.solver]
+    method = CONTACT_METHODS[stopping.solver]
     limit = stopping.max_iterations or method.max_iterations
     residuals: list[float] = []
     best, best_excess, best_at = np.inf, np.inf, 0

@@ -7,13 +7,13 @@ import numpy as np
 from fem_seal.contact.area_control import contact_of_area
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
-from fem_seal.contact.methods import METHODS, ContactStopping, Progress
+from fem_seal.contact.methods import CONTACT_METHODS, ContactStopping, Progress
 from fem_seal.contact.settings import Arithmetic, ElasticSolid, Load, one_load
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
-Start = np.ndarray | GridField | ContactState
+FirstGuess = np.ndarray | GridField | ContactState
 # Contact area below which a coarse start pays. Measured at 512² and 1024²: it saves a quarter of
 # the CPU time at 1 % of contact, a few percent at 5 %, and nothing at 20 %, where the remaining
 # error is local.
@@ -32,7 +32,7 @@ def press(
     mean_gap: float | None = None,
     tolerance: float = 1e-6,
     solver: str = "free-set-cg",
-    start: Start | None = None,
+    start: FirstGuess | None = None,
     layer: Layer | None = None,
     threads: int | None = None,
     precision: str = "mixed",
@@ -100,7 +100,7 @@ def contact_under(
     load: Load,
     stopping: ContactStopping,
     arithmetic: Arithmetic,
-    start: Start | None = None,
+    start: FirstGuess | None = None,
 ) -> ContactState:
     """The contact of `press`, with its settings as objects; `start` is a pressure [Pa]."""
     pair = ContactPair.prepared(height, solid, arithmetic)
@@ -122,7 +122,7 @@ def load_to(
         "mean_gap": pair.at_mean_gap,
         "area_fraction": lambda *args: contact_of_area(pair, *args),
     }[load.kind]
-    if start is None and load.kind == "pressure" and METHODS[stopping.solver].starts_coarse:
+    if start is None and load.kind == "pressure" and CONTACT_METHODS[stopping.solver].starts_coarse:
         start = coarse_start(pair, load.value)
     return reach(load.value, stopping, start)
 
@@ -150,7 +150,7 @@ def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:
     return state.pressure.values.repeat(2, axis=0).repeat(2, axis=1)
 
 
-def start_pressure(start: Start | None, shape: tuple[int, int]) -> np.ndarray | None:
+def start_pressure(start: FirstGuess | None, shape: tuple[int, int]) -> np.ndarray | None:
     """Pressure to start from as an array [Pa]."""
     if start is None:
         return None

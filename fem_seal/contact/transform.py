@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.contact.blocks import Answer, RowPasses
+from fem_seal.contact.blocks import RowPasses, T
 from fem_seal.errors import InvalidInput
 from fem_seal.files import user_cache, write_text
 
@@ -88,11 +88,11 @@ class RealTransform:
         return [np.ascontiguousarray(factors[:, columns]) for columns, _ in self._columns]
 
     def forward(
-        self, look: Callable[[np.ndarray, np.ndarray], Answer], factors: list[np.ndarray]
-    ) -> list[Answer]:
+        self, look: Callable[[np.ndarray, np.ndarray], T], factors: list[np.ndarray]
+    ) -> list[T]:
         """Transform to modes; call `look` for every block of them, with its factors."""
 
-        def transform(columns: slice, plans: Plans, factor: np.ndarray) -> Answer:
+        def transform(columns: slice, plans: Plans, factor: np.ndarray) -> T:
             plans[0]()
             return look(self.modes[:, columns], factor)
 

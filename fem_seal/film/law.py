@@ -18,7 +18,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.fluid import Slip
 from fem_seal.rarefied import PoiseuilleCoefficient
 
-Gap = TypeVar("Gap", float, np.float64, np.ndarray)
+T = TypeVar("T", float, np.float64, np.ndarray)
 # Smallest unit of leak rates [m³/s]: those of gaps over 60 decades, whose cubes span 180, are still
 # floating-point numbers of full precision below it.
 LEAST_UNIT = 1e-100
@@ -26,7 +26,7 @@ _RATIO = 1.05  # ratio of neighbouring gaps in a table of extremes if c has no k
 Line = tuple[np.ndarray | float, np.ndarray | float]
 
 
-def film_conductivity(gap: Gap, viscosity: float) -> Gap:
+def film_conductivity(gap: T, viscosity: float) -> T:
     """Film conductivity K = g³/(12 η) of a Newtonian fluid between parallel walls (Reynolds 1886).
 
     K [m³/(Pa s)] of a gap [m], which may be a UFL expression, at a viscosity η [Pa s].
@@ -65,14 +65,14 @@ class Conductivity:
         """Whether κ = g³."""
         return len(self.gaps) == 2 and self.concave is None and self.convex[0] == 0
 
-    def above(self, low: Gap, high: Gap) -> Line:
+    def above(self, low: T, high: T) -> Line:
         """α and β of an upper bound for gaps between `low` and `high`.
 
         For a part of the interval the bound is nowhere larger. κ must have no concave part.
         """
         return _chord(self.gaps, self.convex, low, high)
 
-    def below(self, low: Gap, high: Gap) -> Line:
+    def below(self, low: T, high: T) -> Line:
         """α and β >= 0 of a positive lower bound for gaps between `low` and `high`.
 
         Where the sum of tangent and chord is not positive, the smallest m replaces it.
@@ -84,15 +84,15 @@ class Conductivity:
         positive = (start >= 0) & (start + slope * high > 0)
         return np.where(positive, slope, 0.0), np.where(positive, start, self._least)
 
-    def of_gap(self, gap: Gap) -> Gap:
+    def of_gap(self, gap: T) -> T:
         """κ of a gap, exactly."""
         if self.is_cube:
             return gap**3
         return gap**2 * self.per_square(gap)
 
-    def per_square(self, gap: Gap) -> Gap:
+    def per_square(self, gap: T) -> T:
         """The function m of a gap."""
-        per_square: Gap = np.interp(gap, self.gaps, self._values)  # type: ignore[assignment]
+        per_square: T = np.interp(gap, self.gaps, self._values)  # type: ignore[assignment]
         return per_square
 
     @property
@@ -104,7 +104,7 @@ class Conductivity:
         return float(self._values.min())
 
 
-def _chord(x: np.ndarray, y: np.ndarray, low: Gap, high: Gap) -> Line:
+def _chord(x: np.ndarray, y: np.ndarray, low: T, high: T) -> Line:
     """Slope of a piecewise linear function's chord from `low` to `high`, and its value at 0."""
     slopes = np.diff(y) / np.diff(x)
     if len(slopes) == 1:
@@ -119,7 +119,7 @@ def _chord(x: np.ndarray, y: np.ndarray, low: Gap, high: Gap) -> Line:
     return slope, start - slope * low
 
 
-def _tangent(x: np.ndarray, y: np.ndarray, low: Gap, high: Gap) -> Line:
+def _tangent(x: np.ndarray, y: np.ndarray, low: T, high: T) -> Line:
     """Slope of the function's tangent midway between `low` and `high`, and its value at 0."""
     slopes = np.diff(y) / np.diff(x)
     if len(slopes) == 1:

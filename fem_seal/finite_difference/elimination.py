@@ -150,13 +150,13 @@ def _merge_in_step(blocks: np.ndarray, size: tuple[int, int], axis: int) -> np.n
     return merged if one_by_one else np.moveaxis(merged, 0, 2)
 
 
-Run = tuple[slice, slice]
+_Run = tuple[slice, slice]
 
 
 @cache
 def _merge_plan(
     size: tuple[int, int], axis: int
-) -> tuple[tuple[Run, ...], tuple[Run, ...], int, int]:
+) -> tuple[tuple[_Run, ...], tuple[_Run, ...], int, int]:
     """Order of the nodes of two joined blocks: inner nodes first, then the rim.
 
     For each block the runs of consecutive rim nodes: its nodes and their places in the order. Then
@@ -172,7 +172,7 @@ def _merge_plan(
     return first_runs, second_runs, len(place), len(inner)
 
 
-def _runs(places: list[int]) -> tuple[Run, ...]:
+def _runs(places: list[int]) -> tuple[_Run, ...]:
     """Runs of consecutive places: (slice of the list, slice of the places) for each run."""
     cuts = [k for k in range(1, len(places)) if places[k] != places[k - 1] + 1]
     ends = zip([0, *cuts], [*cuts, len(places)], strict=True)

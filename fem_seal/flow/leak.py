@@ -27,7 +27,7 @@ from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.nested import coarsest_width, uniform_mesh
 from fem_seal.registry import require_known
 
-METHODS = ("adaptive", "uniform")
+REFINEMENTS = ("adaptive", "uniform")
 NARROWEST = 1e-60  # smallest critical constriction, as a part of the largest gap
 
 
@@ -82,7 +82,7 @@ def leak_rate(
     bounds; they are returned, with `converged` False if they are further apart than asked for.
     """
     method, slip, decide = settings.method, settings.slip, settings.decide
-    require_known(METHODS, method, "method")
+    require_known(REFINEMENTS, method, "method")
     require_film(film, (GridFilm, MeshFilm))
     if film.sealed:
         return LeakRate.sealed(method)

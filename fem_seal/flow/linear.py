@@ -353,14 +353,14 @@ def minimise_by_cg(
     return history, f"CG stopped after {len(history)} iterations {state}"
 
 
-Solve = Callable[[np.ndarray, float], np.ndarray]
+_Solve = Callable[[np.ndarray, float], np.ndarray]
 
 
 def by_multigrid(
     matrix: sparse.csr_array,
-    eliminated: Callable[[sparse.csr_array], Solve],
+    eliminated: Callable[[sparse.csr_array], _Solve],
     report: Report = silent,
-) -> Solve:
+) -> _Solve:
     """Solver (right side, relative tolerance) -> solution of a symmetric positive matrix.
 
     CG stops by the norm of the preconditioned residual, which is about that of the error: pockets

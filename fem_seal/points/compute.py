@@ -13,7 +13,7 @@ from fem_seal.digits import number_of
 from fem_seal.errors import FemSealError, MissingPackage, NotConverged, explained, present
 from fem_seal.files import temporary_folder
 from fem_seal.points.farm import POLL, farm
-from fem_seal.points.folder import Point, PointFolder
+from fem_seal.points.folder import PointFolder, T
 from fem_seal.points.task import Chain, Task, nothing
 from fem_seal.points.work import UNKNOWN_POINT, Expected, Work
 from fem_seal.progress import Pace, Report, silent
@@ -207,12 +207,12 @@ def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) ->
 
 
 def points_of(
-    tasks: Sequence[Task[Point]],
-    kind: type[Point],
+    tasks: Sequence[Task[T]],
+    kind: type[T],
     out: Path | None,
     work: Work | None,
     report: Report,
-) -> list[Point] | None:
+) -> list[T] | None:
     """Points of a study whose tasks share nothing; None if some are left to other parts.
 
     They are of a `kind` that `PointFolder` keeps in points/ of `out`; no files are kept if that is

@@ -17,8 +17,8 @@ from fem_seal.memory import available_memory, memory_of
 from fem_seal.parallel import OF_MPI
 from fem_seal.points.work import UNKNOWN_POINT
 
-Chain = TypeVar("Chain")
-Answer = TypeVar("Answer")
+Item = TypeVar("Item")
+T = TypeVar("T")
 
 POLL = 0.5  # time between two polls of the chains [s]
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -26,13 +26,13 @@ _SPARE = 1.2  # memory kept free for each process, over that of the largest poin
 
 
 def farm(
-    chains: Sequence[Chain],
-    compute: Callable[[Chain], Answer],
+    chains: Sequence[Item],
+    compute: Callable[[Item], T],
     jobs: int,
     poll: Callable[[], int],
     memory: int | None = None,
     need: int = UNKNOWN_POINT,
-) -> tuple[list[Answer], list[Chain]]:
+) -> tuple[list[T], list[Item]]:
     """Compute chains in processes of this machine.
 
     At most `jobs` processes are started, and no more than the memory holds. Until a point is
@@ -61,8 +61,8 @@ def farm(
     # One process each, so that the end of one tells which chain has ended it, and stops no other.
     workers: list[ProcessPoolExecutor] = []
     idle: list[ProcessPoolExecutor] = []
-    running: dict[Future[Answer], tuple[ProcessPoolExecutor, Chain]] = {}
-    waiting, answers, killed = deque(chains), list[Answer](), list[Chain]()
+    running: dict[Future[T], tuple[ProcessPoolExecutor, Item]] = {}
+    waiting, answers, killed = deque(chains), list[T](), list[Item]()
     largest = finished = 0
     try:
         while waiting or running:

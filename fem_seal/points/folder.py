@@ -10,7 +10,7 @@ from pydantic import AfterValidator, GetPydanticSchema, PlainSerializer, TypeAda
 from fem_seal.errors import InvalidInput
 from fem_seal.files import write_text
 
-Point = TypeVar("Point")
+T = TypeVar("T")
 
 # An array of a point, which its file holds as a list of numbers.
 _Listed = Annotated[tuple[float, ...], AfterValidator(np.array), PlainSerializer(np.ndarray.tolist)]
@@ -19,7 +19,7 @@ Numbers = Annotated[np.ndarray, GetPydanticSchema(lambda _, schema_of: schema_of
 _json_of = cache(TypeAdapter)  # building one takes as long as reading many points
 
 
-class PointFolder(Generic[Point]):
+class PointFolder(Generic[T]):
     """Points of one kind, such as a dataclass, each as JSON in a file of its own.
 
     The folder is made when the first point is written.
@@ -27,16 +27,16 @@ class PointFolder(Generic[Point]):
 
     suffix = ".json"
 
-    def __init__(self, folder: Path, kind: type[Point]):
+    def __init__(self, folder: Path, kind: type[T]):
         self.folder = folder
         self.kind: type = kind
 
-    def load(self, path: Path) -> Point:
+    def load(self, path: Path) -> T:
         """Read a file; OSError if it cannot be read, ValueError if it holds no such point."""
-        point: Point = _json_of(self.kind).validate_json(path.read_bytes())
+        point: T = _json_of(self.kind).validate_json(path.read_bytes())
         return point
 
-    def save(self, path: Path, point: Point) -> None:
+    def save(self, path: Path, point: T) -> None:
         """Write a file that appears whole or not at all."""
         write_text(path, _json_of(self.kind).dump_json(point, indent=1).decode() + "\n")
 
@@ -44,7 +44,7 @@ class PointFolder(Generic[Point]):
         """Path of the file of a point."""
         return self.folder / f"{name}{self.suffix}"
 
-    def point(self, name: str) -> Point | None:
+    def point(self, name: str) -> T | None:
         """Read a point; None if there is none or its file is damaged."""
         try:
             return self.load(self.path_of(name))
@@ -59,7 +59,7 @@ class PointFolder(Generic[Point]):
         """Whether a point has a file, damaged or not."""
         return self.path_of(name).exists()
 
-    def write(self, name: str, point: Point) -> None:
+    def write(self, name: str, point: T) -> None:
         """Keep a point; InvalidInput if the folder cannot be written."""
         self.save(self.path_of(name), point)
 

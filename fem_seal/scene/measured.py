@@ -26,7 +26,7 @@ from fem_seal.scene.sections import (
     Truth,
     one_or_more,
 )
-from fem_seal.surface.preparation import Preparation, Rectangle
+from fem_seal.surface.preparation import Crop, Preparation
 
 WINDOW_END = 1e-5  # part of a window by which its end is shortened, to leave out the last sample
 
@@ -116,7 +116,7 @@ class FileSurface(FieldFile, SurfaceSection):
         """The steps that prepare the map."""
         return Preparation(**{step.name: getattr(self, step.name) for step in fields(Preparation)})
 
-    def window(self, place: tuple[int, int], sides: tuple[float, float]) -> Rectangle:
+    def window(self, place: tuple[int, int], sides: tuple[float, float]) -> Crop:
         """One of the windows [m] into which `crop` is divided, as a rectangle like that.
 
         Its place is its number along x and along y, from 0.

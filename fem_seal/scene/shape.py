@@ -32,7 +32,7 @@ def along_second_axis(value: object, info: ValidationInfo) -> float:
 
 
 SecondPosition = Annotated[float, BeforeValidator(along_second_axis)]
-Group = Annotated[str, Strict()] | Annotated[int, Strict()]
+GroupName = Annotated[str, Strict()] | Annotated[int, Strict()]
 
 
 class Shape(Section):
@@ -224,9 +224,9 @@ class MeshFile(Shape):
     kind: Literal["file"] = Field(description="name of the shape")
     path: InputFile = Field(description=".geo, .msh, .vtu or .xdmf")
     unit: LengthUnit = Field(description="unit of its lengths; the file itself has none")
-    inlet: Group = Field("inlet", description="name or number of the group")
-    outlet: Group = Field("outlet", description="name or number of the group")
-    wall: Group = Field("wall", description="name or number of the group")
+    inlet: GroupName = Field("inlet", description="name or number of the group")
+    outlet: GroupName = Field("outlet", description="name or number of the group")
+    wall: GroupName = Field("wall", description="name or number of the group")
     mesh_size: Length | None = Field(None, description="longest edge; .geo only")
 
     @property

@@ -55,40 +55,40 @@ def _tolerance(value: object, info: ValidationInfo) -> InputTolerance:
     return InputTolerance(value, None, amount)
 
 
-Tolerance = Annotated[InputTolerance, PlainValidator(_tolerance), PlainSerializer(str)]
+_Tolerance = Annotated[InputTolerance, PlainValidator(_tolerance), PlainSerializer(str)]
 
 
 class OfContact(Section):
     """Tolerances of [contact]."""
 
-    pressure: Tolerance | None = Field(None, description="± of contact.pressure")
+    pressure: _Tolerance | None = Field(None, description="± of contact.pressure")
 
 
 class OfSeal(Section):
     """Tolerances of [seal]."""
 
-    line_load: Tolerance | None = Field(None, description="± of seal.line_load")
+    line_load: _Tolerance | None = Field(None, description="± of seal.line_load")
 
 
 class OfSolid(Section):
     """Tolerances of [solid]."""
 
-    youngs_modulus: Tolerance | None = Field(None, description="± of solid.youngs_modulus")
-    contact_modulus: Tolerance | None = Field(None, description="± of solid.contact_modulus")
+    youngs_modulus: _Tolerance | None = Field(None, description="± of solid.youngs_modulus")
+    contact_modulus: _Tolerance | None = Field(None, description="± of solid.contact_modulus")
 
 
 class OfFluid(Section):
     """Tolerances of [fluid]."""
 
-    viscosity: Tolerance | None = Field(None, description="± of fluid.viscosity")
+    viscosity: _Tolerance | None = Field(None, description="± of fluid.viscosity")
 
 
 class OfFlow(Section):
     """Tolerances of [flow]."""
 
-    pressure_drop: Tolerance | None = Field(None, description="± of flow.pressure_drop")
-    inlet_pressure: Tolerance | None = Field(None, description="± of flow.inlet_pressure")
-    outlet_pressure: Tolerance | None = Field(None, description="± of flow.outlet_pressure")
+    pressure_drop: _Tolerance | None = Field(None, description="± of flow.pressure_drop")
+    inlet_pressure: _Tolerance | None = Field(None, description="± of flow.inlet_pressure")
+    outlet_pressure: _Tolerance | None = Field(None, description="± of flow.outlet_pressure")
 
 
 class Tolerances(Section):
@@ -99,7 +99,7 @@ class Tolerances(Section):
     solid: OfSolid = Field(OfSolid(), description="± of its fields")
     fluid: OfFluid = Field(OfFluid(), description="± of its fields")
     flow: OfFlow = Field(OfFlow(), description="± of its fields")
-    heights: Tolerance | None = Field(None, description="± of one factor on all heights")
+    heights: _Tolerance | None = Field(None, description="± of one factor on all heights")
 
     def given(self) -> Iterator[tuple[str, InputTolerance]]:
         """Names of the inputs, such as "contact.pressure" or "heights", and their tolerances."""

@@ -23,14 +23,14 @@ from fem_seal.surface.synthesis import twin
 LARGEST_SEAM = 2.0
 HIGHEST = 1e100  # largest height [m]; sums of the squares of larger ones may overflow
 
-Rectangle = tuple[tuple[float, float], tuple[float, float]]
+Crop = tuple[tuple[float, float], tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class Preparation:
     """Steps of the preparation of a height map, in the order in which they are taken."""
 
-    crop: Rectangle | None = None  #: ((x0, x1), (y0, y1)) to keep [m]
+    crop: Crop | None = None  #: ((x0, x1), (y0, y1)) to keep [m]
     outliers: str | None = None  #: "missing": points far from all their neighbours become so
     #: "mean", "plane" or "quadratic", fitted to the points that are not missing and subtracted
     detrend: str | None = None

@@ -18,7 +18,7 @@ from fem_seal.solved import answer, solve
 from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.tables import leaves
 
-Number = str | float | int | bool | None
+TableEntry = str | float | int | bool | None
 
 # Columns that every row has, empty where the scene does not give them.
 COLUMNS = (
@@ -61,7 +61,7 @@ class Point:
     peak_memory_bytes: int | None = None
     headline: str | None = None
     #: all other numbers and texts of result.json, by names such as gas.mass_rate.value
-    further: dict[str, Number] = field(default_factory=dict)
+    further: dict[str, TableEntry] = field(default_factory=dict)
     again: bool = False  #: whether the cause of its failure may be gone in the next sweep
     version: str = __version__  #: of fem_seal
     finished: str = field(default_factory=lambda: datetime.now(UTC).isoformat())
@@ -102,12 +102,12 @@ class Point:
             further={
                 name: part
                 for name, part in leaves(rest | quantities)
-                if part is not None and isinstance(part, Number)
+                if part is not None and isinstance(part, TableEntry)
             },
         )
 
     @property
-    def row(self) -> dict[str, Number]:
+    def row(self) -> dict[str, TableEntry]:
         """Cells by column: those of COLUMNS, then those that this scene gives beside them."""
         cells = {column: getattr(self, column.replace(".", "_")) for column in COLUMNS}
         words = {} if self.headline is None else {"headline": self.headline}

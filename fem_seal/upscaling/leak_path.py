@@ -10,7 +10,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.fluid import Drive, GasDrive
 from fem_seal.registry import require_positive
 
-Number = TypeVar("Number", float, np.ndarray)
+T = TypeVar("T", float, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class EndPressures:
         ambient = drive.outlet_pressure - outlet
         return cls(inlet, outlet, ambient, drive.pressure_drop / squares)
 
-    def potential(self, pressure: Number) -> Number:
+    def potential(self, pressure: T) -> T:
         """Φ [Pa] of a pressure above ambient [Pa], or of many."""
         if self.per_square == 0:
             return pressure

@@ -44,8 +44,8 @@ def _finite_differences(film: GridFilm, settings: FlowSettings, links: str) -> I
     yield Answer(f"FD {links}", leak.value, "", leak.unknowns, process_time() - start)
 
 
-Method = Callable[[GridFilm, FlowSettings], Iterator[Answer]]
-METHODS: dict[str, Method] = {
+FilmMethod = Callable[[GridFilm, FlowSettings], Iterator[Answer]]
+METHODS: dict[str, FilmMethod] = {
     **{links: partial(_finite_differences, links=links) for links in LINKS},
     # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
     "uniform": partial(_bounds, method="uniform", name="FE", limits=Limits(unknowns=1)),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, check_equilibrium, rough_surface
 
-from fem_seal.contact import METHODS, press
+from fem_seal.contact import CONTACT_METHODS, press
 from fem_seal.grid import GridField
 
 
@@ -21,7 +21,7 @@ def test_area_is_reached(hurst, wanted):
     assert np.count_nonzero(state.contact != back.contact) <= 1
 
 
-@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize("solver", CONTACT_METHODS)
 def test_every_method(rough, solver):
     state = press(rough, E_STAR, area_fraction=0.3, solver=solver)
     assert state.contact_area_fraction == pytest.approx(0.3, abs=1.5 / rough.values.size)

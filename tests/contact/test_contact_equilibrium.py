@@ -6,14 +6,14 @@ from contact_cases import E_STAR, SLOPE, check_equilibrium, energy_distance, rou
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem_seal.contact import METHODS, press
+from fem_seal.contact import CONTACT_METHODS, press
 from fem_seal.grid import GridField
 from fem_seal.surface import rms_height
 
 LOADS = [0.004, 0.05, 0.2, 0.6]
 
 
-@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize("solver", CONTACT_METHODS)
 @pytest.mark.parametrize("load", LOADS)
 def test_methods_agree_to_the_certificate(rough, solver, load):
     """F(p) - F* <= ε P h_rms per area, and F is the S-norm's square plus a linear part, so that
@@ -79,7 +79,7 @@ def test_order_of_the_methods(rough, load):
     """Each method needs fewer transforms than the one it came from."""
     pairs = {
         solver: press(rough, E_STAR, pressure=load * E_STAR * SLOPE, solver=solver).fft_pairs
-        for solver in METHODS
+        for solver in CONTACT_METHODS
     }
     assert pairs["fista"] < pairs["damped"]
     assert pairs["free-set-cg"] < pairs["polonsky-keer"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE
 
-from fem_seal.contact import METHODS, Load, press
+from fem_seal.contact import CONTACT_METHODS, Load, press
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.methods import ContactStopping, converge
 from fem_seal.contact.problem import Problem
@@ -49,7 +49,7 @@ def test_heights_whose_squares_are_no_numbers_are_refused(rough, unit, load):
         press(height, E_STAR, **load)
 
 
-@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize("solver", CONTACT_METHODS)
 def test_too_few_iterations_raise(rough, solver):
     with pytest.raises(NotConverged, match=f"{solver}.*after.*max_iterations"):
         press(rough, E_STAR, pressure=1e4, solver=solver, max_iterations=1)

@@ -9,7 +9,7 @@ import pytest
 from contact_campaign import campaign
 from contact_cases import E_STAR, check_equilibrium, rough_surface
 
-from fem_seal.contact import METHODS, ElasticSolid, press
+from fem_seal.contact import CONTACT_METHODS, ElasticSolid, press
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.problem import Problem
 from fem_seal.errors import NotConverged
@@ -46,7 +46,7 @@ def gap_beside_ridge(n: int, pressure: float) -> np.ndarray:
     return gap
 
 
-@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize("solver", CONTACT_METHODS)
 @pytest.mark.parametrize(("n", "pressure"), [(32, LIGHT), (32, 0.2), (24, 1e-3), (48, 1e4)])
 def test_ridge_has_its_closed_form(solver, n, pressure):
     state = press(ridge(n), MODULUS, pressure=pressure, solver=solver)
@@ -78,7 +78,7 @@ def test_message_names_what_was_missed():
 WAVE = GridField(np.repeat(np.cos(np.arange(32) * np.pi / 16)[:, None], 4, axis=1), (1, 1), True)
 
 
-@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize("solver", CONTACT_METHODS)
 @pytest.mark.parametrize("relative", [2e-6, 1e-4, 0.3])
 @pytest.mark.parametrize("surface", [ridge(32), WAVE, rough_surface((16, 16), short=2)])
 def test_mean_gap_is_the_prescribed_one(surface, solver, relative):

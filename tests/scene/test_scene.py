@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from project import ROOT, write_toml
 
-from fem_seal.contact import METHODS
+from fem_seal.contact import CONTACT_METHODS
 from fem_seal.contact.halfspace import BASES, PRECISIONS
 from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.finite_difference.links import LINKS
@@ -249,7 +249,7 @@ def test_choices_are_those_that_exist():
         return set(get_args(section.model_fields[field].annotation))
 
     assert {name for kind in KINDS for name in choices(kind, "kind")} == set(SURFACES)
-    assert choices(Contact, "solver") == set(METHODS)
+    assert choices(Contact, "solver") == set(CONTACT_METHODS)
     assert choices(Contact, "model") == set(CONTACTS)
     assert set(CONTACTS) == set(ASSUMPTIONS) == set(THRESHOLDS) - {"gap"}
     assert choices(Contact, "precision") == set(PRECISIONS)
