@@ -75,14 +75,18 @@ def main(out: Path = Path("out"), n: int = 128) -> list[tuple[LiftedState, Lifte
         axes = figure.subplots()
         for number, (load, (low, high)) in enumerate(zip(LOADS, pairs, strict=True)):
             colour, name = f"C{number}", f"{load / 1e6:g} MPa"
-            axes.semilogy(low.residuals, "o-", color=colour, label=f"{name}, from the outlet's")
+            axes.semilogy(low.residuals, "o-", color=colour, label=f"{name}, outlet pressure")
             axes.semilogy(
-                high.residuals, "o--", color=colour, fillstyle="none", label="and the inlet's"
+                high.residuals,
+                "o--",
+                color=colour,
+                fillstyle="none",
+                label=f"{name}, inlet pressure",
             )
         axes.set(xlabel="Newton's step", ylabel="rms of F over the pressure drop")
         axes.xaxis.get_major_locator().set_params(integer=True)
         axes.set_title("A few steps bring contact and flow together")
-        axes.legend(title="load, and pressure of the start")
+        axes.legend(title="load, and fluid pressure at the start")
     return pairs
 
 

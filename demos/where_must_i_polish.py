@@ -61,7 +61,7 @@ def polished(heights: np.ndarray, where: np.ndarray) -> np.ndarray:
 
 
 # %%
-def main(n: int = 128, tries: int = 4, out: Path = Path("results/where_must_i_polish")) -> Polished:
+def main(n: int = 128, tries: int = 4, out: Path = Path("out")) -> Polished:
     """Smooth the sensitive tenth and random tenths; draw the change of ln Q."""
     products = 'output.products=["leak_rate", "sensitivity"]'
     settings = [f"surface.shape=[{n}, {n}]", "flow.lift=none"]
@@ -85,8 +85,8 @@ def main(n: int = 128, tries: int = 4, out: Path = Path("results/where_must_i_po
         after = leak_rate(plain, polished(heights, where.reshape(heights.shape)))
         return log(after / before.leak_rate.value)
 
-    draw = np.random.default_rng(1)
-    random = tuple(change(draw.choice(heights.size, count, replace=False)) for _ in range(tries))
+    rng = np.random.default_rng(1)
+    random = tuple(change(rng.choice(heights.size, count, replace=False)) for _ in range(tries))
     result = Polished(change(order[-count:]), random)
     print(f"the sensitive tenth smoothed: ln Q changes by {result.sensitive:+.2f}")
     print("random tenths: " + ", ".join(f"{one:+.2f}" for one in random))

@@ -23,7 +23,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.contact.state import BearingState, ContactState
 from fem_seal.digits import with_prefix
-from fem_seal.errors import NotConverged, present
+from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import EstimatedError
@@ -92,7 +92,7 @@ def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
         by = ByLoad(problem, contact, patch.lifted, critical)
         narrowing, kept, easing = np.maximum(-by.gap, 0.0), contact.pressure.values, by.pressure
     else:
-        shift = present(contact if isinstance(contact, BearingState) else None, "bearing").shift
+        shift = narrowed(contact, BearingState, "bearing").shift
         narrowing = easing = np.ones(gap.shape)
         kept = np.maximum(height.values - (height.values.max() - shift), 0.0)
     closes, opens = (gap > 0) & (narrowing > 0), (gap == 0) & (easing > 0)

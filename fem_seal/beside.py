@@ -48,8 +48,8 @@ class Beside(Generic[T]):
             env=environment(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1"),
             start_new_session=True,
         )
-        with suppress(BrokenPipeError), present(self._process.stdin, "pipe") as given:
-            pickle.dump(self._call, given, protocol=pickle.HIGHEST_PROTOCOL)
+        with suppress(BrokenPipeError), present(self._process.stdin, "pipe") as stdin:
+            pickle.dump(self._call, stdin, protocol=pickle.HIGHEST_PROTOCOL)
 
     def __call__(self) -> T:
         """Wait for the answer of the process."""
@@ -57,15 +57,15 @@ class Beside(Generic[T]):
         if process is None:
             return self._call()
         with process:
-            text = present(process.stdout, "pipe").read()
+            stdout = present(process.stdout, "pipe").read()
         if process.returncode:
             return self._call()
-        found: T | FemSealError
-        found, peak = pickle.loads(text)
+        reply: T | FemSealError
+        reply, peak = pickle.loads(stdout)
         _peaks.append(peak)
-        if isinstance(found, FemSealError):
-            raise found
-        return found
+        if isinstance(reply, FemSealError):
+            raise reply
+        return reply
 
     def end(self) -> None:
         """End the process if nobody has waited for its answer."""
@@ -83,17 +83,17 @@ def peak_beside() -> int:
 def _main() -> None:
     # The system ends it with the process that started it.
     die_with_parent()
-    given = sys.stdin.buffer.read()  # before the imports that it takes to load it
+    stdin = sys.stdin.buffer.read()  # before the imports that it takes to load it
     # Libraries print to the standard output: let it be that of errors.
-    with os.fdopen(os.dup(1), "wb") as told:
+    with os.fdopen(os.dup(1), "wb") as stdout:
         os.dup2(2, 1)
-        function = pickle.loads(given)
-        del given
+        function = pickle.loads(stdin)
+        del stdin
         try:
             answer = function()
         except FemSealError as error:
             answer = error
-        pickle.dump((answer, peak_memory()), told)
+        pickle.dump((answer, peak_memory()), stdout)
 
 
 if __name__ == "__main__":

@@ -100,3 +100,8 @@ def present(value: T | None, name: str) -> T:
     if value is None:
         raise Inconsistent(f"{name} is missing; this is a defect of fem_seal, please report it")
     return value
+
+
+def narrowed(value: object, kind: type[T], name: str) -> T:
+    """Return a value that can only be of one kind here, so that its type is that."""
+    return present(value if isinstance(value, kind) else None, name)

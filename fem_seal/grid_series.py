@@ -29,10 +29,12 @@ from fem_seal.surface.resampling import resample
 LEAST_SAMPLES = 8  # along each side of a grid
 # The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.
 LOOSER, LOOSEST = 6.0, 0.3
-# Calibrated factors of the rule: see `grid_error`.
-OF_UNRESOLVED, OF_CHANGE, SECOND_ORDER, MOST = 0.5, 0.15, 4.0, 0.8
-# The fluid lifts the solid further where a constriction is wider: ε of a lifted contact is larger.
-IF_LIFTED = 1.5
+# Factors of the rule (`grid_error`), fitted to the surfaces of docs/guide/contact-grid.md:
+OF_UNRESOLVED = 0.5  # of u/g_c, the height between the samples over the critical gap, in e
+OF_CHANGE = 0.15  # of the change of ln Q from half of the samples, in e
+SECOND_ORDER = 4.0  # of e² beside e
+MOST_E = 0.8  # e from which the constriction may close
+IF_LIFTED = 1.5  # of e where the fluid lifts the solid
 # Samples from which the coarser grid is solved beside the flow, and available memory for both: dry
 # and lifted, bytes for each sample, and for the libraries.
 DRY_BESIDE, LIFTED_BESIDE = 2048**2, 1024**2
@@ -194,14 +196,14 @@ def unresolved(height: GridField) -> float:
 def grid_error(coarse: OnGrid, fine: OnGrid) -> EstimatedError:
     """Estimate what a finer grid changes, from a leaking grid and one of half its samples.
 
-    Two parts make up ε. What the grid leaves out of the heights, u, shifts the gap of the critical
+    Two parts make up e. What the grid leaves out of the heights, u, shifts the gap of the critical
     constriction g_c, and with it ln Q: u/g_c, which falls as the square of the spacing. Where that
     place does not rule the flow, the change ln Q(n) - ln Q(n/2) says more. Next to closing the way
-    of the flow changes too: ε + 4 ε² allows for it. From ε = 0.8 on, and where the coarser grid is
+    of the flow changes too: e + 4 e² allows for it. From e = 0.8 on, and where the coarser grid is
     sealed, the constriction may close, and the lower side is open. The upper one then is at least
     the cube of 1 + u/g_c, which opens the constriction as far as the grid may be wrong. The load
     that gives a prescribed area, which counts samples, errs as the spacing: all changes to come add
-    up to the last one. Where the fluid lifts the solid, ε is larger by half: it lifts more where a
+    up to the last one. Where the fluid lifts the solid, e is larger by half: it lifts more where a
     constriction is wider.
     """
     part = fine.unresolved / fine.critical_gap
@@ -213,12 +215,12 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> EstimatedError:
         "what four times the samples along each side would change, from half of them, and from the "
         f"height between the samples: {per_cent(part)} of the gap of the critical constriction"
     )
-    if first_order < MOST:
+    if first_order < MOST_E:
         claimed = first_order * (1 + SECOND_ORDER * first_order)
         if fine.by_area:
             claimed += change
         return EstimatedError(exp(-claimed), exp(claimed), sentence)
-    most = max(MOST * (1 + SECOND_ORDER * MOST), 3 * log1p(part))
+    most = max(MOST_E * (1 + SECOND_ORDER * MOST_E), 3 * log1p(part))
     return EstimatedError(None, exp(min(most, 700)), f"{sentence}; a finer grid may be sealed")
 
 

@@ -13,7 +13,7 @@ from fem_seal.registry import require_known
 from fem_seal.tables import html_table
 
 FlowState: TypeAlias = Literal["leaking", "sealed", "lifted off"]
-ROUNDING = 1e-12  # relative, of the geometric mean of two bounds
+MEAN_ROUNDING = 1e-12  # relative, of the geometric mean of two bounds
 
 
 def relative_width(lower: float, upper: float) -> float:
@@ -137,7 +137,7 @@ class LeakRate:
                 f"the bounds cross: lower {lower:.6e} > upper {upper:.6e} m^3/s; "
                 "this is a defect of the solver, please report the gap"
             )
-        if not lower * (1 - ROUNDING) <= self.value <= upper * (1 + ROUNDING):
+        if not lower * (1 - MEAN_ROUNDING) <= self.value <= upper * (1 + MEAN_ROUNDING):
             raise Inconsistent(f"{self.value:.6e} is not between {lower:.6e} and {upper:.6e} m^3/s")
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
-from fem_seal.errors import InvalidInput, present
+from fem_seal.errors import InvalidInput, narrowed, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
@@ -235,7 +235,7 @@ class Patch:
     def elastic(self) -> ContactState:
         """State of an elastic contact; for scenes with contact.model = 'gfmd'."""
         state = self.contact
-        return present(state if isinstance(state, ContactState) else None, "elastic contact")
+        return narrowed(state, ContactState, "elastic contact")
 
     @cached_property
     def lifted(self) -> "LiftedState | None":
@@ -266,7 +266,7 @@ class Patch:
         from fem_seal.sensitivity import sensitivity
 
         contact = self.film_contact
-        elastic = present(contact if isinstance(contact, ContactState) else None, "contact")
+        elastic = narrowed(contact, ContactState, "contact")
         return self.computed(
             "sensitivity", lambda: sensitivity(self.scene, self.load, height, elastic, lifted)
         )
@@ -322,7 +322,7 @@ class Patch:
             return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
         from fem_seal.shaped import gap_source
 
-        mesh = present(self.film if isinstance(self.film, MeshFilm) else None, "mesh").mesh
+        mesh = narrowed(self.film, MeshFilm, "mesh").mesh
         return MeshFilm(mesh, gap_source(shape, gap)(mesh.xy))
 
     @cached_property

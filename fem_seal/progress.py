@@ -10,7 +10,7 @@ from time import monotonic
 from fem_seal import parallel
 from fem_seal.errors import printable
 
-# Function of stage and detail, such as ("contact", "iteration 40, residual 3e-05").
+# Function of stage and detail, such as ("contact", "iteration 40, certificate 3e-05").
 Report = Callable[[str, str], None]
 
 # Seconds until the first line, and between two, on a terminal and elsewhere.

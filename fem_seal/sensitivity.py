@@ -125,7 +125,8 @@ def _solution(solved: LinearSolution) -> np.ndarray:
     if not solved.converged:
         raise NotConverged(
             "the linear system of the sensitivity of contact and flow is not solved: "
-            f"{MOST_ITERATIONS} iterations of GMRES leave {solved.residuals[-1]:.1e} of it"
+            f"{MOST_ITERATIONS} iterations of GMRES leave {solved.residuals[-1]:.1e} of it; try a "
+            "smaller contact.tolerance, or leave out what asks for it"
         )
     return solved.x
 

@@ -74,13 +74,13 @@ def elastic_contact(
     It starts from a contact or a pressure [Pa].
     """
 
-    def progress(iteration: int, residual: float) -> None:
-        report("contact", f"iteration {iteration}, residual {residual:.1e}")
+    def progress(iteration: int, certificate: float) -> None:
+        report("contact", f"iteration {iteration}, certificate {certificate:.1e}")
 
     nx, ny = surface.shape
     subject = f"the contact of {nx} x {ny} samples"
     refuse_too_large((CONTACT_BYTES - SURFACE_BYTES) * nx * ny, subject)
-    if scene.flow is not None and scene.flow.max_memory is not None:
+    if scene.flow.max_memory is not None:
         refuse_too_large(CONTACT_BYTES * nx * ny, subject, scene.flow.max_memory)
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     stopping = contact.stopping(progress)

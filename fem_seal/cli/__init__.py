@@ -32,7 +32,7 @@ with ended_silently():
     from fem_seal.files import use_writable_cache
     from fem_seal.installed import why_not_imported
 
-# Commands and studies that are scripts of a checkout of the project now.
+# Commands and studies of earlier versions that are scripts of a checkout of the project now.
 MOVED = {
     "letter": "python -m demos.letter.reproduce --size 256",
     "percolation": "python -m demos.letter.reproduce --only thresholds",

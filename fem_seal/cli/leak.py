@@ -101,9 +101,14 @@ def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
             if re.fullmatch(r"\d+[eE]\+?\d\d?", text):
                 text = str(int(float(text)))
             text = {"yes": "true", "no": "false"}.get(text, text)
-            is_list = "tuple" in str(field.annotation)
+            is_list = _has_tuple(field.annotation)
             data = override(data, f"{name}=[{text}]" if is_list else f"{name}={text}")
     return Scene.from_mapping(data), [f"assumed    {', '.join(assumed)}"] if assumed else []
+
+
+def _has_tuple(annotation: Any) -> bool:
+    """Whether a type is that of a tuple, or one of those joined in it."""
+    return get_origin(annotation) is tuple or any(map(_has_tuple, get_args(annotation)))
 
 
 def _leak(options: argparse.Namespace) -> int:

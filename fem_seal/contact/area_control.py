@@ -92,12 +92,12 @@ def _trial(
     limit = stopping.max_iterations or method.max_iterations
     for iterate in method.iterates(*problem_start):
         if stopping.progress is not None:
-            stopping.progress(iterate.iteration, iterate.error)
+            stopping.progress(iterate.iteration, iterate.certificate)
         area = np.count_nonzero(iterate.pressure) / iterate.pressure.size
         if start is None:
-            area *= 1 - min(iterate.error, SETTLED)
+            area *= 1 - min(iterate.certificate, SETTLED)
         miss = abs(area / area_fraction - 1)
-        if iterate.error <= max(min(SETTLED, miss / SIDE_KNOWN), SEARCH_TOLERANCE):
+        if iterate.certificate <= max(min(SETTLED, miss / SIDE_KNOWN), SEARCH_TOLERANCE):
             break
         if iterate.iteration >= limit:
             break
@@ -147,7 +147,8 @@ def _search(
     while (short := miss(high)) < 0:
         if high > HIGHEST * pressure:
             raise NotConverged(
-                f"contact area fraction {area_fraction} is not reached at {high:.6e} Pa"
+                f"contact area fraction {area_fraction} is not reached at {high:.6e} Pa; ask for a "
+                "smaller one"
             )
         # A little beyond the line through the origin; further each time, in case nothing grows.
         low, high = high, high * min(beyond * target / max(short + target, 1e-300), 4.0)

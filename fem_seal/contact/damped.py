@@ -79,4 +79,4 @@ def _check(problem: Problem, displacement: np.ndarray, iteration: int) -> Iterat
         return Iterate(iteration, pressure, np.inf)
     problem.make_admissible(pressure)
     gap = problem.gap(pressure)
-    return Iterate(iteration, pressure, problem.error(pressure, gap), gap)
+    return Iterate(iteration, pressure, problem.certificate(pressure, gap), gap)

@@ -97,23 +97,25 @@ def free_set_cg(
             half_space.displace()
         work, lowest = _subtract(passes, wall, g, p)
         level = work / total if loaded else 0.0
-        error = problem.error_from(total, work, lowest)
-        if rough and error <= max(limit, ROUNDINGS * problem.rounding(p, z.dtype)):
+        certificate = problem.certificate_from(total, work, lowest)
+        if rough and certificate <= max(limit, ROUNDINGS * problem.rounding(p, z.dtype)):
             # The same pressure once more, in double precision. The next direction is that of the
             # residual alone: rounding has spoilt the conjugacy of those before.
             pressure[...], rough, rz_old = p, False, np.inf
             p, wall, total = pressure, exact_wall, float(pressure.sum())
             scale, total = (load / total, load) if loaded else (1.0, total)
             continue
-        yield Iterate(iteration, p, error, g)
+        yield Iterate(iteration, p, certificate, g)
         iteration, uniform = iteration + 1, False
-        if settling.changes(iteration, error):
-            rz_old = np.inf
+        before = settling.settled
+        settling.record(iteration, certificate)
         extended = settling.settled
+        if extended != before:
+            rz_old = np.inf
         # 2, 3
         r, r_old = r_old, r
         number, sum_r = _restrict_gap(passes, p, g, level, free, r)
-        mean = _Mean(passes, free, number if loaded else np.inf)
+        mean = _Mean(passes, free, number if loaded else None)
         mean.subtract_mean(r, sum_r)
         # 4
         if extended:
@@ -166,24 +168,23 @@ class _Settling:
         scale = min(1.0, LARGE / samples**0.5)
         return cls(rule, scale * rule.settled_at_start, scale * rule.settled)
 
-    def changes(self, iteration: int, error: float) -> bool:
-        """Record a certificate; return whether `settled` has changed."""
-        before, rule = self.settled, self.rule
+    def record(self, iteration: int, certificate: float) -> None:
+        """Record a certificate and judge by it."""
+        rule = self.rule
         if not self.settled:
-            self.settled = error < self.below
+            self.settled = certificate < self.below
             # Watch the progress from here on, with the extension.
-            self.least, self.least_at = error, iteration
-            self.halved, self.halved_at = error, iteration
+            self.least, self.least_at = certificate, iteration
+            self.halved, self.halved_at = certificate, iteration
             self.below = min(self.below, self.later)
-            return self.settled != before
-        if error < self.least:
-            self.least, self.least_at = error, iteration
-        if error <= self.halved / 2:
-            self.halved, self.halved_at = error, iteration
+            return
+        if certificate < self.least:
+            self.least, self.least_at = certificate, iteration
+        if certificate <= self.halved / 2:
+            self.halved, self.halved_at = certificate, iteration
         rises, slow = iteration - self.least_at, iteration - self.halved_at
         if rises >= rule.rises or slow > rule.patience:
             self.settled, self.below = False, min(self.least, self.later) / rule.fall
-        return self.settled != before
 
 
 @dataclass
@@ -192,14 +193,14 @@ class _Mean:
 
     passes: RowPasses
     free: np.ndarray
-    #: number of free samples; inf where no load is prescribed, so that nothing is subtracted
-    number: float
+    #: number of free samples; None where no load is prescribed, so that nothing is subtracted
+    number: float | None
 
     def subtract_mean(
         self, values: np.ndarray, total: float, other: np.ndarray | None = None
     ) -> float:
         """Subtract the mean of values of sum `total` on the free set; return <other, values>."""
-        mean = values.dtype.type(total / self.number)
+        mean = values.dtype.type(0.0 if self.number is None else total / self.number)
 
         def subtract(rows: slice) -> float:
             block = values[rows]

@@ -106,11 +106,11 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
     residuals: list[float] = []
     best, best_excess, best_at = np.inf, np.inf, 0
     for iterate in method.iterates(replace(problem, tolerance=stopping.tolerance), pressure):
-        residuals.append(iterate.error)
+        residuals.append(iterate.certificate)
         if stopping.progress is not None:
-            stopping.progress(iterate.iteration, iterate.error)
-        missed = {"certificate": (iterate.error, stopping.tolerance)}
-        if iterate.error <= stopping.tolerance:
+            stopping.progress(iterate.iteration, iterate.certificate)
+        missed = {"certificate": (iterate.certificate, stopping.tolerance)}
+        if iterate.certificate <= stopping.tolerance:
             gap = present(iterate.gap, "gap of an iterate")
             measures = problem.measures(iterate.pressure, gap)
             missed = stopping.shortfalls(measures, problem.rounding(iterate.pressure))
@@ -119,12 +119,12 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
             excess = max(value / allowed for value, allowed in missed.values())
             if excess < 0.9 * best_excess:
                 best_excess, best_at = excess, len(residuals)
-        if iterate.error < 0.9 * best:
-            best, best_at = iterate.error, len(residuals)
+        if iterate.certificate < 0.9 * best:
+            best, best_at = iterate.certificate, len(residuals)
         stalled = len(residuals) - best_at > PATIENCE
-        if iterate.iteration >= limit or stalled or np.isnan(iterate.error):
+        if iterate.iteration >= limit or stalled or np.isnan(iterate.certificate):
             break
-    if np.isnan(iterate.error):
+    if np.isnan(iterate.certificate):
         raise NotConverged(
             f"contact by {stopping.solver}: the certificate is not a number after "
             f"{iterate.iteration} iterations, since numbers overflowed; check the units of load, "

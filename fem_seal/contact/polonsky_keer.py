@@ -16,7 +16,7 @@ def polonsky_keer(problem: Problem, pressure: np.ndarray) -> Iterates:
     conjugate, old_norm, iteration = False, 1.0, 0
     while True:
         gap = problem.gap(pressure)
-        yield Iterate(iteration, pressure, problem.error(pressure, gap), gap)
+        yield Iterate(iteration, pressure, problem.certificate(pressure, gap), gap)
         iteration += 1
         contact = pressure > 0
         if problem.mean_pressure is not None:

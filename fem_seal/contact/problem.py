@@ -38,24 +38,24 @@ class Problem:
             gap += self.mean_gap
         return gap
 
-    def error(self, pressure: np.ndarray, gap: np.ndarray) -> float:
-        """`error_from` for arrays of pressure and gap."""
-        return self.error_from(
+    def certificate(self, pressure: np.ndarray, gap: np.ndarray) -> float:
+        """`certificate_from` for arrays of pressure and gap."""
+        return self.certificate_from(
             float(pressure.sum()), float(np.vdot(pressure, gap)), float(gap.min())
         )
 
-    def error_from(self, total: float, work: float, lowest: float) -> float:
-        """Duality gap in units of the rms height, from Σp, Σ p gap and min gap.
+    def certificate_from(self, total: float, work: float, lowest: float) -> float:
+        """Certificate from Σp, Σ p gap and min gap: the duality gap over Σp, in rms heights.
 
-        It is the certificate of every method: for the energy F = p·Sp/2 - p·h, with the offset at
-        the lowest point, F(p) - F* <= error × Σp. A prescribed mean gap fixes the offset; then a
-        gap that is too small or too large as a whole counts as an error too, and the inequality
-        holds up to the ratio of the exact Σp to this one (docs/theory/mathematics.md, theorem 9).
+        It is the same for every method: for the energy F = p·Sp/2 - p·h, with the offset at the
+        lowest point, F(p) - F* <= certificate × Σp. A prescribed mean gap fixes the offset; then a
+        gap that is too small or too large as a whole counts as well, and the inequality holds up to
+        the ratio of the exact Σp to this one (docs/theory/mathematics.md, theorem 9).
         """
         if total == 0:
             return max(-lowest, 0.0)
-        error = work / total - lowest
-        return error if self.mean_gap is None else max(error, abs(work / total))
+        certificate = work / total - lowest
+        return certificate if self.mean_gap is None else max(certificate, abs(work / total))
 
     def offset(self, pressure: np.ndarray, gap: np.ndarray) -> float:
         """Level of `gap` at which the surfaces touch.
@@ -83,7 +83,7 @@ class Problem:
             reached = float(gap.sum(where=(pressure == 0) & (gap > 0))) / gap.size
             mean_gap_error = abs(reached / self.mean_gap - 1)
         return Measures(
-            # Not `error_from`: how far a prescribed mean gap is missed is a measure of its own.
+            # Not `certificate_from`: that a mean gap is missed is a measure of its own.
             certificate=max(0.0, sum(works) / total - min(lows)),
             pressed_gap=max(pressed),
             penetration=max(0.0, offset - min(lows)),
@@ -138,7 +138,7 @@ class Problem:
             shift -= excess / np.mean(outside > self.heights)
         raise NotConverged(
             f"mean gap {self.mean_gap:.6g} (in rms heights) not reached in {MOST_STEPS} steps; the "
-            f"last is off by {excess:.3g}"
+            f"last is off by {excess:.3g}; take contact.solver = 'free-set-cg'"
         )
 
 
@@ -158,9 +158,9 @@ class Iterate:
 
     iteration: int  #: number of the step
     pressure: np.ndarray  #: (nx, ny), admissible pressure
-    error: float  #: certificate of this pressure
+    certificate: float  #: that of this pressure
     #: (nx, ny), S p - h up to a constant, in float64, computed from this pressure alone; None only
-    #: where the error is infinite. The method reads it again: do not overwrite it
+    #: where the certificate is infinite. The method reads it again: do not overwrite it
     gap: np.ndarray | None = None
 
 

@@ -138,7 +138,8 @@ class ContactTangent:
                 return change
         raise NotConverged(
             f"change of the contact with the fluid's pressure: residual {residuals[-1]:.1e} after "
-            f"{MOST_ITERATIONS} iterations (wanted {tolerance:.1e})"
+            f"{MOST_ITERATIONS} iterations (wanted {tolerance:.1e}); try a smaller "
+            "contact.tolerance, or flow.lift = 'range'"
         )
 
 

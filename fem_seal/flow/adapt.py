@@ -20,12 +20,13 @@ solve.
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from fem_seal.errors import Inconsistent
 from fem_seal.flow.bounds import Bounds
-from fem_seal.flow.energy import ROUNDING
+from fem_seal.flow.energy import SUM_ROUNDING
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.level import Family, Guess, LevelProblem, LevelSolution, Pressures, Streams
 from fem_seal.flow.look_ahead import refined_ahead
@@ -38,10 +39,10 @@ from fem_seal.mesh.bisection import TooFine
 USUAL_CORRECTION_RATIO = 0.4
 # Largest growth of the unknowns from level to level: 3.9 was seen on open rough gaps.
 GROWTH = 4.0
-# Multiples of the tolerance that the expected width is compared with: below NEAR the true dual is
-# solved at once; below SOON on the next mesh, before the regularised dual, which is not needed if
-# the bounds decide there. A full step leaves a third of the width.
-NEAR, SOON = 2.0, 3.0
+# Multiples of the tolerance that the expected width is compared with: below DUAL_AT_ONCE the true
+# dual is solved at once; below DUAL_NEXT on the next mesh, before the regularised dual, which is
+# not needed if the bounds decide there. A full step leaves a third of the width.
+DUAL_AT_ONCE, DUAL_NEXT = 2.0, 3.0
 TOO_MANY = "the next mesh would have more than {} unknowns"
 
 
@@ -98,7 +99,7 @@ def refined(
         )
         if stopping.ended:
             return None
-        solve_true_dual = solve_true_dual or solution.expected < SOON * strategy.rtol
+        solve_true_dual = solve_true_dual or solution.expected < DUAL_NEXT * strategy.rtol
         # Mark, refine, look ahead.
         log = _Log()
         # Stop before making a uniform mesh that would exceed the limit. It has at least twice as
@@ -110,20 +111,21 @@ def refined(
             problem, guess, solution, best, correction_ratio, strategy, log
         )
         ahead = 0 if strategy.uniform else strategy.tuning.ahead
-        step = problem.start(solution.pressure, stream), gap, marks, flows, ahead
+        from_here = problem.start(solution.pressure, stream)
+        refine = partial(refined_ahead, from_here, gap, marks, flows, ahead)
         # Free this mesh before the next one is made.
-        del problem, guess, solution, stream
+        del problem, guess, solution, stream, from_here
         try:
-            start = refined_ahead(*step)
+            start = refine()
         except TooFine as limit:
             return stopping.end(str(limit))
-        del step
+        del refine
         log.lap("refine")
 
 
 def width_ratio(corrected: float, solved: float) -> float:
     """Ratio of the relative widths of the corrected bounds and of the solved ones."""
-    return corrected / solved if solved > ROUNDING else 1.0
+    return corrected / solved if solved > SUM_ROUNDING else 1.0
 
 
 class _Log:
@@ -174,7 +176,7 @@ def _solve(
         psi = regularised.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
         expected = correction_ratio * problem.difference(pressure, regularised)
-        if not last and expected >= NEAR * strategy.rtol:
+        if not last and expected >= DUAL_AT_ONCE * strategy.rtol:
             return _Solved(pressure, regularised, expected=expected)
     stream = problem.stream(psi)
     log.lap("dual", stream)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 # Part of the largest conductivity that rounding errors leave in a direction without flow.
-ROUNDING = 1e-14
+NO_FLOW = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
         total = A / a + B / b
         return np.sqrt(a * b / np.linalg.det(total)) * total
     traces = np.trace(A), np.trace(B)
-    if min(traces) > 0 and np.linalg.matrix_rank(B, tol=ROUNDING * traces[1]) == 1:
+    if min(traces) > 0 and np.linalg.matrix_rank(B, tol=NO_FLOW * traces[1]) == 1:
         return B * np.sqrt(traces[0] / traces[1])
     return B
 
@@ -119,7 +119,7 @@ def _least_ratio(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarra
     diagonal = upper.diagonal()
     scale = np.divide(1.0, np.sqrt(diagonal), out=np.zeros(len(upper)), where=diagonal > 0)
     values, vectors = np.linalg.eigh(scale[:, None] * upper * scale)
-    flows = values > ROUNDING
+    flows = values > NO_FLOW
     flowing = scale[:, None] * vectors[:, flows] / np.sqrt(values[flows])
     ratios, weights = np.linalg.eigh(flowing.T @ lower @ flowing)
     return float(ratios[0]), flowing @ weights[:, 0]

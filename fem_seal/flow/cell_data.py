@@ -71,7 +71,14 @@ class CellData(CellContact):
         # Elsewhere the resistivity R has become max(R, 1/most). Cells at contact vertices have a
         # tensor, that of the power traces: add 1/most, since max(R, 1/most) <= R + 1/most.
         tensor[contact.any(axis=0) & ~blocked] += ISOTROPIC / most
-        return cls(zero_gap.T, blocked, contact.T, most < mean_K, mean_K, tensor)
+        return cls(
+            zero_gap=zero_gap.T,
+            blocked=blocked,
+            contact_vertex=contact.T,
+            equipotential=most < mean_K,
+            K=mean_K,
+            resistivity=tensor,
+        )
 
     @classmethod
     def joined(
@@ -85,9 +92,14 @@ class CellData(CellContact):
         2).
         """
         count = len(mesh.cells)
-        flags, sides, numbers = (count, bool), ((count, 3), bool), (count, float)
-        kinds = sides, flags, sides, flags, numbers, ((count, 3), float)
-        whole = cls(*(np.empty(*kind) for kind in kinds))
+        whole = cls(
+            zero_gap=np.empty((count, 3), bool),
+            blocked=np.empty(count, bool),
+            contact_vertex=np.empty((count, 3), bool),
+            equipotential=np.empty(count, bool),
+            K=np.empty(count),
+            resistivity=np.empty((count, 3)),
+        )
         for cells in parts(0, count, _AT_ONCE):
             vertices = mesh.cells[cells].T
             batch = data_of(vertices, mesh.xy.take(vertices, axis=0))

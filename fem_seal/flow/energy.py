@@ -18,7 +18,7 @@ import numpy as np
 # its cube; a mean over a triangle takes at most 100 steps, the pyramid of averages 24, the sum in
 # pairs over a batch of cells 32: 300 u. Averages on cells and on their quarters may differ by as
 # much, so that it counts three times: 1e-13. This is ten times as much.
-ROUNDING = 1e-12
+SUM_ROUNDING = 1e-12
 # Relative error of each term of a cell: 12 steps in a component of the gradient, which counts
 # twice, 40 in the tensor (of which 15 in its moments), 10 in the area and the sums. For bubble
 # functions: 30 in a product of two gradients, 10 in the sums at an edge, 35 in the sum in pairs
@@ -93,7 +93,7 @@ class Energy:
 
     def least_upper(self) -> float:
         """Upper bound of the energy."""
-        return float(self.value * (1 + ROUNDING) + self.error)
+        return float(self.value * (1 + SUM_ROUNDING) + self.error)
 
     def error_of_drop(self, terms: float) -> float:
         """Bound of the rounding error of the amount by which bubble functions lower the energy.

@@ -32,7 +32,7 @@ STEPS = 4
 # Cells of a block, whose bubble functions are computed together. Bubble functions on the rim of a
 # block are left out, which widens the bracket by 0.3 %.
 BLOCK = 1 << 17
-AT_ONCE = 1 << 13  # cells that are integrated at once
+QUARTERED_AT_ONCE = 1 << 13  # cells whose quarters are integrated at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +172,7 @@ def _energies_with_bubbles(
     forms = [_CellEnergies.empty(energy.count, len(block)) for energy in energies]
     aspect_x, aspect_y = np.broadcast_to(gap.aspect, 2)
     blur = mesh.blur * float(np.max(gap.aspect))
-    for part in parts(0, len(block), AT_ONCE):
+    for part in parts(0, len(block), QUARTERED_AT_ONCE):
         cells = block[part]
         vertices = mesh.cells.take(cells, axis=0).T.astype(np.intp, order="C")
         xy = mesh.xy.take(vertices, axis=0)

@@ -112,6 +112,7 @@ def leak_rate(
         if progress is not None:
             progress(levels[-1])
         result = units.leak_rate(solution, method, levels)
+        # On each mesh: a limit may end the refinement once this solution has been freed.
         drawn = units.field(solution) if settings.field else None
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
             keep(MeshedFlow(film, solution, slip_factor))
@@ -149,7 +150,7 @@ def require_conducting(tightest: str, narrowest: float) -> None:
 def first_mesh(
     film: Film, narrowest: float, strategy: Strategy, law: FilmLaw
 ) -> tuple[GapOnMesh, AnyMesh]:
-    """Gap in units of its maximum, as the narrowest one is, and the first mesh.
+    """The gap for the meshes, and the first mesh; gap and `narrowest` are in units of the maximum.
 
     Uniform refinement begins with the pixels of a grid. A shape begins with the mesh that it has.
     """
@@ -183,8 +184,15 @@ class _Units:
         """A mesh with its bounds in m³/s."""
         lower, upper = (bound * self.rate for bound in level.bounds.numbers)
         iterations = {stage: len(residuals) for stage, residuals in level.residuals.items()}
-        size = level.unknowns, level.cells
-        return Level(*size, lower, upper, iterations, level.seconds, level.residuals)
+        return Level(
+            unknowns=level.unknowns,
+            cells=level.cells,
+            lower=lower,
+            upper=upper,
+            iterations=iterations,
+            seconds=level.seconds,
+            residuals=level.residuals,
+        )
 
     def leak_rate(self, solution: LevelSolution, method: str, levels: list[Level]) -> LeakRate:
         """Leak rate of a solution, with its bounds."""

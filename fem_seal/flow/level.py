@@ -29,7 +29,7 @@ import numpy as np
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.cell_data import ISOTROPIC
-from fem_seal.flow.energy import ROUNDING, Energy, gradients
+from fem_seal.flow.energy import SUM_ROUNDING, Energy, gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.hierarchical import Drops
@@ -63,7 +63,7 @@ class Family:
         of k functions either sum is at most k times its diagonal part.
         """
         totals, upper = self.totals, self.energies
-        relative = max(total.error / total.value for total in totals) + ROUNDING
+        relative = max(total.error / total.value for total in totals) + SUM_ROUNDING
         errors = np.array([relative * total.value for total in totals])
         if drops is not None:
             upper = upper - drops.energies

@@ -14,7 +14,7 @@ diagonal: constants would no longer be near-null vectors.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import fsum
 from weakref import finalize
@@ -32,12 +32,12 @@ from fem_seal.progress import NOTE, Report, silent
 MAX_ITERATIONS = 100
 # CG computes its energy as that of its start minus a decrease. Where less than this part of the
 # start is left, cancellation has spoilt it: restart from the energy summed cell by cell.
-LOST = 1e-11
+RESTART_BELOW = 1e-11
 # After a breakdown of CG, restart only if the last run lowered the energy below this part of its
 # start.
-WORTH = 0.9
+WORTHWHILE_DECREASE = 0.9
 
-FEW = 50  # unknowns that GAMG aggregates without smoothing
+UNSMOOTHED_UNKNOWNS = 50  # unknowns that GAMG aggregates without smoothing
 
 # The options tried are in docs/measurements/bounds.md.
 _OPTIONS = {
@@ -163,37 +163,46 @@ class CellSpace:
         tolerance: float,
         balanced: bool,
     ) -> Minimum:
-        x, right_side = solver.getOperators()[0].createVecs()
-        right_side.setOption(PETSc.Vec.Option.IGNORE_NEGATIVE_INDICES, True)
         values, stalled_before = numbering.representable(guess), False
         residuals: tuple[float, ...] = ()
+        while True:
+            start, run = self._run_cg(solver, tensor, numbering, values, tolerance, balanced)
+            residuals += run.residuals
+            worthwhile = WORTHWHILE_DECREASE if run.stalled else RESTART_BELOW
+            again = run.energy < worthwhile * start
+            if not again and (not run.stalled or stalled_before):
+                return replace(run, residuals=residuals)
+            values, stalled_before = run.values, bool(run.stalled)
+
+    def _run_cg(
+        self,
+        solver: PETSc.KSP,
+        tensor: Callable[[slice], np.ndarray],
+        numbering: Numbering,
+        values: np.ndarray,
+        tolerance: float,
+        balanced: bool,
+    ) -> tuple[float, Minimum]:
+        """Energy of values (count,), and what one run of CG from there reaches, or those values."""
+        x, right_side = solver.getOperators()[0].createVecs()
         try:
-            while True:
-                right_side.set(0)
-                start = self._started(tensor, numbering, values, right_side)
-                total: Energy | None = None
-                right_side.scale(-1)
-                lost = LOST * start
-                spent, stalled = minimise_by_cg(
-                    solver, right_side, x, start, tolerance, balanced, lost / 2
-                )
-                residuals += spent
-                moved = values + np.concatenate(self.comm.allgather(x.array_r))
-                if np.isfinite(moved).all():
-                    moved = numbering.representable(moved)
-                    energy = self.energy(tensor, partial(numbering.corners, moved))
-                    # False for NaN: the returned function is always admissible.
-                    if energy.value < start:
-                        values, total = moved, energy
-                if total is None:
-                    total = self.energy(tensor, partial(numbering.corners, values))
-                again = total.value < (WORTH * start if stalled else lost)
-                if not again and (not stalled or stalled_before):
-                    return Minimum(numbering, values, total, residuals, stalled)
-                stalled_before = bool(stalled)
+            start = self._started(tensor, numbering, values, right_side)
+            # Half: summed anew, the energy is then below the part that asks for a restart.
+            least = RESTART_BELOW * start / 2
+            residuals, stalled = minimise_by_cg(
+                solver, right_side, x, start, tolerance, balanced, least
+            )
+            moved = values + np.concatenate(self.comm.allgather(x.array_r))
         finally:
-            for petsc_object in (x, right_side):
-                petsc_object.destroy()
+            _destroy(x, right_side)
+        if np.isfinite(moved).all():
+            moved = numbering.representable(moved)
+            total = self.energy(tensor, partial(numbering.corners, moved))
+            # False for NaN: the returned function is always admissible.
+            if total.value < start:
+                return start, Minimum(numbering, moved, total, residuals, stalled)
+        total = self.energy(tensor, partial(numbering.corners, values))
+        return start, Minimum(numbering, values, total, residuals, stalled)
 
     def energy(
         self,
@@ -213,9 +222,11 @@ class CellSpace:
         tensor: Callable[[slice], np.ndarray],
         numbering: Numbering,
         values: np.ndarray,
-        slopes: PETSc.Vec,
+        right_side: PETSc.Vec,
     ) -> float:
-        """Energy to start from; half its derivative by the unknowns is added to `slopes`."""
+        """Energy to start from; minus half its derivative by the unknowns is the right side."""
+        right_side.setOption(PETSc.Vec.Option.IGNORE_NEGATIVE_INDICES, True)
+        right_side.set(0)
         energies = []
         for part in self._own_parts():
             v = numbering.corners(values, part)
@@ -225,8 +236,9 @@ class CellSpace:
             of_corner = batch().slopes(v)
             # The energy is quadratic: it is v times half its derivative.
             energies.append(float((v * of_corner).sum()))
-            slopes.setValues(numbering.of_corner[part], of_corner, PETSc.InsertMode.ADD_VALUES)
-        slopes.assemble()
+            corners = numbering.of_corner[part]
+            right_side.setValues(corners, -of_corner, PETSc.InsertMode.ADD_VALUES)
+        right_side.assemble()
         return fsum(self.comm.allgather(fsum(energies)))
 
     def _own_parts(self) -> list[slice]:
@@ -285,7 +297,7 @@ def preconditioned_cg(matrix: PETSc.Mat) -> PETSc.KSP:
         options[option] = value
     if name == "gamg":
         # It smooths with an eigenvalue that CG estimates, which may break down on few unknowns.
-        options["pc_gamg_agg_nsmooths"] = int(matrix.size[0] > FEW)
+        options["pc_gamg_agg_nsmooths"] = int(matrix.size[0] > UNSMOOTHED_UNKNOWNS)
     solver.setOperators(matrix)
     solver.setType("cg")
     solver.setNormType(PETSc.KSP.NormType.NATURAL)

@@ -23,6 +23,9 @@ from fem_seal.registry import require_not_negative, require_positive
 # Least size of a step by the error indicators, as a part of a full step, while flow through leaking
 # vertices or wrongly joined cells falsifies them.
 LEAST_STEP = 0.3
+# Halving the cells that hold a part θ of the difference lowers it by about this times θ.
+DECREASE = 0.625
+LEAST_PART = 0.15  # least size of the last step: a smaller one would cost a level for little
 MOST_HALVINGS = 4  # of a cell before the next solve
 LEAK_HALVINGS = 2  # of a cell from which the linear pressure leaks: half its size in x and y
 JOINT_HALVINGS = 4  # of a wrongly joined cell: a quarter of its size
@@ -80,13 +83,12 @@ class Strategy:
 def part_of_a_step(width: float, strategy: Strategy) -> float:
     """Part of a full step that is still needed, so that the last step does not overshoot.
 
-    Halving the cells that hold a part θ of the difference lowers it by about 0.63 θ. A step that
-    just fails costs another level, a slightly larger one only a few unknowns: aim a tenth below the
-    tolerance. The width of the bounds is infinite if there is no lower one yet.
+    A step that just fails costs another level, a slightly larger one only a few unknowns: aim a
+    tenth below the tolerance. The width of the bounds is infinite if there is no lower one yet.
     """
     aim = 0.9 * strategy.rtol
-    needed = 1.6 * (1 - aim / max(width, aim)) / strategy.tuning.theta
-    return float(np.clip(needed, 0.15, 1.0))
+    needed = (1 - aim / max(width, aim)) / (DECREASE * strategy.tuning.theta)
+    return float(np.clip(needed, LEAST_PART, 1.0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from fem_seal.errors import present
+from fem_seal.errors import InvalidInput, narrowed
 from fem_seal.film import GridFilm
 from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import Energy
@@ -45,7 +45,7 @@ class MeshedFlow:
         return self.solution.problem.start(self.solution.pressure, self.solution.stream)
 
     def resistances_above(self, films: Sequence[GridFilm]) -> np.ndarray:
-        """Upper bounds (n,) of the resistances of films, itself first, with gaps nowhere smaller.
+        """Upper bounds (n,) of resistances: `films[0]` is this film, other gaps nowhere smaller.
 
         In units of the resistance of a square with the largest gap of this film; infinite if the
         stream function is not known.
@@ -60,7 +60,7 @@ class MeshedFlow:
         return self._bounds(problems, [own, *others], correction)
 
     def conductances_below(self, films: Sequence[GridFilm]) -> np.ndarray:
-        """Upper bounds (n,) of the conductances of films, itself first, with gaps nowhere larger.
+        """Upper bounds (n,) of conductances: `films[0]` is this film, other gaps nowhere larger.
 
         In units of the conductance of a square with the largest gap of this film.
         """
@@ -71,7 +71,7 @@ class MeshedFlow:
 
     def _problems(self, films: Sequence[GridFilm]) -> list[LevelProblem]:
         problem = self.solution.problem
-        gap = present(problem.gap if isinstance(problem.gap, LinearGap) else None, "linear gap")
+        gap = narrowed(problem.gap, LinearGap, "linear gap")
         others = []
         for film in films[1:]:
             # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.
@@ -99,7 +99,10 @@ class MeshedFlow:
 def _with_gap(problem: LevelProblem, gap: LinearGap) -> LevelProblem:
     """The same problem with another gap, for the energies of its functions in that gap."""
     if not isinstance(problem.mesh, NestedMesh):
-        raise TypeError(f"only films on a grid share a mesh, got a {type(problem.mesh).__name__}")
+        raise InvalidInput(
+            "bounds of other films need the flow through a film on a grid, got one on a "
+            f"{type(problem.mesh).__name__}: pass a GridFilm to leak_rate"
+        )
     other = copy(problem)
     other.gap, other.values = gap, gap.values_at(problem.mesh)
     other.data = gap.cell_data(problem.mesh, other.values).subset(problem.kept)

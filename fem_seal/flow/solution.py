@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fem_seal.errors import Inconsistent, InvalidInput
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.gap_on_mesh import ConstantGap, GapOnMesh, LinearGap
 from fem_seal.mesh.bisection import AnyMesh, refine
@@ -37,7 +38,9 @@ class FlowEstimate:
 
 
 def _freed(cells: slice | np.ndarray) -> np.ndarray:
-    raise AssertionError("the mesh of this flow has been freed")
+    raise Inconsistent(
+        "the mesh of this flow has been freed; this is a defect of fem_seal, please report it"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +77,10 @@ class Start:
         """The same mesh and functions, for another gap on the same grid."""
         if isinstance(gap, LinearGap | ConstantGap) and isinstance(self.mesh, NestedMesh):
             return replace(self, values=gap.values_at(self.mesh))
-        raise TypeError(f"only films on a grid share a mesh, got a {type(gap).__name__}")
+        raise InvalidInput(
+            "leak_rate takes the start of another film for films on a grid alone, got a "
+            f"{type(gap).__name__} on a {type(self.mesh).__name__}: leave out `start`"
+        )
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import exp
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from fem_seal.limits import Limits
 # of such small gaps lies across the flow, refinement may need more unknowns than PETSc can number:
 # for 5 % about 1e8 at a ratio of 1e-6, about 1e10 at 1e-9 (sixteen pixels).
 DOUBTFUL = 1e-6
-LONG = 16  # growth of the unknowns over which the order of convergence is measured
+GROWTH_FOR_ORDER = 16  # growth of the unknowns over which the order of convergence is measured
 MOST_UNKNOWNS = 2**31 - 1  # largest number of unknowns for the indices of PETSc
 
 ConvergenceHistory = Sequence[tuple[int, float]]
@@ -33,12 +34,16 @@ def out_of_reach(history: ConvergenceHistory, rtol: float, growth: float) -> str
 
     `history` holds the vertices of each mesh, nearly its unknowns, and the relative width of its
     bounds; `growth` is the usual growth from mesh to mesh. Where a mesh grows faster, it has been
-    refined along lines before a solve could tell which of them matter: the history must then be as
-    many meshes long as sixteenfold growth usually takes.
+    refined along lines before a solve could tell which of them matter: the order is measured over
+    at least log(16)/log(growth) meshes.
     """
     unknowns, width = history[-1]
-    meshes = round(np.log(LONG) / np.log(growth))
-    starts = [k for k, (before, _) in enumerate(history[:-meshes]) if LONG * before <= unknowns]
+    meshes = round(np.log(GROWTH_FOR_ORDER) / np.log(growth))
+    starts = [
+        k
+        for k, (before, _) in enumerate(history[:-meshes])
+        if GROWTH_FOR_ORDER * before <= unknowns
+    ]
     if not starts or width <= rtol:
         return ""
     judged = history[starts[-1] :]
@@ -67,6 +72,14 @@ class Tolerance:
         """Whether the bounds of a solution meet the criterion."""
         return bool(solution.level.bounds.width <= self.rtol)
 
+    def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
+        """Message if the bounds converge too slowly ever to meet the criterion, else ""."""
+        return out_of_reach(history, self.rtol, growth)
+
+    def undecidable(self, solution: LevelSolution) -> str:
+        """No message: finer meshes narrow any bounds."""
+        return ""
+
     def missed(self, lower: float, upper: float) -> str:
         """Message on the distance of bounds [m³/s] from the criterion."""
         width = relative_width(lower, upper)
@@ -84,7 +97,7 @@ class Decision:
     margin: float = 0.0
 
     # Near a tolerance the steps of a refinement become smaller. A decision may need any width.
-    rtol = 0.0
+    rtol: ClassVar[float] = 0.0
 
     def reached(self, solution: LevelSolution) -> bool:
         """Whether both bounds, widened by slip and margin, lie on one side of the limit."""
@@ -96,6 +109,10 @@ class Decision:
         """Message on the distance of bounds [m³/s] from the criterion."""
         below, above = lower / self.limit, upper / self.limit
         return f"the leak rate is between {below:.4g} and {above:.4g} times the limit"
+
+    def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
+        """No message: wide bounds may decide as well as narrow ones."""
+        return ""
 
     def undecidable(self, solution: LevelSolution) -> str:
         """Message if no mesh can decide because of slip or the margin, else ""."""
@@ -157,7 +174,7 @@ class Stopping:
         self.levels.append(solution.level)
         self.reached = self.criterion.reached(solution)
         if not self.reached:
-            self.reason = self._reason(solution)
+            self.reason = self._reason_to_stop(solution)
         if self.reason and solution.stream is None:
             solution = widen(solution.certified())
             self.levels[-1] = solution.level
@@ -165,24 +182,20 @@ class Stopping:
             self.reason = "" if self.reached else self.reason
         return solution
 
-    def _reason(self, solution: LevelSolution) -> str:
+    def _reason_to_stop(self, solution: LevelSolution) -> str:
         """Reason to end with this solution, "" to go on."""
         last = sum(solution.level.seconds.values())
         limit = self.limits.exceeded(self.started, self.growth, last)
-        criterion = self.criterion
-        # Wide bounds may decide as well as narrow ones: a decision is never too slow.
-        if not limit and self.doubtful and isinstance(criterion, Tolerance):
+        if not limit and self.doubtful:
             # A mesh has half as many vertices as cells. Unknowns would not do as a measure: where
             # the pressure is constant there are fewer.
             history = [(level.cells // 2, level.bounds.width) for level in self.levels]
-            words = out_of_reach(history, criterion.rtol, self.growth)
+            words = self.criterion.too_slow(history, self.growth)
             limit = words and words + self.advice
         # Time and memory differ from rank to rank.
         limit = self.comm.bcast(limit)
         stalled = solution.stalled if self._no_closer() else ""
-        if limit or stalled or isinstance(criterion, Tolerance):
-            return limit or stalled
-        return criterion.undecidable(solution)
+        return limit or stalled or self.criterion.undecidable(solution)
 
     def _no_closer(self) -> bool:
         """Whether the last two meshes have hardly improved the bounds."""

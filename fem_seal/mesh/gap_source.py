@@ -16,7 +16,9 @@ from fem_seal.mesh.gmsh_process import Box, SizeField
 from fem_seal.mesh.nested import triangle_at
 
 OUTSIDE = 1e-6  # largest distance [pixel] by which rounding may put a vertex outside the grid
-ROUNDING = 1e-6  # rounding error of coordinates [pixel]; gmsh writes them to 1e-9 at best
+COORDINATE_ROUNDING = (
+    1e-6  # rounding error of coordinates [pixel]; gmsh writes them to 1e-9 at best
+)
 NARROW = 0.1  # a channel ends where the gap falls below this part of its mean
 GROWTH = 0.5  # growth of the edge length with the distance to the nearest bank of a channel
 FINEST_RASTER = 1500  # largest number of points along the longer side
@@ -195,6 +197,6 @@ def _linear(samples: np.ndarray, steps: np.ndarray) -> np.ndarray:
     weights = np.array(parts)
     # A point on a sample or on the side of a triangle must not get a rounding error of the next
     # sample: in contact that would open a channel as narrow as the rounding error.
-    weights[weights < ROUNDING] = 0
+    weights[weights < COORDINATE_ROUNDING] = 0
     values = np.array([samples[corner] for corner in corners])
     return (weights * values).sum(axis=0) / weights.sum(axis=0)

@@ -77,7 +77,7 @@ def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
         advice = "more realizations (seal.patches) or larger ones might decide"
         if widths[widest] <= log(NARROW):
             return advice
-        many = _realizations_for(seal, NARROW)
+        many = _about(_realizations_for(seal, NARROW))
         return f"{advice}: {many} give the mean to a factor of {NARROW:g}"
     if widest == CONTACT_GRID:
         of_map = patch.scene.measured_map is not None
@@ -155,8 +155,8 @@ def _patches_entry(seal: SealLeak) -> Uncertainty:
     )
     if upper > NARROW * lower:
         many = _realizations_for(seal, NARROW)
-        sentence += f"; {many} realizations would give the mean to a factor of {NARROW:g}"
-        if many.startswith("more"):
+        sentence += f"; {_about(many)} realizations would give the mean to a factor of {NARROW:g}"
+        if many > MOST_PATCHES:
             sentence += ", larger patches scatter less"
     return Uncertainty("patches", "estimated", sentence, min(1.0, lower), max(1.0, upper))
 
@@ -168,11 +168,14 @@ def _scatter(seal: SealLeak) -> float:
     )
 
 
-def _realizations_for(seal: SealLeak, factor: float) -> str:
-    """Text on the number of realizations for which the ends of the mean differ by a factor."""
+def _realizations_for(seal: SealLeak, factor: float) -> int:
+    """Number of realizations for which the ends of the mean differ by a factor."""
     leaking = sum(patch.seal_flow.state == "leaking" for patch in seal.patches)
-    needed = ceil(patches_for(_scatter(seal), factor) * len(seal.patches) / leaking)
-    return f"about {needed}" if needed <= MOST_PATCHES else f"more than {MOST_PATCHES}"
+    return ceil(patches_for(_scatter(seal), factor) * len(seal.patches) / leaking)
+
+
+def _about(many: int) -> str:
+    return f"about {many}" if many <= MOST_PATCHES else f"more than {MOST_PATCHES}"
 
 
 def _factor(scatter: float) -> str:

@@ -45,8 +45,8 @@ POCKET = Swatch("pocket: its fluid pressure is assumed", (246, 222, 150))
 SHOWN = 0.999
 # Contact is coloured where its own pressure is drawn, and grey where gap and fluid are.
 LIFT_KEY = (
-    Swatch("contact, in pictures of gap and fluid pressure", CONTACT.colour),
-    Swatch("open, in that of the contact pressure", OPEN.colour),
+    Swatch("contact (gap and fluid pressure)", CONTACT.colour),
+    Swatch("open (contact pressure)", OPEN.colour),
     POCKET,
 )
 SENSITIVITY = "|change of ln Q| for 1 nm of height on 1 µm²"

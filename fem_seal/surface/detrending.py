@@ -10,7 +10,7 @@ from fem_seal.registry import choose
 
 # Degree of the polynomial in x and y together.
 DEGREES = {"mean": 0, "plane": 1, "quadratic": 2}
-ROUNDING = 1e-13  # rounding error of a fitted trend, as a part of the largest height
+TREND_ROUNDING = 1e-13  # rounding error of a fitted trend, as a part of the largest height
 
 
 def detrended(heights: FieldMap | GridField, trend: str) -> FieldMap:
@@ -30,7 +30,7 @@ def detrended(heights: FieldMap | GridField, trend: str) -> FieldMap:
         raise InvalidInput(f"all {measured.size} points are missing")
     values = heights.values - _polynomial(heights.values, measured, degree)
     # What is left of a flat or tilted plane is rounding, and no roughness that could be pressed.
-    if np.nanmax(np.abs(values)) < ROUNDING * np.nanmax(np.abs(heights.values)):
+    if np.nanmax(np.abs(values)) < TREND_ROUNDING * np.nanmax(np.abs(heights.values)):
         values = np.where(measured, 0.0, np.nan)
     return FieldMap(values, heights.spacing, heights.periodic)
 

@@ -23,7 +23,9 @@ from fem_seal.surface.cell import HANN_DEPENDENCE
 # law with H = 0.8 by 2 %, and by 6 % in the bins next to its cut-offs.
 BIN_RATIO = 1.25
 FEWEST_SAMPLES = 16  # fewest samples of a profile
-ROUNDING = 1e-28  # densities below this part of the largest are rounding errors beyond a cut-off
+DENSITY_ROUNDING = (
+    1e-28  # densities below this part of the largest are rounding errors beyond a cut-off
+)
 DEGREES = {"mean": 0, "line": 1, "quadratic": 2}
 
 
@@ -137,7 +139,7 @@ def isotropic_spectrum(profiles: ProfileSpectrum) -> IsotropicSpectrum:
     from scipy.optimize import nnls
 
     transform = np.array([_transform(waves, profiles.edges) for waves in profiles.waves])
-    lowest = ROUNDING * profiles.density.max()
+    lowest = DENSITY_ROUNDING * profiles.density.max()
     weight = 1 / np.maximum(profiles.error, lowest)
     # Scale the columns to one size: C falls over many decades.
     scale = np.maximum(profiles.density, lowest) / transform.diagonal()

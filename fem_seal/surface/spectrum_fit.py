@@ -10,7 +10,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.surface.cell import HANN_DEPENDENCE, window
-from fem_seal.surface.profiles import ROUNDING
+from fem_seal.surface.profiles import DENSITY_ROUNDING
 from fem_seal.surface.segments import best_segments, power_law
 from fem_seal.surface.statistics import RadialSpectrum, radial_spectrum
 
@@ -129,7 +129,7 @@ def _bins(
     from scipy.special import digamma, polygamma
 
     log_q = np.log(spectrum.wavenumber)
-    lowest = ROUNDING * spectrum.density.max()
+    lowest = DENSITY_ROUNDING * spectrum.density.max()
     log_C = np.log(np.maximum(spectrum.density, lowest))
     log_C -= digamma(independent) - np.log(independent)
     weight = 1 / polygamma(1, independent)

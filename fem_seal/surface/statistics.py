@@ -8,7 +8,7 @@ from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
 from fem_seal.surface.spectrum import mode_powers, multiplicity, wavenumbers
 
-ROUNDING = 1e-12  # mean square slope along a perfect lay over that across it, by rounding
+SLOPE_ROUNDING = 1e-12  # mean square slope along a perfect lay over that across it, by rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ class Lay:
         covariance = np.cov(along[known], across[known], bias=True) if known.any() else np.eye(2)
         (least, most), directions = np.linalg.eigh(covariance)
         angle = np.degrees(np.arctan2(directions[1, 0], directions[0, 0])) % 180
-        ratio = np.sqrt(most / least) if least > ROUNDING * most else np.inf if most else 1.0
+        ratio = np.sqrt(most / least) if least > SLOPE_ROUNDING * most else np.inf if most else 1.0
         steps = (np.diff(values, axis=axis) / d for axis, d in enumerate(spacing))
         slopes = [_mean_square(step) ** 0.5 for step in steps]
         return cls((slopes[0], slopes[1]), float(ratio), float(angle))

@@ -19,7 +19,7 @@ from fem_seal.upscaling.leak_path import EndPressures
 
 # Relative error of the leak rate that solves the boundary condition; bounds are widened by it.
 SHOOTING = 1e-9
-ROUNDING = 1e-12  # relative rounding error of a pressure
+PRESSURE_ROUNDING = 1e-12  # relative rounding error of a pressure
 # Length of a step in ln Q by which an end of the searched range is moved, and most such steps.
 WIDENING, MOST_WIDENINGS = 5.0, 100
 RELATIVE = 4 * np.finfo(float).eps  # smallest relative tolerance that SciPy accepts
@@ -69,7 +69,7 @@ def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> 
     raise NotConverged(
         f"no leak rate gives the fluid the inlet's pressure at the inlet: at ln Q = "
         f"{log_rate - step:.6g} (Q in m^3/s) it still differs by {abs(reached):.3g} of the "
-        "pressure drop"
+        "pressure drop; check the pressures and the contact pressures along the leak path"
     )
 
 
@@ -113,7 +113,7 @@ class March:
         # rate is the smallest root. Rounding of P - (P - p_in) must not hide it: aim a little below
         # p_in.
         drop = self._ends.inlet - self._ends.outlet
-        target = self._ends.inlet - ROUNDING * drop
+        target = self._ends.inlet - PRESSURE_ROUNDING * drop
         p, left = self._marched(rate, target, [])
         if p < target:
             return (p - target) / drop

@@ -36,7 +36,7 @@ from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.digits import per_cent, with_prefix
-from fem_seal.errors import present
+from fem_seal.errors import narrowed, present
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Slip
@@ -54,7 +54,7 @@ BEYOND = 0.125  # (c - b)/(b - a), where c is the load that gives the line beyon
 # A flow is solved again if its tolerance was more than so many times the one that is asked for.
 AGAIN = 2.0
 # Rounding of even heights by a change of their grid, relative to their range.
-ROUNDING = 1e-12
+HEIGHT_ROUNDING = 1e-12
 NARROW = 1e-6  # relative distance of two pressures that count as one
 # Most samples of all flows that are kept; the oldest flows are dropped first.
 KEPT = 1 << 25
@@ -156,7 +156,7 @@ class LoadedPatch:
     def quartered(self) -> bool:
         """Whether a quarter of the patch has the conductivity of the whole."""
         heights = present(self.patch.surface, "surface").values
-        even = partial(np.allclose, rtol=0.0, atol=ROUNDING * np.ptp(heights))
+        even = partial(np.allclose, rtol=0.0, atol=HEIGHT_ROUNDING * np.ptp(heights))
         return (
             self.patch.scene.flow.representation == "linear"
             and not any(n % 2 for n in heights.shape)
@@ -169,7 +169,7 @@ class LoadedPatch:
             nx, ny = gap.shape
             return GridFilm(GridField(gap[: nx // 2 + 1, : ny // 2 + 1], self._spacing))
         film = self.patch.film_of(GridField(gap, self._spacing, periodic=True))
-        return present(film if isinstance(film, GridFilm) else None, "film on a grid")
+        return narrowed(film, GridFilm, "film on a grid")
 
     def _gap(self, load: float) -> np.ndarray:
         return self._state(load).gap.values

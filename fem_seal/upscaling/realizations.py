@@ -10,7 +10,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file import HEIGHT_NAMES, read_map
 from fem_seal.scene import FileSurface, Scene
 
-ROUNDING = 1e-6  # part of a window by which a map may be too short for the last one
+WINDOW_ROUNDING = 1e-6  # part of a window by which a map may be too short for the last one
 
 
 def realizations(scene: Scene) -> tuple[Scene, ...]:
@@ -40,7 +40,9 @@ def _places(
         sides = [n * d for n, d in zip(field.values.shape, field.spacing, strict=True)]
     else:
         sides = [end - start for start, end in surface.crop]
-    along, across = (int(side / part + ROUNDING) for side, part in zip(sides, window, strict=True))
+    along, across = (
+        int(side / part + WINDOW_ROUNDING) for side, part in zip(sides, window, strict=True)
+    )
     if along * across < patches:
         raise InvalidInput(_too_few(surface, sides, window, patches, (along, across)))
     chosen = np.linspace(0, along * across - 1, patches).round().astype(int)
@@ -81,5 +83,5 @@ def largest_scale(sides: Sequence[float], window: Sequence[float], patches: int)
     return next(
         scale
         for scale in scales
-        if prod(int(ratio / scale + ROUNDING) for ratio in ratios) >= patches
+        if prod(int(ratio / scale + WINDOW_ROUNDING) for ratio in ratios) >= patches
     )

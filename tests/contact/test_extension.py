@@ -88,7 +88,7 @@ def iterated(
     return next(
         iterate
         for iterate in free_set_cg(problem, first, rule)
-        if iterate.error <= 1e-6 or iterate.iteration == limit
+        if iterate.certificate <= 1e-6 or iterate.iteration == limit
     )
 
 
@@ -115,10 +115,10 @@ def test_safeguard():
     default = iterated(height, PRESSURE, ExtensionRule())
     early = ExtensionRule(settled=1.2, settled_at_start=1.2)
     saved = iterated(height, PRESSURE, early)
-    assert saved.error <= 1e-6
+    assert saved.certificate <= 1e-6
     assert differing(saved, default) <= 1
     endless = replace(early, rises=10**6, patience=10**6)
-    assert iterated(height, PRESSURE, endless, limit=4 * saved.iteration).error > 1e-6
+    assert iterated(height, PRESSURE, endless, limit=4 * saved.iteration).certificate > 1e-6
 
 
 def test_good_start_is_extended_at_once():

@@ -26,7 +26,7 @@ def test_bubbles_in_small_batches(representation, periodic, monkeypatch):
     found = solved(problem)
     whole = problem.corrected(*found).numbers
     for at_once in (1, 3):
-        monkeypatch.setattr(hierarchical, "AT_ONCE", at_once)
+        monkeypatch.setattr(hierarchical, "QUARTERED_AT_ONCE", at_once)
         assert problem.corrected(*found).numbers == pytest.approx(whole, rel=1e-12, abs=0)
 
 

@@ -17,7 +17,7 @@ from fem_seal.flow.bounds import TensorBounds, geometric_mean
 from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.flow.level import LevelProblem, lower_matrix, upper_matrix
 from fem_seal.flow.solution import Start
-from fem_seal.flow.stopping import LONG, MOST_UNKNOWNS, out_of_reach
+from fem_seal.flow.stopping import GROWTH_FOR_ORDER, MOST_UNKNOWNS, out_of_reach
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.mesh.torus import uniform_torus
@@ -265,7 +265,7 @@ def test_a_cell_closed_by_lines_of_tiny_gaps_ends():
     assert f"needs more than {MOST_UNKNOWNS} unknowns" in found.reason
     assert "conducts 1e-90 of the largest gap" in found.reason
     assert np.linalg.eigvalsh(found.lower).min() > 0
-    assert found.unknowns < 2 * LONG * meshes[0]
+    assert found.unknowns < 2 * GROWTH_FOR_ORDER * meshes[0]
 
 
 @pytest.mark.parametrize("least", [1e-3, 1e-6, 1e-8, 1e-20])
@@ -309,7 +309,7 @@ def test_what_is_out_of_reach():
     """From gap g at n unknowns, order p takes n (g/rtol)^(1/p) of them."""
     slow = history(1)
     n, gap = slow[-1]
-    assert slow[-1][0] >= LONG * slow[0][0]
+    assert slow[-1][0] >= GROWTH_FOR_ORDER * slow[0][0]
     # Exactly as many as there are, and a little more.
     rtol = gap * n / MOST_UNKNOWNS
     assert not out_of_reach(slow, 1.001 * rtol, 1.5)

@@ -8,7 +8,7 @@ import pytest
 from project import leak_rate
 
 from fem_seal.film import GridFilm
-from fem_seal.flow.energy import ROUNDING, Energy
+from fem_seal.flow.energy import SUM_ROUNDING, Energy
 from fem_seal.flow.hierarchical import _BubbleForm, _CellEnergies
 from fem_seal.flow.quarters import QuarterShape
 from fem_seal.flow.traces import one_contact_tensor
@@ -69,7 +69,7 @@ def test_a_function_of_one_coordinate_has_a_small_error():
 def test_room_without_a_drop():
     """The energy, its error and that of the averages."""
     energy = Energy(1.0, 1e-13, 1e6)
-    assert energy.least_upper() == pytest.approx(1 + ROUNDING + 1e-13, rel=1e-15, abs=0)
+    assert energy.least_upper() == pytest.approx(1 + SUM_ROUNDING + 1e-13, rel=1e-15, abs=0)
 
 
 def exact_drop(corners, c, v, s) -> Fraction:
@@ -189,4 +189,4 @@ def test_bounds_of_a_uniform_film_leave_room_for_rounding(representation, sides)
     exact = g**3 * drop * 5 * dy / (12 * eta * 7 * dx)
     for bound, side in ((leak.lower, -1), (leak.upper, 1)):
         room = side * float(Fraction(bound) / exact - 1)
-        assert room == pytest.approx(ROUNDING, rel=0.03, abs=0)
+        assert room == pytest.approx(SUM_ROUNDING, rel=0.03, abs=0)

@@ -11,7 +11,7 @@ from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
 from fem_seal.flow import FlowSettings, Limits
 from fem_seal.flow import leak_rate as flow_leak_rate
-from fem_seal.flow.stopping import LONG, MOST_UNKNOWNS
+from fem_seal.flow.stopping import GROWTH_FOR_ORDER, MOST_UNKNOWNS
 from fem_seal.grid import GridField
 
 METHODS = ["uniform", "adaptive"]
@@ -78,8 +78,8 @@ def test_a_line_of_tiny_gaps_ends(method):
     assert f"needs more than {MOST_UNKNOWNS} unknowns" in flow.reason
     assert "the critical constriction is 1e-30 of the largest gap" in flow.reason
     assert 0 < flow.lower < flow.upper
-    # Judged as soon as the mesh has grown by LONG, and no mesh is more than 4 times the last.
-    assert flow.levels[-1].cells < 4 * LONG * flow.levels[0].cells
+    # Judged as soon as the mesh has grown by that much, and no mesh is more than 4 times the last.
+    assert flow.levels[-1].cells < 4 * GROWTH_FOR_ORDER * flow.levels[0].cells
 
 
 def test_a_tight_spot_does_not_end():

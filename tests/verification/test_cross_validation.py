@@ -141,7 +141,9 @@ def test_a_rough_gap_is_judged_by_the_certified_bracket():
     assert bracket.upper / bracket.lower - 1 < 0.06
     assert {row.method.partition(" ")[0] for row in rows} == {"FD", "FE", "adaptive"}
     for row in rows:
-        assert row.verdict in {"bound", "inside", "agrees", "outside", "disagrees"}
+        # Only finite differences, and only on the coarse grid, may err by more than the bracket.
+        coarse = row.squares == 16 and row.method.startswith("FD")
+        assert row.verdict in {"bound", "inside", "agrees"} or coarse
         if row.method.endswith("upper"):
             assert row.value >= bracket.lower
         if row.method.endswith("lower"):
