@@ -35,6 +35,14 @@ def test_layers_across_and_along():
         assert found.upper - found.lower <= 0.01 / 3 * found.value
 
 
+def test_bounds_of_both_leak_rates_widen_those_of_the_aperture():
+    """h³ over that of the uniform film lies between the least and the largest ratio of the two."""
+    leak, uniform = LeakRate("leaking", "", 1.0, 0.5, 2.0), LeakRate("leaking", "", 1.0, 0.8, 1.25)
+    found = hydraulic_aperture(leak, uniform, 3e-6)
+    ends = 3e-6 * np.cbrt([0.5 / 1.25, 2 / 0.8])
+    assert (found.lower, found.upper) == pytest.approx(ends, rel=1e-14, abs=0)
+
+
 def test_without_bounds_and_sealed():
     film = GridFilm(GridField(np.ones((3, 3)), (1.0, 1.0)))
     estimate = LeakRate("leaking", "finite-difference", 1 / 12)

@@ -67,7 +67,8 @@ def test_factors_out_of_order_are_refused(lower, upper):
     [
         (lambda: LeakRate("leaking", "uniform", 2.0, 3.0, 1.0), "bounds cross"),
         (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
-        (lambda: EstimatedError(2.0, 0.5, ""), "factors of an estimated error: 2.0 and 0.5"),
+        (lambda: EstimatedError(2.0, 3.0, ""), "factors of an estimated error: 2.0 and 3.0"),
+        (lambda: EstimatedError(0.5, 0.9, ""), "factors of an estimated error: 0.5 and 0.9"),
     ],
 )
 def test_leak_rates_and_errors_that_cannot_be_are_refused(make, message):

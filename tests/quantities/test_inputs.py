@@ -236,8 +236,8 @@ def test_a_corner_that_has_not_settled_counts_with_its_range(monkeypatch, most):
 
 
 def test_shares_under_a_cylinder():
-    """The contact pressure is as √(w E*), and the leak path as √(w/E*): K = s³/x⁵ by hand."""
-    known = {"line_load": "10 %"}, {"contact_modulus": "20 %"}
+    """The contact pressure is as √(w E*), and the leak path as √(w/E*): K = s³/(η x⁵) by hand."""
+    known = {"line_load": "10 %"}, {"contact_modulus": "20 %"}, {"viscosity": "3 %"}
     seal = {"circumference": "1 m", "pressure_profile": "hertz", "line_load": "100 N/m"}
     pressed = scene(DRY).with_(
         {
@@ -245,20 +245,23 @@ def test_shares_under_a_cylinder():
             "flow.lift": None,
             "seal": seal | {"cylinder_radius": "5 mm"},
             "output.products": ["seal"],
-            "tolerances": {"seal": known[0], "solid": known[1], "heights": "5 %"},
+            "tolerances": dict(zip(("seal", "solid", "fluid"), known, strict=True))
+            | {"heights": "5 %"},
         }
     )
 
-    def log_rate(w=1.0, E=1.0, s=1.0):
-        return 3 * log(s) - 5 * log((w * E) ** 0.5 / (E * s)) - log((w / E) ** 0.5)
+    def log_rate(w=1.0, E=1.0, s=1.0, η=1.0):
+        return 3 * log(s) - 5 * log((w * E) ** 0.5 / (E * s)) - log((w / E) ** 0.5) - log(η)
 
     ends = {
         "seal.line_load": ("w", 0.1),
         "solid.contact_modulus": ("E", 0.2),
         "heights": ("s", 0.05),
+        "fluid.viscosity": ("η", 0.03),
     }
     opened, closed = (
-        np.exp(log_rate(1 - end * 0.1, 1 + end * 0.2, 1 + end * 0.05)) for end in (1, -1)
+        np.exp(log_rate(1 - end * 0.1, 1 + end * 0.2, 1 + end * 0.05, 1 - end * 0.03))
+        for end in (1, -1)
     )
     rates = (LeakRate("leaking", "adaptive", rate) for rate in (1.0, closed, opened))
     shares = input_shares(pressed, *rates, 0.0)
