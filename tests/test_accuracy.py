@@ -120,10 +120,9 @@ def accurate_scene(small_scene):
 def test_a_small_error_of_a_grid_goes_with_the_square_of_its_spacing():
     """A smooth surface: u = κ dx²/8, and both parts of ε fall to a quarter on twice the samples."""
     x = np.linspace(0, 2 * np.pi, 64, endpoint=False)
-    height = GridField(np.add.outer(np.sin(x), np.cos(2 * x)), (x[1], x[1]), periodic=True)
-    # Second derivatives are those of each wave, 1/2 and 16/2 in the mean of their squares; their
-    # differences of samples miss (q d)²/12, which is 0.3 % of the shorter wave.
-    assert unresolved(height) == pytest.approx(np.sqrt(8.5) * x[1] ** 2 / 8, rel=4e-3)
+    height = GridField(np.add.outer(np.sin(x), 3 * np.cos(x)), (x[1], x[1]), periodic=True)
+    # The second derivative of each wave is itself, 1/2 and 9/2 in the mean of its square.
+    assert unresolved(height) == pytest.approx(np.sqrt(5) * x[1] ** 2 / 8, rel=2e-3)
     finer = resample(height, (128, 128))
     assert unresolved(finer) == pytest.approx(unresolved(height) / 4, rel=2e-3)
     parts = [
