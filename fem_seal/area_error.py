@@ -10,9 +10,9 @@ its pressure has fallen to 0,
 and the load at which the n-th of them does so is the n-th smallest of these. On 64² to 512² samples
 the first order miscounts at most one sample in 25.
 
-ln Q changes by at most `MARGIN` times the larger of two: ∂ ln Q/∂P ΔP on a network, which may be
-too coarse for a narrow place, and 3 Δg_c/g_c of the critical constriction alone, which governs the
-flow next to closing.
+ln Q changes by at most `AREA_SAFETY` times the larger of two: ∂ ln Q/∂P ΔP on a network, which may
+be too coarse for a narrow place, and 3 Δg_c/g_c of the critical constriction alone, which governs
+the flow next to closing.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ from fem_seal.progress import silent
 from fem_seal.sensitivity import ByLoad
 
 # Factor on the larger of both changes of ln Q, for what the network and the first order leave out.
-MARGIN = 1.25
+AREA_SAFETY = 1.25
 # Factor on that of the critical constriction where it stands alone, without a network.
 WITHOUT_NETWORK = 2.0
 # Change of ln Q, by the constriction alone, up to which a dry contact needs no network.
@@ -103,7 +103,7 @@ def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
         return patch.film_of(GridField(values, height.spacing, height.periodic))
 
     if critical == 0:
-        free = (gap > 0) | (opens & (kept <= MARGIN * opened * easing))
+        free = (gap > 0) | (opens & (kept <= AREA_SAFETY * opened * easing))
         return _Reach(closed, opened, 0.0, film_of(free.astype(float)).sealed)
     film, narrows = patch.film, film_of(narrowing)
     narrowest = _values(narrows)[_values(film) == critical]
@@ -111,7 +111,7 @@ def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
     rate = WITHOUT_NETWORK * alone
     much = patch.lifted is not None or rate * max(closed, opened) > LITTLE
     if much and by is not None and isinstance(film, GridFilm):
-        rate = MARGIN * max(alone, abs(by.log_rate))
+        rate = AREA_SAFETY * max(alone, abs(by.log_rate))
     return _Reach(closed, opened, rate, False)
 
 
@@ -132,7 +132,7 @@ def _of_sealed(patch: Patch, reach: _Reach, words: str) -> EstimatedError:
         words += "; with as few as were asked for it is sealed as well"
         return EstimatedError(1.0, 1.0, words)
     words += "; with fewer a path may open"
-    load = (patch.mean_pressure or 0.0) - MARGIN * reach.opened
+    load = (patch.mean_pressure or 0.0) - AREA_SAFETY * reach.opened
     if not isinstance(patch.film_contact, ContactState) or load <= 0:
         return EstimatedError(1.0, None, words)
     lighter = patch.pressed_by(load, patch.lift)

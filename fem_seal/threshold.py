@@ -17,7 +17,7 @@ from fem_seal.steps import elastic_contact
 
 PRECISION = 1.01  # ratio of the two pressures between which an elastic contact seals
 STEP = 1.5  # ratio of pressures while only a leaking or only a sealed one is known
-LEAST = 1e-6  # the search ends below this part of the first pressure
+LEAST_OF_FIRST = 1e-6  # the search ends below this part of the first pressure
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def threshold_of_pressure(
             pressure = state.mean_pressure * STEP
         else:
             pressure = state.mean_pressure / STEP
-            if pressure < LEAST * first:
+            if pressure < LEAST_OF_FIRST * first:
                 break  # sealed by the first touch, as by a ring
         state, contacts = press(pressure, leaking or state), contacts + 1
         leaking, sealed = (leaking, state) if is_sealed(state.gap) else (state, sealed)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pint
 
-LEAST = 1e-300  # least number of a scene but 0, in SI units
+LEAST_NUMBER = 1e-300  # least number of a scene but 0, in SI units
 
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
@@ -69,8 +69,8 @@ def to_si(value: object, unit: str) -> float:
 
 def require_size(number: float) -> float:
     """Return a number; ValueError if it is so small that its products would be 0."""
-    if 0 < abs(number) < LEAST:
-        raise ValueError(f"is closer to 0 than {LEAST:g}; give 0 or check its unit")
+    if 0 < abs(number) < LEAST_NUMBER:
+        raise ValueError(f"is closer to 0 than {LEAST_NUMBER:g}; give 0 or check its unit")
     return number
 
 

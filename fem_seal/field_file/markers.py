@@ -12,7 +12,7 @@ CUSTOMARY = (
     *(1e99, 1e300, float(np.finfo(float).max)),
 )
 # Single precision rounds 1e38 by this much.
-SAME = 1e-6
+SINGLE_ROUNDING = 1e-6
 # An extreme value that occurs more than once, but at less than half of the points, counts as a
 # mark if its distance from the other values exceeds FAR times their range. This ratio is about 0
 # for clipped peaks, a lapped plateau and a saturated detector; for the flat floor of pockets it is
@@ -22,7 +22,7 @@ FAR = 100.0
 
 def without_marked(values: np.ndarray, missing: float) -> np.ndarray:
     """Replace a number that marks missing points, known to single precision, by NaN."""
-    marked = np.isclose(values, missing, rtol=SAME, atol=0)
+    marked = np.isclose(values, missing, rtol=SINGLE_ROUNDING, atol=0)
     return np.where(marked, np.nan, values)
 
 
@@ -43,7 +43,7 @@ def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
         # Halve both, so that the difference of the largest doubles does not overflow.
         distance = np.abs(others / 2 - extreme / 2).min()
         spread = others.max() / 2 - others.min() / 2
-        customary = np.isclose(abs(extreme), CUSTOMARY, rtol=SAME, atol=0).any()
+        customary = np.isclose(abs(extreme), CUSTOMARY, rtol=SINGLE_ROUNDING, atol=0).any()
         recurs = 1 < count < measured.size / 2 and spread > 0
         if (recurs and distance / FAR > spread) or (customary and distance > spread):
             return float(extreme), int(count)

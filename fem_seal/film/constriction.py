@@ -24,7 +24,8 @@ from fem_seal.film import clusters
 from fem_seal.film.lattice import Lattice
 from fem_seal.mesh.grouping import components
 
-FEW = 64  # go on with the graph once at most 1/FEW of the sites are in the interval of g_c
+# Go on with the graph once at most this part of the sites is in the interval of g_c.
+GRAPH_BELOW = 1 / 64
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def widest_path(sites: Lattice) -> float:
         return clusters.joins_ends(sites.gap >= h, sites.connectivity, sites.periodic)
 
     gaps = sites.gap[(sites.gap > 0) & (sites.gap <= largest)]
-    low, high, between = _bisect(gaps, spans, until=sites.gap.size // FEW)
+    low, high, between = _bisect(gaps, spans, until=int(GRAPH_BELOW * sites.gap.size))
     if not between.size:
         return low
     return max(low, highest_spanning(between, _spans_on_graph(sites, float(between.min()), high)))

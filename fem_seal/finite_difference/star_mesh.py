@@ -19,7 +19,7 @@ import numpy as np
 # Number of nodes eliminated together; one matrix product then updates the links of all others.
 PANEL = 128
 # Up to this many nodes of a panel are eliminated one by one, more in two halves.
-FEW = 4
+ONE_BY_ONE = 4
 # Side of the blocks in which the matrix of links is updated; blocks below the diagonal are copied
 # from those above it.
 BLOCK = 256
@@ -57,7 +57,7 @@ def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int
     from `first` on include the effect of all nodes before; those up to `last` are updated. `ratios`
     (batch, width, N) become links c_a over the sum of their star at its elimination.
     """
-    if last - first > FEW:
+    if last - first > ONE_BY_ONE:
         middle = (first + last) // 2
         _eliminate_panel(rows, ratios, first, middle)
         columns = np.ascontiguousarray(rows[:, first:middle, middle:last].transpose(0, 2, 1))

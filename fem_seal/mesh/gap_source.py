@@ -19,7 +19,7 @@ OUTSIDE = 1e-6  # largest distance [pixel] by which rounding may put a vertex ou
 COORDINATE_ROUNDING = (
     1e-6  # rounding error of coordinates [pixel]; gmsh writes them to 1e-9 at best
 )
-NARROW = 0.1  # a channel ends where the gap falls below this part of its mean
+CHANNEL_ABOVE = 0.1  # a channel ends where the gap falls below this part of its mean
 GROWTH = 0.5  # growth of the edge length with the distance to the nearest bank of a channel
 FINEST_RASTER = 1500  # largest number of points along the longer side
 UNIT_SUSPECTED = 200  # ratio of the extents of mesh and grid beyond which their units must differ
@@ -151,7 +151,7 @@ def channel_sizes(gap: GapSource, rectangle: Box, smallest: float, largest: floa
     points = np.stack([i.ravel(), j.ravel()], axis=1) * spacing + (rectangle.x0, rectangle.y0)
     heights = gap.anywhere(points).reshape(counts)
     heights = np.where(np.isfinite(heights), heights, 0.0)
-    channel = heights > NARROW * heights.mean()
+    channel = heights > CHANNEL_ABOVE * heights.mean()
     distance = np.full(counts, np.inf)
     for region in (channel, ~channel):
         # A region that covers the whole rectangle has no bank: its distance stays infinite.

@@ -39,7 +39,7 @@ OPENS = {
 }
 # A lifted corner that leaks less than this part of the scene may leak nothing: next to sealing its
 # leak rate would take many times as long as that of the scene.
-NEGLIGIBLE = 1e-4
+NEGLIGIBLE_LEAK = 1e-4
 NOT_KNOWN = "errors of the inputs"  # name of the entry without factors
 TINY = 1e-9  # least part of the load that counts as left to the solid
 STIFFNESSES = ("solid.youngs_modulus", "solid.contact_modulus", "heights")
@@ -96,7 +96,7 @@ def _at_corner(patch: Patch, end: int) -> Patch:
     start = contact.pressure.values if isinstance(contact, ContactState) else None
     settings = replace(scene.flow_settings, rtol=patch.flow_settings.rtol)
     if end < 0 and patch.lifted is not None:
-        settings = replace(settings, negligible=NEGLIGIBLE * patch.leak_rate.value)
+        settings = replace(settings, negligible=NEGLIGIBLE_LEAK * patch.leak_rate.value)
     return Patch(
         scene,
         patch.report,

@@ -20,7 +20,7 @@ from fem_seal.quantities.error_budget import LIFT, Kind, Uncertainty
 # Key of the entry if flow.lift is "none"; else it is `LIFT`.
 KEY = "fluid_pressure"
 # The fluid's pressure is neglected below this part of the contact pressure.
-NEGLIGIBLE = 1e-3
+NEGLIGIBLE_PRESSURE = 1e-3
 
 
 def lift_entry(patch: Patch) -> Uncertainty | None:
@@ -49,7 +49,7 @@ def _neglected(patch: Patch) -> Uncertainty | None:
         patch.scene.gauge_pressures,
     )
     load = patch.elastic.mean_pressure if contact.pressure is None else contact.pressure
-    lifts, presses = (pressure > NEGLIGIBLE * load for pressure in (inlet, -outlet))
+    lifts, presses = (pressure > NEGLIGIBLE_PRESSURE * load for pressure in (inlet, -outlet))
     if not lifts and not presses:
         return None
     if contact.pressure is None:

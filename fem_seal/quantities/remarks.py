@@ -25,7 +25,7 @@ NEAR_LIFT_OFF = 0.05
 # Contact pressure that no metal bears [Pa]; hardened steel yields at a mean of 6 to 8 GPa.
 UNBEARABLE = 10e9
 JUMP = 1e-3  # jump of a gap over its mean, above which it is named
-FEW = 10  # samples in contact below which the contact area is meaningless
+FEWEST_TOUCHING = 10  # samples in contact below which the contact area is meaningless
 
 
 def cautions(
@@ -149,7 +149,7 @@ def _contact(patch: Patch, gap: GridField) -> str | None:
         return None
     contact = patch.film_contact
     pressed = isinstance(contact, ContactState) and contact.mean_pressure > 0
-    if pressed and touching < FEW:
+    if pressed and touching < FEWEST_TOUCHING:
         samples = "1 sample is" if touching == 1 else f"only {touching} samples are"
         return (
             f"{samples} in contact, too few for their area: are the heights, the load and the "

@@ -34,7 +34,7 @@ from fem_seal.upscaling.seal import SealLeak
 
 PRESSURES = 9  # number of pressures at which the slip along the path is compared
 MOST_PATCHES = 1000  # largest number of patches of a scene
-NARROW = 2.0  # upper over lower end of an interval that is narrow enough
+NARROW_RATIO = 2.0  # upper over lower end of an interval that is narrow enough
 
 # Advice on what narrows an entry of a seal's error budget, by the key of the entry.
 REMEDIES = {
@@ -75,10 +75,10 @@ def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
     widest = max(widths, key=lambda key: widths[key])
     if widest == "patches":
         advice = "more realizations (seal.patches) or larger ones might decide"
-        if widths[widest] <= log(NARROW):
+        if widths[widest] <= log(NARROW_RATIO):
             return advice
-        many = _about(_realizations_for(seal, NARROW))
-        return f"{advice}: {many} give the mean to a factor of {NARROW:g}"
+        many = _about(_realizations_for(seal))
+        return f"{advice}: {many} give the mean to a factor of {NARROW_RATIO:g}"
     if widest == CONTACT_GRID:
         of_map = patch.scene.measured_map is not None
         setting = "a map in smaller steps" if of_map else "surface.shape"
@@ -153,9 +153,11 @@ def _patches_entry(seal: SealLeak) -> Uncertainty:
         f"other patches leak more or less: {sealed}; the others scatter by {_factor(scatter)}, "
         "taken for log-normal (95 % interval)"
     )
-    if upper > NARROW * lower:
-        many = _realizations_for(seal, NARROW)
-        sentence += f"; {_about(many)} realizations would give the mean to a factor of {NARROW:g}"
+    if upper > NARROW_RATIO * lower:
+        many = _realizations_for(seal)
+        sentence += (
+            f"; {_about(many)} realizations would give the mean to a factor of {NARROW_RATIO:g}"
+        )
         if many > MOST_PATCHES:
             sentence += ", larger patches scatter less"
     return Uncertainty("patches", "estimated", sentence, min(1.0, lower), max(1.0, upper))
@@ -168,10 +170,10 @@ def _scatter(seal: SealLeak) -> float:
     )
 
 
-def _realizations_for(seal: SealLeak, factor: float) -> int:
-    """Number of realizations for which the ends of the mean differ by a factor."""
+def _realizations_for(seal: SealLeak) -> int:
+    """Number of realizations for which the ends of the mean differ by `NARROW_RATIO`."""
     leaking = sum(patch.seal_flow.state == "leaking" for patch in seal.patches)
-    return ceil(patches_for(_scatter(seal), factor) * len(seal.patches) / leaking)
+    return ceil(patches_for(_scatter(seal), NARROW_RATIO) * len(seal.patches) / leaking)
 
 
 def _about(many: int) -> str:

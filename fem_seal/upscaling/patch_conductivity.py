@@ -55,7 +55,7 @@ BEYOND = 0.125  # (c - b)/(b - a), where c is the load that gives the line beyon
 AGAIN = 2.0
 # Rounding of even heights by a change of their grid, relative to their range.
 HEIGHT_ROUNDING = 1e-12
-NARROW = 1e-6  # relative distance of two pressures that count as one
+SAME_PRESSURE = 1e-6  # relative distance of two pressures that count as one
 # Most samples of all flows that are kept; the oldest flows are dropped first.
 KEPT = 1 << 25
 
@@ -272,4 +272,6 @@ def at_mean_pressure(slip: Slip | None) -> Slip | None:
     if slip is None:
         return None
     mean = slip.mean_pressure
-    return replace(slip, inlet_pressure=(1 + NARROW) * mean, outlet_pressure=(1 - NARROW) * mean)
+    return replace(
+        slip, inlet_pressure=(1 + SAME_PRESSURE) * mean, outlet_pressure=(1 - SAME_PRESSURE) * mean
+    )

@@ -42,7 +42,7 @@ SIMPSON = (4, 1, 1)  # weights of the value and of both bounds
 STARTED, LOOSEST = 1.15, 3.0
 FIRST = 1.4  # the same for the other first loads
 # The load from which on a sealed patch is sealed is known to this part of the highest one.
-MARGIN = 1 / 16
+SEALED_LOAD_KNOWN = 1 / 16
 RAISE_RTOL = "raise seal.rtol"  # where no other remedy helps
 
 
@@ -80,7 +80,7 @@ def refined_table(
     progress("whether it seals")
     if patch.sealed(decisive):
         opens, sealed = 0.0, decisive  # for the margin; no flow is solved
-        while sealed - opens > MARGIN * decisive:
+        while sealed - opens > SEALED_LOAD_KNOWN * decisive:
             middle = 0.5 * (opens + sealed)
             opens, sealed = (opens, middle) if patch.sealed(middle) else (middle, sealed)
         table = patch.table({sealed: 1.0, decisive: 1.0})

@@ -8,8 +8,10 @@ import pytest
 from project import leak_rate
 from sample_gaps import rough_gap
 
+from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.film.law import leak_rate_of_square
+from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.grid import GridField
 
 UNIT = {"viscosity": 1.0, "pressure_drop": 1.0}
@@ -34,6 +36,13 @@ def test_own_bounds():
     (above,), (below,) = flow.conductances_below([one]), flow.resistances_above([one])
     assert unit * above == pytest.approx(leak.upper, rel=1e-9)
     assert unit / below == pytest.approx(leak.lower, rel=1e-9)
+
+
+def test_the_start_of_another_film_is_for_grids():
+    """The gap of a shape is that of its own vertices: refused, with the argument to leave out."""
+    _, flow = solved(film(np.ones((4, 4))))
+    with pytest.raises(InvalidInput, match="VertexGap on a NestedMesh: leave out `start`"):
+        flow.start.through(VertexGap(np.ones(4), 1.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
