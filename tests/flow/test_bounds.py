@@ -8,7 +8,7 @@ import pytest
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.solution import SolvedLevel
-from fem_seal.flow.stopping import Stopping, Tolerance
+from fem_seal.flow.stopping import Decision, Stopping, Tolerance
 from fem_seal.limits import Limits
 
 
@@ -104,3 +104,24 @@ def test_a_stalled_solver_ends_it_where_the_bounds_stay():
     assert not course.ended
     judged(course, stalled)
     assert course.reason == "CG has stalled"
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "reached", "undecidable"),
+    [
+        (0.5, 0.904, True, False),
+        (0.5, 0.906, False, False),
+        (1.106, 2.0, True, False),
+        (1.104, 2.0, False, False),
+        (0.906, 1.104, False, True),
+        (0.904, 1.104, False, False),
+        (0.906, 1.106, False, False),
+    ],
+)
+def test_a_margin_widens_the_bounds_of_a_decision(lower, upper, reached, undecidable):
+    """Bounds over the limit, beside a margin of e^0.1 = 1.1052: a limit is decided beyond it, and
+    no mesh decides one that both bounds are within it of."""
+    decision, found = Decision(limit=0.5, unit=0.5, margin=0.1), solution(lower, upper)
+    assert decision.reached(found) == reached
+    assert ("uncertainty of the lift, " in decision.undecidable(found)) == undecidable
+    assert Decision(limit=0.5, unit=0.5).undecidable(found) == ""
