@@ -21,7 +21,7 @@ import numpy as np
 SUM_ROUNDING = 1e-12
 # Relative error of each term of a cell: 12 steps in a component of the gradient, which counts
 # twice, 40 in the tensor (of which 15 in its moments), 10 in the area and the sums. For bubble
-# functions: 30 in a product of two gradients, 10 in the sums at an edge, 35 in the sum in pairs
+# functions: 35 in a product of two gradients, 10 in the sums at an edge, 35 in the sum in pairs
 # over the edges of a block, 80 in the sum over the blocks of 1e7 cells.
 _TERM = 160 * np.finfo(float).eps / 2
 
@@ -95,15 +95,16 @@ class Energy:
         """Upper bound of the energy."""
         return float(self.value * (1 + SUM_ROUNDING) + self.error)
 
-    def error_of_drop(self, terms: float) -> float:
+    def error_of_drop(self, plain: float, terms: float) -> float:
         """Bound of the rounding error of the amount by which bubble functions lower the energy.
 
         The drop is -2 s·r - s·A·s, with r = ∫ c ∇v·∇φ and A = ∫ c ∇φ·∇φ for bubble functions φ of
-        coefficients s. `terms` is the energy of Σ s φ with every term of its gradient replaced by
-        its absolute value. By the inequality of Cauchy and Schwarz the absolute values of all terms
-        of the drop sum to at most 2 √(self.terms · terms) + terms.
+        coefficients s. `plain` is the energy of Σ s φ with every term of its gradient replaced by
+        its absolute value, `terms` the same times the condition of the triangles. The inequality of
+        Cauchy and Schwarz bounds the sum of the errors (docs/theory/mathematics.md, Rounding).
         """
-        return float(_TERM * (2 * np.sqrt(self.terms * terms) + terms))
+        t, x_0, x = np.sqrt([self.terms, plain, terms])
+        return float(_TERM * (2 * t + x) * x_0 + _TERM**2 * (2 * t + x) * x)
 
 
 def _terms_of_gradients(

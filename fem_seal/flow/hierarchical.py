@@ -98,12 +98,12 @@ class Drops:
     """Amounts by which bubble functions lower the energies of k functions v."""
 
     energies: np.ndarray  #: (k, k), decrease of ∫ c ∇v_a·∇v_b, each with its own bubble functions
-    terms: np.ndarray  #: (k,), terms of the bubble functions, as `Energy.error_of_drop` takes them
+    terms: np.ndarray  #: (k, 2), terms of the bubble functions, as of `Energy.error_of_drop`
 
     @classmethod
     def sum(cls, parts: Sequence["Drops"], count: int, comm: MPI.Comm) -> "Drops":
         """Sum of the drops of `count` functions on all blocks of cells of all processes."""
-        energies, terms = np.zeros((count, count)), np.zeros(count)
+        energies, terms = np.zeros((count, count)), np.zeros((count, 2))
         for part in parts:
             energies += part.energies
             terms += part.terms
@@ -241,13 +241,14 @@ class _CellEnergies:
     own: np.ndarray  #: (3, n), stiffness of each bubble function
     #: (n, 2), stiffness of bubbles 1 and 2 with bubble 0; the former two do not overlap
     with_first: np.ndarray
-    terms: np.ndarray  #: (n,), bound of the terms of ∫ c |∇Σ s φ|² for Σ |s| = 1
+    #: (2, n), bounds of the terms of ∫ c |∇Σ s φ|² for Σ |s| = 1: `plain` and `terms` of the shape
+    terms: np.ndarray
 
     @classmethod
     def empty(cls, functions: int, count: int) -> "_CellEnergies":
         """Allocate the arrays of `count` cells."""
         slope, own = np.empty((functions, 3, count)), np.empty((3, count))
-        return cls(slope, own, np.empty((count, 2)), np.empty(count))
+        return cls(slope, own, np.empty((count, 2)), np.empty((2, count)))
 
     def fill(
         self,
@@ -259,9 +260,11 @@ class _CellEnergies:
         """Fill in n cells from c on their quarters (4 n,) and corner values (n, 3) of each v."""
         c = coefficient.reshape(4, -1)
         slope = self.slope.reshape(-1, self.slope.shape[2])
-        rows = [*slope, *self.own, *self.with_first.T, self.terms]
+        rows = [*slope, *self.own, *self.with_first.T, *self.terms]
         slopes = (slope for v in corner_values for slope in shape.slopes(v, c))
-        entries = *slopes, *shape.stiffness(c), *shape.couplings(c), shape.terms * c.sum(axis=0)
+        total = c.sum(axis=0)
+        terms = shape.plain * total, shape.terms * total
+        entries = *slopes, *shape.stiffness(c), *shape.couplings(c), *terms
         for row, values in zip(rows, entries, strict=True):
             row[part] = values
 
@@ -318,7 +321,7 @@ class _BubbleForm:
             for s_a, start in zip(coefficients, self._starts, strict=True)
         ]
         in_cell = (np.abs(s).take(self._bubble).sum(axis=0) for s in coefficients)
-        terms = [(self._cells.terms * s * s).sum() for s in in_cell]
+        terms = [(self._cells.terms * (s * s)).sum(axis=1) for s in in_cell]
         return Drops((np.array(rows) + np.transpose(rows)) / 2, np.array(terms))
 
 

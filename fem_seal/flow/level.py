@@ -67,8 +67,9 @@ class Family:
         errors = np.array([relative * total.value for total in totals])
         if drops is not None:
             upper = upper - drops.energies
-            ratio = max(b / t.terms for b, t in zip(drops.terms, totals, strict=True))
-            errors += [total.error_of_drop(ratio * total.terms) for total in totals]
+            own = np.array([total.terms for total in totals])
+            ratios = (drops.terms / own[:, None]).max(axis=0)
+            errors += [total.error_of_drop(*(ratios * total.terms)) for total in totals]
         return upper + len(totals) * np.diag(errors)
 
 

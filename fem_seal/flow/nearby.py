@@ -88,9 +88,7 @@ class MeshedFlow:
         drops = drops_of_one_function(gaps, own.mesh, correction, own.space.comm)
         return np.array(
             [
-                energy.least_upper()
-                - drop.energies.item()
-                + energy.error_of_drop(drop.terms.item())
+                energy.least_upper() - drop.energies.item() + energy.error_of_drop(*drop.terms[0])
                 for energy, drop in zip(energies, drops, strict=True)
             ]
         )

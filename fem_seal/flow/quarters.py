@@ -69,8 +69,9 @@ class QuarterShape:
     cc: np.ndarray  #: products λ_c λ_c
     sums: np.ndarray  #: of λ_b + λ_c with itself
     differences: np.ndarray  #: of λ_b - λ_c with itself
-    #: ∫ |G|² with G_x = |∂λ_b/∂x| + |∂λ_c/∂x|, G_y alike, times the condition of the triangle: the
-    #: terms of the bubble functions, as `Energy.terms` are those of v
+    #: ∫ |G|² with G_x = |∂λ_b/∂x| + |∂λ_c/∂x|, G_y alike: terms of the bubble functions
+    plain: np.ndarray
+    #: the same times the condition of the triangle, as `Energy.terms` are those of v
     terms: np.ndarray
 
     @classmethod
@@ -87,6 +88,7 @@ class QuarterShape:
         px, py, mx, my = bx + cx, by + cy, bx - cx, by - cy
         Gx, Gy = np.abs(by) + np.abs(cy), np.abs(bx) + np.abs(cx)
         uncertain = (np.abs(bx * cy) + np.abs(by * cx) + blur * (Gx + Gy)) / twice
+        plain = scale * (Gx * Gx + Gy * Gy)
         Gx, Gy = uncertain * Gx + 2 * blur, uncertain * Gy + 2 * blur
         return cls(
             bb=scale * (bx * bx + by * by),
@@ -94,6 +96,7 @@ class QuarterShape:
             cc=scale * (cx * cx + cy * cy),
             sums=scale * (px * px + py * py),
             differences=scale * (mx * mx + my * my),
+            plain=plain,
             terms=scale * (Gx * Gx + Gy * Gy),
         )
 
