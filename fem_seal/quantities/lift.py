@@ -135,7 +135,10 @@ def _range(patch: Patch) -> Uncertainty:
     )
     if isinf(rate):
         sentence = "the inlet's pressure is no less than the load, so that the seal may lift off"
-        if least := _end(closed, 0):
+        least = _end(closed, 0)
+        if isinf(least):
+            sentence = "the outlet's pressure is no less than the load: the seal lifts off"
+        elif least > 0:
             sentence += f"; at least {rounded_down(least)} m^3/s"
         return Uncertainty(LIFT, "not covered", sentence, lower, None, caution=True, is_range=True)
     return Uncertainty(LIFT, "estimated", sentence, lower, upper, upper_rate=rate, is_range=True)

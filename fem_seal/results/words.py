@@ -255,10 +255,13 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
     area = 100 * lift.dry.contact_area_fraction
     dry = f"dry, {area:.4g} % of the area would touch"
     if lift.model == "range":
-        ends = f"{ends_words(lift.lowest, lift.highest)} m^3/s"
+        ends = [f"{ends_words(lift.lowest, lift.highest)} m^3/s"]
         if lift.highest is None:
-            ends += ", and without limit if the seal lifts off"
-        return f"{ends}, whatever the fluid's pressure between those of inlet and outlet"
+            ends = ends if lift.lowest else []
+            # Without a lower end the outlet's pressure alone lifts it off.
+            ends.append(f"without limit{' if the seal lifts off' * (lift.lowest is not None)}")
+        both = ", and ".join(ends)
+        return f"{both}, whatever the fluid's pressure between those of inlet and outlet"
     if lift.solid_pressure is None:
         return f"no load is left to the solid; {dry}"
     carried = with_prefix(present(lift.fluid_pressure, "fluid pressure"), "Pa")

@@ -91,11 +91,19 @@ def test_lift_off(load):
     assert above.verdict.decision == "above limit"
 
 
-def test_a_range_of_a_sealed_contact_that_may_lift_off_has_no_lower_end():
-    flow = {"pressure_drop": 3e8, "lift": "range"}
-    result = solve(scene(load={"pressure": 3e8}, flow=flow)).result()
-    assert result.state == "sealed"
-    assert entry(result, "lift").sentence.endswith("the seal may lift off")
+@pytest.mark.parametrize(
+    ("load", "outlet", "sentence", "line"),
+    [
+        (3e8, 0, "no less than the load, so that the seal may lift off", "limit if the seal lifts"),
+        (LOAD, LOAD, "outlet's pressure is no less than the load: the seal lifts off", "limit, "),
+    ],
+)
+def test_a_range_without_a_lower_end(load, outlet, sentence, line):
+    """Sealed, or lifted off, by the outlet's pressure alone: neither 0 nor infinity is a bound."""
+    flow = {"inlet_pressure": outlet + load, "outlet_pressure": outlet, "ambient_pressure": 0}
+    result = solve(scene(load={"pressure": load}, flow=flow | {"lift": "range"})).result()
+    assert entry(result, "lift").sentence.endswith(sentence)
+    assert dict(summary_of(result))["lift"].startswith(f"without {line}")
 
 
 def test_a_second_contact_that_does_not_converge():
