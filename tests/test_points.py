@@ -126,11 +126,20 @@ def test_a_table_of_points():
 
 
 @pytest.mark.parametrize(
-    "text", ["", "surface.seed\n", "seed\n1\n", "a.b,a.b\n1,2\n", "a.b\n1,2\n", "a.b\n1\n1\n"]
+    ("text", "message"),
+    [
+        ("", "no table"),
+        ("surface.seed\n", "a line for each point"),
+        ("seed\n1\n", "names 'seed', which is no field"),
+        ("a.b;c.d\n1;2\n", "names 'a.b;c.d', .* separated by commas"),
+        ("a.b,a.b\n1,2\n", "different keys"),
+        ("a.b\n1,2\n", "has 2 values for 1 field$"),
+        ("a.b\n1\n1\n", "names a point twice"),
+    ],
 )
-def test_what_is_no_table_of_points(text):
+def test_what_is_no_table_of_points(text, message):
     Path("points.csv").write_text(text)
-    with pytest.raises(InvalidInput):
+    with pytest.raises(InvalidInput, match=message):
         read_points(Path("points.csv"))
 
 
@@ -436,7 +445,7 @@ def test_summary_and_picture(capsys):
     *points, tally, drawn = capsys.readouterr().out.splitlines()
     assert ["sealed" in line for line in points] == [True, True]
     assert tally.startswith("2 points")
-    assert "not drawn: no point of the sweep leaks" in drawn
+    assert "not drawn: no point of the sweep has a leak rate above 0" in drawn
 
 
 def test_errors_of_a_scene_come_back_from_a_worker():

@@ -6,11 +6,13 @@ from itertools import product
 from pathlib import Path
 from typing import TypeAlias
 
+from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput
 from fem_seal.scene.files import parse_assignment
 
 # Text without commas, and whole lists and quoted strings with theirs.
 _VALUE = re.compile(r"""(?:[^,\[\]"']|\[[^\]]*\]|"[^"]*"|'[^']*')+""")
+_KEY = re.compile(r"\s*\w+(\.\w+)+\s*")
 _RANGE = re.compile(r"(-?\d+)\.\.(-?\d+)")
 MOST_POINTS = 1_000_000
 
@@ -72,13 +74,19 @@ def read_points(path: Path) -> Points:
     except (OSError, ValueError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "it is no table of comma-separated values"
         raise InvalidInput(f"cannot read the points {path}: {reason}") from None
+    if wrong := [key for key in head if not _KEY.fullmatch(key)]:
+        raise InvalidInput(
+            f"the first line of {path} names {wrong[0]!r}, which is no field such as "
+            "surface.seed; fields and values are separated by commas"
+        )
     keys = tuple(".".join(parse_assignment(f"{key}=0")[0]) for key in head)
     if len(set(keys)) < len(keys) or not lines:
         raise InvalidInput(f"{path} needs a head of different keys and a line for each point")
     for number, line in enumerate(lines, start=1):
         if len(line) != len(keys):
             raise InvalidInput(
-                f"point {number} of {path} has {len(line)} values for {len(keys)} keys"
+                f"point {number} of {path} has {number_of(len(line), 'value')} for "
+                f"{number_of(len(keys), 'field')}"
             )
     points = [tuple(cell.strip() for cell in line) for line in lines]
     if len(set(points)) < len(points):

@@ -117,7 +117,7 @@ def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, flo
     ]
     settled = (point for point in table if point.state != UNSETTLED)
     if not any(map(_bar, settled)):
-        raise NotDrawn("no point of the sweep leaks: there is nothing to draw")
+        raise NotDrawn("no point of the sweep has a leak rate above 0: there is nothing to draw")
     return curves
 
 

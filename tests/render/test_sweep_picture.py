@@ -145,7 +145,7 @@ def test_seeds_alone_are_not_joined():
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ([SEALED], "no point of the sweep leaks"),
+        ([SEALED], "no point of the sweep has a leak rate above 0"),
         ([point("1 MPa", str(k), leak=1e-16) for k in range(11)], "would have 11 curves"),
     ],
 )
