@@ -83,6 +83,7 @@ def lifting_problem(
         outlet=outlet,
         load=load.value if load.kind == "pressure" else None,
         mean_gap_held=load.kind == "mean_gap",
+        limits=settings.limits,
         negligible=12 * settings.viscosity * settings.negligible / settings.pressure_drop,
         comm=comm,
     )

@@ -17,6 +17,7 @@ the gap without ε, with its own bounds.
 from dataclasses import dataclass, replace
 from math import exp, inf, log
 from sys import float_info
+from time import perf_counter
 
 import numpy as np
 
@@ -167,13 +168,13 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
         further = equilibrium(point, tolerance, report).after(steps)
         return replace(further, lost=further.lost or bool(steps.failure))
 
-    change, error, moved = inf, inf, 0.0
+    change, error, moved, over = inf, inf, 0.0, ""
     for _ in range(MOST_STEPS // 2):
-        point = steps.point
+        point, began = steps.point, perf_counter()
         if point.flow.conductance <= problem.negligible:
             error = inf
             break
-        start = _next_stage(problem, allowed, steps)
+        start = None if over else _next_stage(problem, allowed, steps)
         if start is None:
             break
         before, change = change, point.error_of(start)
@@ -185,6 +186,8 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
             break
         steps = solved(start)
         moved = spread(steps.point.flow.conductance, start.flow.conductance)
+        # The next network has four times the nodes.
+        over = problem.limits.exceeded(problem.began, 1.0, 4 * (perf_counter() - began))
     point = steps.point
     return _End(
         pressure=point.pressure,
@@ -196,7 +199,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
         error=max(error, FORCING * allowed),
         difficult=steps.difficult,
         lost=steps.lost,
-        failure=steps.failure,
+        failure=steps.failure or over,
         residuals=steps.residuals,
     )
 

@@ -1,8 +1,9 @@
 """The coupled problem of contact and flow: its two halves, each as a function."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from time import perf_counter
 
 import numpy as np
 from scipy.ndimage import affine_transform
@@ -14,8 +15,10 @@ from fem_seal.contact.tangent import ContactTangent
 from fem_seal.coupling.constants import FIRST_NODES, THINNED
 from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
+from fem_seal.flow_settings import NO_LIMITS
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+from fem_seal.limits import Limits
 from fem_seal.network.film_pressure import FilmPressure, Solver
 from fem_seal.network.pressure_grid import PressureGrid
 
@@ -49,6 +52,8 @@ class LiftProblem:
     #: conductance [m³], as of `FilmPressure`, of a film that counts as sealed: its stages end early
     negligible: float = 0.0
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
+    limits: Limits = NO_LIMITS  #: a limit of time ends the stages, which then have not settled
+    began: float = field(default_factory=perf_counter)  #: when that time began to count
     thins: bool = True  #: whether a large grid has a thinned problem
 
     def __post_init__(self) -> None:

@@ -66,6 +66,16 @@ def test_render_draws_the_lift_again_from_the_folder(tmp_path):
     assert {name: (tmp_path / name).read_bytes() for name in drawn} == before
 
 
+def test_a_limit_of_time_ends_the_search():
+    """With the range that is known by then, which holds the leak rate of the whole search."""
+    whole = solve(scene()).result()
+    ended = solve(scene(max_seconds=1e-9)).result()
+    assert ended.lift.steps < whole.lift.steps
+    assert not ended.converged
+    assert "contact and flow have not settled: the limit of 1e-09 s is used up" in ended.reason
+    assert ended.lift.lowest <= whole.leak_rate.value <= ended.lift.highest
+
+
 def test_no_picture_of_a_lift_without_one(tmp_path):
     result = run(scene(lift="none", output={"products": ["leak_rate", "pictures"]}), tmp_path)
     assert "lift.png" not in result.files
