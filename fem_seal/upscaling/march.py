@@ -9,7 +9,7 @@ pressure reaches p_in before the inlet; if it is too small, the pressure at the 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from functools import partial
-from math import exp, inf, log, sqrt
+from math import e, exp, inf, log, sqrt
 
 import numpy as np
 
@@ -22,15 +22,22 @@ SHOOTING = 1e-9
 PRESSURE_ROUNDING = 1e-12  # relative rounding error of a pressure
 # Length of a step in ln Q by which an end of the searched range is moved, and most such steps.
 WIDENING, MOST_WIDENINGS = 5.0, 100
+# First step from below over the bracket, and each following one over that of the secant.
+FIRST, UNDER = 0.02, 0.9
 RELATIVE = 4 * np.finfo(float).eps  # smallest relative tolerance that SciPy accepts
 
 
 def path_leak_rate(
-    steps: ConductivitySteps, pressure: np.ndarray, lengths: np.ndarray, ends: EndPressures
+    steps: ConductivitySteps,
+    pressure: np.ndarray,
+    lengths: np.ndarray,
+    ends: EndPressures,
+    guess: tuple[float, float] | None = None,
 ) -> float:
     """Leak rate [m³/s] at which the fluid has the inlet's pressure at the inlet.
 
-    Each of n cells has a contact pressure P [Pa] and a length Δs.
+    Each of n cells has a contact pressure P [Pa] and a length Δs. `guess` are two leak rates
+    between which it probably lies: fewer marches then find it.
     """
     net = pressure.max() - ends.inlet
     if net <= 0:
@@ -40,22 +47,37 @@ def path_leak_rate(
     if K in (0.0, inf):
         return K
     march = March(steps, pressure, lengths, ends)
-    finite = steps.conductivity[np.isfinite(steps.conductivity) & (steps.conductivity > 0)]
-    scale = ends.drop / lengths.sum()
-    low, high = log(finite.min() * scale) - 1, log(finite.max() * scale) + 1
+    if guess is None:
+        finite = steps.conductivity[np.isfinite(steps.conductivity) & (steps.conductivity > 0)]
+        scale = ends.drop / lengths.sum()
+        guess = finite.min() * scale / e, finite.max() * scale * e
+    low, high = map(log, guess)
     return exp(_root(lambda log_rate: march.excess(exp(log_rate)), low, high))
 
 
 def _root(excess: Callable[[float], float], low: float, high: float) -> float:
     """Root of an excess that grows with ln Q, from two guesses of its bracket.
 
-    Algorithm 748 halves its bracket in each iteration at least (G. E. Alefeld, F. A. Potra and Y.
-    Shi, ACM Trans. Math. Softw. 21, 327 (1995)): fifty make a range of 1000 shorter than SHOOTING,
-    and SciPy takes up to a hundred. A root at an end of the bracket is returned as it is.
+    Below the root the excess is nearly linear, above it is a hundred times as steep. So steps of
+    UNDER of the secant's length come close from below. If they do not end at a root, algorithm 748
+    finds it: it halves its bracket in each iteration at least (G. E. Alefeld, F. A. Potra and Y.
+    Shi, ACM Trans. Math. Softw. 21, 327 (1995)), and SciPy takes up to a hundred. A root at an end
+    of the bracket is returned as it is.
     """
     from scipy.optimize import toms748
 
     low, high = _widened(excess, low, -WIDENING), _widened(excess, high, WIDENING)
+    step, of_low = FIRST * (high - low), excess(low)
+    while of_low < 0 and low + step < high:
+        if step < UNDER * SHOOTING and excess(low + SHOOTING) >= 0:
+            return low + step / UNDER
+        reached = excess(low + step)
+        if reached >= 0:
+            high = low + step
+        elif reached > of_low:
+            low, step, of_low = low + step, -UNDER * step * reached / (reached - of_low), reached
+            continue
+        break
     return float(toms748(excess, low, high, xtol=SHOOTING, rtol=RELATIVE))
 
 

@@ -28,6 +28,8 @@ from fem_seal.upscaling.profile import Profile, is_uniform
 
 CELLS = 1000  # least number of cells of the leak path
 COARSE = 4  # one in so many of them is laid evenly, the others where the contact pressure matters
+# Usual ratios of leak rates: those with fine and with coarse cells, and a bound and the value.
+NEAR, APART = 1.01, 1.2
 PLACES = 8  # places in each cell at which the influence is computed
 PARTS = (0.05, 0.5, 0.95)  # parts of the influence before start, middle and end of the sealing part
 # Largest ln of the ratio of two conductivities; one of 0 counts as smaller by that ratio.
@@ -124,11 +126,17 @@ def seal_flow(
         along = _path_flow(table.interpolated, profile, x, middle, lengths, ends, value)
         x = _refined(along, cells)
         middle, lengths = profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x))
-        value = path_leak_rate(table.interpolated, middle, lengths, ends)
+        value = path_leak_rate(
+            table.interpolated, middle, lengths, ends, (value / NEAR, value * NEAR)
+        )
     P = profile(x)
     low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
-    lower = path_leak_rate(table.lowest, high, lengths, ends) * (1 - 2 * SHOOTING)
-    upper = path_leak_rate(table.highest, low, lengths, ends) * (1 + 2 * SHOOTING)
+    # The value itself is off by up to SHOOTING.
+    below = value / APART, value * (1 + 4 * SHOOTING)
+    above = value * (1 - 4 * SHOOTING), value * APART
+    lower = path_leak_rate(table.lowest, high, lengths, ends, below) * (1 - 2 * SHOOTING)
+    upper = path_leak_rate(table.highest, low, lengths, ends, above) * (1 + 2 * SHOOTING)
+    value = float(np.clip(value, lower, upper))
     cuts = [(table.interpolated, middle, value), (table.lowest, high, lower)]
     cuts.append((table.highest, low, upper))
     along, *bounding = (
