@@ -25,6 +25,7 @@ from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import KEPT
+from fem_seal.upscaling.profile import is_uniform
 from fem_seal.upscaling.refined_table import intervals_needed
 from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import seal_flow
@@ -37,6 +38,7 @@ TRIED = 0.05  # CPU seconds for which that transform is repeated
 CONTACT_IMPORTS = 1.1, 0.95e8
 FLOW_IMPORTS = 0.75, 0.8e8
 PICTURE_IMPORTS = 5.5, 8.8e8
+SEAL_PICTURES = 2.2, 1.7e8  # no flow is drawn
 # CPU time of a flow that follows the grid [s/sample].
 OF_SAMPLE = {"finite-difference": 3e-6, "uniform": 9e-6}
 BY_AREA = 1.2  # time of the search for a contact area, over that of a contact under its pressure
@@ -47,8 +49,9 @@ BYTES_OF_SAMPLE = 85  # memory of heights and contact [bytes/sample]
 BYTES_OF_LIFT = 600  # memory of the networks of a flow that lifts [bytes/sample]
 BYTES_OF_UNKNOWN = 1200  # memory of a flow [bytes/unknown]
 # At each load of a patch of a seal: time of its contact, which starts from that of another load,
-# over that of a first one; of its flow, over that of one film; of the bounds between loads [s].
-NEXT_CONTACT, OF_LOAD, BETWEEN_LOADS = 0.5, 1.1, 0.03
+# over that of a first one; of its flow, over that of one film; of the bounds between loads [s]; of
+# the flows along a path of uneven pressure [s].
+NEXT_CONTACT, OF_LOAD, BETWEEN_LOADS, ALONG_PATH = 0.5, 1.1, 0.03, 0.07
 USUAL_RTOL = 0.5  # seal.rtol at which that holds
 # Memory of each flow that a patch of a seal keeps.
 KEPT_OF_UNKNOWN = 500  # [bytes/unknown]
@@ -137,8 +140,9 @@ def predicted(
     start = sum(seconds for seconds, _ in libraries)
     if "pictures" in scene.output.products:
         # The memory of the flow is free by then.
-        memory = max(memory, PICTURE_IMPORTS[1] + BYTES_OF_SAMPLE * samples)
-        parts["pictures"] = pace * PICTURE_IMPORTS[0]
+        seconds, size = PICTURE_IMPORTS if scene.seal is None else SEAL_PICTURES
+        memory = max(memory, size + BYTES_OF_SAMPLE * samples)
+        parts["pictures"] = pace * seconds
     parts = {"libraries": pace * start} | parts
     advice = _advice(scene, sum(parts.values()), memory)
     return Prediction(shape, patches, jobs, parts, each_patch, memory, advice)
@@ -179,6 +183,7 @@ def _seal_patch(
     seal, map_ = present(scene.seal, "[seal]"), scene.measured_map
     loads = loads_of(scene, surface)
     seconds = NEXT_CONTACT * contact_seconds(samples) + BETWEEN_LOADS
+    seconds += 0.0 if is_uniform(profile_of(scene)[0]) else ALONG_PATH
     if seal.window is not None and map_ is not None and map_.make_periodic == "mirror":
         # The flow of a mirrored window is that of a quarter of it.
         samples, channels = samples / 4, channels / 4 ** (OF_WAVES / 2)
