@@ -1,15 +1,23 @@
 """Parameters of Newton's method for contact and flow; all else follows from the problem."""
 
-# Relative residual at which GMRES ends in Newton's step: a tenth is left. As little of an error
-# counts elsewhere: the triangles that hold the last tenth of it stay as they are, and difficult
-# stages are solved to a tenth of what is allowed. Solves within a step, and λ, on which the
-# estimated error rests, are exact to powers of it.
-FORCING = 0.1
+# What is solved within something else is solved to a tenth of what that is to reach: by GMRES
+# Newton's step leaves a tenth of F, the tangents of contact and flow a tenth of what GMRES is to
+# leave; λ, which measures what steps leave, a tenth of what they do; and the stages of a thinned
+# problem, or after difficult steps, a tenth of the error that is allowed.
+INNER = 0.1
 # Steps of Newton's method in a stage, and of GMRES in a step: most scenes need two to five. Half as
 # many stages.
 MOST_STEPS = 20
+# Part of the pressure drop by which a step leads away from an unstable equilibrium.
+FAR = 0.1
 # Parts of a side of the patch, in each of which errors have a sign of their own.
 PARTS = 4
+# Part of the error of the network that the triangles hold that are halved.
+HALVED = 0.9
+# Part of the allowed error of ln Q by which a channel along diagonals may change it: many may open.
+DIAGONAL = 0.01
+# Least part of the allowed error of ln Q that is claimed: the contacts are no more exact.
+LEAST = 0.1
 # Nodes of the first network for the fluid's pressure, but every fourth sample at least: little
 # beside one contact. Of the last one, at about 1 kB each.
 FIRST_NODES, MOST_NODES = 30_000, 2_000_000

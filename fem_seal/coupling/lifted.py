@@ -23,7 +23,7 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import FORCING, MOST_NODES, MOST_STEPS
+from fem_seal.coupling.constants import INNER, LEAST, MOST_NODES, MOST_STEPS
 from fem_seal.coupling.newton import Steps, equilibrium
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
@@ -145,10 +145,10 @@ def _first_stage(
     contact
         Contact under it, if known.
     """
-    thinned = problem.thinned
+    thinned = problem.chain[0]
     # A gap of the rms height that ε makes wider has a larger ln g³, by what is allowed.
     epsilon = allowed / 3 * problem.roughness
-    every = problem.every
+    every = problem.every(thinned.height.values)
     start = None if contact is None else contact.pressure.values[::every, ::every]
     pressure = pressure[::every, ::every]
     pressed = thinned.contact_under(pressure, start)
@@ -164,14 +164,15 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
     """
 
     def solved(point: LiftPoint) -> Steps:
-        tolerance = FORCING * allowed if steps.difficult else allowed
+        exact = steps.difficult or point.problem is not problem
+        tolerance = INNER * allowed if exact else allowed
         further = equilibrium(point, tolerance, report).after(steps)
         return replace(further, lost=further.lost or bool(steps.failure))
 
     change, error, moved, over = inf, inf, 0.0, ""
     for _ in range(MOST_STEPS // 2):
         point, began = steps.point, perf_counter()
-        if point.flow.conductance <= problem.negligible:
+        if point.problem is problem and point.flow.conductance <= problem.negligible:
             error = inf
             break
         start = None if over else _next_stage(problem, allowed, steps)
@@ -181,13 +182,17 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
         to_come = _all_to_come(change, before)
         error = (max(to_come, moved) if steps.difficult else to_come) + start.by_epsilon
         little = error <= allowed and start.keeps_load(allowed)
-        if little and not point.sealed and not steps.failure:
-            steps = replace(steps, point=start, residuals=(*steps.residuals, start.size))
-            break
+        if little and not (point.sealed or start.sealed or steps.failure):
+            steps = Steps(start, (start.size,), False, "").after(steps)
+            if start.problem is problem:
+                break
+            change = inf  # the next one will contain this one
+            continue
         steps = solved(start)
         moved = spread(steps.point.flow.conductance, start.flow.conductance)
-        # The next network has four times the nodes.
-        over = problem.limits.exceeded(problem.began, 1.0, 4 * (perf_counter() - began))
+        # The next network has four times the nodes. No state has fewer samples than all.
+        if start.problem is problem:
+            over = problem.limits.exceeded(problem.began, 1.0, 4 * (perf_counter() - began))
     point = steps.point
     return _End(
         pressure=point.pressure,
@@ -196,7 +201,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
         sealed=point.sealed,
         opened=point.opened if point.sealed else None,
         change=change,
-        error=max(error, FORCING * allowed),
+        error=max(error, LEAST * allowed),
         difficult=steps.difficult,
         lost=steps.lost,
         failure=steps.failure or over,
@@ -205,27 +210,25 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
 
 
 def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint | None:
-    """The first point of the next stage, a step further on than the last one; None if it has none.
+    """The first point of the next stage, a step further on if one is solved; None if it has none.
 
     It has none where the film stays sealed, and where its network would be too large.
     """
-    point, thinned = steps.point, steps.point.problem is not problem
-    sealed = point.sealed and not thinned
+    point, chain = steps.point, problem.chain
+    following = chain[min(chain.index(point.problem) + 1, len(chain) - 1)]
+    sealed = point.sealed and point.problem is problem
     if sealed and point.opened is None:
         return None
-    grid, epsilon = problem.first_grid if thinned else point.grid, point.epsilon
-    # All samples have a finer network than the thinned problem had, or the same one.
-    if not thinned or (problem.refines and len(grid.free) <= len(point.grid.free)):
-        grid, epsilon = point.finer(allowed, grid)
+    grid, epsilon = point.finer(allowed, following)
     # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's steps.
     lost = epsilon**3 < float_info.epsilon * problem.roughness**3
     if (sealed and lost) or len(grid.free) > MOST_NODES:
         return None
-    further = (None if steps.failure else point.after(point.step)) or point
-    if not thinned:
-        return replace(further, grid=grid, epsilon=epsilon)
-    pressure = problem.on_all_samples(further.pressure)
-    return LiftPoint(problem, grid, epsilon, pressure, problem.contact_under(pressure))
+    last = (point.after(point.step) if steps.further else None) or point
+    if following is point.problem:
+        return replace(last, grid=grid, epsilon=epsilon)
+    pressure = following.interpolated(last.pressure)
+    return LiftPoint(following, grid, epsilon, pressure, following.contact_under(pressure))
 
 
 def _all_to_come(change: float, before: float) -> float:

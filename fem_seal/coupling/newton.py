@@ -1,10 +1,11 @@
 """Newton's method from one point to an equilibrium, in contact or floating."""
 
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
-from fem_seal.coupling.constants import FORCING, MOST_STEPS
+from fem_seal.coupling.constants import FAR, INNER, MOST_STEPS
 from fem_seal.coupling.point import FloatingPoint, LiftPoint
 from fem_seal.progress import Report
 
@@ -19,13 +20,15 @@ class Steps:
     #: step changes to first order is then no measure of what it changes
     difficult: bool
     failure: str  #: why the last point is no equilibrium, else ""
+    further: bool = False  #: whether its step has been solved: the next stage begins with it
     lost: bool = False  #: whether that of a stage before was none
 
     def after(self, before: "Steps") -> "Steps":
-        """These steps with those before them."""
+        """These steps with those before them, which have led to where these begin."""
+        taken = before.further or before.failure
         return replace(
             self,
-            residuals=before.residuals + self.residuals,
+            residuals=(before.residuals if taken else before.residuals[:-1]) + self.residuals,
             difficult=before.difficult or self.difficult,
             lost=before.lost or self.lost,
         )
@@ -46,19 +49,23 @@ def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
     tolerance
         Change of ln Q, to first order, and of the solid's load, over it, at which the steps end.
     """
-    residuals, difficult, away = [point.size], False, 1.0
+    residuals, difficult, away, left = [point.size], False, 1.0, inf
     for _ in range(MOST_STEPS):
         report("lift", f"{len(point.grid.free)} nodes, residual {point.size:.1e}")
+        # GMRES leaves a tenth of the first order at least.
+        if left <= tolerance and point.settled(tolerance):
+            return Steps(point, tuple(residuals), difficult, "")
         step = point.step
         difficult |= step.unstable or step.iterations > MOST_STEPS / 2
         little = step.log_rate <= tolerance and point.keeps_load(tolerance)
         if little and step.solved and not step.unstable:
-            return Steps(point, tuple(residuals), difficult, "")
+            return Steps(point, tuple(residuals), difficult, "", further=True)
+        left = INNER * step.log_rate
         parts = [1.0, 1 / 2, 1 / 4, 1 / 8]
         if step.unstable:
             # At the unstable equilibrium itself F, and with it the step, is nearly zero: a longer
             # one, of a tenth of the pressure drop, leads away from there.
-            longer = FORCING * point.problem.drop / np.abs(step.pressure).max()
+            longer = FAR * point.problem.drop / np.abs(step.pressure).max()
             parts, away = [max(away, longer) if little else away], away / 2
         tried: list[LiftPoint] = []
         for part in parts:

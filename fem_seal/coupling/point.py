@@ -20,7 +20,7 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import FORCING, MOST_STEPS, PARTS
+from fem_seal.coupling.constants import DIAGONAL, HALVED, INNER, MOST_STEPS, PARTS
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import FIRST_ORDER, spread
@@ -119,7 +119,7 @@ class LiftPoint:
         λ (nx, ny) [1/Pa] says what a wrong flow changes: one whose pressure differs by d changes
         ln Q by λ·d in the end.
         """
-        exact = FORCING * tolerance
+        exact = INNER * tolerance
         return gmres(
             lambda weight: weight - self.gap_change(self.response_transposed(weight, exact), exact),
             self.gap_change(self.flow.log_rate_by_gap, exact),
@@ -129,37 +129,42 @@ class LiftPoint:
 
     @cached_property
     def image(self) -> "LiftPoint":
-        """The point on the samples of the thinned problem, on which λ is solved.
+        """The point on as few samples as show its surface and its film: λ is solved there."""
+        return next(point for point in map(self.on, self.problem.images) if point.shows(self))
 
-        Itself where these do not show the surface, or their film is another one.
-        """
-        problem, thinned, every = self.problem, self.problem.thinned, self.problem.every
-        if not problem.thinned_shows:
+    def on(self, problem: LiftProblem) -> "LiftPoint":
+        """The point on the samples of a thinned problem, with the contact of all samples there."""
+        if problem is self.problem:
             return self
+        every = self.problem.every(problem.height.values)
         gap, pressure = (
-            thinned.field(field.values[::every, ::every])
+            problem.field(field.values[::every, ::every])
             for field in (self.contact.gap, self.contact.pressure)
         )
         contact = ContactState(gap, pressure, problem.contact_modulus)
         below = self.pressure[::every, ::every]
-        image = LiftPoint(thinned, thinned.first_grid, self.epsilon, below, contact)
-        return image if image.resembles(self) else self
+        return LiftPoint(problem, problem.first_grid, self.epsilon, below, contact)
 
-    def resembles(self, other: "LiftPoint") -> bool:
-        """Whether ln Q of both films is the same to what a first order tells."""
+    def shows(self, other: "LiftPoint") -> bool:
+        """Whether another point's surface and film are these, but for little: λ may be of these.
+
+        ln Q of both films is then the same to what a first order tells.
+        """
+        if self.problem not in other.problem.images:
+            return False
         return spread(self.flow.conductance, other.flow.conductance) <= FIRST_ORDER
 
     @cached_property
     def _adjoint(self) -> LinearSolution:
         # Solved more exactly than Newton's step, which the next step mends. λ is large next to
         # closing: what GMRES leaves of the right side, times the step, is an error of λ·F.
-        return self.image.adjoint(FORCING**2, MOST_STEPS)
+        return self.image.adjoint(INNER**2, MOST_STEPS)
 
     def solved(
         self, right_side: np.ndarray, tolerance: float, most: int, *, to_stable: bool = False
     ) -> tuple[LinearSolution, np.ndarray]:
         """Solution δ of (I - R' G') δ = right side, and G' δ; arguments as of `gmres`."""
-        exact, moved = FORCING * tolerance, list[np.ndarray]()
+        exact, moved = INNER * tolerance, list[np.ndarray]()
 
         def applied(change: np.ndarray) -> np.ndarray:
             moved.append(self.gap_change(change, exact))
@@ -176,7 +181,7 @@ class LiftPoint:
     @cached_property
     def step(self) -> NewtonStep:
         """Newton's step."""
-        solution, gap = self.solved(self.residual, FORCING, MOST_STEPS, to_stable=True)
+        solution, gap = self.solved(self.residual, INNER, MOST_STEPS, to_stable=True)
         return NewtonStep(
             pressure=solution.x,
             gap=gap,
@@ -199,33 +204,41 @@ class LiftPoint:
         """Part of the leak rate that ε adds: where it is small, p_f feels ε less than this."""
         return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
 
-    def finer(self, allowed: float, grid: PressureGrid) -> tuple[PressureGrid, float]:
+    def finer(self, allowed: float, problem: LiftProblem) -> tuple[PressureGrid, float]:
         """Network and ε of the next stage: smaller triangles where errors change ln Q most.
 
-        The triangles of `grid` are those of this point's network.
+        The network is on the samples of a problem, which are those of this point or more.
         """
-        epsilon = self.epsilon
-        if self.by_epsilon > allowed / 2 or not self.problem.refines:
+        epsilon, more = self.epsilon, problem is not self.problem
+        if self.by_epsilon > allowed / 2 or not (problem.refines or more):
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
-        if self.problem.refines:
-            # λ of a thinned problem weighs the pressure at its samples alone.
-            weight, of_image = np.zeros_like(self.pressure), self._adjoint.x
-            every = len(weight) // len(of_image)
-            weight[::every, ::every] = of_image
-            by_links, past_legs = self.flow.by_parts(self.by_u * weight, FORCING**2)
-            also = past_legs > FORCING**2 * allowed  # many may open together
-            grid = grid.refined(by_links, 1 - FORCING, self.flow.varies, also)
-        return grid, epsilon
+        if not problem.refines:
+            return problem.first_grid if more else self.grid, epsilon
+        # λ of an image weighs the pressure at its samples alone.
+        weight, of_image = np.zeros_like(self.pressure), self._adjoint.x
+        every = self.problem.every(of_image)
+        weight[::every, ::every] = of_image
+        by_links, past_legs = self.flow.by_parts(self.by_u * weight, INNER**2)
+        also = past_legs > DIAGONAL * allowed
+        varies, film = self.flow.varies, problem.touching_film
+        return self.grid.refined(by_links, HALVED, varies, also, film), epsilon
 
     def error_of(self, flow: "LiftPoint") -> float:
-        """Error of ln Q by another flow at this point: λ·F; infinite if λ is not known."""
-        every = len(flow.pressure) // len(self._adjoint.x)
-        thinned = len(self.pressure) < len(flow.pressure)
-        if thinned and not (flow.problem.thinned_shows and self.resembles(flow)):
+        """Error of ln Q by another flow, here or on more samples: λ·F; infinite if unknown."""
+        known = self._adjoint.converged and (flow.problem is self.problem or self.shows(flow))
+        if not known:
             return np.inf
-        if not self._adjoint.converged:
-            return np.inf
+        every = flow.problem.every(self._adjoint.x)
         return not_by_chance(self._adjoint.x * flow.residual[::every, ::every])
+
+    def settled(self, tolerance: float) -> bool:
+        """Whether λ, where fewer samples show it, says that a step would change ln Q by little."""
+        return (
+            self.image is not self
+            and self.error_of(self) <= tolerance
+            and self.keeps_load(tolerance)
+            and not self._adjoint.unstable
+        )
 
     def is_that_of(self, other: "LiftPoint", allowed: float) -> bool:
         """Whether ln Q is another point's, but for a little and what both next steps change."""
@@ -293,7 +306,7 @@ class FloatingPoint(LiftPoint):
 
     def keeps_load(self, tolerance: float) -> bool:
         """Whether the fluid carries the load."""
-        return abs(self._lacking) <= FORCING * tolerance * self.problem.drop
+        return abs(self._lacking) <= INNER * tolerance * self.problem.drop
 
     def error_of(self, flow: LiftPoint) -> float:
         """Error of ln Q by another flow: the change by its first step; infinite if not solved."""
@@ -306,9 +319,9 @@ class FloatingPoint(LiftPoint):
     @cached_property
     def step(self) -> NewtonStep:
         """Newton's step: that at a fixed level, and the level that restores the load."""
-        fixed, by_pressure = self.solved(self.residual, FORCING, MOST_STEPS)
-        by_rise = self.response(np.ones_like(self.pressure), FORCING**2)
-        lifted, by_level = self.solved(by_rise, FORCING, MOST_STEPS)
+        fixed, by_pressure = self.solved(self.residual, INNER, MOST_STEPS)
+        by_rise = self.response(np.ones_like(self.pressure), INNER**2)
+        lifted, by_level = self.solved(by_rise, INNER, MOST_STEPS)
         level = (self._lacking - float(fixed.x.mean())) / float(lifted.x.mean())
         gap = by_pressure + level * (1 + by_level)
         return NewtonStep(

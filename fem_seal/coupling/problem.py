@@ -6,7 +6,6 @@ from functools import cached_property
 from time import perf_counter
 
 import numpy as np
-from scipy.ndimage import affine_transform
 
 from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
@@ -54,7 +53,7 @@ class LiftProblem:
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
     limits: Limits = NO_LIMITS  #: a limit of time ends the stages, which then have not settled
     began: float = field(default_factory=perf_counter)  #: when that time began to count
-    thins: bool = True  #: whether a large grid has a thinned problem
+    halvings: int = 2  #: how often the samples along a side of a large grid may be halved
 
     def __post_init__(self) -> None:
         if not self.inlet > self.outlet:
@@ -92,7 +91,7 @@ class LiftProblem:
     def uniform_pressure(self) -> np.ndarray:
         """Fluid pressure (nx, ny) [Pa] in a uniform film: its mean is the load that it carries."""
         nx, ny = self.height.shape
-        first = 0.0 if self.film(self.touching_gap).representation == "linear" else 0.5
+        first = 0.0 if self.touching_film.representation == "linear" else 0.5
         u = 1 - (np.arange(nx) + first) / nx
         # A flat face has no gap by which to judge the slip: the distance of its samples does.
         gap = float(np.ptp(self.height.values)) or min(self.height.spacing)
@@ -134,10 +133,9 @@ class LiftProblem:
 
     def grid(self, level: int) -> PressureGrid:
         """Network with 2^level times as many nodes a side as the contact has samples."""
-        film = self.film(self.touching_gap)
         if not self.refines:
-            return PressureGrid.of_stencil(film, self.links)
-        return PressureGrid.uniform(film, level)
+            return PressureGrid.of_stencil(self.touching_film, self.links)
+        return PressureGrid.uniform(self.touching_film, level)
 
     @cached_property
     def first_level(self) -> int:
@@ -156,45 +154,56 @@ class LiftProblem:
         """The network of that level."""
         return self.grid(self.first_level)
 
-    @property
-    def every(self) -> int:
-        """Samples of the contact along a side for one of the thinned problem."""
-        return self.height.shape[0] // self.thinned.height.shape[0]
-
     @cached_property
-    def thinned(self) -> "LiftProblem":
-        """The same problem with the contact's samples at the nodes of the first network only.
+    def thinned(self) -> "LiftProblem | None":
+        """The same problem with every second sample of the contact along each side.
 
-        Itself where these are all, or where the solid may float, whose level takes all samples.
+        None on a small grid, and where the solid may float, whose level takes all samples.
         """
-        every, (dx, dy) = 2**-self.first_level, self.height.spacing
-        if every == 1 or not self.thins or self.may_float:
-            return self
-        samples = self.height.values[::every, ::every]
-        height = GridField(samples, (every * dx, every * dy), self.height.periodic)
-        return replace(self, height=height, thins=False)
+        values, even = self.height.values, all(n % 2 == 0 for n in self.height.shape)
+        if self.halvings == 0 or values.size <= FIRST_NODES or not even or self.may_float:
+            return None
+        dx, dy = self.height.spacing
+        height = GridField(values[::2, ::2], (2 * dx, 2 * dy), self.height.periodic)
+        return replace(self, height=height, halvings=self.halvings - 1)
 
     @cached_property
-    def thinned_shows(self) -> bool:
-        """Whether the samples of a thinned problem show the surface: λ may be that of its film."""
-        thinned, heights = self.thinned, self.height.values
-        if thinned is self:
-            return False
-        lost = heights - self.on_all_samples(thinned.height.values)
-        return float(lost.std()) <= THINNED * self.roughness
+    def chain(self) -> "list[LiftProblem]":
+        """The thinned problems, the one with the fewest samples first, and this one."""
+        return [*(self.thinned.chain if self.thinned else []), self]
 
-    def on_all_samples(self, values: np.ndarray) -> np.ndarray:
-        """Values of the thinned problem, interpolated linearly between its samples."""
-        step, shape = np.diag([1 / self.every] * 2), self.height.shape
-        between: np.ndarray = affine_transform(
-            values, step, output_shape=shape, order=1, mode="nearest"
-        )
-        return between
+    @cached_property
+    def images(self) -> "list[LiftProblem]":
+        """Those of the chain whose samples show this surface: λ may be that of their film."""
+
+        def lost(problem: LiftProblem) -> float:
+            between = self.interpolated(problem.height.values)
+            return float((self.height.values - between).std())
+
+        thinned = [one for one in self.chain[:-1] if lost(one) <= THINNED * self.roughness]
+        return [*thinned, self]
+
+    def every(self, thinned: np.ndarray) -> int:
+        """Samples along a side for one of these values of a thinned problem."""
+        return self.height.shape[0] // len(thinned)
+
+    def interpolated(self, values: np.ndarray) -> np.ndarray:
+        """Values of a thinned problem, interpolated linearly between its samples."""
+        for count in self.height.shape:
+            below, part = np.divmod(np.arange(count), count // len(values))
+            above, part = np.minimum(below + 1, len(values) - 1), part / (count // len(values))
+            values = ((1 - part[:, None]) * values[below] + part[:, None] * values[above]).T
+        return values
 
     @property
     def touching_gap(self) -> GridField:
         """Gap of first touch [m]."""
         return self.field(self.height.values.max() - self.height.values)
+
+    @property
+    def touching_film(self) -> GridFilm:
+        """Film of that gap."""
+        return self.film(self.touching_gap)
 
     def between_ends(self, pressure: np.ndarray) -> np.ndarray:
         """A pressure [Pa], clipped to those of the two ends."""

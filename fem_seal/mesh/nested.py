@@ -96,6 +96,11 @@ class NestedMesh(Mesh):
         """Mesh with the arrays that bisection made; its sides have no labels to carry over."""
         return replace(self, xy=xy, cells=cells, twin=twin, carried_edges=edges)
 
+    def in_pixels(self, times: int) -> "NestedMesh":
+        """The same mesh on a grid with so many times as many pixels along each axis."""
+        mx, my = self.squares
+        return replace(self, xy=times * self.xy, squares=(times * mx, times * my))
+
     def subset(self, cells: np.ndarray) -> "NestedMesh":
         """Mesh of the cells (n,) alone, with all vertices."""
         return replace(self, cells=self.cells[cells], carried_edges=None)

@@ -10,6 +10,7 @@ Finite differences have the network of their own stencil: its nodes are the cent
 one sample fills, and it is never refined.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -153,6 +154,7 @@ class PressureGrid:
         share: float,
         varies: np.ndarray | None = None,
         also: np.ndarray | None = None,
+        film: GridFilm | None = None,
     ) -> "PressureGrid":
         """Network whose triangles are half as wide where they hold a share of a sum over links.
 
@@ -171,6 +173,8 @@ class PressureGrid:
             with their area where the gap is smooth, and hardly where it closes.
         also : (C,)
             Bool, triangles that are halved whatever their links tell.
+        film
+            One of the same patch with as many samples or more; that of this network if None.
         """
         mesh, legs = present(self.mesh, "mesh"), present(self.legs, "legs")
         times = np.full(len(legs), 2, dtype=np.int8)
@@ -185,7 +189,9 @@ class PressureGrid:
             times[order[count:]] = 0
             if also is not None:
                 times[also] = 2
-        return self.on_mesh(self.film, _halved(mesh, times))
+        film = film or self.film
+        pixels = film.gap.shape[0] // self.film.gap.shape[0]
+        return self.on_mesh(film, _halved(mesh, times).in_pixels(pixels))
 
 
 def _halved(mesh: NestedMesh, times: np.ndarray) -> NestedMesh:
@@ -244,33 +250,67 @@ def _pressure_at_samples(
 ) -> sparse.csr_array:
     """Pressure at the samples of a shape, linear on each triangle, from that at its nodes (C, 3).
 
-    The first sample has the coordinate `first` [pixels] along both axes.
+    The first sample has the coordinate `first` [pixels] along both axes. A sample is a vertex, or
+    lies in a triangle whose legs are at least a pixel long. Such a triangle has whole pixels as
+    coordinates, so that all of one form hold samples at the same places, in the same shares.
     """
-    cell, shares = np.zeros(shape, dtype=np.int32), np.zeros((3, *shape))
-    x, y = np.moveaxis(mesh.xy / PIXEL - first, -1, 0)[:, mesh.cells.T]
-    low = np.stack([np.ceil(one.min(axis=0)) for one in (x, y)]).astype(np.int64)
-    high = np.stack([np.floor(one.max(axis=0)) for one in (x, y)]).astype(np.int64)
-    counts = np.maximum(high - low + 1, 0)
-    # Triangles whose boxes hold equally many samples along x and along y are one group: a pass for
-    # each place in the box then looks at one sample of every triangle of the group.
-    base = counts[1].max() + 1
-    groups = counts[0] * base + counts[1]
-    for group in np.unique(groups):
-        cells = np.flatnonzero(groups == group)
-        (xa, xb, xc), (ya, yb, yc) = x[:, cells], y[:, cells]
-        square = (xb - xa) ** 2 + (yb - ya) ** 2
-        for place in np.ndindex(*divmod(group, base)):
-            i, j = low[0, cells] + place[0], low[1, cells] + place[1]
-            # The legs are equal and at right angles, in pixels.
-            to_b = ((i - xa) * (xb - xa) + (j - ya) * (yb - ya)) / square
-            to_c = ((i - xa) * (xc - xa) + (j - ya) * (yc - ya)) / square
-            inside = (np.minimum(to_b, to_c) >= -EDGE) & (to_b + to_c <= 1 + EDGE)
-            inside &= (i < shape[0]) & (j < shape[1])
-            i, j, to_b, to_c = i[inside], j[inside], to_b[inside], to_c[inside]
-            cell[i, j] = cells[inside]
-            shares[:, i, j] = 1 - to_b - to_c, to_b, to_c
-    ends = 3 * np.arange(cell.size + 1)
-    entries = np.moveaxis(shares, 0, -1).ravel(), nodes[cell.ravel()].ravel(), ends
-    matrix = sparse.csr_array(entries, (cell.size, len(mesh.xy)))
+    # Triangles at the end of the grid reach to one row and one column more.
+    cell, place = np.zeros((2, shape[0] + 1, shape[1] + 1), dtype=np.int32)
+    shares, known = [np.zeros((1, 3))], 1
+    for cells, corner, legs in _forms(mesh):
+        offsets, of_corners = _samples_inside(legs, first)
+        for number, (i, j) in enumerate(offsets, known):
+            at = corner[:, 0] + i, corner[:, 1] + j
+            cell[at], place[at] = cells, number
+        shares.append(of_corners)
+        known += len(offsets)
+    inside = slice(shape[0]), slice(shape[1])
+    columns = nodes[cell[inside].ravel()]
+    entries = np.concatenate(shares)[place[inside].ravel()]
+    sample = mesh.xy - int(first * PIXEL)
+    own = np.flatnonzero(((sample % PIXEL == 0) & (sample < np.array(shape) * PIXEL)).all(axis=1))
+    at_vertices = np.ravel_multi_index(tuple((sample[own] >> DEPTH).T), shape)
+    columns[at_vertices, 0], entries[at_vertices] = mesh.twin[own], (1.0, 0.0, 0.0)
+    ends = np.arange(0, columns.size + 1, 3)
+    matrix = sparse.csr_array(
+        (entries.ravel(), columns.ravel(), ends), (len(columns), len(mesh.xy))
+    )
     matrix.eliminate_zeros()
     return matrix
+
+
+def _forms(mesh: NestedMesh) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Triangles with legs of at least a pixel, by their form.
+
+    Yields
+    ------
+    (n,)
+        Triangles of one form.
+    (n, 2)
+        Their right angles [pixels].
+    (2, 2)
+        Legs from there to the other corners [pixels].
+    """
+    corners = mesh.xy[mesh.cells]
+    wide = np.flatnonzero(np.abs(corners[:, 1] - corners[:, 0]).max(axis=1) >= PIXEL)
+    corners = corners[wide] >> DEPTH
+    legs = corners[:, 1:] - corners[:, :1]
+    # The second leg is the first one, turned by a right angle to the left or to the right.
+    (bx, by), (cx, cy) = np.moveaxis(legs, 0, -1)
+    form = 2 * (2 * max(mesh.squares) * bx + by) + (bx * cy > by * cx)
+    for one in np.unique(form):
+        alike = np.flatnonzero(form == one)
+        yield wide[alike], corners[alike, 0], legs[alike[0]]
+
+
+def _samples_inside(legs: np.ndarray, first: float) -> tuple[np.ndarray, np.ndarray]:
+    """Samples in a triangle of a form: whole pixels (n, 2) from its right angle, and shares (n, 3).
+
+    The shares are those of its three corners in a value that is linear on it.
+    """
+    reach = np.arange(-np.abs(legs).max(), np.abs(legs).max() + 1)
+    offsets = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
+    along = np.linalg.solve(legs.T, (offsets + first).T).T
+    shares = np.column_stack([1 - along.sum(axis=1), along])
+    inside = (shares >= -EDGE).all(axis=1)
+    return offsets[inside], shares[inside]

@@ -236,6 +236,55 @@ def test_forces_balance():
     assert 0 < state.fluid_load < 1e5
 
 
+def flow_on_links(gap):
+    """Pressure from 1 to 0 on links between samples, periodic across, and links along and across.
+
+    The last row of nodes is the first one again, at the outlet. A link conducts as 1/mean(g⁻³) of a
+    gap that is linear along it; closed nodes keep a millionth of a millionth of the largest gap.
+    """
+    a = np.append(gap, gap[:1], axis=0) / gap.max() + 1e-12
+    along = 2 * (a[:-1] * a[1:]) ** 2 / (a[:-1] + a[1:])
+    across = 2 * (a * np.roll(a, -1, axis=1)) ** 2 / (a + np.roll(a, -1, axis=1))
+    node = np.arange(a.size).reshape(a.shape)
+    matrix = np.zeros((a.size, a.size))
+    for one, other, links in (
+        (node[:-1], node[1:], along),
+        (node, np.roll(node, -1, axis=1), across),
+    ):
+        np.add.at(matrix, (one, one), links)
+        np.add.at(matrix, (other, other), links)
+        np.add.at(matrix, (one, other), -links)
+        np.add.at(matrix, (other, one), -links)
+    pressure = np.zeros(a.size)
+    pressure[node[0]] = 1.0
+    free = node[1:-1].ravel()
+    pressure[free] = np.linalg.solve(matrix[np.ix_(free, free)], -(matrix @ pressure)[free])
+    return pressure.reshape(a.shape), along, across
+
+
+def test_the_fluids_pressure_is_that_of_the_flow_through_the_gap():
+    """Another solver's flow on the reported gap has the reported pressure, where the film conducts.
+
+    Their difference is measured by the root of its energy Σ C Δp². The flow's own energy is the
+    least. With ε it is at most 1/(1 - e) times as large, e the claimed error, so that the pressure
+    with ε differs by at most √(e/(1 - e)) of the flow's root. F, what the last step has left, has a
+    root of at most √(8 C_max Σ F²), since each node has four links.
+    """
+    state = Patch(scene(1.2e5, method="finite-difference", rtol=2e-4)).lifted
+    assert state.converged
+    flow, along, across = flow_on_links(state.contact.gap.values)
+    reported = np.append(state.fluid_pressure.values / 1e5, np.zeros((1, 32)), axis=0)
+
+    def size(p):
+        energy = (along * np.diff(p, axis=0) ** 2).sum()
+        return np.sqrt(energy + (across * (np.roll(p, -1, axis=1) - p) ** 2).sum())
+
+    left = np.sqrt(8 * max(along.max(), across.max()) * flow.size) * state.residuals[-1]
+    allowed = np.sqrt(state.error / (1 - state.error)) + left / size(flow)
+    assert allowed < 0.2  # or nothing is shown
+    assert size(reported - flow) <= allowed * size(flow)
+
+
 @pytest.mark.parametrize(("load", "off"), [(0.9e5, False), (0.2e5, True)])
 def test_lift_off(load, off):
     """The fluid carries about half of its 1 bar: 0.9 bar keep the solids together, 0.2 do not."""
