@@ -1,6 +1,6 @@
 """The coupled problem of contact and flow in a scene whose fluid lifts the solid."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -14,10 +14,58 @@ from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
 from fem_seal.network.film_pressure import eliminated
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.steps import FLOWS, elastic_contact
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SceneLift(LiftProblem):
+    """Contact and flow under the laws of a scene."""
+
+    scene: Scene
+    prescribed: Load  #: pressure, area or mean gap of the contact
+    settings: FlowSettings
+    report: Report
+
+    def half_space(self, heights: GridField) -> HalfSpace:
+        """Solid on the grid of a counter-face."""
+        solid = present(self.scene.solid, "[solid]").elastic
+        arithmetic = present(self.scene.contact, "[contact]").arithmetic
+        return HalfSpace(
+            heights.shape, heights.spacing, solid.layer, arithmetic.threads, arithmetic.precision
+        )
+
+    def press(
+        self, heights: GridField, load: float | None, start: ContactState | np.ndarray | None
+    ) -> ContactState:
+        """Contact of heights under a load [Pa], or under what is prescribed."""
+        target = self.prescribed if load is None else Load("pressure", load)
+        return elastic_contact(self.scene, heights, start, target)
+
+    def film(self, gap: GridField) -> GridFilm:
+        """Film of a gap, with the sides and the representation of the scene."""
+        flow = self.scene.flow
+        return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
+
+    def flow(self, film: GridFilm, error: float) -> LeakRate:
+        """Leak rate of a film by the method of the scene."""
+        settings = replace(self.settings, margin=error)
+        return FLOWS[settings.method](settings, film, self.report, self.comm)
+
+    def cubes(self, gap: np.ndarray) -> np.ndarray:
+        """Cubes of gaps [m³], times the gain by slip at the mean pressure."""
+        slip = self.settings.slip
+        return gap**3 if slip is None else gap**2 * slip.per_square_gap(gap)
+
+    def pressure_of(self, u: np.ndarray, critical: float) -> np.ndarray:
+        """Pressure above ambient [Pa] where the linear problem has the part u of its drop."""
+        drive = self.scene.drive
+        both = np.append(u.ravel(), 0.0) * drive.pressure_drop
+        absolute = drive.pressure(both, self.settings.slip, critical)
+        return self.outlet + (absolute[:-1] - absolute[-1]).reshape(u.shape)
 
 
 def lifting_problem(
@@ -27,13 +75,11 @@ def lifting_problem(
     surface: GridField,
     report: Report,
     comm: parallel.Comm = None,
-) -> LiftProblem:
+) -> SceneLift:
     """Coupled problem of a scene with `flow.lift` for heights [m] of the counter-face.
 
     Fluid pressures are above ambient. All processes of this run solve together without `comm`.
     """
-    contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
-    arithmetic, slip = contact.arithmetic, settings.slip
     by_differences, solver = settings.method == "finite-difference", eliminated
     if not by_differences:
         # Finite differences do without FEniCSx.
@@ -41,41 +87,10 @@ def lifting_problem(
 
         solver = partial(by_multigrid, eliminated=eliminated, report=report)
     inlet, outlet = scene.gauge_pressures
-
-    def press(
-        heights: GridField, pressure: float | None, start: ContactState | np.ndarray | None
-    ) -> ContactState:
-        """Contact of heights under a load [Pa], or under that of the scene."""
-        target = load if pressure is None else Load("pressure", pressure)
-        return elastic_contact(scene, heights, start, target)
-
-    def cubes(gap: np.ndarray) -> np.ndarray:
-        """Cubes of gaps [m³], times the gain by slip at the mean pressure."""
-        return gap**3 if slip is None else gap**2 * slip.per_square_gap(gap)
-
-    def pressure_of(part: np.ndarray, critical: float) -> np.ndarray:
-        """Pressure above ambient [Pa] where the linear problem has a part of its drop."""
-        drive = scene.drive
-        both = np.append(part.ravel(), 0.0) * drive.pressure_drop
-        absolute = drive.pressure(both, slip, critical)
-        return outlet + (absolute[:-1] - absolute[-1]).reshape(part.shape)
-
-    return LiftProblem(
+    return SceneLift(
         height=surface,
-        half_space=lambda heights: HalfSpace(
-            heights.shape, heights.spacing, solid.layer, arithmetic.threads, arithmetic.precision
-        ),
-        contact_modulus=solid.contact_modulus,
-        press=press,
-        film=lambda gap: GridFilm(
-            gap, scene.flow.sides_of(gap.periodic), scene.flow.representation
-        ),
-        flow=lambda film, error: FLOWS[settings.method](
-            replace(settings, margin=error), film, report, comm
-        ),
-        cubes=cubes,
-        pressure_of=pressure_of,
-        slips=slip is not None,
+        contact_modulus=present(scene.solid, "[solid]").elastic.contact_modulus,
+        slips=settings.slip is not None,
         links=settings.links if by_differences else "linear-gap",
         solver=solver,
         refines=not by_differences,
@@ -86,4 +101,8 @@ def lifting_problem(
         limits=settings.limits,
         negligible=12 * settings.viscosity * settings.negligible / settings.pressure_drop,
         comm=comm,
+        scene=scene,
+        prescribed=load,
+        settings=settings,
+        report=report,
     )

@@ -1,6 +1,6 @@
-"""The coupled problem of contact and flow: its two halves, each as a function."""
+"""The coupled problem of contact and flow."""
 
-from collections.abc import Callable
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
@@ -22,24 +22,15 @@ from fem_seal.network.film_pressure import FilmPressure, Solver
 from fem_seal.network.pressure_grid import PressureGrid
 
 
-@dataclass(frozen=True, eq=False)
-class LiftProblem:
-    """Contact and flow of one scene; pressures are above ambient."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LiftProblem(ABC):
+    """Contact and flow; pressures are above ambient.
+
+    The laws of solid and fluid are those of a scene: `fem_seal.lifting.SceneLift`.
+    """
 
     height: GridField  #: counter-face h [m]
-    half_space: Callable[[GridField], HalfSpace]  #: solid on the grid of a counter-face
     contact_modulus: float  #: E* [Pa]
-    #: (heights, load left to the solid [Pa] or None, start) -> contact. The load is None where an
-    #: area or a mean gap is prescribed, which the fluid does not change.
-    press: Callable[[GridField, float | None, ContactState | np.ndarray | None], ContactState]
-    film: Callable[[GridField], GridFilm]  #: film of a gap
-    #: (film, error of its ln Q by the lift) -> leak rate, by all processes together. A decision
-    #: against a limit counts this error
-    flow: Callable[[GridFilm, float], LeakRate]
-    #: gaps (nx, ny) [m] -> cubes of the gaps that conduct as much without slip [m³]
-    cubes: Callable[[np.ndarray], np.ndarray]
-    #: (u, critical gap [m]) -> fluid pressure [Pa] where the linear problem has the solution u
-    pressure_of: Callable[[np.ndarray, float], np.ndarray]
     slips: bool  #: whether the fluid is a gas that slips at the walls
     links: str  #: mean of g³ along a link of the network, see `finite_difference.links`
     solver: Solver  #: of the network's matrix
@@ -58,6 +49,41 @@ class LiftProblem:
     def __post_init__(self) -> None:
         if not self.inlet > self.outlet:
             raise Inconsistent(f"pressures of a lift: {self.inlet} Pa to {self.outlet} Pa")
+
+    @abstractmethod
+    def half_space(self, heights: GridField) -> HalfSpace:
+        """Solid on the grid of a counter-face."""
+
+    @abstractmethod
+    def press(
+        self, heights: GridField, load: float | None, start: ContactState | np.ndarray | None
+    ) -> ContactState:
+        """Contact of heights under the load that is left to the solid [Pa].
+
+        The load is None where an area or a mean gap is prescribed, which the fluid does not change.
+        """
+
+    @abstractmethod
+    def film(self, gap: GridField) -> GridFilm:
+        """Film of a gap."""
+
+    @abstractmethod
+    def flow(self, film: GridFilm, error: float) -> LeakRate:
+        """Leak rate of a film, by all processes together.
+
+        A decision against a limit counts the error of ln Q that the lift leaves.
+        """
+
+    @abstractmethod
+    def cubes(self, gap: np.ndarray) -> np.ndarray:
+        """Cubes [m³] of the gaps that conduct without slip as much as gaps (nx, ny) [m] do."""
+
+    @abstractmethod
+    def pressure_of(self, u: np.ndarray, critical: float) -> np.ndarray:
+        """Fluid pressure [Pa] where the linear problem has the solution u between 0 and 1.
+
+        Under slip it depends on the gap of the critical constriction [m].
+        """
 
     @cached_property
     def solid(self) -> HalfSpace:
