@@ -23,7 +23,7 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import INNER, LEAST, MOST_NODES, MOST_STEPS
+from fem_seal.coupling.constants import INNER, LEAST, MOST_FAILED, MOST_NODES, MOST_STEPS
 from fem_seal.coupling.newton import Steps, equilibrium
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
@@ -170,6 +170,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
         return replace(further, lost=further.lost or bool(steps.failure))
 
     change, error, moved, over = inf, inf, 0.0, ""
+    failed = int(bool(steps.failure))
     for _ in range(MOST_STEPS // 2):
         point, began = steps.point, perf_counter()
         if point.problem is problem and point.flow.conductance <= problem.negligible:
@@ -190,10 +191,16 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: 
             continue
         steps = solved(start)
         moved = spread(steps.point.flow.conductance, start.flow.conductance)
-        # The next network has four times the nodes. No state has fewer samples than all.
+        failed = failed + 1 if steps.failure else 0
+        # No state has fewer samples than all.
         if start.problem is problem:
+            if failed >= MOST_FAILED:
+                break
+            # The next network has four times the nodes.
             over = problem.limits.exceeded(problem.began, 1.0, 4 * (perf_counter() - began))
     point = steps.point
+    if steps.failure:
+        error = max(error, point.step.log_rate)
     return _End(
         pressure=point.pressure,
         contact=point.contact,
