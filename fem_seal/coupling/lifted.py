@@ -55,8 +55,8 @@ def lifted(
     Parameters
     ----------
     rtol
-        Tolerance of the flow; above 0.3 it counts as that. The state has settled if its ln Q errs
-        by at most half of it.
+        Relative tolerance of the leak rate; larger values are treated as 0.3, beyond which first
+        orders say little. The state has settled if its ln Q errs by at most half of it.
     dry
         Contact under the outlet's pressure everywhere, if it is known.
     start : (nx, ny)
@@ -124,7 +124,7 @@ def _from_both_ends(
         # A pressure that leaves nothing to the solid, and lets it float nowhere, does not move.
         stuck = problem.may_float and bool(second.failure)
         lost = end.lost or second.failure
-        if stuck or (not lost and second.point.is_that_of(first.point, allowed)):
+        if stuck or (not lost and second.point.leaks_as(first.point, allowed)):
             return [end]
     return [end, _further_stages(problem, allowed, second, report)]
 

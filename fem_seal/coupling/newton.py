@@ -47,7 +47,8 @@ def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
     point
         Where to start.
     tolerance
-        Change of ln Q, to first order, and of the solid's load, over it, at which the steps end.
+        The steps end when the next one would change ln Q, to first order, and the solid's load,
+        relative to itself, by at most this.
     """
     residuals, difficult, away, left = [point.size], False, 1.0, inf
     for _ in range(MOST_STEPS):

@@ -146,9 +146,10 @@ class LiftPoint:
         return LiftPoint(problem, problem.first_grid, self.epsilon, below, contact)
 
     def shows(self, other: "LiftPoint") -> bool:
-        """Whether another point's surface and film are these, but for little: λ may be of these.
+        """Whether λ of this point serves another one, on more samples.
 
-        ln Q of both films is then the same to what a first order tells.
+        The samples left out must change its surface by little, and its ln Q by no more than a first
+        order tells.
         """
         if self.problem not in other.problem.images:
             return False
@@ -194,14 +195,15 @@ class LiftPoint:
     def keeps_load(self, tolerance: float) -> bool:
         """Whether F changes the solid's load by at most a part of it.
 
-        Asked beside ln Q, which hardly changes with the fluid's pressure where the solid is stiff.
+        ln Q alone would end the steps too early where the solid is stiff: it hardly depends on the
+        fluid's pressure there.
         """
         gained = float(self.residual.mean())
         return abs(gained) <= tolerance * self.problem.solid_load(self.pressure)
 
     @cached_property
     def by_epsilon(self) -> float:
-        """Part of the leak rate that ε adds: where it is small, p_f feels ε less than this."""
+        """Part of the leak rate that is due to ε; where it is small, p_f depends on ε even less."""
         return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
 
     def finer(self, allowed: float, problem: LiftProblem) -> tuple[PressureGrid, float]:
@@ -240,8 +242,8 @@ class LiftPoint:
             and not self._adjoint.unstable
         )
 
-    def is_that_of(self, other: "LiftPoint", allowed: float) -> bool:
-        """Whether ln Q is another point's, but for a little and what both next steps change."""
+    def leaks_as(self, other: "LiftPoint", allowed: float) -> bool:
+        """Whether both have the same ln Q, to `allowed` and what their next steps would change."""
         apart = self.log_rate_change(self.contact.gap.values - other.contact.gap.values)
         apart += spread(self.flow.conductance, other.flow.conductance)
         return apart <= allowed + self.step.log_rate + other.step.log_rate
