@@ -10,9 +10,9 @@ INNER = 0.1
 MOST_STEPS = 20
 # Part of the pressure drop by which a step leads away from an unstable equilibrium.
 FAR = 0.1
-# Stages in a row without an equilibrium after which finer ones are not tried. Where one or two had
-# none, later ones had.
-MOST_FAILED = 3
+# Stages in a row without an equilibrium after which finer ones are not tried. Where up to four had
+# none, a later one had.
+MOST_FAILED = 5
 # Parts of a side of the patch, in each of which errors have a sign of their own.
 PARTS = 4
 # Part of the error of the network that the triangles hold that are halved.
