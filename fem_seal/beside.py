@@ -21,7 +21,7 @@ from fem_seal.memory import peak_memory
 from fem_seal.parallel import OF_MPI
 
 T = TypeVar("T")
-_peaks = [0]  # largest memory of each process that has answered [bytes]
+_peaks = [0]  # largest memory of processes that have ended [bytes]
 
 
 def environment(**variables: str) -> dict[str, str]:
@@ -62,7 +62,7 @@ class Beside(Generic[T]):
             return self._call()
         reply: T | FemSealError
         reply, peak = pickle.loads(stdout)
-        _peaks.append(peak)
+        record_peak(peak)
         if isinstance(reply, FemSealError):
             raise reply
         return reply
@@ -75,8 +75,13 @@ class Beside(Generic[T]):
                 process.kill()
 
 
+def record_peak(memory: int) -> None:
+    """Keep the largest memory of other processes, that of all that ran together [bytes]."""
+    _peaks.append(memory)
+
+
 def peak_beside() -> int:
-    """Largest memory of a process beside this one [bytes]."""
+    """Largest memory of the processes that this one has started [bytes]."""
     return max(_peaks)
 
 

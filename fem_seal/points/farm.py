@@ -12,6 +12,7 @@ from multiprocessing import forkserver, parent_process
 from threading import Thread
 from typing import TypeVar
 
+from fem_seal.beside import record_peak
 from fem_seal.errors import present
 from fem_seal.memory import available_memory, memory_of
 from fem_seal.parallel import OF_MPI
@@ -91,6 +92,8 @@ def farm(
                 except BrokenProcessPool:
                     killed.append(chain)
     finally:
+        sizes = map(memory_of, _processes_of(workers))
+        record_peak(sum(size.peak for size in sizes if size))
         # After an interrupt or an error of one chain, the others would go on for long.
         for pid in _processes_of([worker for worker in workers if worker not in idle]):
             with suppress(ProcessLookupError):
