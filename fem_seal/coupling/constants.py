@@ -1,9 +1,9 @@
 """Parameters of Newton's method for contact and flow; all else follows from the problem."""
 
-# What is solved within something else is solved to a tenth of what that is to reach: by GMRES
-# Newton's step leaves a tenth of F, the tangents of contact and flow a tenth of what GMRES is to
-# leave; λ, which measures what steps leave, a tenth of what they do; and the stages of a thinned
-# problem, or after difficult steps, a tenth of the error that is allowed.
+# An inner solve leaves a tenth of the error that the outer one leaves: GMRES a tenth of F in
+# Newton's step, the tangents of contact and flow a tenth of that. λ, which measures the errors of
+# steps, has a tenth of theirs; and the stages of a thinned problem, or after difficult steps, end
+# at a tenth of the error that is allowed.
 INNER = 0.1
 # Steps of Newton's method in a stage, and of GMRES in a step: most scenes need two to five. Half as
 # many stages.

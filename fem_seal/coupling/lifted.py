@@ -49,8 +49,8 @@ def lifted(
 
     Newton's method starts from the outlet's pressure everywhere. Where that contact is sealed, or
     the steps were difficult, there may be a sealed and a leaking equilibrium: a second start from
-    the inlet's pressure must then lead to the same state, unless the film is sealed under the
-    inlet's pressure everywhere, which no pressure of the fluid exceeds.
+    the inlet's pressure must then lead to the same state, unless no pressure of the fluid opens the
+    film (`LiftProblem.never_opens`).
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def _from_both_ends(
     If both have the same equilibrium in the first stage, the next stages are the same as well: the
     second start goes on only if the first one has not settled, or has lost its equilibrium on the
     way. Where the solid may float, a second start that comes to no equilibrium in its first stage
-    is ignored. A film that the inlet's pressure does not open anywhere needs no second start.
+    is ignored. A film that no pressure can open needs no second start.
     """
     low, high = (
         np.full(problem.height.shape, end) for end in (problem.outlet, problem.largest_start)
@@ -117,7 +117,7 @@ def _from_both_ends(
     stays_sealed = end.sealed and end.opened is None
     if not (sealed or end.sealed or end.difficult):
         return [end]
-    if stays_sealed and not problem.may_float and problem.sealed_under_inlet:
+    if stays_sealed and problem.never_opens:
         return [end]
     second = _first_stage(problem, allowed, high, None, report)
     if (stays_sealed or end.error <= allowed) and not end.failure:

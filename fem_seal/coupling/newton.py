@@ -53,7 +53,7 @@ def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
     residuals, difficult, away, left = [point.size], False, 1.0, inf
     for _ in range(MOST_STEPS):
         report("lift", f"{len(point.grid.free)} nodes, residual {point.size:.1e}")
-        # GMRES leaves a tenth of the first order at least.
+        # GMRES may leave a tenth of what a step was to change to first order.
         if left <= tolerance and point.settled(tolerance):
             return Steps(point, tuple(residuals), difficult, "")
         step = point.step
@@ -64,8 +64,8 @@ def newton(point: LiftPoint, tolerance: float, report: Report) -> Steps:
         left = INNER * step.log_rate
         parts = [1.0, 1 / 2, 1 / 4, 1 / 8]
         if step.unstable:
-            # At the unstable equilibrium itself F, and with it the step, is nearly zero: a longer
-            # one, of a tenth of the pressure drop, leads away from there.
+            # At the unstable equilibrium itself F is nearly zero, and so is the step. It is made
+            # longer there, or it would not lead away.
             longer = FAR * point.problem.drop / np.abs(step.pressure).max()
             parts, away = [max(away, longer) if little else away], away / 2
         tried: list[LiftPoint] = []

@@ -6,6 +6,7 @@ from functools import cached_property
 from time import perf_counter
 
 import numpy as np
+from scipy.ndimage import affine_transform
 
 from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
@@ -26,7 +27,7 @@ from fem_seal.network.pressure_grid import PressureGrid
 class LiftProblem(ABC):
     """Contact and flow; pressures are above ambient.
 
-    The laws of solid and fluid are those of a scene: `fem_seal.lifting.SceneLift`.
+    `fem_seal.lifting.SceneLift` takes the laws of solid and fluid from a scene.
     """
 
     height: GridField  #: counter-face h [m]
@@ -215,11 +216,11 @@ class LiftProblem(ABC):
 
     def interpolated(self, values: np.ndarray) -> np.ndarray:
         """Values of a thinned problem, interpolated linearly between its samples."""
-        for count in self.height.shape:
-            below, part = np.divmod(np.arange(count), count // len(values))
-            above, part = np.minimum(below + 1, len(values) - 1), part / (count // len(values))
-            values = ((1 - part[:, None]) * values[below] + part[:, None] * values[above]).T
-        return values
+        step, shape = np.diag([1 / self.every(values)] * 2), self.height.shape
+        between: np.ndarray = affine_transform(
+            values, step, output_shape=shape, order=1, mode="nearest"
+        )
+        return between
 
     @property
     def touching_gap(self) -> GridField:
@@ -250,20 +251,25 @@ class LiftProblem(ABC):
         return 0.95 * self.load if self.load is not None and self.may_float else self.inlet
 
     @cached_property
-    def sealed_under_inlet(self) -> bool:
-        """Whether the film is sealed with the inlet's pressure everywhere; P₀ must be above it.
+    def never_opens(self) -> bool:
+        """Whether no pressure of the fluid opens the film, by the theorem on the order of gaps.
 
-        On a half-space under a load a higher p_f nowhere makes the gap smaller: then no pressure of
-        the fluid opens the film.
+        On a half-space under a load a higher p_f nowhere makes the gap smaller: a film that is
+        sealed with the inlet's pressure everywhere is sealed under any other. On a grid this is
+        tested on rough surfaces, not proved. It does not hold for a layer, nor where an area or a
+        mean gap is prescribed.
         """
+        if self.load is None or self.may_float or self.solid.layer is not None:
+            return False
         everywhere = np.full(self.height.shape, self.inlet)
         return self.film(self.contact_under(everywhere).gap).sealed
 
     def highest_pressure(self, contact: ContactState) -> np.ndarray:
         """The inlet's pressure [Pa] wherever no open path of a contact leads to the outlet.
 
-        If the film stays sealed under it, so it does for each p_f that leaves drained what this
-        contact drains. In another equilibrium a region drained here may hold fluid.
+        A film that stays sealed under it is sealed, on a half-space, under every p_f that leaves
+        drained what this contact drains. In another equilibrium a region that is drained here may
+        hold fluid.
         """
         nx, ny = self.height.shape
         joined = self.film(contact.gap).joined_to("outlet")[:nx, :ny]

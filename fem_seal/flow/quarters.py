@@ -71,7 +71,7 @@ class QuarterShape:
     differences: np.ndarray  #: of λ_b - λ_c with itself
     #: ∫ |G|² with G_x = |∂λ_b/∂x| + |∂λ_c/∂x|, G_y alike: terms of the bubble functions
     plain: np.ndarray
-    #: the same times the condition of the triangle, as `Energy.terms` are those of v
+    #: `plain` times the condition of the triangle: what `Energy.terms` is for v, for the bubbles
     terms: np.ndarray
 
     @classmethod

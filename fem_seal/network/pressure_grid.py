@@ -306,7 +306,8 @@ def _forms(mesh: NestedMesh) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarra
 def _samples_inside(legs: np.ndarray, first: float) -> tuple[np.ndarray, np.ndarray]:
     """Samples in a triangle of a form: whole pixels (n, 2) from its right angle, and shares (n, 3).
 
-    The shares are those of its three corners in a value that is linear on it.
+    A function that is linear on the triangle has at a sample the sum of its values at the three
+    corners, each times its share (barycentric coordinates).
     """
     reach = np.arange(-np.abs(legs).max(), np.abs(legs).max() + 1)
     offsets = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)

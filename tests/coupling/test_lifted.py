@@ -316,6 +316,29 @@ def test_sealed_with_the_inlets_pressure_everywhere():
     patch = Patch(scene(load=5e6))
     assert patch.leak_rate.state == "sealed"
     assert patch.lifted.converged
+    assert problem_of(patch.scene).never_opens
+
+
+LAYER = {"youngs_modulus": 0.75 * E_STAR, "poisson_ratio": 0.5, "layer_thickness": 1e-4}
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"load": 5e6, "solid": {**LAYER, "contact_modulus": None}},
+        {"contact": {"area_fraction": 0.9}},
+        {"contact": {"mean_gap": 1e-10}},
+        {"load": 9e4},
+    ],
+    ids=["layer", "area", "mean gap", "may float"],
+)
+def test_where_gaps_are_not_ordered_a_sealed_film_may_open(settings):
+    """The theorem needs a half-space and a load above the inlet's pressure."""
+    problem = problem_of(scene(**settings))
+    everywhere = np.full(problem.height.shape, problem.inlet)
+    if "load" not in settings or settings["load"] > problem.inlet:
+        assert problem.film(problem.contact_under(everywhere).gap).sealed
+    assert not problem.never_opens
 
 
 def test_finite_differences_agree_with_finite_elements():
