@@ -145,19 +145,6 @@ def _toml(value: object) -> str:
     return repr(value)
 
 
-def marks(part: str) -> tuple[str, str]:
-    """Comments of a page between which its target of the Makefile writes a part."""
-    return f"<!-- {part}: written by make validation -->", f"<!-- end of {part} -->"
-
-
-def with_part(page: str, part: str, text: str) -> str:
-    """The page with `text` between the marks of a part; ValueError if it lacks one."""
-    begin, end = marks(part)
-    before, rest = page.split(begin)
-    _, after = rest.split(end)
-    return f"{before}{begin}\n\n{text}\n\n{end}{after}"
-
-
 def unwrapped(text: str) -> str:
     """Printed lines of a result, each on a line of its own."""
     return re.sub(r"\n {11}", " ", text)

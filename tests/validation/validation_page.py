@@ -1,53 +1,48 @@
-"""`make validation`: compute the rows and write their tables and their figure into docs/.
+"""`make validation`: compute the numbers of docs/validation.md and its figures.
 
     python tests/validation/validation_page.py docs/validation.md
 
-Rows of other codes are computed where `make peers` has installed them; elsewhere the page says so.
+Rows of other codes are computed where `make peers` has installed them, and stay elsewhere.
 """
 
+import re
 import sys
-from itertools import groupby
 from pathlib import Path
 
 from bounds_study import study
-from project import with_part
 from validation_rows import ROWS, Row, lifted_rate
 
 from fem_seal.render.plot import new_figure
 from fem_seal.tables import markdown
 
-HEADER = (
-    "row",
-    "claim",
-    "fem_seal",
-    "reference",
-    "apart",
-    "shows",
-    "source",
-    "the two errors",
-    "also in",
-)
+
+def filled(page: str, rows: dict[str, Row]) -> str:
+    """The page with both numbers of each row, how far they are apart, and what would show."""
+    for name, row in rows.items():
+        numbers = f"{row.ours} | {row.reference} | {row.distance:+.2f} | {row.least_shown}"
+        line = rf"^(\| `{name}` \| [^|]* \|)" + r" [^|]* \|" * 4
+        page, count = re.subn(line, rf"\g<1> {numbers} |", page, flags=re.MULTILINE)
+        assert count == 1, f"docs/validation.md has {count} rows `{name}`"
+    return page
 
 
-def tables(rows: dict[str, Row]) -> str:
-    """A table for each part, in the order of the rows."""
-    sections = []
-    for part, group in groupby(rows.items(), lambda item: item[1].part):
-        lines = [
-            (
-                *(f"`{name}`", row.claim, str(row.ours), str(row.reference)),
-                *(
-                    f"{row.distance:+.2f}",
-                    row.least_shown,
-                    row.source,
-                    row.errors,
-                    f"`{row.tests}`",
-                ),
-            )
-            for name, row in group
-        ]
-        sections.append(f"## {part[0].upper()}{part[1:]}\n\n{markdown(HEADER, lines)}")
-    return "\n\n".join(sections)
+def with_part(page: str, part: str, text: str) -> str:
+    """The page with `text` in a part that the Makefile writes; ValueError if it lacks one."""
+    begin, end = f"<!-- {part}: written by make validation -->", f"<!-- end of {part} -->"
+    before, rest = page.split(begin)
+    _, after = rest.split(end)
+    return f"{before}{begin}\n\n{text}\n\n{end}{after}"
+
+
+def parts(page: str) -> dict[str, str]:
+    """The heading above each row."""
+    found, part = {}, ""
+    for line in page.splitlines():
+        if line.startswith("## "):
+            part = line[3:]
+        elif row := re.match(r"\| `([\w-]+)` \|", line):
+            found[row[1]] = part
+    return found
 
 
 def lifted_grids() -> str:
@@ -62,18 +57,18 @@ def lifted_grids() -> str:
     return markdown(header, lines)
 
 
-def figure(rows: dict[str, Row], path: Path) -> None:
+def figure(rows: dict[str, Row], part_of: dict[str, str], path: Path) -> None:
     """Both numbers of each row about the reference, in units of the sum of their errors."""
     with new_figure((7.5, 1.2 + 0.24 * len(rows)), path) as drawn:
         axes = drawn.subplots()
         axes.axvspan(-1, 1, color="0.93", zorder=0)
         axes.axvline(0, color="0.6", lw=0.8)
-        parts = dict.fromkeys(row.part for row in rows.values())
+        parts = dict.fromkeys(part_of[name] for name in rows)
         colours = {part: f"C{k}" for k, part in enumerate(parts)}
-        for k, row in enumerate(rows.values()):
+        for k, (name, row) in enumerate(rows.items()):
             both = row.ours.half + row.reference.half
             share = row.ours.half / both if 0 < both < float("inf") else 0.0
-            style = {"fmt": "o", "ms": 4, "capsize": 2, "color": colours[row.part]}
+            style = {"fmt": "o", "ms": 4, "capsize": 2, "color": colours[part_of[name]]}
             axes.errorbar(row.distance, k, xerr=share, **style)
         for part, colour in colours.items():
             axes.plot([], [], "o", ms=4, color=colour, label=part)
@@ -91,9 +86,9 @@ def main(page: Path) -> None:
     for name in ROWS:
         rows[name] = ROWS[name](True)
         print(f"{name}: {rows[name].distance:+.2f}", flush=True)
-    figure(rows, page.with_suffix(".png"))
+    text = filled(page.read_text(encoding="utf-8"), rows)
+    figure(rows, parts(text), page.with_suffix(".png"))
     bounds = study(64, page.with_name("validation-bounds.png"))
-    text = with_part(page.read_text(encoding="utf-8"), "rows", tables(rows))
     text = with_part(with_part(text, "bounds", bounds), "lifted", lifted_grids())
     page.write_text(text, encoding="utf-8")
 

@@ -1,4 +1,4 @@
-"""The rows of docs/validation.md: what was compared with what, and how far apart the two are.
+"""The numbers of docs/validation.md, where their claims and sources stand.
 
     python tests/validation/validation_rows.py [NAME ...]      # compute rows and print them
 
@@ -11,7 +11,7 @@ states.
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from math import inf, log10, pi, prod, sqrt
 from pathlib import Path
 
@@ -88,15 +88,10 @@ class Number:
 
 @dataclass(frozen=True)
 class Row:
-    """A claim and its two numbers."""
+    """The two numbers of a claim."""
 
-    part: str  #: heading under which the row stands
-    claim: str  #: what is predicted
     ours: Number
     reference: Number
-    source: str  #: whose the reference is
-    errors: str  #: what the two errors are
-    tests: str  #: where the claim is tested more widely
 
     @property
     def least_shown(self) -> str:
@@ -137,9 +132,6 @@ def on_squares(name: str, squares: int, rtol: float) -> Number:
     return Number(*(prod(values) ** (1 / len(leaks)) for values in ends))
 
 
-CLOSED = "closed forms of the flow"
-
-
 def represented(name: str, page: bool) -> Number:
     """Leak rate of a gap that its samples represent exactly: the bounds must enclose the answer."""
     return on_squares(name, 16, 0.003 if page else 0.03)
@@ -158,27 +150,10 @@ def sampled(name: str, page: bool, order: int) -> Number:
     return Number(fine.value, fine.lower - left, fine.upper + left)
 
 
-def closed_form(
-    claim: str, name: str, source: str, order: int | None = None
-) -> Callable[[bool], Row]:
-    """Row of an exact case; `order` is that of sampling, if the samples are not exact."""
-    sampling = "" if order is None else ", and thrice the error of sampling that three grids show"
-
-    def row(page: bool) -> Row:
-        return Row(
-            CLOSED,
-            claim,
-            represented(name, page) if order is None else sampled(name, page, order),
-            Number.exact(CASES[name].exact),
-            source,
-            f"guaranteed bounds{sampling}; exact",
-            "tests/flow/test_closed_forms.py",
-        )
-
-    return row
-
-
-METHODS = "other methods on the same gap, dry"
+def closed_form(name: str, order: int | None, page: bool) -> Row:
+    """An exact case; `order` is that of sampling, if the samples are not exact."""
+    ours = represented(name, page) if order is None else sampled(name, page, order)
+    return Row(ours, Number.exact(CASES[name].exact))
 
 
 def rough_film(n: int, area: float, seed: int = 3) -> GridFilm:
@@ -195,17 +170,11 @@ def finite_differences(page: bool) -> Row:
     rows, bracket = compare([StudiedGap.of_film(film, setting)], ("linear-gap", "adaptive"))[0]
     theirs = [row for row in rows if row.method == "FD linear-gap"][-1]
     return Row(
-        METHODS,
-        "elastic contact, A/A₀ = 0.2: leak rate",
         Number(bracket.value, bracket.lower, bracket.upper),
         Number.within(theirs.value, theirs.band * theirs.value),
-        "finite differences, solved by elimination (`fem_seal.finite_difference`)",
-        "guaranteed bounds; change from the grid before",
-        "tests/verification/test_cross_validation.py",
     )
 
 
-CONTACT = "closed forms of the contact, dry"
 UNIT_WAVE = Wave(1.0, 1.0, 1.0)  # p* = π
 
 
@@ -219,13 +188,8 @@ def westergaard_area(page: bool) -> Row:
     n, load = 512 if page else 128, 0.35
     state = press(wave(n), 1.0, pressure=load * pi)
     return Row(
-        CONTACT,
-        "wave under 0.35 of the pressure that flattens it: contact area fraction",
         Number.within(state.contact_area_fraction, 1.3 / n),
         Number.exact(UNIT_WAVE.area(load * UNIT_WAVE.full)),
-        "Westergaard, *J. Appl. Mech.* **6**, 49 (1939)",
-        "0.65 of a sample at each edge; exact",
-        "tests/contact/test_contact_known_answers.py",
     )
 
 
@@ -242,14 +206,9 @@ def westergaard_leak(page: bool) -> Row:
     coarse, fine = leak(n), leak(2 * n)
     change = abs(fine.value - coarse.value)
     return Row(
-        CONTACT,
-        "flow along the same wave: conductance over that of a channel as high as the wave",
         Number(fine.value, fine.lower - change, fine.upper + change),
         # Over K of a channel of height 1, 1/(12 η).
         Number.exact(UNIT_WAVE.conductivity(load * UNIT_WAVE.full, 1 / 12)),
-        "mean of g³ of Westergaard's gap",
-        "guaranteed bounds and the change from half as many samples; exact",
-        "tests/coupling/test_waves_along_the_flow.py",
     )
 
 
@@ -261,19 +220,11 @@ def hertz(page: bool) -> Row:
     load = 4 * radius**3 / (3 * 1e4)
     state = press(sphere, 1.0, pressure=load / n**2)
     return Row(
-        CONTACT,
-        "sphere: radius of the contact over that of the closed form",
-        Number.within(sqrt(state.contact.sum() / pi) / radius, 0.5 / radius),
-        Number.exact(1.0),
-        "Hertz 1882",
-        "half a sample; exact",
-        "tests/contact/test_contact_known_answers.py",
+        Number.within(sqrt(state.contact.sum() / pi) / radius, 0.5 / radius), Number.exact(1.0)
     )
 
 
-CHALLENGE = "the Contact Mechanics Challenge"
-SAMPLES, SIZE = 512, 100e-6
-DRAWN = "printed or drawn in the documentation of ContactEngineering/Adhesion for the real surface"
+SAMPLES, SIZE = 512, 100e-6  # of the Contact Mechanics Challenge
 
 
 @cache
@@ -318,23 +269,11 @@ def kappa(surface: GridField) -> float:
     return state.contact_area_fraction * difference_slope(surface) * 100
 
 
-def challenge(
-    claim: str, measure: Callable[[GridField], float], theirs: Number, stated: str
-) -> Callable[[bool], Row]:
-    """Row of a number of the challenge's surface, one of all with this spectrum."""
-
-    def row(page: bool) -> Row:
-        values = [measure(surface) for surface in twins(6 if page else 3)]
-        ours = Number.within(float(np.mean(values)), 2 * float(np.std(values, ddof=1)))
-        errors = f"two standard deviations of one surface over seeds; {stated}"
-        return Row(
-            CHALLENGE, claim, ours, theirs, DRAWN, errors, "tests/validation/test_validation.py"
-        )
-
-    return row
-
-
-LAWS = "laws and published numbers"
+def challenge(measure: Callable[[GridField], float], theirs: Number, page: bool) -> Row:
+    """A number of the challenge's surface, one of all with this spectrum."""
+    values = [measure(surface) for surface in twins(6 if page else 3)]
+    ours = Number.within(float(np.mean(values)), 2 * float(np.std(values, ddof=1)))
+    return Row(ours, theirs)
 
 
 def gap_exponent(page: bool) -> Row:
@@ -351,16 +290,7 @@ def gap_exponent(page: bool) -> Row:
         return np.log(second / first) / np.log(sqrt(10)) - 1
 
     fine, coarse = ([exponent(short, seed) for seed in seeds] for short in (64, 32))
-    return Row(
-        LAWS,
-        "rough contact: exponent of the density of small gaps",
-        Number.of_seeds(fine, abs(np.mean(fine) - np.mean(coarse))),
-        Number.exact(-1 / 3),
-        "g ~ x^(3/2) at an edge; Monti, Sanner, Pastewka, *Tribol. Lett.* **69**, 80 (2021) find "
-        "the power law",
-        "two standard errors over seeds and the change from half the resolution; exact",
-        "tests/validation/test_validation.py",
-    )
+    return Row(Number.of_seeds(fine, abs(np.mean(fine) - np.mean(coarse))), Number.exact(-1 / 3))
 
 
 def area_per_load(page: bool) -> Row:
@@ -370,15 +300,7 @@ def area_per_load(page: bool) -> Row:
         heights = self_affine(Spectrum(0.8, 64, 8), (256, 256), (256, 256), rms_slope=1, seed=seed)
         state = press(heights, 1.0, pressure=0.03 * rms_slope(heights))
         values.append(state.contact_area_corrected / 0.03)
-    return Row(
-        LAWS,
-        "rough contact, light load: area over load, κ = (A/A₀) E* h'rms/p",
-        Number.of_seeds(values),
-        Number(2.0, sqrt(8 / pi), sqrt(2 * pi)),
-        "between Persson's √(8/π) (2001) and Bush, Gibson and Thomas's √(2π) (1975)",
-        "two standard errors over seeds; the two theories",
-        "tests/contact/test_contact_known_answers.py",
-    )
+    return Row(Number.of_seeds(values), Number(2.0, sqrt(8 / pi), sqrt(2 * pi)))
 
 
 def persson_area(page: bool) -> Row:
@@ -389,16 +311,7 @@ def persson_area(page: bool) -> Row:
         state = press(heights, 1.0, pressure=load)
         ratios.append(state.contact_area_corrected)
     theory = [contact_area(load, 1.0, 1.0, law=law) for law in ("wang-mueser", "persson")]
-    return Row(
-        LAWS,
-        "rough contact, p = 0.13 E* h'rms: contact area, corrected for its perimeter",
-        Number.of_seeds(ratios),
-        Number(theory[0], min(theory), max(theory)),
-        "Persson's theory with the energy of Wang and Müser (*Tribol. Lett.* **65**, 103 (2017)); "
-        "from below that of 2001",
-        "two standard errors over seeds; from the theory of 2001 to that of 2017",
-        "tests/theory/test_persson.py",
-    )
+    return Row(Number.of_seeds(ratios), Number(theory[0], min(theory), max(theory)))
 
 
 def patch(**sections: dict | None) -> Patch:
@@ -425,28 +338,16 @@ def roughness(n: int, seed: int, **fields: object) -> dict:
     }
 
 
-def threshold_row(model: str, claim: str, theirs: Number) -> Callable[[bool], Row]:
-    """Row of the contact area at which a model seals."""
+def threshold_area(model: str, theirs: Number, page: bool) -> Row:
+    """The contact area at which a model seals."""
     contacts = {"bearing": {"model": "bearing", "area_fraction": 0.4}, "gfmd": {"pressure": 1.5e5}}
     solid = {"contact_modulus": 1e7} if model == "gfmd" else None
-
-    def row(page: bool) -> Row:
-        areas = []
-        for seed in range(1, 9 if page else 4):
-            surface = roughness(256 if page else 128, seed)
-            found = threshold(patch(surface=surface, contact=contacts[model], solid=solid))
-            areas.append((found.area_leaking + found.area_sealed) / 2)
-        return Row(
-            LAWS,
-            claim,
-            Number.of_seeds(areas),
-            theirs,
-            "Dapp, Lücke, Persson, Müser 2012 ([the letter](theory/letter.md), claim by claim)",
-            "two standard errors over seeds; as stated",
-            "docs/theory/letter.md",
-        )
-
-    return row
+    areas = []
+    for seed in range(1, 9 if page else 4):
+        surface = roughness(256 if page else 128, seed)
+        found = threshold(patch(surface=surface, contact=contacts[model], solid=solid))
+        areas.append((found.area_leaking + found.area_sealed) / 2)
+    return Row(Number.of_seeds(areas), theirs)
 
 
 def skewness(page: bool) -> Row:
@@ -461,55 +362,36 @@ def skewness(page: bool) -> Row:
         leaks.append(of_bounds(leak_rate(film, FlowSettings(rtol=0.05 if page else 0.3, **UNIT))))
     up, down = leaks
     return Row(
-        LAWS,
-        "equal spectrum and load, peaks against pits (skewness ±1.6): ratio of leak rates",
         Number(up.value / down.value, up.lower / down.upper, up.upper / down.lower),
         Number(inf, 1.0, inf),
-        "Lorenz and Persson ([arXiv:1004.1033](https://arxiv.org/abs/1004.1033)): leak rates "
-        "depend on the sign; more volume between the faces under peaks",
-        "guaranteed bounds; the sign alone",
-        "tests/validation/test_validation.py",
     )
 
 
-def helium_over_air(
-    claim: str, height: float, inlet: float, theirs: float, source: str
-) -> Callable[[bool], Row]:
-    """Row of the ratio of two gases from `inlet` [Pa] into a vacuum, with slip of first order."""
-    gases = {"helium": (19.6e-6, 4.0026e-3), "air": (18.2e-6, 28.96e-3)}
-
-    def row(page: bool) -> Row:
-        leaks = []
-        for viscosity, mass in gases.values():
-            fluid = {"kind": "gas", "viscosity": viscosity, "molar_mass": mass, "temperature": 293}
-            surface = roughness(64, 1, long_wavelength=2.5e-5, short_wavelength=6.25e-6)
-            surface.pop("rms_slope")
-            gas = patch(
-                surface={**surface, "rms_height": height},
-                solid=None,
-                contact={"model": "bearing", "area_fraction": 0.2},
-                fluid={**fluid, "slip": "first-order"},
-                flow={
-                    **{"inlet_pressure": inlet, "outlet_pressure": 0.0, "sides": "periodic"},
-                    "rtol": 0.02 if page else 0.1,
-                },
-            )
-            leaks.append(of_bounds(gas.leak_rate))
-        helium, air = leaks
-        return Row(
-            LAWS,
-            claim,
-            Number(helium.value / air.value, helium.lower / air.upper, helium.upper / air.lower),
-            Number.exact(theirs),
-            source,
-            "guaranteed bounds; exact in the limit",
-            "tests/flow/test_slip.py",
+def helium_over_air(height: float, inlet: float, theirs: float, page: bool) -> Row:
+    """Ratio of two gases from `inlet` [Pa] into a vacuum, with slip of first order."""
+    leaks = []
+    for viscosity, mass in ((19.6e-6, 4.0026e-3), (18.2e-6, 28.96e-3)):
+        fluid = {"kind": "gas", "viscosity": viscosity, "molar_mass": mass, "temperature": 293}
+        surface = roughness(64, 1, long_wavelength=2.5e-5, short_wavelength=6.25e-6)
+        surface.pop("rms_slope")
+        gas = patch(
+            surface={**surface, "rms_height": height},
+            solid=None,
+            contact={"model": "bearing", "area_fraction": 0.2},
+            fluid={**fluid, "slip": "first-order"},
+            flow={
+                **{"inlet_pressure": inlet, "outlet_pressure": 0.0, "sides": "periodic"},
+                "rtol": 0.02 if page else 0.1,
+            },
         )
+        leaks.append(of_bounds(gas.leak_rate))
+    helium, air = leaks
+    return Row(
+        Number(helium.value / air.value, helium.lower / air.upper, helium.upper / air.lower),
+        Number.exact(theirs),
+    )
 
-    return row
 
-
-LIFT = "contacts lifted by the fluid"
 WAVE, VALLEY = 1e-7, 1e-5  # Δ and λ [m] of waves along the flow
 FULL = pi * 1e7 * WAVE / VALLEY  # pressure that flattens them, p* = π E* Δ/λ
 
@@ -536,14 +418,7 @@ def sealing_load(page: bool) -> Row:
         leaking.append(max((k for k, closed in states.items() if not closed), default=0.0))
         sealed.append(min((k for k, closed in states.items() if closed), default=inf))
     return Row(
-        LIFT,
-        "wavy channel: load that seals less the inlet's pressure, over that of full contact",
-        Number((min(leaking) + max(sealed)) / 2, min(leaking), max(sealed)),
-        Number.exact(1.0),
-        "affine in the inlet's pressure alone: Shvarts and Yastrebov "
-        "([arXiv:1712.06312](https://arxiv.org/abs/1712.06312)); Westergaard",
-        "a load that leaks and one that seals, at several pressures of the ends; exact",
-        "tests/coupling/test_sealing_pressure.py",
+        Number((min(leaking) + max(sealed)) / 2, min(leaking), max(sealed)), Number.exact(1.0)
     )
 
 
@@ -563,14 +438,8 @@ def lifted_channel(page: bool) -> Row:
     change = abs(fine.value - coarse.value)
     total, _ = quad(lambda p: UNIT_WAVE.conductivity((load - p) * pi, 1 / 12), 0, inlet)
     return Row(
-        LIFT,
-        "the same channel, P₀ = 0.5 p*, p_in = 0.4 p*: leak rate over that without lift",
         Number(fine.value, fine.lower - change, fine.upper + change),
         Number.exact(total / (inlet * UNIT_WAVE.conductivity(load * pi, 1 / 12))),
-        "∫ K(P₀ - p) dp with Westergaard's gap (docs/theory/lift.md)",
-        "guaranteed bounds, estimated error of the lift and the change from half as many samples; "
-        "exact for a channel far longer than its waves",
-        "tests/coupling/test_waves_along_the_flow.py",
     )
 
 
@@ -595,15 +464,7 @@ def stiff_wedge(page: bool) -> Row:
         scene = patch(surface=roughness(64, 1), solid=solid, contact=contact, flow=flow).scene
         return Patch(scene, surface=GridField(values, (1e-3 / n, 1e-3 / n), True))
 
-    return Row(
-        LIFT,
-        "stiff solid over a wedge that narrows to a half: inlet pressure over load at lift-off",
-        loses_contact(under, (0.99, 1.3, 1.47, 1.53, 1.7)),
-        Number.exact(1.5),
-        "mean pressure of a wedge, p_in g₁/(g₁ + g₂): Reynolds 1886",
-        "a pressure with contact and one without; exact",
-        "tests/coupling/test_lifted.py",
-    )
+    return Row(loses_contact(under, (0.99, 1.3, 1.47, 1.53, 1.7)), Number.exact(1.5))
 
 
 def lift_off(page: bool) -> Row:
@@ -620,17 +481,7 @@ def lift_off(page: bool) -> Row:
 
     found = [of_seed(seed) for seed in range(1, 4 if page else 2)]
     lower, upper = min(n.lower for n in found), max(n.upper for n in found)
-    return Row(
-        LIFT,
-        "rough patch: inlet pressure over load at which the fluid carries the solid alone",
-        Number((lower + upper) / 2, lower, upper),
-        Number(1.0, 1.0, 2.0),
-        "Lorenz and Persson, *Eur. Phys. J. E* **32**, 281 (2010): lift-off at 1; below 1 every "
-        "equilibrium has contact, and above 2 a solid that has left does not come back "
-        "([lift-off](theory/mathematics.md#lift-off))",
-        "a pressure with contact and one without, over seeds; from 1 to 2",
-        "tests/coupling/test_lifted.py",
-    )
+    return Row(Number((lower + upper) / 2, lower, upper), Number(1.0, 1.0, 2.0))
 
 
 def lifted_rate(n: int) -> Number:
@@ -644,44 +495,22 @@ def lifted_rate(n: int) -> Number:
 def lifted_grids(page: bool) -> Row:
     """The same lifted patch on more samples; errors are those that each claims."""
     coarse, fine = lifted_rate(64), lifted_rate(256 if page else 128)
-    return Row(
-        LIFT,
-        "rough patch, lifted by the fluid, on 64² samples: leak rate [10⁻¹⁵ m³/s]",
-        coarse,
-        fine,
-        "the same surface, contact and flow on 256² samples",
-        "all counted errors of the headline, the contact grid's among them; the same",
-        "tests/contact/test_grid_error.py",
-    )
+    return Row(coarse, fine)
 
 
-PEERS = "other codes, dry"
+def peer_contact(code: str, page: bool) -> Row:
+    """A contact that another code solves as well; both pressures are judged alike."""
+    n, load = 256, 0.1
+    heights = self_affine(Spectrum(0.8, n / 4, 8), (n, n), (n, n), rms_slope=1, seed=1)
 
+    def area(pressure: np.ndarray) -> Number:
+        gap, _ = gap_of(pressure, heights, load)
+        near = float(np.mean(gap < 1e-4 * heights.values.std()))
+        pressed = float(np.mean(pressure > 0))
+        return Number(pressed, min(pressed, near), max(pressed, near))
 
-def peer_contact(code: str, name: str) -> Callable[[bool], Row]:
-    """Row of a contact that another code solves as well; both pressures are judged alike."""
-
-    def row(page: bool) -> Row:
-        n, load = 256, 0.1
-        heights = self_affine(Spectrum(0.8, n / 4, 8), (n, n), (n, n), rms_slope=1, seed=1)
-
-        def area(pressure: np.ndarray) -> Number:
-            gap, _ = gap_of(pressure, heights, load)
-            near = float(np.mean(gap < 1e-4 * heights.values.std()))
-            pressed = float(np.mean(pressure > 0))
-            return Number(pressed, min(pressed, near), max(pressed, near))
-
-        return Row(
-            PEERS,
-            f"the same rough contact by {name}: contact area fraction",
-            area(press(heights, 1.0, pressure=load).pressure.values),
-            area(contact(code, heights, load)[0]),
-            f"{name}, tolerance 1e-6",
-            "samples under pressure, and those open by less than 1e-4 rms heights; the same",
-            "tests/benchmarks/contact_peers.py",
-        )
-
-    return row
+    ours = press(heights, 1.0, pressure=load).pressure.values
+    return Row(area(ours), area(contact(code, heights, load)[0]))
 
 
 def peer_flow(page: bool) -> Row:
@@ -689,108 +518,49 @@ def peer_flow(page: bool) -> Row:
     film = rough_film(64, 0.2)
     leak = leak_rate(film, FlowSettings(rtol=0.02 if page else 0.1, **UNIT))
     coarse, fine = (flow(linear_samples(film.gap.values, k))["value"] for k in (4, 8))
-    return Row(
-        PEERS,
-        "elastic contact, A/A₀ = 0.2: leak rate",
-        of_bounds(leak),
-        Number.within(fine, fine - coarse),
-        "reynoldsflow 0.1.3, finite volumes on 512²",
-        "guaranteed bounds; change from the grid before",
-        "tests/benchmarks/flow_peer.py",
-    )
+    return Row(of_bounds(leak), Number.within(fine, fine - coarse))
 
 
+# Exact cases of the flow; the order of sampling where their samples are not exact.
+EXACT = {
+    **dict.fromkeys(("checkerboard", "four-phases", "duality")),
+    **dict.fromkeys(("cosine-across", "cosine-along", "smooth-checkerboard"), 2),
+    "discs": 1,
+}
 ROWS: dict[str, Callable[[bool], Row]] = {
-    "channel": closed_form(
-        "channel of linear pieces, across the flow: leak rate", "series-channel", "∫ dx/g³"
-    ),
-    "checkerboard": closed_form(
-        "checkerboard of conductivities 1 and 10: leak rate", "checkerboard", "√(K₁K₂), Keller 1964"
-    ),
-    "four-phases": closed_form(
-        "four phases, contrast 25: leak rate", "four-phases", "Mortola and Steffé; Milton 2001"
-    ),
-    "duality": closed_form(
-        "random squares and their reciprocals, turned: root of the product of leak rates",
-        "duality",
-        "1, Keller 1964",
-    ),
-    "cosine-across": closed_form(
-        "wave across the flow, amplitude 0.6: leak rate", "cosine-across", "Sommerfeld 1904", 2
-    ),
-    "cosine-along": closed_form(
-        "wave along the flow, amplitude 0.6: leak rate", "cosine-along", "mean of g³", 2
-    ),
-    "smooth-checkerboard": closed_form(
-        "smooth checkerboard, contrast 10⁴: leak rate", "smooth-checkerboard", "1, by duality", 2
-    ),
-    "discs": closed_form(
-        "square array of round contacts, 28 % of the area: leak rate",
-        "discs",
-        "Perrins, McKenzie, McPhedran 1979",
-        1,
-    ),
+    "channel": partial(closed_form, "series-channel", None),
+    **{name: partial(closed_form, name, order) for name, order in EXACT.items()},
     "finite-differences": finite_differences,
     "westergaard-area": westergaard_area,
     "westergaard-leak": westergaard_leak,
     "hertz": hertz,
-    "challenge-slope": challenge(
-        "rms slope of the differences on 512² samples",
-        difference_slope,
-        Number.exact(0.7336383),
-        "exact",
+    "challenge-slope": partial(challenge, difference_slope, Number.exact(0.7336383)),
+    "challenge-curvature": partial(
+        challenge, lambda surface: 1e6 / mean_curvature(surface), Number.exact(0.39854)
     ),
-    "challenge-curvature": challenge(
-        "1/rms curvature there [µm]",
-        lambda surface: 1e6 / mean_curvature(surface),
-        Number.exact(0.39854),
-        "exact",
-    ),
-    "challenge-energy": challenge(
-        "Σ q h_q², which gives the energy of full contact [µm]",
+    "challenge-energy": partial(
+        challenge,
         lambda surface: 1e6 * full_contact(surface),
         Number.exact(4e6 * 39.13343569623426 * 0.05 / 25e6),
-        "exact",
     ),
-    "challenge-kappa": challenge(
-        "area over load, κ = (A/A₀) E* h'rms/p at p = E*/100",
-        kappa,
-        Number.within(2.34, 0.07),
-        "0.1 % of the area, counted in the picture",
-    ),
+    "challenge-kappa": partial(challenge, kappa, Number.within(2.34, 0.07)),
     "gap-exponent": gap_exponent,
     "area-per-load": area_per_load,
     "persson-area": persson_area,
-    "bearing-threshold": threshold_row(
-        "bearing", "faces cut at a plane: contact area that seals", Number.within(0.5, 0.02)
-    ),
-    "elastic-threshold": threshold_row(
-        "gfmd", "elastic faces: contact area that seals", Number.within(0.42, 0.05)
-    ),
+    "bearing-threshold": partial(threshold_area, "bearing", Number.within(0.5, 0.02)),
+    "elastic-threshold": partial(threshold_area, "gfmd", Number.within(0.42, 0.05)),
     "skewness": skewness,
-    "helium-molecular": helium_over_air(
-        "helium over air through gaps of a micrometre at 1 Pa: ratio of leak rates",
-        5e-7,
-        1.0,
-        sqrt(28.96 / 4.0026),
-        "free molecular flow, √(M_air/M_He)",
-    ),
-    "helium-viscous": helium_over_air(
-        "helium over air through gaps of a millimetre at 1 bar: ratio of leak rates",
-        5e-4,
-        1e5,
-        18.2 / 19.6,
-        "viscous flow, ratio of the viscosities",
-    ),
+    "helium-molecular": partial(helium_over_air, 5e-7, 1.0, sqrt(28.96 / 4.0026)),
+    "helium-viscous": partial(helium_over_air, 5e-4, 1e5, 18.2 / 19.6),
     "sealing-load": sealing_load,
     "lifted-channel": lifted_channel,
     "stiff-wedge": stiff_wedge,
     "lift-off": lift_off,
     "lifted-grids": lifted_grids,
 }
-PEER_ROWS = {
-    "tamaas": peer_contact("tamaas", "Tamaas 2.9.0"),
-    "contact-mechanics": peer_contact("contact-mechanics", "ContactMechanics 1.8.3"),
+PEER_ROWS: dict[str, Callable[[bool], Row]] = {
+    "tamaas": partial(peer_contact, "tamaas"),
+    "contact-mechanics": partial(peer_contact, "contact-mechanics"),
     "reynoldsflow": peer_flow,
 }
 if CONTACT_PYTHON.exists() and FLOW_PYTHON.exists():
