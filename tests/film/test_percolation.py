@@ -1,13 +1,14 @@
-"""Spanning, winding and sealing: exactly one of open and contact crosses; widest paths around."""
+"""Clusters, spanning, winding and sealing: one of open and contact crosses; widest paths around."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from slow_reference import pieces
 
 from fem_seal.errors import InvalidInput
-from fem_seal.film import GridFilm
+from fem_seal.film import GridFilm, clusters
 from fem_seal.film.clusters import joins_ends
 from fem_seal.film.lattice import DUAL_CONNECTIVITY
 from fem_seal.film.winding import periodic_sites, widest_winding, winds
@@ -15,6 +16,26 @@ from fem_seal.grid import GridField
 
 CONNECTIVITIES = ("4", "8", "triangulation")
 masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12))
+
+
+@given(masks, st.sampled_from(CONNECTIVITIES), st.tuples(st.booleans(), st.booleans()))
+def test_clusters_are_the_components_of_the_neighbour_pairs(mask, connectivity, periodic):
+    labels, count = clusters.label(mask, connectivity, periodic)
+    expected = pieces(mask, connectivity, periodic)[mask]
+    assert np.array_equal(labels > 0, mask)
+    assert count == len(np.unique(expected))
+    # The two partitions are equal if the pairs of their labels form a one-to-one map.
+    assert len(set(zip(labels[mask], expected, strict=True))) == count
+    assert set(labels[mask]) == set(range(1, count + 1))
+
+
+def test_sizes_and_largest():
+    mask = np.array([[1, 0, 1, 1], [0, 0, 1, 0], [1, 1, 0, 0]], dtype=bool)
+    labels, count = clusters.label(mask, "4")
+    assert count == 3
+    assert sorted(np.bincount(labels.ravel())[1:]) == [1, 2, 3]
+    assert np.array_equal(np.argwhere(clusters.largest(labels, count)), [[0, 2], [0, 3], [1, 2]])
+    assert not clusters.largest(*clusters.label(np.zeros((3, 4), bool), "8")).any()
 
 
 @given(masks, st.sampled_from(CONNECTIVITIES))
@@ -62,19 +83,6 @@ def test_periodic_copy_of_the_inlet_row_is_the_outlet():
     assert GridFilm(gap(h, True)).sealed
     h[0, 0] = 1
     assert not GridFilm(gap(h, True)).sealed
-
-
-def test_channel_through_the_seam():
-    """Only a path across y = 0 = Ly is open, so that walls there seal it."""
-    h = np.zeros((5, 6))
-    h[:3, 1], h[2, :2], h[2:, 4], h[2, 4:] = 1, 1, 1, 1
-    assert not GridFilm(gap(h), "periodic", "constant").sealed
-    assert GridFilm(gap(h), "wall", "constant").sealed
-    assert np.array_equal(GridFilm(gap(h), "periodic", "constant").carrying, h > 0)
-    vertices = np.hstack([h, h[:, :1]])  # the column on the seam is repeated at y = Ly
-    assert not GridFilm(gap(vertices), "periodic").sealed
-    assert GridFilm(gap(vertices)).sealed
-    assert np.array_equal(GridFilm(gap(vertices), "periodic").carrying, vertices > 0)
 
 
 def test_periodic_sides_need_matching_columns():

@@ -1,9 +1,11 @@
-"""Corners and areas of nested meshes in pixels; random refinements of any mesh."""
+"""Corners and areas of nested meshes in pixels; random refinements of any mesh, and its sides."""
 
 import numpy as np
 
 from fem_seal.mesh.bisection import AnyMesh, Refinement, bisect
 from fem_seal.mesh.nested import PIXEL, NestedMesh
+from fem_seal.mesh.torus import Torus
+from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP, TriangleMesh
 
 
 def corners(mesh: NestedMesh) -> np.ndarray:
@@ -29,3 +31,21 @@ def refined(
         history.append((mesh, marked, bisect(mesh, marked)))
         mesh = history[-1][2].mesh
     return history
+
+
+def assert_conforming(mesh: AnyMesh) -> None:
+    """Sides have two cells, those on the rim one; a point is one vertex but for copies on seams."""
+    if isinstance(mesh, TriangleMesh):
+        on_cut = np.isin(mesh.sides, (BOTTOM, TOP)) & mesh.periodic
+        rim, across = (mesh.sides != INSIDE) & ~on_cut, 0
+    else:
+        ends, seams = mesh.xy[mesh.ends_of_sides()], [isinstance(mesh, Torus), mesh.periodic]
+        on_line = [(ends == place).all(axis=2) & ~np.array(seams) for place in (0, mesh.extent)]
+        rim = np.logical_or(*on_line).any(axis=2)
+        across = (mesh.xy == mesh.extent) * mesh.extent * seams
+    of_cell = mesh.numbered_edges.of_cell
+    np.testing.assert_array_equal(np.bincount(of_cell.ravel())[of_cell], np.where(rim, 1, 2))
+    np.testing.assert_array_equal(mesh.xy - mesh.xy[mesh.twin], across)
+    own = np.flatnonzero(mesh.twin == np.arange(len(mesh.xy)))
+    assert len(np.unique(mesh.xy[own], axis=0)) == len(own)
+    assert np.isin(mesh.twin, own).all()

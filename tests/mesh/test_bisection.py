@@ -6,17 +6,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nested_meshes import areas, refined
+from nested_meshes import areas, assert_conforming, refined
 from triangulations import ring, scattered_square, square_with_hole
 
 from fem_seal.mesh.bisection import TooFine, bisect, refine
-from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
+from fem_seal.mesh.nested import DEPTH, PIXEL, coarsest_width, uniform_mesh
 from fem_seal.mesh.torus import uniform_torus
+from fem_seal.mesh.triangles import INLET, ISLAND, TriangleMesh
 
 FAMILIES = {
     "walls": lambda: uniform_mesh((4, 3), 1, periodic_sides=False),
+    "one square": lambda: uniform_mesh((1, 1), 1, periodic_sides=False),
     "periodic sides": lambda: uniform_mesh((3, 2), 1, periodic_sides=True),
+    "one row": lambda: uniform_mesh((4, 1), 1, periodic_sides=True),
     "torus": lambda: uniform_torus((6, 4), 1),
+    "narrow torus": lambda: uniform_torus((1, 3), 1),
     "ring": lambda: ring(3, 11),
     "square": lambda: scattered_square(30, 1),
     "square with a hole": lambda: square_with_hole(7, 2),
@@ -29,46 +33,40 @@ def parents(step) -> np.ndarray:
     return step.halvings.carried(np.arange(count), lambda cells: (cells, cells))
 
 
-def edge_table(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Edges as pairs of coordinates (E, 4), and the number of cells (E,) at each."""
-    ends = mesh.xy[mesh.cells[:, [[1, 2], [2, 0], [0, 1]]]].reshape(-1, 2, 2)
-    swap = (ends[:, 0, 0] > ends[:, 1, 0]) | (
-        (ends[:, 0, 0] == ends[:, 1, 0]) & (ends[:, 0, 1] > ends[:, 1, 1])
-    )
-    ends[swap] = ends[swap][:, ::-1]
-    return np.unique(ends.reshape(-1, 4), axis=0, return_counts=True)
+def area(mesh) -> float:
+    """Of all cells together; in nested meshes exact."""
+    u, v = np.moveaxis(mesh.corners(1.0, mesh.cells)[:, 1:], 1, 0)
+    doubled = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    return np.abs(doubled).sum() / 2
 
 
-def assert_conforming(mesh: NestedMesh) -> None:
-    """Every inner edge has two cells; boundary edges have one and cover the boundary once."""
-    assert len(np.unique(mesh.xy, axis=0)) == len(mesh.xy)
-    table, cells = edge_table(mesh)
-    mx, my = (m * PIXEL for m in mesh.squares)
-    on_boundary = np.zeros(len(table), dtype=bool)
-    for axis, value in [(0, 0), (0, mx), (1, 0), (1, my)]:
-        on_boundary |= (table[:, axis] == value) & (table[:, axis + 2] == value)
-    assert (cells[on_boundary] == 1).all()
-    assert (cells[~on_boundary] == 2).all()
-    length = np.abs(table[on_boundary, 2:] - table[on_boundary, :2]).sum()
-    assert length == 2 * (mx + my)  # integers: no tolerance
-    assert areas(mesh).sum() == mesh.squares[0] * mesh.squares[1]  # dyadic: exact
+def lengths(mesh) -> dict[int, float]:
+    """Total length of the sides of each label of a shape but INSIDE."""
+    ends = {label: mesh.side_ends(mesh.sides == label) for label in range(INLET, ISLAND + 1)}
+    return {
+        k: np.linalg.norm(mesh.xy[e[:, 0]] - mesh.xy[e[:, 1]], axis=1).sum()
+        for k, e in ends.items()
+    }
 
 
-SHAPES = st.tuples(st.integers(1, 5), st.integers(1, 5))
-MANY = settings(max_examples=30, deadline=None)
-
-
-@MANY
-@given(SHAPES, st.booleans(), st.integers(0, 10**6))
-def test_refined_meshes_are_conforming(squares, periodic, seed):
-    for mesh, marked, step in refined(uniform_mesh(squares, 1, periodic), seed):
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("seed", range(5))
+def test_refined_meshes_are_conforming(family, seed):
+    """The two sides of a seam are refined alike, and a shape keeps its labels."""
+    first = FAMILIES[family]()
+    for mesh, marked, step in refined(first, seed):
         assert_conforming(step.mesh)
+        assert area(step.mesh) == pytest.approx(area(first), rel=1e-13 * bool(first.blur), abs=0)
+        if isinstance(first, TriangleMesh):
+            assert step.mesh.doubled_areas().min() > 0
+            assert lengths(step.mesh) == pytest.approx(lengths(first), rel=1e-13, abs=0)
         halves = np.bincount(parents(step), minlength=len(mesh.cells))
         assert (halves[marked] >= 2).all()
         # One step halves a triangle and possibly its halves, but no further.
         assert halves.min() >= 1
         assert halves.max() <= 4
         assert np.array_equal(step.mesh.xy[: len(mesh.xy)], mesh.xy)
+        assert step.mesh.periodic == mesh.periodic
         if not marked.any():
             assert len(step.mesh.cells) == len(mesh.cells)
 
@@ -84,27 +82,6 @@ def test_linear_functions_are_prolonged_exactly(family, seed):
             step.prolong(linear[mesh.cells]), fine[step.mesh.cells], **rounding
         )
         np.testing.assert_allclose(step.at_vertices(linear), fine, **rounding)
-
-
-@pytest.mark.parametrize("squares", [(4, 1), (3, 2), (5, 3), (2, 4), (1, 1)])
-@pytest.mark.parametrize("seed", range(5))
-def test_periodic_sides_are_refined_alike(squares, seed):
-    """The two sides have the same vertices and edges, and each edge there has two cells."""
-    for mesh, _, step in refined(uniform_mesh(squares, 1, True), seed, steps=6, part=0.15):
-        fine = step.mesh
-        top, bottom = fine.xy[fine.top, 0], fine.xy[fine.bottom, 0]
-        assert np.array_equal(np.sort(top), np.sort(bottom))
-        assert np.array_equal(fine.xy[fine.twin[fine.top], 0], top)
-        assert (fine.xy[fine.twin[fine.top], 1] == 0).all()
-        assert np.array_equal(fine.twin[~fine.top], np.flatnonzero(~fine.top))
-        ends, of_cell = fine.edges
-        number = np.bincount(of_cell.ravel(), minlength=len(ends))
-        at_end = (fine.inlet[ends] | fine.outlet[ends]).all(axis=1)
-        x = fine.xy[ends][..., 0]
-        at_end &= x[:, 0] == x[:, 1]
-        assert np.array_equal(number, np.where(at_end, 1, 2))
-        assert not fine.top[ends].all(axis=1).any()
-        assert step.mesh.periodic == mesh.periodic
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -127,8 +104,8 @@ def test_edges_updated_by_bisection_equal_edges_numbered_anew(family, seed):
         assert np.count_nonzero(slots >= 0) == updated.sides.size
 
 
-@MANY
-@given(SHAPES, st.booleans(), st.integers(0, 10**6))
+@settings(max_examples=30, deadline=None)
+@given(st.tuples(*[st.integers(1, 5)] * 2), st.booleans(), st.integers(0, 10**6))
 def test_several_halvings_in_one_call_equal_one_call_for_each(squares, periodic, seed):
     """They make the same cells in the same order, and carry the same functions to them."""
     rng = np.random.default_rng(seed)
@@ -166,3 +143,27 @@ def test_bisection_below_the_resolution_of_coordinates_raises():
     marked[areas(mesh).argmin()] = True
     with pytest.raises(TooFine, match="2\\^-24"):
         bisect(mesh, marked)
+
+
+@pytest.mark.parametrize("width", [1, 2, 4])
+def test_diagonals_join_even_vertices(width):
+    """Pixel (i, j) is cut from (i, j) to (i+1, j+1) if i + j is even, else the other way."""
+    mesh = uniform_mesh((4 * width, 5 * width), width, periodic_sides=False)
+    ends = mesh.xy[mesh.cells[:, 1:]] // (width * PIXEL)
+    assert (ends.sum(axis=2) % 2 == 0).all()
+    assert len(np.unique(np.sort(ends[..., 0] * 100 + ends[..., 1], axis=1), axis=0)) == 20
+
+
+@pytest.mark.parametrize(
+    ("squares", "at_least", "width"),
+    [
+        ((256, 256), 32, 8),
+        ((256, 64), 32, 2),  # the shorter side decides
+        ((96, 96), 8, 8),  # 96 = 32 · 3: 12 squares; 6 would be too few
+        ((255, 256), 8, 1),  # an odd side starts at the pixel
+        ((24, 40), 3, 8),
+        ((1, 7), 8, 1),
+    ],
+)
+def test_coarsest_width(squares, at_least, width):
+    assert coarsest_width(squares, at_least) == width

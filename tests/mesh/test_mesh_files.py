@@ -26,9 +26,46 @@ def side_lengths(gap) -> dict[str, float]:
 WHOLE = {"inlet": 1.0, "outlet": 1.0, "wall": 2.0}
 
 
-@pytest.mark.parametrize("name", ["a.msh", "A.MSH"])
-def test_msh_with_named_groups(name, tmp_path):
-    gap = gap_of(write_msh(tmp_path / name))
+NUMBERS = np.array([1, 2, 3, 3])
+NUMBERED = {"inlet": 1, "outlet": 2, "wall": 3}
+
+
+def vtu(path, arrays):
+    lines = np.concatenate([EDGES[name] for name in EDGES])
+    blocks = [("triangle", np.array(CELLS)), ("line", lines)]
+    points = np.column_stack([CORNERS, np.zeros(len(CORNERS))])
+    data = {name: [np.zeros(4, dtype=int), numbers.astype(int)] for name, numbers in arrays.items()}
+    meshio.write(path, meshio.Mesh(points, blocks, cell_data=data))
+    return path
+
+
+XDMF = """<?xml version="1.0"?><Xdmf Version="3.0"><Domain><Grid Name="Grid">
+<Geometry GeometryType="XY"><DataItem DataType="Float" Dimensions="5 2" Format="XML" Precision="8">
+0 0 1 0 1 1 0 1 0.5 0.5</DataItem></Geometry>
+<Topology TopologyType="Mixed" NumberOfElements="8"><DataItem DataType="Int" Dimensions="32"
+Format="XML" Precision="8">2 2 3 0 2 2 1 2 2 2 0 1 2 2 2 3 4 0 1 4 4 1 2 4 4 2 3 4 4 3 0 4
+</DataItem></Topology>
+<Attribute Name="boundary" AttributeType="Scalar" Center="Cell"><DataItem DataType="Int"
+Dimensions="8" Format="XML" Precision="4">1 2 3 3 0 0 0 0</DataItem></Attribute>
+</Grid></Domain></Xdmf>"""
+# How a file is written, and the groups of its edges where they have no names.
+FILES = {
+    "a.msh": (write_msh, {}),
+    "A.MSH": (write_msh, {}),
+    "arrays.vtu": (
+        lambda path: vtu(path, {name: k + 1 == NUMBERS for k, name in enumerate(EDGES)}),
+        {},
+    ),
+    "numbers.vtu": (lambda path: vtu(path, {"boundary": NUMBERS}), NUMBERED),
+    "a.xdmf": (lambda path: path.write_text(XDMF), NUMBERED),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_whole_files(name, tmp_path):
+    write, groups = FILES[name]
+    write(tmp_path / name)
+    gap = gap_of(tmp_path / name, **groups)
     assert side_lengths(gap) == WHOLE
     assert gap.mesh.doubled_areas().sum() == 2.0
 
@@ -43,55 +80,23 @@ def test_unit_of_the_file(tmp_path):
         Scene.from_mapping(scene)
 
 
-def vtu(path, arrays):
-    lines = np.concatenate([EDGES[name] for name in EDGES])
-    blocks = [("triangle", np.array(CELLS)), ("line", lines)]
-    points = np.column_stack([CORNERS, np.zeros(len(CORNERS))])
-    meshio.write(path, meshio.Mesh(points, blocks, cell_data=arrays))
-    return path
-
-
-NUMBERS = np.array([1, 2, 3, 3])
-
-
-def test_vtu_with_an_array_for_each_group(tmp_path):
-    arrays = {
-        name: [np.zeros(4, dtype=int), (k + 1 == NUMBERS).astype(int)]
-        for k, name in enumerate(EDGES)
-    }
-    assert side_lengths(gap_of(vtu(tmp_path / "a.vtu", arrays))) == WHOLE
-
-
-def test_vtu_with_numbers(tmp_path):
-    path = vtu(tmp_path / "a.vtu", {"boundary": [np.zeros(4, dtype=int), NUMBERS]})
-    assert side_lengths(gap_of(path, inlet=1, outlet=2, wall=3)) == WHOLE
+def test_numbers_of_groups_must_be_told(tmp_path):
+    path = vtu(tmp_path / "a.vtu", {"boundary": NUMBERS})
     with pytest.raises(
         InvalidInput, match=r"no boundary edges in a group 'inlet'; it has boundary"
     ):
         gap_of(path)
-    two = {name: [np.zeros(4, dtype=int), NUMBERS] for name in ("boundary", "part")}
+    path = vtu(path, {"boundary": NUMBERS, "part": NUMBERS})
     with pytest.raises(InvalidInput, match=r"several integer cell arrays \(boundary, part\)"):
-        gap_of(vtu(tmp_path / "b.vtu", two), inlet=1, outlet=2, wall=3)
+        gap_of(path, **NUMBERED)
 
 
-XDMF = """<?xml version="1.0"?><Xdmf Version="3.0"><Domain><Grid Name="Grid">
-<Geometry GeometryType="XY"><DataItem DataType="Float" Dimensions="5 2" Format="XML" Precision="8">
-0 0 1 0 1 1 0 1 0.5 0.5</DataItem></Geometry>
-<Topology TopologyType="Mixed" NumberOfElements="8"><DataItem DataType="Int" Dimensions="32"
-Format="XML" Precision="8">2 2 3 0 2 2 1 2 2 2 0 1 2 2 2 3 4 0 1 4 4 1 2 4 4 2 3 4 4 3 0 4
-</DataItem></Topology>
-<Attribute Name="boundary" AttributeType="Scalar" Center="Cell"><DataItem DataType="Int"
-Dimensions="8" Format="XML" Precision="4">1 2 3 3 0 0 0 0</DataItem></Attribute>
-</Grid></Domain></Xdmf>"""
-
-
-def test_xdmf(tmp_path, monkeypatch):
+def test_xdmf_needs_h5py(tmp_path, monkeypatch):
     path = tmp_path / "a.xdmf"
     path.write_text(XDMF)
-    assert side_lengths(gap_of(path, inlet=1, outlet=2, wall=3)) == WHOLE
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     with pytest.raises(MissingPackage, match=r"needs the package h5py \(pip install h5py\)"):
-        gap_of(path, inlet=1, outlet=2, wall=3)
+        gap_of(path, **NUMBERED)
 
 
 @pytest.mark.parametrize("clockwise", [4, 1])
@@ -175,24 +180,16 @@ def test_broken_meshes(name, tmp_path):
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("suffix", [".msh", ".vtu", ".xdmf"])
-def test_files_cut_off_anywhere(suffix, tmp_path):
+@pytest.mark.parametrize("name", ["a.msh", "numbers.vtu", "a.xdmf"])
+def test_files_cut_off_anywhere(name, tmp_path):
     """Any prefix of a file either is refused in one sentence, or still holds the whole mesh."""
-    whole = tmp_path / f"whole{suffix}"
-    if suffix == ".msh":
-        write_msh(whole)
-    elif suffix == ".vtu":
-        vtu(whole, {"boundary": [np.zeros(4, dtype=int), NUMBERS]})
-    else:
-        whole.write_text(XDMF)
-    numbers = {} if suffix == ".msh" else {"inlet": 1, "outlet": 2, "wall": 3}
-    data = whole.read_bytes()
+    (write, groups), path = FILES[name], tmp_path / name
+    write(path)
+    data, refused = path.read_bytes(), 0
     ends = range(0, len(data), max(1, len(data) // 60))
-    refused = 0
     for end in ends:
-        path = tmp_path / f"cut{suffix}"
         path.write_bytes(data[:end])
-        said = refusal(path, numbers)
+        said = refusal(path, groups)
         assert "\n" not in said
         refused += bool(said)
     assert refused >= len(ends) - 3  # only the end mark of a section may be missing

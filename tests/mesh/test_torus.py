@@ -1,4 +1,4 @@
-"""Torus: opposite sides are alike after any refinement; pieces laid out, and their jumps."""
+"""Torus: its first mesh and guess; pieces laid out, and their jumps."""
 
 import numpy as np
 import pytest
@@ -6,29 +6,7 @@ from nested_meshes import refined
 
 from fem_seal.film.winding import unwind
 from fem_seal.flow.topology import jumps_across, jumps_along
-from fem_seal.mesh.nested import PIXEL
-from fem_seal.mesh.torus import LEAST_SQUARES, Torus, squares_across, uniform_torus
-
-SQUARES = [(6, 4), (5, 5), (1, 3), (2, 1)]
-
-
-def torus(squares, seed) -> Torus:
-    """A torus bisected at random."""
-    return refined(uniform_torus(squares, 1), seed)[-1][2].mesh
-
-
-@pytest.mark.parametrize("squares", SQUARES)
-@pytest.mark.parametrize("seed", range(4))
-def test_opposite_sides_are_alike(squares, seed):
-    """Both sides of a seam have vertices at the same positions; twins are whole cells apart."""
-    mesh = torus(squares, seed)
-    distance = mesh.xy - mesh.xy[mesh.twin]
-    np.testing.assert_array_equal(distance, mesh.copy * np.array(squares) * PIXEL)
-    assert not mesh.copy[mesh.twin].any()
-    for axis in (0, 1):
-        sides = [mesh.xy[mesh.xy[:, axis] == x, 1 - axis] for x in (0, mesh.extent[axis])]
-        np.testing.assert_array_equal(*map(np.sort, sides))
-    np.testing.assert_array_equal(mesh.rim, ((mesh.xy == 0) | (mesh.xy == mesh.extent)).any(axis=1))
+from fem_seal.mesh.torus import LEAST_SQUARES, squares_across, uniform_torus
 
 
 @pytest.mark.parametrize("squares", [(1, 1), (1, 3), (4, 8)])
@@ -43,7 +21,7 @@ def test_squares_of_the_first_mesh(squares):
 
 def test_the_first_guess_jumps_by_one():
     """Of unit jumps in x and in y: at a copy of a vertex each is larger by the seams crossed."""
-    mesh = torus((5, 5), 2)
+    mesh = refined(uniform_torus((5, 5), 1), seed=2)[-1][2].mesh
     for functions in mesh.first_guess():
         np.testing.assert_allclose(functions - functions[:, mesh.twin], mesh.copy.T, atol=1e-15)
 

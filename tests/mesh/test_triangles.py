@@ -1,76 +1,16 @@
-"""Meshes of any shape: bisection keeps the gap, the polygon and the labels of its boundary."""
+"""Meshes of any shape: longest edges first, where a ring is cut, and what is refused."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from nested_meshes import refined
-from triangulations import (
-    grid_mesh,
-    labelled,
-    random_gap,
-    ring,
-    ring_parts,
-    scattered_square,
-    square_with_hole,
-)
+from nested_meshes import assert_conforming, refined
+from triangulations import grid_mesh, labelled, ring, ring_parts, scattered_square
 
 from fem_seal.errors import InvalidInput
-from fem_seal.flow.averages import cube_of_corners, inverse_cube_of_corners
 from fem_seal.mesh.bisection import TooFine, bisect
 from fem_seal.mesh.shape import shape_mesh
-from fem_seal.mesh.triangles import BOTTOM, INLET, INSIDE, ISLAND, OUTLET, TOP
-
-MESHES = {
-    "ring": lambda: ring(3, 11),
-    "square": lambda: scattered_square(30, 1),
-    "square with a hole": lambda: square_with_hole(7, 2),
-}
-
-
-def lengths(mesh) -> dict[int, float]:
-    """Total length of the sides of each label but INSIDE."""
-    ends = {label: mesh.side_ends(mesh.sides == label) for label in range(INLET, ISLAND + 1)}
-    return {
-        k: np.linalg.norm(mesh.xy[e[:, 0]] - mesh.xy[e[:, 1]], axis=1).sum()
-        for k, e in ends.items()
-    }
-
-
-@pytest.mark.parametrize("name", MESHES)
-@pytest.mark.parametrize("seed", range(3))
-def test_bisection_keeps_shape_labels_and_gap(name, seed):
-    """Areas, boundary lengths, Σ|T| K and Σ|T|/K do not change, up to the rounding of sums."""
-    mesh = MESHES[name]()
-    values = random_gap(mesh, seed, contact=0.0).values
-    area, boundary = mesh.doubled_areas().sum(), lengths(mesh)
-    means = cube_of_corners, inverse_cube_of_corners
-    K, R = ((mesh.doubled_areas() * mean(*values[mesh.cells].T)).sum() for mean in means)
-    for _, _, step in refined(mesh, seed, steps=4, part=0.3):
-        fine = step.mesh
-        values = np.concatenate([values, values[step.edge_ends].mean(axis=1)])
-        areas = fine.doubled_areas()
-        assert areas.min() > 0
-        assert areas.sum() == pytest.approx(area, rel=1e-13, abs=0)
-        assert lengths(fine) == pytest.approx(boundary, rel=1e-13, abs=0)
-        K_fine, R_fine = ((areas * mean(*values[fine.cells].T)).sum() for mean in means)
-        assert K_fine == pytest.approx(K, rel=1e-13, abs=0)
-        assert R_fine == pytest.approx(R, rel=1e-13, abs=0)
-        assert_conforming(fine)
-
-
-def assert_conforming(mesh) -> None:
-    """Edges inside and on a cut have two cells; labelled boundary edges have one."""
-    of_cell = mesh.numbered_edges.of_cell
-    count = np.bincount(of_cell.ravel())[of_cell]
-    banks = (BOTTOM, TOP) if mesh.periodic else ()
-    two = (mesh.sides == INSIDE) | np.isin(mesh.sides, banks)
-    assert (count[two] == 2).all()
-    assert (count[~two] == 1).all()
-    np.testing.assert_array_equal(mesh.xy[mesh.twin], mesh.xy)
-    assert len(np.unique(mesh.xy[mesh.twin == np.arange(len(mesh.xy))], axis=0)) == (
-        np.count_nonzero(mesh.twin == np.arange(len(mesh.xy)))
-    )
+from fem_seal.mesh.triangles import BOTTOM, INLET, ISLAND, OUTLET, TOP
 
 
 def test_longest_edges_are_halved_first():
