@@ -96,10 +96,15 @@ def test_order_of_smooth_cases(name, order):
         assert_order(rows, method, order, 0.05)
 
 
-def test_checkerboard_shows_the_order_of_its_corner():
+@pytest.fixture(scope="module")
+def checkerboard():
+    """Rows of the board on three grids."""
+    return on_case(CASES["checkerboard"], (8, 16, 32), ("uniform", "harmonic", "arithmetic"))
+
+
+def test_checkerboard_shows_the_order_of_its_corner(checkerboard):
     """Bounds converge as h^(2a), a = (4/π) atan √(K1/K2) < 1, and enclose √(K1 K2)."""
-    case = CASES["checkerboard"]
-    rows = on_case(case, (8, 16, 32), ("uniform", "harmonic", "arithmetic"))
+    case, rows = CASES["checkerboard"], checkerboard
     for method, side in (("FE upper", "high"), ("FE lower", "low")):
         assert series(rows, method)[-1].verdict == side
         assert_order(rows, method, case.order, 0.03)
@@ -111,13 +116,13 @@ def test_checkerboard_shows_the_order_of_its_corner():
     assert series(rows, "FE √(lo·hi)")[-1].error == pytest.approx(0, abs=1e-5)
 
 
-def test_effectivity_is_that_of_the_claim():
+def test_effectivity_is_that_of_the_claim(checkerboard):
     """Bounds claim at least their true error, to second order in it; arithmetic links too little.
 
     On the checkerboard those converge so slowly (order 0.78) that from one grid to the next the
     error falls by less than half of what is left.
     """
-    rows = on_case(CASES["checkerboard"], (8, 16), ("uniform", "arithmetic"))
+    rows = checkerboard
     for row in series(rows, "FE √(lo·hi)"):
         assert row.effectivity > 1 - row.band
         assert abs(row.distance) <= 1 + row.band

@@ -142,12 +142,18 @@ def test_what_cannot_be_traded(small_scene, tmp_path):
 
 
 def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
+    """A part of a study, in two processes, leaves the table to the same command without it."""
     path = write_toml(tmp_path / "scene.toml", small_scene)
-    assert cli.main(["study", "trade", str(path), "--out", str(tmp_path / "trade")]) == 0
+    study = ["study", "trade", str(path), "--out", str(tmp_path / "trade")]
+    assert cli.main([*study, "--part", "1/2", "--jobs", "2"]) == 0
+    assert "not computed yet" in capsys.readouterr().out
+    assert not (tmp_path / "trade" / "trade.csv").exists()
+    assert cli.main(study) == 0
     text = capsys.readouterr().out
     assert (tmp_path / "trade" / "advice.txt").read_text().strip() in text
-    rows = csv.DictReader((tmp_path / "trade" / "trade.csv").read_text().splitlines())
+    rows = list(csv.DictReader((tmp_path / "trade" / "trade.csv").read_text().splitlines()))
     assert {"finite-difference", "adaptive, rtol 0.1"} <= {row["flow"] for row in rows}
+    assert len(rows) == 4 * 5
     assert sorted(p.name for p in (tmp_path / "trade").iterdir()) == [
         "advice.txt",
         "points",
@@ -179,18 +185,6 @@ def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     assert "cannot be written" in capsys.readouterr().err
     with pytest.raises(SystemExit, match="2"):
         cli.main(["study", "exact", "--grids", "0", "--out", out])
-
-
-def test_parts_and_jobs_compute_the_table_together(small_scene, tmp_path, capsys):
-    """Each part computes its grids in two processes; --gather then writes the table."""
-    path, out = write_toml(tmp_path / "scene.toml", small_scene), tmp_path / "trade"
-    command = ["study", "trade", str(path), "--out", str(out)]
-    assert cli.main([*command, "--part", "1/2", "--jobs", "2"]) == 0
-    assert "not computed yet" in capsys.readouterr().out
-    assert not (out / "trade.csv").exists()
-    assert cli.main([*command, "--part", "2/2"]) == 0
-    assert cli.main([*command, "--gather"]) == 0
-    assert len((out / "trade.csv").read_text().splitlines()) == 1 + 4 * 5
 
 
 def test_studies_say_what_they_leave_out(small_scene, tmp_path, capsys):
