@@ -1,14 +1,9 @@
 """Gaps that depend on y alone or on x alone, whose leak rate is a closed form.
 
 Drawn at random: heights over up to a hundred decades, stripes of contact along the flow, pixels of
-all aspects, walls and periodic sides, both representations, meshes of shapes. Run as a program this
-is a campaign; its last line counts what was seen, and its exit status is 1 if a bound was wrong:
-
-    python tests/flow/drawn_stripes.py --count 3000 --seed 1
+all aspects, walls and periodic sides, both representations, meshes of shapes.
 """
 
-import argparse
-import sys
 from dataclasses import dataclass
 from math import fsum
 
@@ -16,7 +11,6 @@ import numpy as np
 from project import leak_rate
 from triangulations import grid_mesh
 
-from fem_seal.errors import FemSealError
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.flow import Limits
 from fem_seal.grid import GridField
@@ -139,36 +133,3 @@ class Case:
         if not flow.converged and not flow.reason:
             found.append("no reason")
         return found
-
-
-def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--unknowns", type=int, default=1500, help="most of a mesh")
-    options = parser.parse_args(arguments)
-    wrong, silent, converged, widest = 0, 0, 0, 0.0
-    for k in range(options.count):
-        case = Case.random(np.random.default_rng((options.seed, k)))
-        try:
-            flow = case.solve(options.unknowns)
-        except FemSealError as error:
-            silent += 1
-            print(f"case {k}: no answer: {error}\n  {case}", flush=True)
-            continue
-        converged += flow.converged
-        faults = case.faults(flow)
-        if faults:
-            wrong += 1
-            print(f"case {k}: {faults[0]}\n  {case}", flush=True)
-        if flow.converged:
-            widest = max(widest, flow.upper / flow.lower - 1)
-    print(
-        f"{options.count} gaps: {wrong} wrong bounds, {silent} without an answer, {converged} "
-        f"converged to 5 % within {options.unknowns} unknowns (widest bracket {widest:.2g})"
-    )
-    return 1 if wrong or silent else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -11,7 +11,7 @@ from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.level import LevelProblem, Pressures, Streams
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import NestedMesh, uniform_mesh
 
@@ -98,3 +98,75 @@ def stiffness(mesh: NestedMesh, coefficient: np.ndarray) -> csc_matrix:
     local = weight[:, None, None] * slopes @ slopes.transpose(0, 2, 1)
     rows, columns = np.repeat(mesh.cells, 3, axis=1), np.tile(mesh.cells, 3)
     return coo_matrix((local.ravel(), (rows.ravel(), columns.ravel()))).tocsc()
+
+
+def areas_and_slopes(field: FlowField) -> tuple[np.ndarray, np.ndarray]:
+    """Area (C,) and pressure gradient (C, 2) of each cell, from points and pressure alone."""
+    x, p = field.points[field.cells], field.pressure[field.cells]
+    sides = x[:, 1:] - x[:, :1]
+    slope = np.linalg.solve(sides, (p[:, 1:] - p[:, :1])[..., None])[..., 0]
+    return np.abs(np.linalg.det(sides)) / 2, slope
+
+
+# --- random contact: masks of what stays open -----------------------------------------------------
+
+
+def scattered(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Single contacts anywhere, touching at corners, on the sides and at the ends."""
+    return open_part & (rng.random(open_part.shape) > rng.uniform(0, 0.6))
+
+
+def channel(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """All contact but for a random walk one sample wide, that may miss the outlet."""
+    path = np.zeros_like(open_part)
+    i, j = 0, int(rng.integers(open_part.shape[1]))
+    for _ in range(3 * open_part.size):
+        path[i, j] = True
+        step = rng.integers(4)
+        i = min(max(i + (step == 0) - (step == 1 and rng.random() < 0.5), 0), len(path) - 1)
+        j = (j + (step == 2) - (step == 3)) % path.shape[1]
+        if i == len(path) - 1:
+            path[i, j] = rng.random() < 0.8
+            return path
+    return path
+
+
+def lines(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Contact lines one sample wide, along and across, ending inside or on the rim."""
+    kept = open_part.copy()
+    for _ in range(rng.integers(1, 4)):
+        i, j = (int(rng.integers(n)) for n in kept.shape)
+        length = int(rng.integers(1, max(kept.shape) + 1))
+        if rng.random() < 0.5:
+            kept[i : i + length, j] = False
+        else:
+            kept[i, j : j + length] = False
+    return kept
+
+
+def rings(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Islands three samples wide; with an open centre, a pocket."""
+    kept = open_part.copy()
+    for _ in range(rng.integers(1, 3)):
+        i, j = (int(rng.integers(-1, n)) for n in kept.shape)
+        block = kept[max(i, 0) : i + 3, max(j, 0) : j + 3]
+        block[...] = False
+        if rng.random() < 0.5 and min(block.shape) == 3:
+            block[1, 1] = True
+    return kept
+
+
+def rows(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """A row all in contact, but perhaps for one sample."""
+    kept = open_part.copy()
+    i = int(rng.integers(len(kept)))
+    kept[i] = False
+    if rng.random() < 0.7:
+        kept[i, rng.integers(kept.shape[1])] = True
+    return kept
+
+
+def corners(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Fields of a chessboard, each two samples wide or one, in contact."""
+    i, j = np.indices(open_part.shape) // int(rng.integers(1, 3))
+    return open_part & (((i + j) % 2 == 0) | (rng.random(open_part.shape) < 0.2))

@@ -81,9 +81,11 @@ def inside(points: np.ndarray, corner: np.ndarray) -> np.ndarray:
 def test_pyramid_against_all_pixel_triangles_inside(width, halved, log_contrast, shape):
     """Every coarse cell, diagonal and axial, against the plain mean of what lies in it.
 
-    Sums of at most 2 · 8² positive terms: 128 rounding errors at the very worst.
+    Sums of at most 2 · 8² positive terms: 128 rounding errors at the very worst. One contact makes
+    the mean of 1/K infinite where it lies, and nowhere else.
     """
     pixels = 10 ** np.random.default_rng(width).uniform(0, log_contrast, (2, *shape, 2))
+    pixels[1, 5, 2, 1] = np.inf
     centroids, (i, j, upper) = pixel_triangles(*shape)
     pyramid = Pyramid.from_pixels(lambda strip: pixels[:, strip], shape, 8)
     mesh = uniform_mesh(shape, width, periodic_sides=False)
@@ -96,16 +98,6 @@ def test_pyramid_against_all_pixel_triangles_inside(width, halved, log_contrast,
         assert own.sum() == 2 * areas(mesh)[cell]
         exact = pixels[:, i[own], j[own], upper[own]].mean(axis=1)
         assert means == pytest.approx(exact, rel=128 * EPS, abs=0)
-
-
-def test_one_contact_closes_all_that_contain_it():
-    """Infinity survives the way up and stays inside the triangles that hold it."""
-    pixels = np.ones((2, 8, 8, 2))
-    pixels[1, 5, 2, 1] = np.inf
-    pyramid = Pyramid.from_pixels(lambda strip: pixels[:, strip], (8, 8), 8)
-    for level in range(1, 4):
-        for means in (pyramid.diagonal[level], pyramid.axial[level]):
-            assert np.isinf(means).sum(axis=(1, 2, 3)).tolist() == [0, 1]
 
 
 @settings(max_examples=20, deadline=None)
@@ -145,7 +137,7 @@ def test_integrals_never_change(seed, representation, width, periodic):
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_raising_and_lowering(representation):
     """The primal sees gaps below the floor raised, the dual those below the cut as contact."""
-    samples = np.array([[1.0, 1e-3, 1.0], [0.0, 1.0, 1e-5], [1.0, 1.0, 1.0]])
+    samples = np.array([[1.0, 1e-3, 1.0], [0.0, 1.0, 1e-5], [1.0, 1.0, 1e-5]])
     shape = (2, 2) if representation == "linear" else (3, 3)
     mesh = uniform_mesh(shape, 1, periodic_sides=False)
 

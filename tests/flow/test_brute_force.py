@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from brute_force import bounds_by_brute_force
-from gaps import assert_enclosed, bracketed
+from gaps import assert_enclosed, bracketed, corners, lines, rings, scattered
 
 from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning
@@ -38,45 +38,58 @@ def test_the_brute_force_itself(representation, sides):
     assert bounds_by_brute_force(barrier, (1.0, 1.0), representation, sides, 2)[0] == 0
 
 
-def nasty_gap(rng: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
-    """Low or high contrast, with scattered contact, contact lines, or spots at the sides."""
-    gap = 10 ** rng.uniform(-rng.choice([0.1, 0.5, 2.0]), 0, shape)
-    kind = rng.integers(4)
-    if kind == 1:
-        gap[rng.random(shape) < 0.2] = 0
-    for _ in range(3 * (kind >= 2)):
-        i, j = (int(rng.integers(n)) for n in shape)
-        length = int(rng.integers(2, max(shape)))
-        if kind == 2:
-            gap[i : i + length, j] = 0
-        elif rng.random() < 0.5:
-            gap[i : i + 2, : min(length, shape[1] - 2)] = 0
-        else:
-            gap[i : i + 2, max(shape[1] - length, 2) :] = 0
-    return gap
+def dots(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Single contacts on the corners of squares four samples wide."""
+    kept = open_part.copy()
+    kept[::4, ::4] = False
+    return kept
+
+
+# Pixels, decades of the gap, and its contact.
+GAPS = [
+    ((6, 6), 0.0, []),
+    ((16, 8), 2.0, []),
+    ((8, 16), 0.5, [scattered]),
+    ((16, 16), 0.1, [lines, rings]),
+    ((9, 7), 2.0, [corners]),
+    ((16, 16), 0.5, [dots]),
+]
+
+
+# Squares of one pixel, of several, and as wide as they come; CG that stops early, or before it
+# begins; with a ceiling below the constriction most cells are of one pressure, some of them from
+# inlet to outlet.
+RUNS = [
+    ("uniform", Tuning()),
+    ("uniform", Tuning(tolerance=10.0)),
+    ("adaptive", Tuning(coarsest=4)),
+    ("adaptive", Tuning(ceiling=0.3, tolerance=0.1)),
+    ("adaptive", Tuning(coarsest=1, cut=0.9, floor=0.9, ceiling=1.5, tolerance=10.0)),
+]
 
 
 @pytest.mark.parametrize("sides", SIDES)
 @pytest.mark.parametrize("representation", REPRESENTATIONS)
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(len(GAPS)))
 def test_every_level_encloses_the_brute_force(representation, sides, seed):
-    """Squares of eight, four or one pixel to start from, slender pixels, and any tuning: the bounds
-    of all levels meet the independent ones."""
-    rng = np.random.default_rng(seed)
-    shape = [((16, 8), (8, 16), (16, 16), (9, 7))[seed % 4][axis] for axis in (0, 1)]
-    if representation == "linear":
-        shape = [n + 1 for n in shape]
-    samples = nasty_gap(rng, tuple(shape))
+    """Slender pixels and any tuning, which may change the cost of the bounds and never make them
+    wrong: those of all levels meet the independent ones, and a mesh takes back nothing that the one
+    before has proved."""
+    rng, (shape, decades, contact) = np.random.default_rng((26, seed)), GAPS[seed]  # all leak
+    shape = np.array(shape) + (representation == "linear")
+    is_open = np.ones(shape, dtype=bool)
+    for structure in contact:
+        is_open = structure(is_open, rng)
+    samples = np.where(is_open, 10 ** rng.uniform(-decades, 0, shape), 0.0)
     if representation == "linear" and sides == "periodic":
         samples[:, -1] = samples[:, 0]
     spacing = ((1.0, 1.0), (2.0, 1.0), (1.0, 3.0))[seed % 3]
     low, high = bounds_by_brute_force(samples, spacing, representation, sides, 6)
-    tunings = [
-        Tuning(coarsest=int(coarsest), cut=cut, floor=floor, ceiling=ceiling)
-        for coarsest, cut, floor, ceiling in ((32, 1e-2, 1e-4, 2e3), (1, 0.9, 0.9, 1.5))
-    ]
-    for method, tuning in (("uniform", tunings[0]), *(("adaptive", t) for t in tunings)):
-        film = GridFilm(GridField(samples, spacing), sides, representation)
-        flow = bracketed(film, 0.01, 1500, method=method, tuning=tuning)
-        assert flow.state == "leaking" or low == 0
+    film = GridFilm(GridField(samples, spacing), sides, representation)
+    for method, tuning in RUNS:
+        flow = bracketed(film, 0.01, 700, method=method, tuning=tuning)
+        assert flow.state == "leaking"
         assert_enclosed(flow, low * (1 - 1e-9), high * (1 + 1e-9))
+        lower, upper = np.array([(v.lower, v.upper) for v in flow.levels]).reshape(-1, 2).T
+        assert (np.diff(lower) >= 0).all()
+        assert (np.diff(upper) <= 0).all()

@@ -121,7 +121,8 @@ def test_the_correction_lies_between_this_mesh_and_the_next(contact, representat
 
 def test_the_best_flux_of_orthonormal_pressures():
     """∫ J_a·R·J_b = p_a's jump against the flux of b: with C in place of A the flows are no longer
-    orthonormal, and the sum of their energies is tr(A⁻¹C)."""
+    orthonormal, and the sum of their energies is tr(A⁻¹C). Prager and Synge: shares of the cells
+    are positive, and their sum is tr(A⁻¹(A - C))."""
     rough = GridField(rough_gap((16, 16), 0.0, 4).values + 0.05, (1.0, 0.7), periodic=True)
     gap = represented(rough, width=2)
     problem, pressures, streams = solved(gap, uniform_torus(gap.squares, 2))
@@ -138,6 +139,11 @@ def test_the_best_flux_of_orthonormal_pressures():
         s = flow.rate * problem.gradients(flow.stream[cells])
         total += (area * problem.data.resistivity[:, 0] * (s**2).sum(axis=1)).sum()
     assert total == pytest.approx(np.trace(np.linalg.solve(A, C)), rel=SOLVER)
+    # All cells are open, so that the regularised dual is the true one.
+    assert not problem.data.blocked.any()
+    shares, difference = problem.indicators(flows), np.trace(np.linalg.solve(A, A - C))
+    assert shares.min() >= -1e-9 * difference
+    assert shares.sum() == pytest.approx(difference, rel=SOLVER)
 
 
 @pytest.mark.parametrize("contact", [0.0, 0.25])

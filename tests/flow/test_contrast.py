@@ -10,24 +10,14 @@ from sample_gaps import FLUID
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits
 from fem_seal.grid import GridField
-from fem_seal.theory.closed_forms import piecewise_linear_channel
 
 FLUX = 1e-4  # relative error of a flux that the solver allows: the root of that of the energy
-
-
-def film(thin: float, representation: str, n: int = 32) -> tuple[GridField, float]:
-    """A film `thin` across a square, the rest of gap 1, and its leak rate in closed form."""
-    samples = np.where(np.abs((np.arange(n) + 0.5) / n - 0.5) < 0.1, thin, 1.0)
-    gap = GridField(np.repeat(samples[:, None], n, axis=1), (1.0, 1.0))
-    if representation == "constant":
-        return gap, n / (1 / samples**3).sum()
-    return gap, piecewise_linear_channel(samples)
 
 
 @example(seed=31, decades=7)
 @example(seed=1568, decades=41)
 @example(seed=4189, decades=30)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 10_000), decades=st.integers(3, 50))
 def test_rough_constriction(seed, decades):
     """Adaptive and uniform bounds of one gap overlap, and what flows in flows out.
@@ -60,7 +50,9 @@ def test_flux_where_the_pressure_is_constant():
 
     An energy that is 1e-8 too large leaves a cell in the film, one of 64, a flux off by √(64e-8).
     """
-    gap, exact = film(1e-6, "constant")
-    flow = leak_rate(GridFilm(gap, representation="constant"), rtol=1e-8, field=True, **FLUID)
+    samples = np.where(np.abs((np.arange(32) + 0.5) / 32 - 0.5) < 0.1, 1e-6, 1.0)
+    gap, exact = np.repeat(samples[:, None], 32, axis=1), 32 / (1 / samples**3).sum()
+    film = GridFilm(GridField(gap, (1.0, 1.0)), representation="constant")
+    flow = leak_rate(film, rtol=1e-8, field=True, **FLUID)
     assert flow.field.flux[:, 0] == pytest.approx(exact / 32, rel=1e-3, abs=0)
     assert np.abs(flow.field.flux[:, 1]).max() < 1e-3 * exact / 32

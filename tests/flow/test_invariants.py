@@ -9,7 +9,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from gaps import DUALITY, TIGHT, level_problem, plain_bounds, represented
+from gaps import (
+    DUALITY,
+    TIGHT,
+    channel,
+    corners,
+    level_problem,
+    lines,
+    plain_bounds,
+    represented,
+    rings,
+    rows,
+    scattered,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from project import leak_rate
@@ -29,81 +41,19 @@ ROUNDING = 1e-9  # of star-mesh elimination over contrasts up to 1e9
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-# --- random gaps ---------------------------------------------------------------------------------
-
-
-def scattered(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Single contacts anywhere, touching at corners, on the sides and at the ends."""
-    return open_part & (rng.random(open_part.shape) > rng.uniform(0, 0.6))
-
-
-def channel(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """All contact but for a random walk one sample wide, that may miss the outlet."""
-    path = np.zeros_like(open_part)
-    i, j = 0, int(rng.integers(open_part.shape[1]))
-    for _ in range(3 * open_part.size):
-        path[i, j] = True
-        step = rng.integers(4)
-        i = min(max(i + (step == 0) - (step == 1 and rng.random() < 0.5), 0), len(path) - 1)
-        j = (j + (step == 2) - (step == 3)) % path.shape[1]
-        if i == len(path) - 1:
-            path[i, j] = rng.random() < 0.8
-            return path
-    return path
-
-
-def lines(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Contact lines one sample wide, along and across, ending inside or on the rim."""
-    kept = open_part.copy()
-    for _ in range(rng.integers(1, 4)):
-        i, j = (int(rng.integers(n)) for n in kept.shape)
-        length = int(rng.integers(1, max(kept.shape) + 1))
-        if rng.random() < 0.5:
-            kept[i : i + length, j] = False
-        else:
-            kept[i, j : j + length] = False
-    return kept
-
-
-def rings(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Islands three samples wide; with an open centre, a pocket."""
-    kept = open_part.copy()
-    for _ in range(rng.integers(1, 3)):
-        i, j = (int(rng.integers(-1, n)) for n in kept.shape)
-        block = kept[max(i, 0) : i + 3, max(j, 0) : j + 3]
-        block[...] = False
-        if rng.random() < 0.5 and min(block.shape) == 3:
-            block[1, 1] = True
-    return kept
-
-
-def rows(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """A row all in contact, but perhaps for one sample."""
-    kept = open_part.copy()
-    i = int(rng.integers(len(kept)))
-    kept[i] = False
-    if rng.random() < 0.7:
-        kept[i, rng.integers(kept.shape[1])] = True
-    return kept
-
-
-def corners(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Fields of a chessboard, each two samples wide or one, in contact."""
-    i, j = np.indices(open_part.shape) // int(rng.integers(1, 3))
-    return open_part & (((i + j) % 2 == 0) | (rng.random(open_part.shape) < 0.2))
-
-
 STRUCTURES = [scattered, channel, lines, rings, rows, corners]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A gap, how it is read between its samples, and what lies at its sides."""
+    """A gap, how it is read between its samples, what lies at its sides, and the mean along links
+    of finite differences."""
 
     samples: np.ndarray
     representation: str
     sides: str
     spacing: tuple[float, float]
+    links: str = "harmonic"
 
     @property
     def field(self) -> GridField:
@@ -124,28 +74,27 @@ class Case:
         options = {"rtol": 0.1, "limits": Limits(unknowns=150), "every_dual": True} | options
         return leak_rate(self.film, method=method, **FLUID | options)
 
-    def differences(self) -> np.ndarray:
-        """Leak rates by finite differences with each mean along the links."""
-        return np.array(
-            [by_differences(self.film, FlowSettings(links=mean, **FLUID)).value for mean in LINKS]
-        )
+    def by_differences(self, **fluid) -> float:
+        """Leak rate by finite differences."""
+        return by_differences(self.film, FlowSettings(links=self.links, **FLUID | fluid)).value
 
 
 @st.composite
-def cases(draw, contact=True) -> Case:
+def cases(draw) -> Case:
     """Open gaps spread over up to three decades."""
     representation = draw(st.sampled_from(["linear", "constant"]))
     smallest = 2 if representation == "linear" else 1
     shape = draw(st.tuples(*[st.integers(smallest, 7)] * 2))
     rng = np.random.default_rng(draw(SEEDS))
     is_open = np.ones(shape, dtype=bool)
-    for structure in draw(st.lists(st.sampled_from(STRUCTURES), max_size=2)) if contact else ():
+    for structure in draw(st.lists(st.sampled_from(STRUCTURES), max_size=2)):
         is_open = structure(is_open, rng)
     decades = draw(st.sampled_from([0.0, 0.3, 1.0, 3.0]))
     samples = np.where(is_open, 10 ** rng.uniform(-decades, 0, shape), 0.0)
     sides = draw(st.sampled_from(["wall", "periodic"]))
     spacing = draw(st.sampled_from([(1.0, 1.0), (3.0, 1.0), (1.0, 3.0)]))
-    return Case(samples, representation, sides, spacing).with_samples(samples)
+    links = draw(st.sampled_from(list(LINKS)))
+    return Case(samples, representation, sides, spacing, links).with_samples(samples)
 
 
 def leaks(case: Case) -> bool:
@@ -207,6 +156,7 @@ def test_brackets_enclose_one_number(case):
         assert (np.diff(lower) >= -rounding * lower[1:]).all()
         assert (np.diff(upper) <= rounding * upper[1:]).all()
         assert flow.converged or "unknowns" in flow.reason
+        assert len(flow.levels) == 1 or flow.unknowns <= 150
 
 
 # --- two gaps ------------------------------------------------------------------------------------
@@ -228,11 +178,8 @@ def images(case: Case):
 @given(cases(), st.integers(0, 2))
 def test_images(case, which):
     """As much flows through a gap as through its image, on the same mesh to the tolerance."""
-    every = list(images(case))
-    for one, other, _ in every:
-        expected = pytest.approx(one.differences(), rel=ROUNDING, abs=0)
-        assert other.differences() == expected
-    case, other, same_mesh = every[which]
+    case, other, same_mesh = list(images(case))[which]
+    assert other.by_differences() == pytest.approx(case.by_differences(), rel=ROUNDING, abs=0)
     if same_mesh or case.representation == "constant":
         assert_overlap(case.bounds(), other.bounds())
     if same_mesh:
@@ -259,18 +206,18 @@ def test_scales(case, powers, method):
     for name in ("lower", "upper", "value", "inflow", "outflow"):
         expected = scale * (getattr(one, name) or 0)
         assert (getattr(two, name) or 0) == pytest.approx(expected, rel=1e-10, abs=0)
-    found = [by_differences(other.film, FlowSettings(links=mean, **fluid)).value for mean in LINKS]
-    assert found == pytest.approx(scale * case.differences(), rel=ROUNDING, abs=0)
+    expected = scale * case.by_differences()
+    assert other.by_differences(**fluid) == pytest.approx(expected, rel=ROUNDING, abs=0)
 
 
 @settings(max_examples=80)
 @given(cases(), SEEDS, st.sampled_from([0.03, 0.3]), st.sampled_from([0.0, 0.7]))
 def test_monotone_in_the_gap(case, seed, share, factor):
     """More contact, or a lower gap anywhere, at some places or at many, never lets more through."""
-    most = case.differences() * (1 + ROUNDING)
+    most = case.by_differences() * (1 + ROUNDING)
     lowered = np.random.default_rng(seed).random(case.samples.shape) < share
     narrower = case.with_samples(np.where(lowered, factor, 1.0) * case.samples)
-    assert (narrower.differences() <= most).all()
+    assert narrower.by_differences() <= most
     if seed % 4 == 0:  # bounds take longer
         before, after = case.bounds(), narrower.bounds()
         assert after.lower <= before.upper
@@ -284,28 +231,31 @@ def test_walls_let_no_more_through_than_periodic_sides(case):
     the periodic ones: on one mesh either bound of the walls is the lower. CG errs by 2e-8."""
     periodic = replace(case, sides="periodic").with_samples(case.samples)
     walls = replace(periodic, sides="wall")
-    assert (walls.differences() <= periodic.differences() * (1 + ROUNDING)).all()
+    assert walls.by_differences() <= periodic.by_differences() * (1 + ROUNDING)
     if leaks(walls):
         gap = represented(walls.field, walls.representation)
         wall, repeated = (plain_bounds(level_problem(gap, periodic_sides=p)) for p in (False, True))
         assert (wall <= repeated * (1 + 4e-8)).all()
 
 
-@settings(max_examples=30)
-@given(cases(contact=False), st.sampled_from([1.0, 4.0]), SEEDS)
-def test_duality(case, deviation, seed):
+@settings(max_examples=12)
+@given(
+    st.tuples(*[st.integers(1, 7)] * 2),
+    st.sampled_from([(1.0, 1.0), (3.0, 1.0)]),
+    st.sampled_from([1.0, 4.0]),
+    SEEDS,
+)
+def test_duality(shape, spacing, deviation, seed):
     """Q_x[K] Q_y[1/K] = 1 of pixels between walls, for any K (Keller 1964; Dykhne 1971).
 
     Transposed meshes of the family coincide, so the dual problem of a log-normal K is the primal
     problem of 1/K turned by a right angle: lower · upper = 1 to the solver tolerance.
     """
-    log_g = deviation / 3 * np.random.default_rng(seed).normal(size=case.samples.shape)
-    one = Case(np.exp(log_g), "constant", "wall", case.spacing)
-    other = Case(np.exp(-log_g.T), "constant", "wall", case.spacing[::-1])
+    log_g = deviation / 3 * np.random.default_rng(seed).normal(size=shape)
+    one = Case(np.exp(log_g), "constant", "wall", spacing)
+    other = Case(np.exp(-log_g.T), "constant", "wall", spacing[::-1])
     pair = [each.bounds("uniform", tuning=TIGHT) for each in (one, other)]
     # The limit of unknowns may end one of them a mesh before the other.
     for level, partner in zip(*(flow.levels for flow in pair), strict=False):
         assert level.lower * partner.upper == pytest.approx(1, rel=DUALITY)
         assert level.upper * partner.lower == pytest.approx(1, rel=DUALITY)
-    flow, dual = one.bounds(), other.bounds()
-    assert flow.lower * dual.lower <= 1 <= flow.upper * dual.upper

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gaps import bracketed
+from gaps import areas_and_slopes
 from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 
@@ -18,40 +18,7 @@ METHODS = ["uniform", "adaptive"]
 GAP = rough_gap((16, 16), 0.3, 6)
 
 
-@pytest.fixture(scope="module")
-def tight():
-    """The leak rate of GAP to two per cent."""
-    return leak_rate(GridFilm(GAP), rtol=0.02, **FLUID)
-
-
 # --- limits ------------------------------------------------------------------------------------
-
-LIMITS = {
-    "unknowns": (Limits(unknowns=1500), "more than 1500 unknowns"),
-    "seconds": (Limits(seconds=0.0), "0 s is used up"),
-    "memory": (Limits(memory_bytes=1), "GB"),
-}
-
-
-@pytest.mark.parametrize("name", LIMITS)
-@pytest.mark.parametrize(("method", "field"), [("uniform", True), ("adaptive", False)])
-def test_limits(name, method, field, tight):
-    """The bounds reached by then are valid, and the reason is given in one line."""
-    limits, words = LIMITS[name]
-    flow = leak_rate(GridFilm(GAP), method=method, rtol=1e-6, limits=limits, field=field, **FLUID)
-    assert not flow.converged
-    assert words in flow.reason
-    assert "\n" not in flow.reason
-    assert flow.state == "leaking"
-    assert flow.lower <= tight.upper
-    assert tight.lower <= flow.upper
-    assert flow.lower <= flow.value <= flow.upper
-    if name == "unknowns":
-        assert len(flow.levels) > 1
-        assert flow.levels[-1].unknowns <= 1500
-    else:
-        assert len(flow.levels) == 1
-    assert (flow.field is not None) == field
 
 
 def test_the_memory_of_the_machine_is_a_limit(monkeypatch):
@@ -70,18 +37,6 @@ def crossed_by_a_line(least):
     return GridField(values, (1.0, 1.0))
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_line_of_tiny_gaps_ends(method):
-    """To resolve a gap of 1e-30 all along a line takes 1e30 triangles: the bounds say how far."""
-    flow = leak_rate(GridFilm(crossed_by_a_line(1e-30)), method=method, **FLUID)
-    assert not flow.converged
-    assert f"needs more than {MOST_UNKNOWNS} unknowns" in flow.reason
-    assert "the critical constriction is 1e-30 of the largest gap" in flow.reason
-    assert 0 < flow.lower < flow.upper
-    # Judged as soon as the mesh has grown by that much, and no mesh is more than 4 times the last.
-    assert flow.levels[-1].cells < 4 * GROWTH_FOR_ORDER * flow.levels[0].cells
-
-
 def test_a_tight_spot_does_not_end():
     """Its cost grows as a logarithm, however small its gap is: h = |x² - y²| + least, cut at 0."""
     x = np.linspace(-1, 1, 33)
@@ -91,34 +46,64 @@ def test_a_tight_spot_does_not_end():
     assert flow.unknowns < 2000
 
 
-def test_a_line_of_tiny_gaps_may_decide():
-    """No mesh brings the bounds together, but their first ones lie on one side of a limit."""
-    gap = crossed_by_a_line(1e-30)
-    wide = leak_rate(GridFilm(gap), **FLUID)
-    above = leak_rate(GridFilm(gap), decide=2 * wide.upper, **FLUID)
-    below = leak_rate(GridFilm(gap), decide=wide.lower / 2, **FLUID)
+@pytest.mark.parametrize("method", METHODS)
+def test_a_line_of_tiny_gaps(method):
+    """To resolve a gap of 1e-30 all along a line takes 1e30 triangles: the bounds say how far. They
+    decide on limits that do not lie between them."""
+    film = GridFilm(crossed_by_a_line(1e-30))
+    wide = leak_rate(film, method=method, **FLUID)
+    assert not wide.converged
+    assert f"needs more than {MOST_UNKNOWNS} unknowns" in wide.reason
+    assert "the critical constriction is 1e-30 of the largest gap" in wide.reason
+    assert 0 < wide.lower < wide.upper
+    # Judged as soon as the mesh has grown by that much, and no mesh is more than 4 times the last.
+    assert wide.levels[-1].cells < 4 * GROWTH_FOR_ORDER * wide.levels[0].cells
+    above, below = (
+        leak_rate(film, method=method, decide=limit, **FLUID)
+        for limit in (2 * wide.upper, wide.lower / 2)
+    )
     assert above.converged
     assert above.upper <= 2 * wide.upper
     assert below.converged
     assert below.lower > wide.lower / 2
     # Nothing is said of a limit between them before it is decided.
     limits = Limits(unknowns=5 * wide.unknowns)
-    between = leak_rate(
-        GridFilm(gap), decide=(wide.lower * wide.upper) ** 0.5, limits=limits, **FLUID
-    )
+    middle = (wide.lower * wide.upper) ** 0.5
+    between = leak_rate(film, method=method, decide=middle, limits=limits, **FLUID)
     assert between.unknowns > wide.unknowns
     assert "times the limit" in between.reason
 
 
-@pytest.mark.parametrize(("method", "rtol"), [("uniform", 0.5), ("adaptive", 0.1)])
-def test_tolerance_is_met_and_no_level_before_met_it(rtol, method):
-    flow = bracketed(GridFilm(GAP), rtol, unknowns=None, method=method)
-    widths = [(v.upper - v.lower) / np.sqrt(v.lower * v.upper) for v in flow.levels]
+@pytest.mark.parametrize(
+    ("method", "rtol", "every_dual"),
+    [("uniform", 0.5, False), ("adaptive", 0.1, True), ("adaptive", 0.05, False)],
+)
+def test_levels(method, rtol, every_dual):
+    """Progress is told all that the result keeps, in m³/s: larger and larger meshes until one meets
+    the tolerance. A level without a true dual has no lower bound of its own; one is there at the
+    end."""
+    seen = []
+    options = {"method": method, "rtol": rtol, "every_dual": every_dual, "progress": seen.append}
+    flow = leak_rate(GridFilm(GAP), **options, **FLUID)
     assert flow.converged
     assert flow.reason == ""
-    assert widths[-1] <= rtol
-    assert all(width > rtol for width in widths[:-1])
+    assert tuple(seen) == flow.levels
+    assert (seen[-1].lower, seen[-1].upper) == flow.bounds
     assert flow.value == pytest.approx(np.sqrt(flow.lower * flow.upper), rel=1e-12, abs=0)
+    lower, upper, unknowns, cells = np.transpose(
+        [(v.lower, v.upper, v.unknowns, v.cells) for v in seen]
+    )
+    assert upper[-1] - lower[-1] <= rtol * flow.value
+    assert (upper - lower > rtol * np.sqrt(lower * upper))[:-1].all()
+    assert (np.diff(unknowns) > 0).all()
+    assert (np.diff(cells) > 0).all()
+    for level in seen:
+        assert {k: len(errors) for k, errors in level.residuals.items()} == level.iterations
+        # CG ends where the energy is known to Tuning.tolerance, or far below it.
+        assert all(errors[-1] <= 1e-6 for errors in level.residuals.values() if errors)
+    solved = np.array(["dual" in level.iterations for level in seen])
+    assert solved.all() == (every_dual or method == "uniform")
+    assert (lower[~np.logical_or.accumulate(solved)] == 0).all()
 
 
 # --- refusals ----------------------------------------------------------------------------------
@@ -152,35 +137,6 @@ def test_a_bare_gap_is_no_film(solver, bare):
         solver(bare, FlowSettings(**FLUID))
 
 
-# --- progress ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_progress_is_told_every_level(method):
-    """In order, in m³/s, and the same that the result keeps."""
-    seen = []
-    flow = leak_rate(GridFilm(GAP), method=method, rtol=0.1, progress=seen.append, **FLUID)
-    assert tuple(seen) == flow.levels
-    assert seen[-1].upper == flow.upper
-    assert [v.unknowns for v in seen] == sorted(v.unknowns for v in seen)
-    for level in seen:
-        assert {k: len(errors) for k, errors in level.residuals.items()} == level.iterations
-        # CG ends where the energy is known to Tuning.tolerance, or far below it.
-        assert all(errors[-1] <= 1e-6 for errors in level.residuals.values() if errors)
-    assert [v.cells for v in seen] == sorted(v.cells for v in seen)
-
-
-@pytest.mark.parametrize("every_dual", [False, True])
-def test_lower_bound_is_zero_until_a_dual_is_solved(every_dual):
-    """A level without a true dual has no lower bound of its own; one is there at the end."""
-    flow = leak_rate(GridFilm(GAP), rtol=0.05, every_dual=every_dual, **FLUID)
-    solved = np.array(["dual" in level.iterations for level in flow.levels])
-    lower = np.array([level.lower for level in flow.levels])
-    assert solved.all() == every_dual
-    assert (lower[~np.logical_or.accumulate(solved)] == 0).all()
-    assert flow.lower > 0
-
-
 # --- flow field --------------------------------------------------------------------------------
 
 WATER = {"viscosity": 1e-3, "pressure_drop": 2e5}
@@ -188,15 +144,6 @@ WATER = {"viscosity": 1e-3, "pressure_drop": 2e5}
 
 def field_of(film, **options):
     return leak_rate(film, rtol=0.1, limits=Limits(unknowns=3000), field=True, **WATER | options)
-
-
-def areas_and_slopes(field):
-    """Area (C,) and pressure gradient (C, 2) of each cell, from points and pressure alone."""
-    x = field.points[field.cells]
-    to_corner = np.stack([x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]], axis=2)
-    p = field.pressure[field.cells]
-    slope = np.einsum("cij,ci->cj", np.linalg.inv(to_corner), p[:, 1:] - p[:, :1])
-    return np.abs(np.linalg.det(to_corner)) / 2, slope
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -11,9 +11,8 @@ from gaps import bracketed, solved
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from project import leak_rate
-from sample_gaps import FLUID, rough_gap
+from sample_gaps import FLUID
 from triangulations import (
-    grid_mesh,
     labelled,
     random_gap,
     ring,
@@ -23,13 +22,11 @@ from triangulations import (
 )
 
 from fem_seal.fenicsx import MPI
-from fem_seal.film import GridFilm
 from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.flow import Tuning
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.topology import dual_numbering, open_cells
-from fem_seal.grid import GridField
 from fem_seal.mesh.shape import shape_mesh
 from fem_seal.mesh.triangles import INLET, ISLAND, OUTLET
 
@@ -156,25 +153,6 @@ def test_inlet_and_outlet_on_any_stretch(outlet, inner, contact):
     lower, upper = bounds_on(gap, 6000)
     assert stream.conductance < lower < upper < pressure.energies.item()
     assert upper < 1.4 * lower
-
-
-@pytest.mark.parametrize("contact", [0.0, 0.25])
-def test_the_pixel_mesh_as_a_mesh_of_any_shape(contact):
-    """The same function on the same triangles: constriction equal, brackets overlap, and before
-    any refinement both have the same energies up to the solver."""
-    gap = rough_gap((16, 12), contact, seed=3)
-    grid = GridField(gap.vertices(), (0.5, 0.25))
-    mesh = grid_mesh((16, 12), (8.0, 3.0))
-    i, j = np.rint(mesh.xy / (0.5, 0.25)).astype(int).T
-    shape = MeshFilm(mesh, grid.values[i, j])
-    assert shape.constriction.gap == GridFilm(grid).constriction.gap
-    films = GridFilm(grid), shape
-    on_grid, on_mesh = (bracketed(film, 1e-9, 1, method="uniform") for film in films)
-    # Bubbles stand on hypotenuses and longest edges, here not the same: the plain energies are.
-    assert on_mesh.inflow == pytest.approx(on_grid.inflow, rel=1e-3, abs=0)
-    for a in (on_grid, on_mesh):
-        for b in (on_grid, on_mesh):
-            assert a.lower <= b.upper
 
 
 def test_a_channel_once_around_the_ring_meets_the_cut():

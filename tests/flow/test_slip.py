@@ -19,11 +19,9 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.rarefied import FIRST_ORDER, kinetic
 
-VISCOSITY, TEMPERATURE, MOLAR_MASS = 1.82e-5, 293.15, 0.02896
-AIR = GasDrive(2e5, 1e5, TEMPERATURE, MOLAR_MASS, 273.15, 101325.0)
+TEMPERATURE, MOLAR_MASS = 293.15, 0.02896
 # Bounds have room for rounding, and CG stops at a relative energy error of 1e-8.
 ROUNDING = 1e-7
-REPRESENTATIONS = ["linear", "constant"]
 KINETIC = kinetic(1.0)
 LAWS = pytest.mark.parametrize("law", [FIRST_ORDER, KINETIC], ids=["first order", "kinetic"])
 # The smallest conductivity allows for a kink of the table of c between two gaps of its own table.
@@ -37,13 +35,10 @@ def mobility(slip: Slip, g, p):
     return slip.product * g**2 * slip.coefficient(g * p / slip.product)
 
 
-def mass_bounds(gap, slip: Slip | None, representation="constant", spacing=(1.0, 1.0), **options):
+def mass_bounds(gap, slip: Slip, representation="constant", spacing=(1.0, 1.0), **options):
     """Leak rate in kg/s times 12 η R T/M: ∫(g³ p + B g²)|∇p| over a line across the flow."""
-    drive = replace(AIR, inlet_pressure=2.0, outlet_pressure=1.0)
-    if slip is not None:
-        drive = replace(
-            drive, inlet_pressure=slip.inlet_pressure, outlet_pressure=slip.outlet_pressure
-        )
+    ends = slip.inlet_pressure, slip.outlet_pressure
+    drive = GasDrive(*ends, TEMPERATURE, MOLAR_MASS, 273.15, 101325.0)
     film = gap
     if not isinstance(gap, MeshFilm):
         film = GridFilm(GridField(np.asarray(gap, dtype=float), spacing), "wall", representation)
@@ -113,17 +108,6 @@ def test_checkerboard_in_both_limits(B, power):
     exact = (0.5**power) ** 0.5 * (1.5 if power == 3 else B)
     assert lower <= exact <= upper
     assert upper / lower < 1.03
-
-
-@pytest.mark.parametrize("representation", REPRESENTATIONS)
-def test_without_slip_and_with_next_to_none(representation):
-    """B → 0 is the gas without slip, whose bounds come from the plain cube."""
-    gap = np.random.default_rng(2).random((5, 5)) - 0.1
-    gap = np.maximum(gap, 0)
-    plain = mass_bounds(gap, None, representation, rtol=0.1)[1:]
-    slipping = mass_bounds(gap, Slip(2.0, 1.0, 1e-12), representation, rtol=0.1)[1:]
-    # The constriction's 6 Kn is below 1e-11; the solves stop at relative energy errors of 1e-8.
-    assert slipping == pytest.approx(plain, rel=1e-7)
 
 
 @LAWS

@@ -30,12 +30,42 @@ def test_the_guide_never_becomes_a_bound(opening, representation, sides):
     film = GridFilm(GridField(samples, (1.0, 1.0)), sides, representation)
     truth = leak_rate(film, rtol=0.1, **FLUID)
     assert truth.converged
-    for limits in (Limits(seconds=0.0), Limits(unknowns=40), Limits(memory_bytes=1)):
-        stopped = leak_rate(film, limits=limits, tuning=Tuning(coarsest=4), **FLUID)
+    assert truth.field is None
+    for limits, words in (
+        (Limits(seconds=0.0), "0 s is used up"),
+        (Limits(unknowns=40), "more than 40 unknowns"),
+        (Limits(memory_bytes=1), "GB"),
+    ):
+        coarse = Tuning(coarsest=4)
+        stopped = leak_rate(film, limits=limits, tuning=coarse, field=True, **FLUID)
         assert not stopped.converged
+        assert words in stopped.reason
+        assert "\n" not in stopped.reason
+        assert stopped.field is not None
+        assert len(stopped.levels) == 1 or stopped.unknowns <= 40
         assert 0 <= stopped.lower <= truth.upper
         assert truth.lower <= stopped.upper
         assert stopped.levels[-1].upper > 10 * truth.upper  # on a mesh that sees little of it
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_pockets_beside_a_channel(representation, sides):
+    """In squares of 16 samples, most of which hold a piece of both: no level knows of the pocket,
+    in which nothing flows. 1e-7: two solves of one problem, 1e-8 each."""
+    n = 65 if representation == "linear" else 64
+    samples = np.zeros((n, n))
+    samples[:, 20:26] = 1
+    holed = samples.copy()
+    holed[8:56, 28:34] = 0.8
+    films = [GridFilm(GridField(v, (1.0, 1.0)), sides, representation) for v in (samples, holed)]
+    first, second = (
+        leak_rate(film, rtol=0.1, tuning=Tuning(coarsest=4), **FLUID) for film in films
+    )
+    assert [level.unknowns for level in first.levels] == [level.unknowns for level in second.levels]
+    for one, other in zip(first.levels, second.levels, strict=True):
+        assert one.upper == pytest.approx(other.upper, rel=1e-7, abs=0)
+        assert one.lower == pytest.approx(other.lower, rel=1e-7, abs=0)
 
 
 def test_no_level_begins_that_would_not_end_in_time():
