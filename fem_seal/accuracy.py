@@ -88,7 +88,7 @@ def chosen_grid(
     budget = log1p(total)
     grid = _refined(first, max_refinement, error_of, budget)
     left = budget - grid.contact
-    # Passes through contact and flow do not settle to any tolerance: samples open and close.
+    # No tolerance makes the error of a lift as small as one likes: single samples open or close.
     least = (1 - LAST_SHARE) * budget if grid.lifts else 0.0
     if grid.leak_rate.converged and left > least and grid.flow + grid.lift > left:
         grid = _solved_again(first, grid, left)
@@ -270,7 +270,7 @@ def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
     scene, contact = patch.scene, present(patch.scene.contact, "[contact]")
     if not contact.is_elastic:
         return part * present(patch.contact, "contact").contact_area_fraction >= sealing
-    load = present(patch.mean_pressure, "load")
+    load = present(patch.carried_load, "load")
     inlet, outlet = scene.gauge_pressures
     if scene.lift != "resolved":
         rest = load - max(inlet, 0.0)

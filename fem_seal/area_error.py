@@ -64,7 +64,7 @@ def area_error(patch: Patch) -> EstimatedError | None:
         return _of_sealed(patch, present(reach, "reach"), words)
     less, more = (reach.rate * distance / 3 for distance in (reach.closed, reach.opened))
     if isinstance(contact, ContactState):
-        load = with_prefix(present(patch.mean_pressure, "load"), "Pa")
+        load = with_prefix(present(patch.carried_load, "load"), "Pa")
         words += f"; contact.pressure = {load} in place of the area leaves this out"
     # A constriction that narrows by the part x conducts as (1 - x)³.
     return EstimatedError((1 - less) ** 3 if less < 1 else None, (1 + more) ** 3, words)
@@ -132,7 +132,7 @@ def _of_sealed(patch: Patch, reach: _Reach, words: str) -> EstimatedError:
         words += "; with as few as were asked for it is sealed as well"
         return EstimatedError(1.0, 1.0, words)
     words += "; with fewer a path may open"
-    load = (patch.mean_pressure or 0.0) - AREA_SAFETY * reach.opened
+    load = (patch.carried_load or 0.0) - AREA_SAFETY * reach.opened
     if not isinstance(patch.film_contact, ContactState) or load <= 0:
         return EstimatedError(1.0, None, words)
     lighter = patch.pressed_by(load, patch.lift)

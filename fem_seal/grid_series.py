@@ -123,7 +123,7 @@ class OnHalf:
 
 
 def _stays_sealed(patch: Patch) -> bool:
-    load = STILL_SEALED * present(patch.mean_pressure, "load")
+    load = STILL_SEALED * present(patch.carried_load, "load")
     lighter = patch.pressed_by(load, patch.lift)
     return lighter.state == "sealed" and (lighter.lifted is None or lighter.lifted.converged)
 

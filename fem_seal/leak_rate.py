@@ -73,6 +73,17 @@ class FacetTag(IntEnum):
     SEAM = 5
 
 
+def require_enclosed(value: float, lower: float, upper: float) -> None:
+    """Raise Inconsistent if bounds of a leak rate [m³/s] cross, or do not hold its value."""
+    if not lower <= upper:
+        raise Inconsistent(
+            f"the bounds cross: lower {lower:.6e} > upper {upper:.6e} m^3/s; "
+            "this is a defect of the solver, please report the gap"
+        )
+    if not lower * (1 - MEAN_ROUNDING) <= value <= upper * (1 + MEAN_ROUNDING):
+        raise Inconsistent(f"{value:.6e} is not between {lower:.6e} and {upper:.6e} m^3/s")
+
+
 @dataclass(frozen=True, eq=False)
 class FlowField:
     """The flow on the last mesh, for pictures and files."""
@@ -88,6 +99,13 @@ class FlowField:
     #: (C, 3) int8, `FacetTag` of the side opposite each corner, INSIDE where another cell
     #: shares the side. None in files that an earlier version wrote
     facet_tags: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        n, c = len(self.points), len(self.cells)
+        shapes = [array.shape for array in (self.points, self.gap, self.pressure, self.flux)]
+        inside = c == 0 or (self.cells.min() >= 0 and self.cells.max() < n)
+        if shapes != [(n, 2), (n,), (n,), (c, 2)] or not inside:
+            raise Inconsistent(f"a flow of {n} points and {c} cells: {shapes}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,14 +149,7 @@ class LeakRate:
         require_known(get_args(FlowState), self.state, "state")
         if self.lower is None:
             return
-        lower, upper = self.bounds
-        if not lower <= upper:
-            raise Inconsistent(
-                f"the bounds cross: lower {lower:.6e} > upper {upper:.6e} m^3/s; "
-                "this is a defect of the solver, please report the gap"
-            )
-        if not lower * (1 - MEAN_ROUNDING) <= self.value <= upper * (1 + MEAN_ROUNDING):
-            raise Inconsistent(f"{self.value:.6e} is not between {lower:.6e} and {upper:.6e} m^3/s")
+        require_enclosed(self.value, *self.bounds)
 
     @property
     def bounds(self) -> tuple[float, float]:

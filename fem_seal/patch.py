@@ -292,7 +292,7 @@ class Patch:
         return parallel.on_root(lambda: elastic_contact(self.scene, surface, None, load), self.comm)
 
     @property
-    def mean_pressure(self) -> float | None:
+    def carried_load(self) -> float | None:
         """Load per area carried by solid and fluid [Pa]; None without an elastic contact."""
         load: float | None = getattr(self.film_contact, "mean_pressure", None)
         if self.lifted is None or load is None:
@@ -356,8 +356,10 @@ class Patch:
             return LeakRate.lifted_off(method)
         if self.lifted is not None:
             leak = present(self.lifted.leak_rate, "leak rate")
-            reasons = [reason for reason in (leak.reason, self.lifted.reason) if reason]
-            leak = replace(leak, converged=not reasons, reason="; ".join(reasons))
+            reason = self.lifted.reason
+            if leak.reason not in reason:
+                reason = "; ".join(filter(None, (leak.reason, reason)))
+            leak = replace(leak, converged=not reason, reason=reason)
         elif self.sealed:
             return LeakRate.sealed(method)
         else:

@@ -115,7 +115,7 @@ def predicted(
     samples, pace = prod(shape), _fft_seconds() / REFERENCE
     stages = _stages(_Laws(scene, channels), shape)
     parts = {name: pace * seconds for name, seconds in stages.items()}
-    flows = scene.leaks != "nothing" or "tensor" in parts
+    flows = scene.solves_flow or scene.seal is not None or "tensor" in parts
     libraries = [CONTACT_IMPORTS] + [FLOW_IMPORTS] * flows
     memory = sum(size for _, size in libraries) + BYTES_OF_SAMPLE * samples
     if scene.lift == "resolved":
@@ -158,8 +158,9 @@ def _stages(laws: "_Laws", shape: tuple[int, int]) -> dict[str, float]:
     scene, samples, rtol = laws.scene, prod(shape), _rtol(laws.scene)
     contact, flow = laws.contact(samples), laws.flow(samples, rtol)
     stages, lifted = {"contact": contact}, scene.lift == "resolved"
-    if scene.needs_flow:
+    if scene.solves_flow:
         stages["flow and lift" if lifted else "flow"] = flow
+    if scene.needs_flow:
         if scene.lift == "range":
             stages["range"] = contact + flow
         if laws.by_area:
@@ -284,7 +285,7 @@ def _advice(scene: Scene, seconds: float, memory: float) -> str:
     ways = ["fewer samples (surface.shape, or crop of a map)"]
     if scene.seal is not None:
         ways += ["fewer seal.patches", "a larger seal.rtol"]
-    elif scene.needs_flow:
+    elif scene.solves_flow:
         ways += ["a larger flow.rtol", "flow.method = 'finite-difference'"]
     return f"to see something sooner: {', '.join(ways)}"
 

@@ -27,9 +27,10 @@ from fem_seal.upscaling.seal import SealLeak
 def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False) -> None:
     """Raise MissingPackage before any work if a package is missing that the work needs later."""
     require_scene(scene)
+    by_elements = scene.flow.method != "finite-difference"
     # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
-    by_elements = flow and scene.leaks != "nothing" and scene.flow.method != "finite-difference"
-    if pictures and (by_elements or scene.shape is not None):
+    drawn = flow and by_elements and scene.leaks != "nothing"
+    if pictures and (drawn or scene.shape is not None):
         from fem_seal.render.offscreen import require_gl
 
         require_gl()
@@ -38,7 +39,7 @@ def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False)
 
         raise MissingPackage(NO_GMSH)
     tensor = flow and "conductivity_tensor" in scene.output.products
-    if by_elements or tensor:
+    if tensor or (flow and by_elements and (scene.solves_flow or scene.leaks == "seal")):
         without = "; flow.method = 'finite-difference' works without" if not tensor else ""
         require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
 

@@ -95,7 +95,7 @@ class Solved:
     def flows(self) -> list[LeakRate | ConductivityTensor]:
         """All flows of the answer, each of which may miss its tolerance."""
         patch, scene = self.patch, self.patch.scene
-        flows = [patch.leak_rate if scene.needs_flow else None, self.leak_rate]
+        flows = [patch.leak_rate if scene.solves_flow else None, self.leak_rate]
         if scene.lift == "range":
             flows += patch.once(lift_range)
         tensor = None if self.quantities is None else self.quantities.conductivity_tensor
@@ -167,7 +167,7 @@ class Solved:
         if isinstance(self.contact, ContactState):
             parts |= _named(self.contact, "certificate", "pressed_gap", "penetration")
             parts["contact_iterations"] = self.contact.iterations
-            parts["mean_pressure"] = patch.mean_pressure
+            parts["mean_pressure"] = patch.carried_load
         if self.seal is not None:
             parts["seal"] = SealRecord.of(self.seal)
         total = self.seconds + patch.seconds.get("pictures", 0.0)

@@ -61,7 +61,7 @@ def passed_at(patch: Patch, samples: float, side: int) -> Patch:
     """The patch at a pressure, to 2 %, beyond which the number passes `samples` on one side."""
 
     def at(part: float) -> Patch:
-        return patch.pressed_by(patch.mean_pressure * (1 + side * part), patch.lift)
+        return patch.pressed_by(patch.carried_load * (1 + side * part), patch.lift)
 
     def is_beyond(one: Patch) -> bool:
         return touching(one) > samples if side > 0 else touching(one) < samples
@@ -140,8 +140,8 @@ def test_a_sealed_film_that_opens():
         assert (error.lower, error.upper, error.upper_rate) == (1, 1, None)
     leaking = sealed
     while leaking.sealed:
-        leaking = sealed.pressed_by(0.995 * leaking.mean_pressure)
-    just = sealed.pressed_by(leaking.mean_pressure / 0.995)
+        leaking = sealed.pressed_by(0.995 * leaking.carried_load)
+    just = sealed.pressed_by(leaking.carried_load / 0.995)
     for samples in (touching(just) - 0.5, touching(leaking)):
         error = area_error(asked_for(just, samples))
         true = passed_at(just, samples, -1).leak_rate.value

@@ -6,7 +6,7 @@ import re
 import runpy
 import tomllib
 from types import UnionType
-from typing import Annotated, Union, get_args, get_origin
+from typing import Annotated, Literal, Union, get_args, get_origin
 
 from project import ROOT, trees
 from pydantic import BaseModel
@@ -69,6 +69,24 @@ def listings(page):
 def test_every_key_of_a_scene_is_listed_and_every_key_listed_exists():
     scene, shapes = listings("docs/reference/scene.md"), listings("docs/guide/shapes.md")
     assert scene | {"shape": shapes["shape"]} == SECTIONS
+
+
+def alternatives(annotation):
+    """Strings that a field may have, where only some are allowed."""
+    if get_origin(annotation) is Literal:
+        return [value for value in get_args(annotation) if isinstance(value, str)]
+    return [value for part in get_args(annotation) for value in alternatives(part)]
+
+
+def test_every_value_that_a_field_may_have_is_listed():
+    pages = PAGES["docs/reference/scene.md"] + PAGES["docs/guide/shapes.md"]
+    named = set(re.findall(r'["`](\S+?)["`]', pages))
+    sections = [model for kind in fields(Scene).values() for model in models(kind)]
+    allowed = {
+        v for model in sections for kind in fields(model).values() for v in alternatives(kind)
+    }
+    assert "geometric" in allowed
+    assert allowed <= named, allowed - named
 
 
 def test_fields_that_a_page_names_exist():

@@ -190,3 +190,9 @@ def test_name_of_a_folder_is_one_name(text):
     assert path.name.isprintable()
     assert path.name.startswith("first-")
     assert len(path.name.encode()) < 256  # what file systems take
+
+
+def test_name_of_a_folder_says_what_counts():
+    settings = ["flow.rtol=0.1", "output.products=['contact']", "flow.rtol=0.02"]
+    path = default_folder(Path("scenes") / "first.toml", settings)
+    assert path == Path("results") / "first-flow.rtol=0.02"

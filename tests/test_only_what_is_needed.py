@@ -55,7 +55,7 @@ def gap_scene(scene_of_gap, tmp_path):
 
 def test_each_scene_loads_what_it_needs(small_scene, gap_scene):
     """Sealed gaps and cuts nothing, a contact its transforms, and no flow on a grid more."""
-    contact = small_scene | {"output": {"products": ["contact"]}}
+    contact = small_scene | {"output": {"products": ["contact"]}, "flow": {}}
     cut = contact | {"contact": {"model": "bearing", "area_fraction": 0.1}}
     methods = ("adaptive", "uniform", "finite-difference")
     sealed = [gap_scene(method, shut=True) for method in methods]

@@ -11,7 +11,7 @@ import pytest
 from project import scene_of_samples
 
 from fem_seal import run
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.patch import Patch
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow
@@ -22,6 +22,7 @@ from fem_seal.scene import Scene
 from fem_seal.solved import Solved, answer, solve
 from fem_seal.steps import FLOWS
 from fem_seal.surface import MapStatistics
+from fem_seal.upscaling.seal_flow import SealFlow
 
 LEVELS = (
     Level(9, 8, 0.0, 3e-13, {"primal": 4}, {"primal": 0.1}),
@@ -119,6 +120,17 @@ def field():
         flux=rng.random((2, 2)) * 1e-12,
         facet_tags=np.array([[3, 0, 1], [2, 3, 0]], dtype=np.int8),
     )
+
+
+def test_an_answer_that_contradicts_itself_is_none(field):
+    for change in ({"gap": field.gap[:3]}, {"cells": field.cells + 1}, {"flux": field.pressure}):
+        with pytest.raises(Inconsistent):
+            replace(field, **change)
+    for value, lower, upper in ((1.5, 2.0, 1.0), (3.0, 1.0, 2.0)):
+        with pytest.raises(Inconsistent):
+            LeakRate("leaking", "adaptive", value, lower, upper)
+        with pytest.raises(Inconsistent):
+            SealFlow("leaking", value, lower, upper)
 
 
 def test_flow_field_is_read_back_exactly(field, tmp_path):

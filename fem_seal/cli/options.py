@@ -92,12 +92,10 @@ def default_folder(scene: Path, overrides: Sequence[str]) -> Path:
     """Name the result folder of a scene file after the file and its changed settings.
 
     Results with different settings are thus kept side by side. Settings of [output] do not count,
-    since they do not change the result.
-
-    >>> default_folder(Path("first.toml"), ["flow.rtol=0.02", "output.products=['contact']"])
-    PosixPath('results/first-flow.rtol=0.02')
+    since they do not change the result; of a field that is set twice the last setting counts.
     """
-    changes = [text for text in overrides if not text.strip().startswith("output.")]
+    settings = {text.partition("=")[0].strip(): text for text in overrides}
+    changes = [text for field, text in settings.items() if not field.startswith("output.")]
     words = [re.sub(r"[^\w.=+-]+", "_", text) for text in changes]
     name = "-".join([scene.stem, *words])
     if len(name) > LONGEST_NAME:

@@ -159,8 +159,9 @@ class Iterate:
     iteration: int  #: number of the step
     pressure: np.ndarray  #: (nx, ny), admissible pressure
     certificate: float  #: that of this pressure
-    #: (nx, ny), S p - h up to a constant, in float64, computed from this pressure alone; None only
-    #: where the certificate is infinite. The method reads it again: do not overwrite it
+    #: (nx, ny), S p - h up to a constant, computed from this pressure alone; in float32 at first if
+    #: the transforms are. None only where the certificate is infinite. Until the next step only:
+    #: the method reads it again, and may overwrite it
     gap: np.ndarray | None = None
 
 

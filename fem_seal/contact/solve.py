@@ -82,6 +82,8 @@ def press(
 
     Raises
     ------
+    InvalidInput
+        If no load or more than one is given, or one of the arguments is out of its range.
     NotConverged
         If the certificate does not reach the tolerance, if pressed samples do not touch or samples
         overlap by more than 1e-4 of the rms height, or if the mean gap is not the prescribed one.

@@ -24,6 +24,7 @@ from functools import partial
 
 import numpy as np
 
+from fem_seal.digits import number_of
 from fem_seal.errors import Inconsistent
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import SUM_ROUNDING
@@ -43,7 +44,10 @@ GROWTH = 4.0
 # dual is solved at once; below DUAL_NEXT on the next mesh, before the regularised dual, which is
 # not needed if the bounds decide there. A full step leaves a third of the width.
 DUAL_AT_ONCE, DUAL_NEXT = 2.0, 3.0
-TOO_MANY = "the next mesh would have more than {} unknowns"
+
+
+def _too_many(unknowns: float) -> str:
+    return f"the next mesh would have more than {number_of(int(unknowns), 'unknown')}"
 
 
 def unchanged(solution: LevelSolution) -> LevelSolution:
@@ -76,7 +80,7 @@ def refined(
             gap, start.mesh, start.values, stopping.comm, strategy.tuning.tolerance
         )
         if best is not None and problem.unknowns > max_unknowns:
-            return stopping.end(TOO_MANY.format(max_unknowns))
+            return stopping.end(_too_many(max_unknowns))
         guess = problem.guess(start)
         del start
         log.lap("mesh")
@@ -92,8 +96,8 @@ def refined(
                 solve_true_dual, correction_ratio = True, width_ratio(bounds.excess, difference)
         best = bounds if best is None else bounds.tightened(best)
         # Stop if the bounds meet the criterion, or if unknowns, time or memory reach their limit.
-        count = problem.unknowns, problem.space.count
-        level = SolvedLevel(*count, best, log.residuals, log.seconds)
+        cells = problem.space.count
+        level = SolvedLevel(problem.unknowns, cells, best, log.residuals, log.seconds)
         yield stopping.judged(
             LevelSolution(level, problem, solution.pressure, solution.stream), widen
         )
@@ -106,7 +110,7 @@ def refined(
         # many unknowns: every unknown has at least two sides, a side has at most two ends, and the
         # midpoint of each side becomes an unknown.
         if strategy.uniform and 2 * problem.unknowns > max_unknowns:
-            return stopping.end(TOO_MANY.format(max_unknowns))
+            return stopping.end(_too_many(max_unknowns))
         stream, marks, flows = _marked(
             problem, guess, solution, best, correction_ratio, strategy, log
         )

@@ -10,7 +10,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, MeshFilm, require_film
 from fem_seal.film.law import CUBE, FilmLaw, leak_rate_of_square
-from fem_seal.flow.adapt import refined, unchanged
+from fem_seal.flow.adapt import GROWTH, refined, unchanged
 from fem_seal.flow.field import boundary_flows, flow_field, length_unit
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, GapOnMesh, VertexGap
 from fem_seal.flow.level import LevelSolution
@@ -73,6 +73,9 @@ def leak_rate(
 
     Raises
     ------
+    InvalidInput
+        If the method is not one of the two, or the critical constriction is so narrow a part of the
+        largest gap that its cube leaves double precision.
     Inconsistent
         If the bounds cross, which would be a defect.
 
@@ -134,7 +137,7 @@ def _stopping(
         f" (the critical constriction is {narrowest:.0e} of the largest gap: set such gaps to "
         "0 if they are contact)"
     )
-    growth = 4.0 if settings.method == "uniform" else USUAL_GROWTH
+    growth = GROWTH if settings.method == "uniform" else USUAL_GROWTH
     return Stopping(criterion, settings.limits, growth, narrowest, comm, advice)
 
 

@@ -319,6 +319,7 @@ class LevelSolution:
         """The same level with the dual solved: the last level must have a lower bound."""
         if self.stream is not None:
             return self
+        # The regularised stream function, a nearer start, is not kept with a level.
         _, guess = self.problem.mesh.first_guess()
         stream = self.problem.stream(guess)
         if stream is None:

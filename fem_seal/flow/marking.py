@@ -60,6 +60,8 @@ class Tuning:
     def __post_init__(self) -> None:
         require_positive(epsilon=self.epsilon, tolerance=self.tolerance, coarsest=self.coarsest)
         require_not_negative(ahead=self.ahead)
+        if not self.ceiling > 0:
+            raise InvalidInput(f"ceiling = {self.ceiling!r} must be above 0; inf is allowed")
         for name in ("epsilon", "theta", "theta_blocked", "theta_residual", "cut", "floor"):
             if not 0 <= getattr(self, name) <= 1:
                 raise InvalidInput(f"{name} = {getattr(self, name)!r} must lie between 0 and 1")

@@ -50,7 +50,7 @@ def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRa
 
     `rate_of` gives the leak rate of another patch, or of a seal of such patches.
     """
-    load, lifted = patch.mean_pressure, patch.lifted
+    load, lifted = patch.carried_load, patch.lifted
     if patch.scene.tolerances is None:
         sentence = "load, solid, fluid and heights count as exact, without [tolerances]"
         return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)

@@ -21,6 +21,7 @@ from fem_seal.quantities.error_budget import LIFT, Kind, Uncertainty
 KEY = "fluid_pressure"
 # The fluid's pressure is neglected below this part of the contact pressure.
 NEGLIGIBLE_PRESSURE = 1e-3
+REMEDY = "flow.lift = 'resolved' solves contact and flow together"
 
 
 def lift_entry(patch: Patch) -> Uncertainty | None:
@@ -44,50 +45,56 @@ def lift_entry(patch: Patch) -> Uncertainty | None:
 
 def _neglected(patch: Patch) -> Uncertainty | None:
     """Entry of a fluid pressure that is left out."""
-    contact, (inlet, outlet) = (
-        present(patch.scene.contact, "[contact]"),
-        patch.scene.gauge_pressures,
-    )
+    contact = present(patch.scene.contact, "[contact]")
+    inlet, outlet = patch.scene.gauge_pressures
     load = patch.elastic.mean_pressure if contact.pressure is None else contact.pressure
     lifts, presses = (pressure > NEGLIGIBLE_PRESSURE * load for pressure in (inlet, -outlet))
     if not lifts and not presses:
         return None
     if contact.pressure is None:
         return _of_other_loads(patch, max(inlet, -outlet), load)
-    words: list[str] = []
-    lower: float | None = 1.0
-    upper: float | None = 1.0
-    upper_rate: float | None = None
-    if lifts:
-        words.append(
-            f"the fluid's pressure, up to {_pressure(inlet)} above ambient, is "
-            f"{_ratio(inlet, load)} the contact pressure, carries that part of the load and opens "
-            "the film"
-        )
-        opened = None
-        if load <= inlet:
-            more = [
-                "the seal would lift off, since the fluid's pressure is no less than the contact "
-                f"pressure of {_pressure(load)}"
-            ]
-        else:
-            opened, more = _at_the_end(patch, load - inlet, 1)
-        if opened is None or opened.state != "sealed":
-            words[-1] += ": more leaks than through the dry contact"
-        words.extend(more)
-        upper = None if opened is None else _upper_factor(patch.leak_rate, opened)
-        upper_rate = None if opened is None else opened.upper
-    if presses:
-        words.append(
-            f"an outlet {_pressure(-outlet)} below ambient adds {_ratio(-outlet, load)} the "
-            "contact pressure and closes the film: less leaks than through the dry contact"
-        )
-        if patch.leak_rate.state != "sealed":
-            closed, more = _at_the_end(patch, load - outlet, 0)
-            words.extend(more)
-            lower = None if closed is None else _lower_factor(patch.leak_rate, closed)
+    words, upper, upper_rate = _opened(patch, load, inlet) if lifts else ([], 1.0, None)
+    closing, lower = _closed(patch, load, outlet) if presses else ([], 1.0)
+    words += closing
+    if patch.scene.shape is None and (lower, upper) != (1.0, 1.0):
+        words.append(REMEDY)
     kind: Kind = "not covered" if None in (lower, upper) else "estimated"
     return Uncertainty(KEY, kind, "; ".join(words), lower, upper, True, upper_rate)
+
+
+def _opened(
+    patch: Patch, load: float, inlet: float
+) -> tuple[list[str], float | None, float | None]:
+    """Words about the film that the inlet's pressure opens, upper factor and highest leak rate."""
+    words = (
+        f"the fluid's pressure, up to {_pressure(inlet)} above ambient, is {_ratio(inlet, load)} "
+        "the contact pressure, carries that part of the load and opens the film"
+    )
+    more = ": more leaks than through the dry contact"
+    if load <= inlet:
+        lifted_off = (
+            "the seal would lift off, since the fluid's pressure is no less than the contact "
+            f"pressure of {_pressure(load)}"
+        )
+        return [words + more, lifted_off], None, None
+    opened, under = _at_the_end(patch, load - inlet, 1)
+    if opened is None:
+        return [words + more, *under], None, None
+    stays = opened.state == "sealed"
+    upper = _upper_factor(patch.leak_rate, opened)
+    return [words if stays else words + more, *under], upper, opened.upper
+
+
+def _closed(patch: Patch, load: float, outlet: float) -> tuple[list[str], float | None]:
+    """Words about the film that an outlet below ambient closes, and the lower factor."""
+    words = [
+        f"an outlet {_pressure(-outlet)} below ambient adds {_ratio(-outlet, load)} the contact "
+        "pressure and closes the film: less leaks than through the dry contact"
+    ]
+    if patch.leak_rate.state == "sealed":
+        return words, 1.0
+    closed, under = _at_the_end(patch, load - outlet, 0)
+    return [*words, *under], None if closed is None else _lower_factor(patch.leak_rate, closed)
 
 
 def _resolved(patch: Patch) -> Uncertainty:
@@ -95,11 +102,11 @@ def _resolved(patch: Patch) -> Uncertainty:
     state, value = present(patch.lifted, "lifted state"), patch.leak_rate.value
     inlet = _pressure(patch.scene.gauge_pressures[0])
     if state.state == "lifted off":
-        load = _pressure(present(patch.mean_pressure, "load"))
+        load = _pressure(present(patch.carried_load, "load"))
         why = (
             f"the fluid carries the whole load of {load}: no equilibrium keeps the solids together"
         )
-        if patch.mean_pressure == 0:
+        if patch.carried_load == 0:
             why = "no load presses the solids together, and the fluid lifts them off"
         sentence = f"{why}; under any load above the inlet's pressure, {inlet}, they touch"
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0, caution=True)
@@ -111,7 +118,7 @@ def _resolved(patch: Patch) -> Uncertainty:
     if state.state == "sealed":
         sentence = (
             f"sealed under the fluid's pressure as well, up to {inlet} wherever no open path leads "
-            f"to the outlet; no leaking equilibrium was found from {inlet} everywhere"
+            f"to the outlet; {inlet} everywhere opens nothing, or led to no equilibrium that leaks"
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0)
     sentence = (
@@ -223,6 +230,8 @@ def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:
         f"{_ratio(pressure, load)} the contact pressure and bends the solids; the film is that of "
         f"a dry contact with the {kept} of the scene"
     )
+    if patch.scene.shape is None:
+        sentence += f"; {REMEDY}"
     return Uncertainty(KEY, "not covered", sentence, caution=True)
 
 

@@ -155,14 +155,14 @@ def flow_words(result: Result) -> str:
 
 
 def contact_words(result: Result) -> str:
-    """Area, mean gap and mean pressure; of a patch that is lifted off those without load."""
+    """Area, mean gap and load; of a patch that is lifted off those without load."""
     area = 100 * result.contact_area_fraction
     whose = "the shape's area" if "shape" in result.provenance.scene else "the area"
     text = f"{area:.4g} % of {whose}, mean gap {_length(result.mean_gap)}"
     if result.state == "lifted off":
         return f"{text}; without load, where the solids only just touch"
     if result.mean_pressure is not None:
-        text += f", mean pressure {with_prefix(result.mean_pressure, 'Pa')}"
+        text += f", load {with_prefix(result.mean_pressure, 'Pa')}"
     return text if result.seal is None else f"{text}; of the first patch, dry"
 
 
@@ -197,7 +197,8 @@ def tensor_words(tensor: ConductivityTensor) -> str:
         return f"{', '.join(words)} m^3/(Pa s); sealed in every direction"
     ease = f"easiest at {tensor.angle:.3g} degrees"
     if tensor.hardest > 0:
-        ease += f", {tensor.easiest / tensor.hardest:.3g} times the hardest"
+        ratio = f"{tensor.easiest / tensor.hardest:.3g}"
+        ease = "equal in all directions" if ratio == "1" else f"{ease}, {ratio} times the hardest"
     return f"{', '.join(words)} m^3/(Pa s); {ease}"
 
 

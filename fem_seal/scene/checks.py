@@ -208,7 +208,8 @@ def _rates(scene: "Scene") -> Iterator[str]:
         for name, value in (("[limit]", limit), ("output.leak_rate_unit", unit)):
             if value is not None:
                 yield f"{name} is about the leak rate, which output.products does not name"
-        return
+        if not scene.solves_flow:
+            return
     if scene.fluid is None:
         yield "[fluid] is missing: a leak rate needs fluid.viscosity"
     drive = scene.drive
@@ -281,9 +282,19 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
 
 def _ambient_and_lift(scene: "Scene") -> Iterator[str]:
     """An ambient pressure that is missing or contradicts the scene, and a lift of nothing."""
-    if scene.leaks == "nothing" or scene.fluid is None:
-        return
     flow, contact, lift = scene.flow, scene.contact, scene.flow.lift
+    if scene.leaks == "nothing":
+        needs = ""
+        if lift == "range":
+            needs = "is of the leak rate, which output.products does not name; choose 'resolved'"
+        elif lift == "resolved" and (scene.fluid is None or not flow.is_driven):
+            needs = "needs [fluid] and the pressures of [flow]; give them"
+        if needs:
+            yield f"flow.lift = {lift!r} {needs}, or leave it out"
+        if not scene.solves_flow:
+            return
+    if scene.fluid is None:
+        return
     if flow.ambient_pressure is not None and flow.pressure_drop is not None:
         yield (
             "flow.ambient_pressure goes with flow.inlet_pressure and flow.outlet_pressure; with "

@@ -188,6 +188,11 @@ class Scene(Section):
         return bool(products.intersection(self.output.products))
 
     @property
+    def solves_flow(self) -> bool:
+        """Whether the flow is solved: for a product, or since it lifts the solid."""
+        return self.needs_flow or self.lift == "resolved"
+
+    @property
     def leaks(self) -> Literal["nothing", "patch", "seal"]:
         """Whose leak rate is asked for, if any."""
         if self.seal is not None:
@@ -261,10 +266,11 @@ class Scene(Section):
     def lift(self) -> Lift:
         """Model of the fluid's pressure on the solid: "none", "range" or "resolved".
 
-        "none" if no product needs the flow. If the scene leaves flow.lift out: "resolved" for a
-        patch of elastic contact under a pressure, else "none".
+        "none" without a fluid under pressure. If the scene leaves flow.lift out: "resolved" for a
+        patch of elastic contact under a pressure, else "none". Products do not count: one scene has
+        one film, whichever of its properties are asked for.
         """
-        if not self.needs_flow:
+        if self.fluid is None or not self.flow.is_driven:
             return "none"
         if self.flow.lift is not None:
             return self.flow.lift

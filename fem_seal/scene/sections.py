@@ -410,6 +410,12 @@ class Flow(Section):
         return inlet, outlet
 
     @property
+    def is_driven(self) -> bool:
+        """Whether pressures are given."""
+        pressures = self.pressure_drop, self.inlet_pressure, self.outlet_pressure
+        return any(pressure is not None for pressure in pressures)
+
+    @property
     def gauge_pressures(self) -> tuple[float, float]:
         """Pressures of inlet and outlet above that on the back of the solid [Pa].
 

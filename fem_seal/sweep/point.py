@@ -70,8 +70,8 @@ class Point:
     def of(cls, values: tuple[str, ...], result: Result) -> "Point":
         """Point of a result.
 
-        The leak rate of the last pass of contact and flow, which have not settled, is none of the
-        point: its range stands in together_lower and together_upper.
+        Where contact and flow have not settled the point has no leak rate: its range stands in
+        together_lower and together_upper.
         """
         # That of the seal where the scene has one, as are the state and decision of the result.
         leak = result.leak_rate if result.seal is None else result.seal.leak_rate

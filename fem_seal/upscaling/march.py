@@ -2,8 +2,9 @@
 
 With a K that is a step function of the net load, and one contact pressure in each cell, the march
 solves dΦ/ds = -Q/K exactly from the outlet to the inlet (`seal_flow`): in each cell ∫K dΦ rises by
-Q Δs, and sums over the steps tell at which load. If Q is too large, the
-pressure reaches p_in before the inlet; if it is too small, the pressure at the inlet is below p_in.
+Q Δs, and the cumulative sum of that integral over the steps of K gives the net load where it has
+done so. If Q is too large, the pressure reaches p_in before the inlet; if it is too small, the
+pressure at the inlet is below p_in.
 """
 
 from bisect import bisect_left, bisect_right

@@ -13,7 +13,13 @@ from fem_seal import parallel
 from fem_seal.digits import per_cent, rounded_up
 from fem_seal.errors import present
 from fem_seal.files import temporary_folder
-from fem_seal.leak_rate import FlowState, half_width_of, relative_half_width, relative_width
+from fem_seal.leak_rate import (
+    FlowState,
+    half_width_of,
+    relative_half_width,
+    relative_width,
+    require_enclosed,
+)
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
@@ -74,6 +80,9 @@ class SealLeak:
     critical_gap: float | None = None
     #: what a sealed seal leaks under less load, which is more; None if that was not tried
     lowered: "LoweredSeal | None" = None
+
+    def __post_init__(self) -> None:
+        require_enclosed(self.value, self.lower, self.upper)
 
 
 @dataclass(frozen=True)

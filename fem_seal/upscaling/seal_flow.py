@@ -20,7 +20,7 @@ from math import inf
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.leak_rate import FlowState
+from fem_seal.leak_rate import FlowState, require_enclosed
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
@@ -95,6 +95,9 @@ class SealFlow:
     sealing: SealingPart | None = None  #: part of the path that seals; None if lifted off
     #: the same at the lower and at the upper bound, if they are positive and finite
     bounding: tuple[PathFlow, ...] = ()
+
+    def __post_init__(self) -> None:
+        require_enclosed(self.value, self.lower, self.upper)
 
 
 def seal_flow(

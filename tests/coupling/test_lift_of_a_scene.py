@@ -24,11 +24,21 @@ def entry(result):
     return next(entry for entry in result.error_budget if entry.name == "lift")
 
 
-def test_a_scene_without_a_leak_rate_is_dry():
-    """Nothing flows: the contact alone, and no lift in the result."""
-    patch = Patch(scene(output={"products": ["contact"]}))
-    assert patch.lifted is None
-    assert answer(patch).result().lift is None
+def test_the_film_does_not_depend_on_what_is_asked_for():
+    """Contact and its quantities are those of the scene with a leak rate; without pressures dry."""
+    products = ["contact", "conductivity_tensor", "threshold", "trapped_volume"]
+    whole, without = (
+        solve(scene(n=16, output={"products": named})).result()
+        for named in ([*products, "leak_rate"], products)
+    )
+    assert without.quantities == whole.quantities
+    assert without.contact_area_fraction == whole.contact_area_fraction < 0.3
+    assert (without.lift, without.state) == (whole.lift, whole.state)
+    assert without.leak_rate is None
+    sections = scene(n=16, output={"products": ["contact"]}).to_mapping()
+    dry = solve(Scene.from_mapping(sections | {"flow": {}})).result()
+    assert dry.lift is None
+    assert dry.contact_area_fraction == whole.lift.dry.contact_area_fraction
 
 
 def test_folder_holds_the_lifted_contact(tmp_path):

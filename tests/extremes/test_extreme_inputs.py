@@ -77,6 +77,7 @@ def test_what_is_no_positive_number_is_refused(name, bad):
         (lambda: {"limits": Limits(unknowns=-3)}, "unknowns = -3 must not be negative"),
         (lambda: {"tuning": Tuning(theta=5)}, "theta = 5 must lie between 0 and 1"),
         (lambda: {"tuning": Tuning(cut=2)}, "cut = 2 must lie between 0 and 1"),
+        (lambda: {"tuning": Tuning(ceiling=np.nan)}, "ceiling = nan must be above 0"),
     ],
 )
 def test_numbers_that_steer_the_flow(option, message):

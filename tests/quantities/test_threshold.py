@@ -15,9 +15,10 @@ from fem_seal.threshold import threshold_of_cut, threshold_of_pressure
 
 @pytest.fixture
 def scene(small_scene):
-    """A contact and its threshold, nothing else."""
+    """A dry contact and its threshold, nothing else."""
 
     def changed(**contact):
+        small_scene["flow"] = {}
         small_scene["contact"] = contact
         small_scene["output"] = {"products": ["threshold"]}
         return Scene.from_mapping(small_scene)

@@ -174,6 +174,11 @@ BAD = {
         "flow.lift=range & contact.pressure= & contact.area_fraction=0.1": "contact.area_fraction",
         "flow.lift=range & contact.pressure= & contact.mean_gap=1e-7": "contact.mean_gap",
         "contact.model=bearing & contact.pressure= & contact.area_fraction=0.1": "no elasticity",
+        "output.products=['contact'] & flow.lift=range": "is of the leak rate, which",
+        "output.products=['contact'] & flow.pressure_drop=": r"needs \[fluid\] and the pressures",
+        "output.products=['contact'] & flow.pressure_drop= & flow.inlet_pressure=2e5": (
+            "flow.outlet_pressure is missing"
+        ),
         "flow.lift=some": "choose from 'none', 'range' or 'resolved'",
         ENDS.format(1e5, -1.0): "outlet_pressure = -1.0 should be",
         ENDS.format(-1e5, 1.0): "inlet_pressure = -1.*should be",
