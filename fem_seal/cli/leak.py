@@ -112,13 +112,14 @@ def _has_tuple(annotation: Any) -> bool:
 
 
 def _leak(options: argparse.Namespace) -> int:
+    from fem_seal.scene.sections import PRODUCTS
     from fem_seal.solved import run, solve
 
     scene, assumed = _scene(options)
     require_limit(options, scene)
     out = options.out
-    for product in ("pictures", "mesh"):
-        if out is None and product in scene.output.products:
+    for product in scene.output.products:
+        if out is None and PRODUCTS[product].folder:
             raise InvalidInput(f"{product!r} of --products is written into a folder: give --out")
     with Display() as report:
         if out is None:

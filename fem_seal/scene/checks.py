@@ -2,18 +2,16 @@
 
 from collections.abc import Iterator
 from itertools import islice
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import LOADS, Accuracy, Product
+from fem_seal.scene.sections import LOADS, PRODUCTS, Accuracy
 
 if TYPE_CHECKING:
     from fem_seal.scene.scene import Scene
 
 MOST = 1e100  # largest limit [m³/s]; finite in any unit
-# Products that a scene with [shape] does not have.
-NOT_OF_SHAPES = {"conductivity_tensor", "seal", "sensitivity"}
 # Why a shape does not take these fields of [flow].
 _ON_SHAPES = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}
 _IN_WORDS = {
@@ -53,11 +51,11 @@ def _shape(scene: "Scene") -> Iterator[str]:
             "[accuracy] refines the grid of the contact, but a [shape] reads its gap at the "
             "vertices of a mesh that stays as it is; set flow.rtol, and compare meshes by mesh_size"
         )
-    unavailable = NOT_OF_SHAPES.intersection(scene.output.products)
+    unavailable = sorted(name for name in scene.output.products if PRODUCTS[name].grid)
     if unavailable:
-        available = sorted(set(get_args(Product)) - NOT_OF_SHAPES)
+        available = sorted(name for name in PRODUCTS if not PRODUCTS[name].grid)
         yield (
-            f"output.products names {min(unavailable)!r}, which needs the grid of a contact and "
+            f"output.products names {unavailable[0]!r}, which needs the grid of a contact and "
             f"not a [shape]; choose from {', '.join(available)}"
         )
 

@@ -18,6 +18,7 @@ from fem_seal.scene.messages import explain
 from fem_seal.scene.readable import rows_of_mapping
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import (
+    PRODUCTS,
     Accuracy,
     Contact,
     Flow,
@@ -184,8 +185,7 @@ class Scene(Section):
     @property
     def needs_flow(self) -> bool:
         """Whether some product needs the leak rate."""
-        products = {"leak_rate", "mesh", "constriction", "hydraulic_aperture", "sensitivity"}
-        return bool(products.intersection(self.output.products))
+        return any(PRODUCTS[name].leak_rate for name in self.output.products)
 
     @property
     def solves_flow(self) -> bool:
@@ -202,8 +202,7 @@ class Scene(Section):
     @property
     def needs_field(self) -> bool:
         """Whether some product needs the flow itself and not only its leak rate."""
-        products = {"pictures", "mesh", "constriction"}
-        return self.limit is not None or bool(products.intersection(self.output.products))
+        return self.limit is not None or any(PRODUCTS[name].field for name in self.output.products)
 
     @property
     def load(self) -> Load:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, get_args
 
 from pydantic import (
     BaseModel,
@@ -461,6 +461,30 @@ Product = Literal[
     "sensitivity",
     "seal",
 ]
+
+
+class Needs(NamedTuple):
+    """What a product needs besides the film."""
+
+    leak_rate: bool = False
+    field: bool = False  #: the flow itself, not only its leak rate
+    grid: bool = False  #: the grid of a contact, which a [shape] has not
+    folder: bool = False  #: a result folder: it is a file
+
+
+PRODUCTS: dict[Product, Needs] = {
+    "contact": Needs(),
+    "leak_rate": Needs(leak_rate=True),
+    "pictures": Needs(field=True, folder=True),
+    "mesh": Needs(leak_rate=True, field=True, folder=True),
+    "constriction": Needs(leak_rate=True, field=True),
+    "threshold": Needs(),
+    "hydraulic_aperture": Needs(leak_rate=True),
+    "trapped_volume": Needs(),
+    "conductivity_tensor": Needs(grid=True),
+    "sensitivity": Needs(leak_rate=True, grid=True),
+    "seal": Needs(grid=True),
+}
 LeakRateLimit = Annotated[StatedRate, PlainValidator(StatedRate.parse), PlainSerializer(str)]
 LeakRateUnit = Annotated[
     RateUnit, PlainValidator(RateUnit.parse), PlainSerializer(lambda unit: unit.name)

@@ -14,6 +14,7 @@ from fem_seal.points import Task
 from fem_seal.progress import Report
 from fem_seal.results.result import Result, digest
 from fem_seal.scene import Scene
+from fem_seal.scene.sections import PRODUCTS
 from fem_seal.solved import answer, solve
 from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.tables import leaves
@@ -32,8 +33,6 @@ _LEFT_OUT = {
     *("schema_version", "leak_rate", "verdict", "levels", "files", "seconds", "provenance"),
     *("preparation", "error_budget", "headline"),
 }
-# Products that are files.
-_FILES = ("mesh", "pictures")
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ class Point:
 
 def numbers_only(scene: Scene) -> Scene:
     """Leave out the products that are files: pictures and meshes are for single runs."""
-    products = [name for name in scene.output.products if name not in _FILES]
+    products = [name for name in scene.output.products if not PRODUCTS[name].folder]
     if scene.needs_flow and "leak_rate" not in products:
         products.append("leak_rate")
     output = scene.output.model_copy(update={"products": tuple(products)})
