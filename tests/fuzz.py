@@ -31,6 +31,8 @@ import layouts  # noqa: E402
 import meshio  # noqa: E402
 from mesh_files import CORNERS, scene_of, write_msh  # noqa: E402
 from project import ROOT, scene_of_samples, toml, write_toml  # noqa: E402
+from test_formats import LAYOUTS, in_um  # noqa: E402
+from test_text import FILES, WHOLE  # noqa: E402
 
 from fem_seal import cli  # noqa: E402
 
@@ -158,30 +160,15 @@ def _gap():
 @cache
 def _whole_fields():
     """Content of whole files of a gap by name, and what a scene must say of each."""
-    gap, size, um = _gap(), (6.0, 4.0), {"unit": "um"}
-    said = um | {"size": ["6 um", "4 um"]}
     found = {}
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        np.savez(folder / "a.npz", gap=gap, spacing=(1e-6, 1e-6), periodic=False)
-        np.savez_compressed(folder / "b.npz", gap=gap, spacing=(1e-6, 1e-6), unit="m")
-        np.save(folder / "a.npy", gap)
-        layouts.tamaas_npz(folder / "c.npz", size, gap=gap * 1e6, traction=(gap == 0) * 1.0)
-        layouts.tamaas_h5(folder / "a.h5", size, gap=gap * 1e6)
-        layouts.tamaas_nc(folder / "a.nc", size, gap=np.stack([gap, gap]) * 1e6)
-        layouts.topography_nc(folder / "b.nc", gap, (6e-6, 4e-6), "m")
-        layouts.hard_wall_text(folder / "a.txt", gap * 1e6, "µm")
-        np.savetxt(folder / "a.csv", gap * 1e6, delimiter=",")
-        says = {"a.npy": said, "c.npz": um, "a.h5": um, "a.nc": um, "a.csv": said}
-        says["a.txt"] = {"size": said["size"]}
-        commas = "\n".join(";".join(map(str, row)) for row in gap.round(9) * 1e6).replace(".", ",")
-        head = 'Instrument "X"\nx-step [µm];1,0\ny-step [µm];1,0\nz-unit;µm\n\n'
-        (folder / "b.txt").write_text(head + commas, encoding="utf-16")
-        list_of = np.column_stack([*np.indices(gap.shape).reshape(2, -1), gap.ravel() * 1e6])
-        np.savetxt(folder / "a.xyz", list_of, header="x [um]  y [um]  z [um]", comments="")
-        says["b.nc"] = {"array": "heights"}
-        for path in sorted(folder.iterdir()):
-            found[path.name] = (path.read_bytes(), says.get(path.name, {}))
+        for layout in LAYOUTS:
+            stated = in_um(Path(name, layout))
+            said = {"unit": stated.unit, "size": stated.size and list(stated.size)}
+            whole = Path(name, layout).read_bytes()
+            found[layout] = whole, {key: value for key, value in said.items() if value}
+        topography = layouts.topography_nc(Path(name, "b.nc"), _gap(), (6e-6, 4e-6), "m")
+        found["b.nc"] = topography.read_bytes(), {"array": "heights"}
     return found
 
 
@@ -218,29 +205,14 @@ ODD_WORDS = [
     *("\x00", "Width:", "x-step", "ncols", "NODATA_value 0", "z-unit: um", "x [um]", "\x1b[2J"),
     *("\ufeff", "é"),
 ]
+# Texts of maps and of lists of points as instruments write them.
+TEXTS = [*(text for text, _ in FILES.values()), *WHOLE.values()]
 word_edits = st.lists(st.tuples(position, st.sampled_from(ODD_WORDS)), max_size=2)
-
-
-def _texts():
-    """Texts of a map, of points and of profiles as instruments write them."""
-    gap = _gap() * 1e6
-    rows = "\n".join(" ".join(f"{z:.4f}" for z in row) for row in gap)
-    commas = rows.replace(".", ",").replace(" ", ";")
-    points = "\n".join(f"{i} {j} {z:.4f}" for (i, j), z in np.ndenumerate(gap))
-    profile = "\n".join(f"{0.5 * k} {z:.4f}" for k, z in enumerate(np.tile(gap.ravel(), 3)))
-    return [
-        rows,
-        f"# Width: 4 um\n# Height: 6 um\n# Value units: um\n{rows}\n",
-        f"x-step [um];1,0\ny-step [um];1,0\nz-unit;um\n\n{commas}\n",
-        f"ncols 4\nnrows 6\ncellsize 1\nNODATA_value -9999\nunit um\n{rows}\n",
-        f"x [um]  y [um]  z [um]\n{points}\n",
-        f"x [um]  z [um]\n{profile}\n",
-    ]
 
 
 def text_file(folder, draw):
     """A text of heights with odd words and broken bytes, looked at or made a scene of."""
-    words = re.split(r"(\s+|[;:,#]+)", draw(st.sampled_from(_texts())))
+    words = re.split(r"(\s+|[;:,#]+)", draw(st.sampled_from(TEXTS)))
     for place, word in draw(word_edits):
         words[place % len(words)] = word
     encoding = draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le"]))

@@ -1,7 +1,7 @@
 """Contacts in closed form: waves (Westergaard) and spheres (Hertz) pressed into a half-space.
 
 H. M. Westergaard, J. Appl. Mech. 6, 49 (1939); K. L. Johnson, Contact Mechanics (1985), sections
-4.2 and 13.2. `test_known_answers.py` holds them against elasticity.
+4.2 and 13.2. Tests of contact and lift hold them against the solver.
 """
 
 from dataclasses import dataclass

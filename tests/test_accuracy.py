@@ -208,7 +208,7 @@ def test_a_total_that_no_grid_keeps_is_not_converged():
     assert leak.lower < leak.value < leak.upper
 
 
-@pytest.mark.parametrize("seed", [1, 2, 5, 7])
+@pytest.mark.parametrize("seed", [2, 7])
 def test_the_total_error_is_kept(accurate_scene, seed):
     """Against the same surface on 256 x 256, four times the finest grid chosen or more.
 

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import printed_by, started, unwrapped, write_toml
+from project import RING, leak_scene, printed_by, started, unwrapped, write_toml
 from test_listings import REFERENCE
 
 import fem_seal
 from fem_seal import cli
+from fem_seal.patch import Patch
 from fem_seal.render.patch import OF_LIFTED_CONTACT
 from fem_seal.theory.closed_forms import piecewise_linear_channel
 
@@ -98,15 +99,6 @@ def test_limit_is_reached(tmp_path, capsys, limit):
     assert result["reason"] in error
 
 
-def test_a_gas_has_no_assumed_viscosity(wedge, refused):
-    assert "a gas needs its viscosity" in refused("leak", wedge, "--kind", "gas")
-
-
-def test_files_of_leak_need_a_folder(wedge, refused):
-    """Without one they would be left out without a word."""
-    assert "'pictures' of --products" in refused("leak", wedge, "--products", "leak_rate,pictures")
-
-
 def test_every_field_of_some_sections_is_an_option_of_leak(wedge, tmp_path):
     """Two ways to say the same: options, and a scene with these fields."""
     gas = {"viscosity": "18 uPa s", "molar-mass": "28 g/mol", "temperature": "20 degC"}
@@ -168,35 +160,65 @@ def test_sides_follow_from_the_gap_and_walls_of_a_periodic_one_are_said(capsys):
         assert "--sides periodic" in lines.get("sides", "--sides periodic")
 
 
-BAD_OPTIONS = [
-    ("leak",),
-    ("leak", "none.npz"),
-    ("leak", "."),
-    ("leak", "two\nlines.npz"),
-    ("leak", "wedge.npz", "--rtol", "small"),
-    ("leak", "wedge.npz", "--sides", "open"),
-    ("leak", "wedge.npz", "--strict"),  # without a limit
-    ("leak", "wedge.npz", "--max-unknowns", "1.5"),
-    ("leak", "wedge.npz", "--max-unknowns", "inf"),
-    ("leak", "wedge.npz", "--products", "cake"),
-    ("leak", "wedge.npz", "--products", "mesh", "--method", "finite-difference"),
-    ("leak", "wedge.npz", "--unit", "mol/s"),  # of a liquid
-    ("leak", "wedge.npz", "--unknown"),
-    ("leak", "wedge.npz", "--out", "wedge.npz"),
-    ("leak", "wedge.npz", "--out", "/proc/here"),
-    ("run", "none.toml"),
-    ("run", "wedge.npz"),
-    ("run", "."),
-    ("render", "."),
-    ("render", "nowhere"),
-    ("fly",),
-    (),
-]
+# Commands, and words of the one line that each says.
+REFUSED = {
+    "": "",
+    "fly": "",
+    "rn a.toml": "fem-seal: 'rn' is not a command; did you mean run?",
+    "frobnicate": "'frobnicate' is not a command; choose from new, run, leak",
+    "study exakt": "'exakt' is not a command; did you mean exact?",
+    "run a.toml --ouut b": "run: there is no option --ouut; did you mean --out?",
+    "run a.toml --over": "there is no option --over; did you mean --overwrite?",
+    "run none.toml": "none.toml",
+    "run wedge.npz": "wedge.npz",
+    "run .": "",
+    "run map.csv": "fem-seal new map.csv writes a scene",
+    "run scene.toml --jobs 2": "jobs = 2 (--jobs) distributes the patches of a [seal]",
+    "mesh scene.toml": "has no [shape]",
+    "surface gap.toml": "a gap in place of a surface",
+    "study trade ring.toml --out out": "take [shape] out of the scene",
+    "study cross-validation ring.toml --out out": "take [shape] out of the scene",
+    "sweep scene.toml --vary contact.area_fraction=0.1,1.5": "contact.area_fraction = 1.5",
+    "sweep scene.toml --vary contact.area=0.1": "contact.area is not a known key",
+    "sweep scene.toml --vary contact.area_fraction": "contact.area_fraction",
+    "sweep scene.toml --vary flow.rtol=0.1 --vary flow.rtol=0.2": "flow.rtol is varied twice",
+    "sweep scene.toml --vary flow.rtol=0.1 --out /proc/here": "/proc/here",
+    "sweep scene.toml --vary flow.rtol=0.1 --out scene.toml": "scene.toml",
+    "sweep scene.toml --vary flow.rtol=0.1,0.2 --jobs 0": "--jobs",
+    "sweep scene.toml --vary flow.rtol=0.1,0.2 --part 3/2": "--part",
+    "sweep scene.toml --vary flow.rtol=0.1,0.2 --part 0/2": "--part",
+    "render .": "",
+    "render nowhere": "nowhere",
+    "leak": "",
+    "leak none.npz": "none.npz",
+    "leak .": "",
+    "leak two\nlines.npz": "lines.npz",
+    "leak wedge.npz --unknown": "--unknown",
+    "leak wedge.npz --visc=1": "there is no option --visc; did you mean --viscosity?",
+    "leak wedge.npz --kind gas": "a gas needs its viscosity",
+    "leak wedge.npz --rtol small": "small",
+    "leak wedge.npz --sides open": "open",
+    "leak wedge.npz --strict": "limit",
+    "leak wedge.npz --max-unknowns 1.5": "1.5",
+    "leak wedge.npz --max-unknowns inf": "inf",
+    "leak wedge.npz --products cake": "cake",
+    "leak wedge.npz --products mesh --method finite-difference": "finite-difference",
+    # Without a folder they would be left out without a word.
+    "leak wedge.npz --products leak_rate,pictures": "'pictures' of --products",
+    "leak wedge.npz --unit mol/s": "mol/s",  # of a liquid
+    "leak wedge.npz --out wedge.npz": "wedge.npz",
+    "leak wedge.npz --out /proc/here": "/proc/here",
+}
 
 
-def test_bad_options(wedge, refused):
-    for arguments in BAD_OPTIONS:
-        refused(*arguments)
+def test_refused(wedge, scene_file, tmp_path, refused, monkeypatch):
+    """Before anything is computed. The nearest name is suggested, no abbreviation taken for one."""
+    write_toml(tmp_path / "ring.toml", RING)
+    write_toml(tmp_path / "gap.toml", leak_scene(gap={"path": "wedge.npz"}))
+    np.savetxt("map.csv", np.eye(4), delimiter=",")
+    monkeypatch.setattr(Patch, "contact", property(lambda patch: pytest.fail("computed")))
+    for command, words in REFUSED.items():
+        assert words in refused(*filter(None, command.split(" "))), command
 
 
 def test_contact_that_does_not_converge(small_scene, tmp_path, capsys):
@@ -324,29 +346,16 @@ def test_reader_of_the_output_may_go(wedge, unbuffered):
     assert running.wait() == 0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["rn", "a.toml"], "fem-seal: 'rn' is not a command; did you mean run?"),
-        (["frobnicate"], "'frobnicate' is not a command; choose from new, run, leak"),
-        (["run", "a.toml", "--ouut", "b"], "run: there is no option --ouut; did you mean --out?"),
-        (["run", "a.toml", "--over"], "there is no option --over; did you mean --overwrite?"),
-        (["leak", "a.npz", "--visc=1"], "there is no option --visc; did you mean --viscosity?"),
-        (["study", "exakt"], "'exakt' is not a command; did you mean exact?"),
-    ],
-)
-def test_unknown_commands_and_options(arguments, words, refused):
-    """The nearest name is suggested, and no abbreviation is taken for one."""
-    assert words in refused(*arguments)
-
-
 def test_errors_of_a_scene_have_a_line_each(small_scene, tmp_path, capsys):
+    """Of all sections, misspelt keys first."""
     small_scene["surface"] |= {"shape": [32, 0], "hrust": 1}
+    small_scene["contact"] = {"pressure": "1 MPas"}
     assert run("run", write_toml(tmp_path / "a.toml", small_scene)) == 2
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 3
-    assert lines[0].endswith("a.toml has 2 errors:")
-    assert all(line.startswith("  surface.") for line in lines[1:])
+    head, *lines = capsys.readouterr().err.splitlines()
+    assert head.endswith("a.toml has 3 errors:")
+    for line, words in zip(lines, ("hrust is not", "shape[1] = 0 should", "MPas"), strict=True):
+        assert line.startswith("  ")
+        assert words in line
 
 
 def test_leak_says_what_it_assumes(wedge, capsys):
@@ -370,7 +379,7 @@ def test_strict(wedge, factor, status, capsys):
     """Within limit, above limit, and a limit between the bounds."""
     assert run("leak", wedge, "--json") == 0
     rate = json.loads(capsys.readouterr().out)["leak_rate"]
-    limit = f"{factor * rate['value']!r} m^3/s"
+    limit = f"{factor * rate['value'] * 3.6e9!r} ml/h"
     assert rate["lower"] < rate["value"] < rate["upper"]
     assert run("leak", wedge, "--limit", limit, "--strict") == status
     assert ("(--strict)" in capsys.readouterr().err) == (status != 0)

@@ -191,12 +191,22 @@ def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
     np.testing.assert_allclose(field.pressure, exact, rtol=1e-6)
 
 
-def test_rates_of_a_gas_agree():
-    """One kilomole at 0 degC and 1 atm fills 22.414 m³ (CODATA molar volume) and weighs M."""
-    rates = air().rates
-    assert 1 / rates["amount"] == pytest.approx(22.41396954e-3, rel=1e-9)
-    assert rates["mass"] == rates["amount"] * MOLAR_MASS
-    assert rates["throughput"] == pytest.approx(101325 * TEMPERATURE / 273.15, rel=1e-14)
+def test_one_gas_in_every_unit(gap_scene):
+    """The rates of one gas in all units agree through R T, M and the reference."""
+    shown, gap = {}, 1e-6 * (1 + np.random.default_rng(4).random((9, 9)))
+    for unit in ("l/min", "mbar l/s", "mol/s", "kg/s"):
+        scene = Scene.from_mapping(gap_scene(gap, leak_rate_unit=unit, products=["leak_rate"]))
+        result = solve(scene).result()
+        shown[unit] = result.leak_rate_shown
+        assert shown[unit].unit == unit
+        assert shown[unit].lower <= shown[unit].value <= shown[unit].upper
+    amount = shown["mol/s"].value
+    throughput, normal = (amount * GAS_CONSTANT * T for T in (TEMPERATURE, 273.15))
+    assert shown["mbar l/s"].value == pytest.approx(10 * throughput, rel=1e-12, abs=0)
+    assert shown["kg/s"].value == pytest.approx(amount * MOLAR_MASS, rel=1e-12, abs=0)
+    assert shown["l/min"].value == pytest.approx(60e3 * normal / 101325, rel=1e-12, abs=0)
+    assert result.gas.mass_rate.value == shown["kg/s"].value
+    assert result.leak_rate.value == pytest.approx(shown["l/min"].value / 60e3, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize("reference", [(273.15, 101325.0), (293.15, 1e5)])

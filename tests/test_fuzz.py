@@ -1,4 +1,4 @@
-"""A few seconds of `python tests/fuzz.py`; its check notices faults."""
+"""A few seconds of `python tests/fuzz.py`."""
 
 import fuzz
 import pytest
@@ -12,8 +12,3 @@ def test_broken_input(kind, examples):
     tally = fuzz.campaign(examples, [kind])
     assert sum(tally.values()) == examples
     assert tally[kind, 2] > 0
-
-
-@pytest.mark.slow
-def test_campaign():
-    assert sum(fuzz.campaign(2000).values()) == 2000 * len(fuzz.KINDS)

@@ -1,6 +1,5 @@
 """fem-seal new: the scene that it writes can be read, and has the properties of the file."""
 
-import re
 import tomllib
 from pathlib import Path
 
@@ -11,7 +10,6 @@ from project import ROOT
 from fem_seal import cli
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
-from fem_seal.upscaling.realizations import realizations
 
 HEIGHTS = 1e-6 * np.random.default_rng(1).normal(size=(24, 16))
 STATED = ["--length-unit", "um", "--size", "24 um,16 um"]
@@ -125,25 +123,3 @@ def test_surface_of_a_file_without_a_scene(capsys):
     assert "detrend plane" in capsys.readouterr().out
     assert cli.main(["surface", "map.toml", "--length-unit", "um"]) == 2
     assert "are for a file of heights" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("windows", [True, False])
-def test_commented_lines_of_a_seal_make_one(windows):
-    """Without their first signs they are a scene of eight patches: windows, or map and twins.
-
-    White noise on 96 samples a side has a longest wavelength of some 6 of them, a window 32; the
-    map of 24 x 16 samples is too small for windows.
-    """
-    noise = np.random.default_rng(1).normal(size=(96, 96)) if windows else 1e6 * HEIGHTS
-    np.savetxt("map.txt", noise)
-    size = ",".join(f"{n} um" for n in noise.shape)
-    new("map.txt", "--length-unit", "um", "--size", size)
-    text = Path("map.toml").read_text(encoding="utf-8")
-    head, seal = text.split("# [seal]")
-    lines = ["[seal]", *(line.removeprefix("# ") for line in seal.splitlines()[1:])]
-    head = re.sub(r"^products.*\n# products", "products", head, flags=re.MULTILINE)
-    scene = Scene.from_mapping(tomllib.loads(head + "\n".join(lines)), folder=Path.cwd())
-    assert (scene.seal.window is not None) == windows
-    surfaces = [one.surface for one in realizations(scene)]
-    assert len({str(surface) for surface in surfaces}) == 8
-    assert {surface.crop is None for surface in surfaces} == {not windows}

@@ -90,6 +90,8 @@ MPI_SCRIPT = """
 from pathlib import Path
 from mpi4py import MPI
 from mpi4py.futures import MPICommExecutor
+from fem_seal.points import StudyTask, points_of
+from fem_seal.progress import silent
 from fem_seal.sweep import Work, combinations, sweep
 from fem_seal.verification.cross_validation import StudiedGap, compare
 from fem_seal.verification.exact_cases import CASES
@@ -100,21 +102,28 @@ def compute(executor):
     gap = StudiedGap.of_case(CASES["series-channel"], [8])
     assert compare([gap], ("adaptive",), work=Work(executor=executor))
 
+def one():
+    return 1
+
 if __name__ == "__main__":
     with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:
         if executor is not None:
             compute(executor)
+    print(points_of([StudyTask("point", "point", one, ())], int, None, None, silent), flush=True)
 """
 
 
 @pytest.mark.mpi
 def test_rows_are_the_same_for_workers_of_mpi(small_scene, tmp_path):
-    """A worker solves alone, and waits for nobody: not even to start PETSc."""
+    """A worker solves alone, and waits for nobody: not even to start PETSc.
+
+    A study without a folder has one for all processes.
+    """
     small_scene["flow"] |= {"method": "adaptive", "rtol": 0.5}
     write_toml(tmp_path / "scene.toml", small_scene)
     (tmp_path / "script.py").write_text(MPI_SCRIPT)
     program = ("mpirun", "-n", "2", "--oversubscribe", sys.executable, "script.py")
-    printed_by(*program, cwd=tmp_path, **MPI_ENVIRONMENT)
+    assert printed_by(*program, cwd=tmp_path, **MPI_ENVIRONMENT).split() == ["[1]", "[1]"]
     assert run(*VARY, "--out", "one") == 0
     assert rows("mpi") == rows("one")
 
@@ -170,36 +179,18 @@ def test_all_combinations_of_several_fields():
 
 
 @pytest.mark.parametrize(
-    "texts",
+    ("texts", "message"),
     [
-        *("flow.rtol", "flow.rtol=", "flow.rtol=1,,2", "a.b=[1,2", "a.b=1,1", "a.b=5..3"),
-        *("a.b=1..9999999", "surface.path=none/*.npz", "a.b=1 a.b=2"),
+        *((text, "flow.rtol") for text in ("flow.rtol", "flow.rtol=", "flow.rtol=1,,2")),
+        *((text, r"a\.b") for text in ("a.b=[1,2", "a.b=5..3", "a.b=1..9999999")),
+        ("surface.path=none/*.npz", "none"),
+        ("a.b=1,2,1", "gives 1 twice"),
+        ("a.b=1 a.b=2", r"^a\.b is varied twice"),
     ],
 )
-def test_what_is_no_field_with_values(texts):
-    with pytest.raises(InvalidInput):
+def test_what_is_no_field_with_values(texts, message):
+    with pytest.raises(InvalidInput, match=message):
         combinations(*texts.split())
-
-
-def test_what_is_given_twice_is_named():
-    with pytest.raises(InvalidInput, match="gives 1 twice"):
-        combinations("a.b=1,2,1")
-    with pytest.raises(InvalidInput, match=r"^a\.b is varied twice"):
-        combinations("a.b=1", "a.b=2")
-
-
-@pytest.mark.parametrize("options", [("--jobs", "0"), ("--part", "3/2"), ("--part", "0/2")])
-def test_bad_shares_of_the_work(options, refused):
-    assert options[0] in refused("sweep", "scene.toml", *VARY, "--out", "out", *options)
-
-
-def killed_once(folder):
-    """Die of SIGKILL the first time; a chain for `farm`."""
-    mark = Path(folder) / "met"
-    if not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return "done"
 
 
 def answer(last):
@@ -348,24 +339,6 @@ def test_processes_that_solve_together_end_together(tmp_path):
     assert "MemoryError: 8 TB" in done.stderr
 
 
-MPI_STUDY = """
-from fem_seal.points import StudyTask, points_of
-from fem_seal.progress import silent
-
-def one():
-    return 1
-
-print(points_of([StudyTask("point", "point", one, ())], int, None, None, silent), flush=True)
-"""
-
-
-@pytest.mark.mpi
-def test_a_study_without_a_folder_has_one_for_all_processes(tmp_path):
-    (tmp_path / "script.py").write_text(MPI_STUDY)
-    program = ("mpirun", "-n", "2", "--oversubscribe", sys.executable, "script.py")
-    assert printed_by(*program, cwd=tmp_path, **MPI_ENVIRONMENT).split() == ["[1]", "[1]"]
-
-
 def environment_of(path):
     Path(path).write_text("\n".join(f"{k}={v}" for k, v in os.environ.items()))
 
@@ -381,47 +354,32 @@ def test_a_worker_is_alone_with_one_thread(tmp_path, monkeypatch):
     assert "OMP_NUM_THREADS" not in os.environ
 
 
-def test_a_killed_worker_is_said(tmp_path):
-    """And stops no other: each has a process of its own."""
-    other = tmp_path / "other"
-    other.mkdir()
-    (other / "met").touch()
-    assert farm([tmp_path, other], killed_once, 2, lambda: 0) == (["done"], [tmp_path])
-    assert farm([tmp_path], killed_once, 1, lambda: 0) == (["done"], [])
+def test_sweeps_that_are_killed_go_on():
+    """Two into one folder: no point is lost or half written, and the next one leaves nothing else.
 
-
-def test_a_point_that_kills_its_process_is_a_row(scene_file, tmp_path, monkeypatch):
-    """As one that wants too much memory does; the others are computed."""
-    (tmp_path / "deadly.py").write_text(
-        "import os, signal\n"
-        "from fem_seal.points.compute import compute_alone as whole\n"
-        "def compute_alone(chain):\n"
-        "    if any(task.values == ('2',) for task in chain.tasks):\n"
-        "        os.kill(os.getpid(), signal.SIGKILL)\n"
-        "    return whole(chain)\n"
-    )
-    monkeypatch.syspath_prepend(tmp_path)
-    import deadly
-
-    compute_module = sys.modules["fem_seal.points.compute"]
-
-    monkeypatch.setattr(compute_module, "compute_alone", deadly.compute_alone)
-    points = combinations("surface.seed=1..3")
-    tally = sweep(scene_file, points, Path("out"), work=Work(jobs=2))
-    assert (tally.points, tally.failed) == (3, 1)
-    assert [row["converged"] for row in rows("out")] == ["True", "False", "True"]
-    assert "killed" in rows("out")[1]["reason"]
-
-
-def test_workers_end_with_a_sweep_that_is_killed():
-    """Nobody hands out points any more; who still runs holds the pipes open."""
-    sweep = ("sweep", "scene.toml", "--vary", "surface.seed=1..999", "--out", "out", "--jobs", "2")
-    process = started("-m", "fem_seal", *sweep)
-    while not list(Path("out").glob("points/*")):
-        assert process.poll() is None
+    Their workers end, though nobody hands out points any more: who still runs holds the pipes open.
+    """
+    sweep = ("-m", "fem_seal", "sweep", "scene.toml", "--out", "out", "--vary")
+    ways = ("surface.seed=1..99", "--jobs", "2"), ("surface.seed=50..149",)
+    sweeps = [started(*sweep, *way) for way in ways]
+    while len(list(Path("out").glob("points/[!.]*"))) < 4:
+        assert [process.poll() for process in sweeps] == [None, None]
         time.sleep(0.05)
-    process.kill()
-    process.communicate(timeout=30)
+    for process in sweeps:
+        process.kill()
+    for process in sweeps:
+        process.communicate(timeout=30)
+    kept = {path: path.read_bytes() for path in Path("out").glob("points/[!.]*")}
+    assert kept
+    table = {}
+    for folder in ("out", "undisturbed"):
+        assert run("--vary", "surface.seed=1..3,50..52", "--out", folder) == 0
+        table[folder] = {row["surface.seed"]: row for row in rows(folder)}
+    assert table["undisturbed"].items() <= table["out"].items()
+    assert all(path.read_bytes() == point for path, point in kept.items())
+    left, whole = ({path.name for path in Path(name).iterdir()} for name in table)
+    assert left == whole
+    assert not list(Path("out").glob("points/.*"))
 
 
 def test_summary_and_picture(capsys):

@@ -94,24 +94,6 @@ def test_free_molecular_limit(accommodation):
     assert slope == pytest.approx(slip, rel=5e-3)
 
 
-def test_knudsen_minimum():
-    """Between Kn = 0.5 and 1.5, and published ratios to first order within a hundredth.
-
-    1.09 at Kn 0.1, 1.49 at 1, 1.72 at 2.2: C. Cercignani, M. Lampis, S. Lorenzani, Phys. Fluids 16,
-    3426 (2004), read off with two decimals.
-    """
-    knudsen = np.geomspace(0.05, 20, 400)
-    t = 1 / (6 * knudsen)
-    c = kinetic(1.0)(t)
-    assert 0.5 < knudsen[c.argmin()] < 1.5
-    assert (np.diff(c[: c.argmin()]) < 0).all()
-    assert (np.diff(c[c.argmin() :]) > 0).all()
-    for kn, ratio in ((0.1, 1.09), (1.0, 1.49), (2.2, 1.72)):
-        assert kinetic(1.0)(1 / (6 * kn)) / FIRST_ORDER(1 / (6 * kn)) == pytest.approx(
-            ratio, rel=0.012
-        )
-
-
 @pytest.mark.parametrize("accommodation", [1.0, 0.7, 0.1])
 def test_table(accommodation):
     """Recomputed entries; convex, so that its chords are above; at least first order."""
@@ -140,7 +122,7 @@ def test_integral_and_its_inverse(c):
     for t in (1e-9, 1e-3, 0.3, 2.0, 1e4):
         ends = np.concatenate([[0.0], c.kinks[c.kinks < t], [t]])
         area = sum(quad(c, *piece)[0] for piece in pairwise(ends))
-        assert c.integral(t) == pytest.approx(area, rel=1e-9)
-        assert c.inverse_integral(c.integral(t)) == pytest.approx(t, rel=1e-12)
+        assert c.integral(t) == pytest.approx(area, rel=1e-9, abs=0)
+        assert c.inverse_integral(c.integral(t)) == pytest.approx(t, rel=1e-12, abs=0)
     assert c.inverse_integral(-1e-20) == 0
     assert FIRST_ORDER.integral(3.0) == pytest.approx(3 + 4.5)

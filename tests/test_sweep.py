@@ -227,22 +227,6 @@ def test_table_has_the_quantities(tmp_path):
     assert float(row["hydraulic_aperture.value"]) == quantities.hydraulic_aperture.value
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("--vary", "contact.area_fraction=0.1,1.5"),
-        ("--vary", "contact.area=0.1"),
-        ("--vary", "contact.area_fraction"),
-        ("--vary", "flow.rtol=0.1", "--vary", "flow.rtol=0.2"),
-        ("--vary", "flow.rtol=0.1", "--out", "/proc/here"),
-        ("--vary", "flow.rtol=0.1", "--out", "scene.toml"),
-    ],
-)
-def test_bad_sweep_computes_nothing(arguments, refused, monkeypatch):
-    monkeypatch.setattr(Patch, "surface", property(lambda self: pytest.fail("computed")))
-    refused("sweep", "scene.toml", *arguments)
-
-
 def test_decisions_of_a_sweep(tmp_path):
     """Which limits the seal keeps can be read off the table; without one it just leaks."""
     options = ("--set", "flow.method=adaptive", "--set", "flow.rtol=1")

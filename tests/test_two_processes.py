@@ -19,14 +19,21 @@ PRESSED = scene_of_samples(32) | {"contact": {"pressure": 1e5}}
 SCENES = {
     "dry": scene_of_samples(32) | {"flow": {"pressure_drop": 1e5, "lift": "none", "rtol": 0.5}},
     "lifted": lifted_scene(rtol=0.1).to_mapping(),
-    "seal": seal_scene(seal={"patches": 1}).to_mapping(),
+    "seal": seal_scene(seal={"patches": 1, "rtol": 0.3, "max_seconds": 1_000}).to_mapping(),
     # No contact or flow is needed before: both solve what they need, the first one searches.
     "threshold": PRESSED | {"output": {"products": ["threshold"]}},
     "trapped": PRESSED | {"output": {"products": ["trapped_volume"]}},
 }
+# The clock of the second process is hours ahead: if it ended a seal alone by max_seconds, the first
+# would wait for ever.
 SCRIPT = """
 import json, sys
+from importlib import import_module
+from itertools import count
+from mpi4py import MPI
 from fem_seal.cli import main
+if MPI.COMM_WORLD.rank == 1:
+    import_module("fem_seal.upscaling.refined_table").perf_counter = count(0, 10_000).__next__
 sys.exit(max([main(job) for job in json.loads(sys.argv[1])]))
 """
 
@@ -71,26 +78,9 @@ def test_two_processes_write_the_result_of_one(name, folder):
         assert (low, high) == pytest.approx(ends, rel=1e-3)
     else:
         assert two.quantities == one.quantities
+    # Three loads are solved before the clock is read.
+    assert name != "seal" or (two.converged and len(two.seal.loads) > 3)
     assert (two.lift and two.lift.steps) == (one.lift and one.lift.steps)
-
-
-def test_the_first_process_tells_when_a_patch_has_taken_too_long(tmp_path):
-    """If the second, whose clock is hours ahead, ended alone, the first would wait for ever."""
-    code = """
-import sys
-from importlib import import_module
-from itertools import count
-from mpi4py import MPI
-from fem_seal.cli import main
-if MPI.COMM_WORLD.rank == 1:
-    import_module("fem_seal.upscaling.refined_table").perf_counter = count(0, 10_000).__next__
-sys.exit(main(sys.argv[1:]))
-"""
-    scene = seal_scene(seal={"patches": 1, "rtol": 0.3, "max_seconds": 1_000}).to_mapping()
-    path = write_toml(tmp_path / "seal.toml", scene)
-    status, _, error = mpirun("-c", code, "run", path, "--out", tmp_path / "out")
-    assert status == 0, error
-    assert Result.from_folder(tmp_path / "out").converged
 
 
 def test_bad_input_is_said_once(tmp_path):
@@ -100,18 +90,6 @@ def test_bad_input_is_said_once(tmp_path):
     assert (status, output) == (2, "")
     assert error.count("is negative at") == 1
     assert not (tmp_path / "out").exists()
-
-
-def test_an_error_of_one_process_ends_both():
-    """Process 0 waits for the other, which dies: without the hook this would never end."""
-    code = (
-        "from fem_seal import parallel; from mpi4py import MPI; parallel.abort_together()\n"
-        "if MPI.COMM_WORLD.rank == 1: raise RuntimeError('one process fails')\n"
-        "MPI.COMM_WORLD.barrier()"
-    )
-    status, _, error = mpirun("-c", code)
-    assert status == 1
-    assert "one process fails" in error
 
 
 def test_a_process_that_waits_sleeps_and_lends_its_core():

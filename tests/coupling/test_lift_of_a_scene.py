@@ -59,23 +59,6 @@ def test_folder_holds_the_lifted_contact(tmp_path):
     assert ("lift", "fluid carries") in [(a, b[4:17]) for a, b in summary_of(again)]
 
 
-def test_render_draws_the_lift_again_from_the_folder(tmp_path):
-    """contact.npz holds the gap of the dry contact and the fluid's pressure."""
-    products = {"products": ["contact", "leak_rate", "pictures"]}
-    result = run(scene(output=products), tmp_path)
-    drawn = {"contact.png", "contact_pressure.png", "gap.png", "lift.png"}
-    assert drawn | {"flow.png"} <= set(result.files)
-    patch = Patch(scene())
-    lift = read_contact(tmp_path)
-    np.testing.assert_array_equal(lift.dry_gap.values, patch.contact.gap.values)
-    assert lift.fluid_pressure.values.mean() == pytest.approx(result.lift.fluid_pressure)
-    before = {name: (tmp_path / name).read_bytes() for name in drawn}
-    for name in drawn:
-        (tmp_path / name).unlink()
-    assert set(draw(tmp_path)) == drawn  # the flow is drawn from flow.vtu, of product "mesh"
-    assert {name: (tmp_path / name).read_bytes() for name in drawn} == before
-
-
 def test_a_limit_of_time_ends_the_search():
     """With the range that is known by then, which holds the leak rate of the whole search."""
     whole = solve(scene()).result()

@@ -31,13 +31,6 @@ def test_slopes_turn_with_the_map(turn, transpose):
     assert turned.contact.shape == turned.values.shape
 
 
-def test_turns_add_up():
-    twice = PLANE.oriented(90).oriented(180)
-    assert np.array_equal(twice.values, PLANE.oriented(270).values)
-    assert twice.spacing == PLANE.oriented(270).spacing
-    assert np.array_equal(PLANE.oriented(0, True).oriented(0, True).values, PLANE.values)
-
-
 def test_statements_are_about_the_file_and_crop_about_the_turned_map(tmp_path):
     np.save(tmp_path / "a.npy", PLANE.values)
     stated = Stated(unit="um", size=(2e-6, 1.5e-6), turn=90)

@@ -1,6 +1,5 @@
 """The error budget: one list, counted by the verdict, and shown wherever a result is."""
 
-import json
 from math import log1p
 
 import numpy as np
@@ -200,17 +199,3 @@ def test_budget_of_a_scene():
     assert "; not covered: flow, fluid pressure, other patches of the face" in budget_words(
         by_differences
     )
-
-
-def test_an_older_result_still_reads_and_reports(tmp_path):
-    """A folder from before the error budget was written."""
-    folder = tmp_path / "out"
-    result = run(rough(rtol=0.5), folder)
-    older = result.model_dump(mode="json", by_alias=True)
-    for key in ("error_budget", "cautions"):
-        older.pop(key)
-    (folder / "result.json").write_text(json.dumps(older))
-    assert Result.from_folder(folder).error_budget is None
-    page = report(folder).read_text(encoding="utf-8")
-    assert "holds no error budget" in page
-    assert "Nothing that the program knows of" not in page  # nothing was looked at

@@ -6,7 +6,6 @@ import sys
 import types
 
 import pytest
-from project import printed_by
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.render.offscreen import draw_layers, require_gl
@@ -65,16 +64,3 @@ def test_dolfinx_with_global_symbols_is_refused_before_vtk_dies(monkeypatch):
     monkeypatch.setattr(sys, "getdlopenflags", lambda: os.RTLD_NOW | os.RTLD_GLOBAL)
     with pytest.raises(MissingPackage, match=r"import fem_seal\.fenicsx"):
         draw_layers([], SQUARE)
-
-
-def test_draws_in_a_process_that_uses_fenicsx():
-    # In a process of its own: a crash here must not take the other tests with it.
-    code = (
-        "import fem_seal.fenicsx, numpy as np\n"
-        "from fem_seal.render.offscreen import DrawnTriangles, draw_layers\n"
-        "from fem_seal.render.page import Window\n"
-        "xy, cells = np.array([[0, 0], [3, 0], [0, 3]]), np.array([[0, 1, 2]])\n"
-        "layers = [DrawnTriangles(xy, cells, (7, 7, 7))]\n"
-        "print(draw_layers(layers, Window(0, 1, 0, 1), 240).mean())\n"
-    )
-    assert printed_by("-c", code).split()[-1] == "7.0"

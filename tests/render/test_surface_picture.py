@@ -116,10 +116,3 @@ def test_an_exponent_beyond_those_of_self_affine_surfaces_is_marked(samples, few
     assert cli.main(["surface", str(scene_of(tmp_path, surface))]) == 0
     said = capsys.readouterr().out
     assert ("beyond 0 to 1" in said) == few
-
-
-def test_gap_has_no_surface(tmp_path, refused):
-    np.savez(tmp_path / "gap.npz", gap=np.ones((4, 4)), spacing=[1, 1])
-    scene = {"gap": {"path": "gap.npz"}, "output": {"products": ["contact"]}}
-    said = refused("surface", write_toml(tmp_path / "scene.toml", scene))
-    assert "a gap in place of a surface" in said

@@ -1,5 +1,6 @@
-"""Listings of docs/reference/scene.md: valid by the schema, and read line by line in SI units."""
+"""Listings of docs/reference/scene.md, read line by line in SI units, and the schema of scenes."""
 
+import json
 import re
 import tomllib
 
@@ -7,6 +8,7 @@ import pytest
 from jsonschema import Draft202012Validator
 from project import ROOT
 
+from fem_seal import cli
 from fem_seal.field_file import Stated
 from fem_seal.scene import Scene
 from fem_seal.scene.schema import scene_schema
@@ -14,6 +16,9 @@ from fem_seal.scene.schema import scene_schema
 PAGE = (ROOT / "docs/reference/scene.md").read_text(encoding="utf-8")
 LISTINGS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 REFERENCE, SURFACE, _, GAP = LISTINGS[:4]
+SCENES = sorted((ROOT / "demos" / "scenes").glob("*.toml"))
+SCHEMA = scene_schema()
+is_valid = Draft202012Validator(SCHEMA).is_valid
 COMMENTED = re.compile(r"^# (\w+ = .*?)$", re.MULTILINE)
 
 CONTACT = ["output.products=['contact']"]
@@ -55,7 +60,6 @@ def read(tmp_path):
 @pytest.mark.parametrize("text", LISTINGS)
 def test_listings_are_valid(text):
     """Each alternative of the page in its turn."""
-    is_valid = Draft202012Validator(scene_schema()).is_valid
     assert is_valid(tomllib.loads(text))
     for line in COMMENTED.findall(text):
         assert is_valid(tomllib.loads(text.replace(f"# {line}", line))), line
@@ -89,3 +93,46 @@ def test_listed_gap_in_si_units(read):
     gap = read(COMMENTED.sub(r"\1", GAP), CONTACT).gap
     assert gap.stated == Stated("gap", "um", (1e-3, 1e-3), True, turn=90, transpose=True)
     assert gap.contact_below == 1e-12
+
+
+# The schema of `fem-seal schema`.
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_scenes_are_valid(path):
+    assert is_valid(tomllib.loads(path.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "[flow]\npresure_drop = 1",
+        "[flow]\npressure_drop = '1'",
+        "[flow]\npressure_drop = 0",
+        "[flow]\npressure_drop = true",
+        "[flow]\nsides = 'wal'",
+        "[solid]\nyoungs_modulus = [1, 2, 3]",
+        "[contact]\narea_fraction = '0.1'",
+        "[surface]\nkind = 'fil'",
+        "[surfaces]\nkind = 'file'",
+    ],
+)
+def test_faults_are_seen(line):
+    assert not is_valid(tomllib.loads(line))
+
+
+def test_one_or_two_solids():
+    for value in ("10 MPa", 1e7, ["10 MPa"], [1e7, "2 GPa"]):
+        assert is_valid({"solid": {"youngs_modulus": value}})
+
+
+def test_position_on_a_polar_grid():
+    """Its second axis is an angle, whose unit depends on another field."""
+    shape = {"kind": "rectangle", "length": "1 mm", "width": "1 mm", "mesh_size": "0.1 mm"}
+    assert is_valid({"shape": shape | {"grid_origin": ["1 mm", "90 deg"]}})
+    assert not is_valid({"shape": shape | {"grid_origin": ["1 mm"]}})
+
+
+def test_command(capsys):
+    assert cli.main(["schema"]) == 0
+    assert json.loads(capsys.readouterr().out) == SCHEMA

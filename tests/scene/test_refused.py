@@ -132,6 +132,7 @@ BAD = {
     "liquid": {
         "output.leak_rate_unit=m/s": "output.leak_rate_unit = 'm/s' does not measure a leak rate",
         "output.leak_rate_unit=litre": "output.leak_rate_unit = 'litre' does not measure a leak ra",
+        "output.leak_rate_unit=1 ml/h": "output.leak_rate_unit = '1 ml/h' ",
         "output.leak_rate_unit=mol/s": "output.leak_rate_unit in 'mol/s' is an amount per time, bu",
         "output.leak_rate_unit=mbar l/s": "'mbar l/s' is a pressure times a volume per time, but a",
         "limit.leak_rate=1 g/h": "limit.leak_rate in 'g/h' is a mass per time, but a liquid leaks",
@@ -139,6 +140,7 @@ BAD = {
         "limit.leak_rate=1e300 m^3/s": r"limit.leak_rate = 1e\+300 m\^3/s cannot be a leak rate; c",
         "limit.leak_rate=1": "limit.leak_rate = 1 has no unit; a leak rate is written such as '1 m",
         "limit.leak_rate=1e-200 ml/h": "limit.leak_rate = 1e-200 ml/h cannot be a leak rate; check",
+        "limit.leak_rate=true": "limit.leak_rate = True should be a leak rate such as",
         "limit.leak_rate=0 ml/h": "limit.leak_rate = '0 ml/h' should be greater than 0",
         "limit.leak_rate=": "limit.leak_rate is missing",
         "limit.decide=1": "limit.decide = 1 should be a valid boolean",
@@ -275,6 +277,7 @@ BAD = {
         BOX + "0.1 & shape.gap=1 & shape.smallest_size=0.1": "squares are equal",
         PLATE + "shape.radius=0.6": "radius = 0.6 m does not fit",
         "shape.gap=1 & shape.mesh_size=1e-300": "would take about inf triangles",
+        "shape.gap=1 & shape.smallest_size=1e-300": "smallest_size = 1e-300 m would take about",
         "shape.gap=1 & shape.outer_radius=1e30": r"would take about 1e\+62 triangles",
         POLAR + "[1, '17 mm']": r"\[1\] = '17 mm' is not in a unit of rad",
         POLAR + "['1 rad', 0]": r"\[0\] = '1 rad' is not in a unit of m",

@@ -20,7 +20,7 @@ from fem_seal.scene.scene import KINDS
 from fem_seal.scene.sections import Product
 from fem_seal.steps import CONTACTS, FLOWS
 from fem_seal.threshold import THRESHOLDS
-from fem_seal.units import to_si
+from fem_seal.units import RateUnit, to_si
 
 DOCUMENT = (ROOT / "docs/reference/scene.md").read_text()
 
@@ -42,6 +42,9 @@ DOCUMENT = (ROOT / "docs/reference/scene.md").read_text()
         ("2 GB", "byte", 2e9),
         ("-3 um", "m", -3e-6),
         (7, "m", 7.0),
+        ("2 pascals", "Pa", 2.0),
+        ("2 hours", "s", 7200.0),
+        ("3 inches", "m", 0.0762),
     ],
 )
 def test_units_are_exact(text, unit, si):
@@ -55,52 +58,52 @@ def test_pound_per_square_inch():
 
 
 @pytest.mark.parametrize(
-    "value",
+    ("value", "unit", "message"),
     [
-        *("5", "5 um um", "5 Pa", "five um", "5,0 um", "um", "", "5 um)", "@ m", "5 -", "5 m/0"),
-        *(True, None, [5]),
+        *((text, "m", "5 um") for text in ("5", "5 um um", "5 Pa", "five um", "5,0 um", "um", "")),
+        *((value, "m", "5 um") for value in ("5 um)", "@ m", "5 -", "5 m/0", True, None, [5])),
+        # What has no dimension is not all one unit: 80 % of the memory is not 0.8 bytes.
+        *((text, "rad", "is not in a unit of rad") for text in ("5 %", "1 GB")),
+        ("80 %", "byte", "is not in a unit of byte"),
+        # Symbols have no plural: MPas could be MPa or MPa s.
+        *((f"1 {name}", "Pa", "has an unknown unit") for name in ("MPas", "mPas")),
+        ("3 ss", "s", "has an unknown unit"),
+        # Pint's px is a 96th of an inch; of a map it would be the distance of the samples.
+        *((text, "m", "is in pixels") for text in ("5 px", "5 um/px", "5 pixels")),
     ],
 )
-def test_what_is_no_length(value):
-    with pytest.raises(ValueError, match="5 um"):
-        to_si(value, "m")
+def test_what_is_no_quantity(value, unit, message):
+    with pytest.raises(ValueError, match=message):
+        to_si(value, unit)
 
 
-@pytest.mark.parametrize(("text", "unit"), [("80 %", "byte"), ("5 %", "rad"), ("1 GB", "rad")])
-def test_what_has_no_dimension_is_not_all_one_unit(text, unit):
-    """80 % of the memory is not 0.8 bytes."""
-    with pytest.raises(ValueError, match=f"is not in a unit of {unit}"):
-        to_si(text, unit)
+@pytest.mark.parametrize(
+    ("unit", "kind", "size"),
+    [
+        ("ml/h", "volume", 1e-6 / 3600),
+        ("l/min", "volume", 1e-3 / 60),
+        ("cm^3/min", "volume", 1e-6 / 60),
+        ("mbar l/s", "throughput", 0.1),
+        ("Pa m^3/s", "throughput", 1.0),
+        ("W", "throughput", 1.0),
+        ("mol/s", "amount", 1.0),
+        ("umol/h", "amount", 1e-6 / 3600),
+        ("g/year", "mass", 1e-3 / (365.25 * 86400)),
+    ],
+)
+def test_units_of_leak_rates(unit, kind, size):
+    """Tolerance: two roundings, of pint's decimal quotient and of the expected value."""
+    rate_unit = RateUnit.parse(unit)
+    assert (rate_unit.name, rate_unit.kind) == (unit, kind)
+    assert rate_unit.size == pytest.approx(size, rel=4e-16, abs=0)
 
 
-@pytest.mark.parametrize(("text", "unit"), [("0.15 MPas", "Pa"), ("1 mPas", "Pa s"), ("3 ss", "s")])
-def test_symbols_have_no_plural(text, unit):
-    """MPas could be MPa or MPa s; names have one."""
-    with pytest.raises(ValueError, match="has an unknown unit"):
-        to_si(text, unit)
-    assert to_si("2 pascals", "Pa") == 2
-    assert to_si("2 hours", "s") == 7200
-    assert to_si("3 inches", "m") == 0.0762
-
-
-@pytest.mark.parametrize("text", ["5 px", "5 um/px", "5 pixels"])
-def test_a_pixel_has_no_length(text):
-    """Pint's px is a 96th of an inch; of a map it would be the distance of the samples."""
-    with pytest.raises(ValueError, match="is in pixels"):
-        to_si(text, "m")
-
-
-def test_all_errors_at_once(small_scene):
-    """A line each, misspelt keys first; of one section as of several."""
-    small_scene["surface"] |= {"hrust": 0.8, "shape": [32, 0]}
-    small_scene["contact"] = {"pressure": "1 MPas"}
-    with pytest.raises(InvalidScene) as caught:
-        Scene.from_mapping(small_scene, source="a.toml")
-    head, *lines = caught.value.lines
-    assert head == "a.toml has 3 errors:"
-    for line, words in zip(lines, ("hrust is not", "shape[1] = 0 should", "MPas"), strict=True):
-        assert line.startswith("  ")
-        assert words in line
+@pytest.mark.parametrize("unit", ["slm", "slpm", "sccm", "Nl/min", "std cm^3/min"])
+def test_units_of_standard_conditions_are_refused(unit):
+    """Pint's slm is 1.68875 Pa m³/s: with the pressure times volume of a gas of 20 degC, a mass
+    flow of 1 slm would count as 1.073."""
+    with pytest.raises(ValueError, match=r"fluid\.reference_temperature"):
+        RateUnit.parse(unit)
 
 
 def test_contradictions_of_several_sections(small_scene):

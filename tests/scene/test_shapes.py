@@ -278,14 +278,9 @@ def test_meshes_that_nobody_could_make(tmp_path):
     """A strip of 2 by 1 takes 4.6/h² triangles and some along its rim: 1e8 at h = 2.15e-4."""
     strip = STRIP | {"gap": 1}
     assert Scene.from_mapping(scene(strip | {"mesh_size": 2.2e-4}))
-    narrow = {"mesh_size": 0.1, "smallest_size": 1e-300}
     (tmp_path / "own.geo").write_text(GEO)
-    for shape, words in (
-        (strip | {"mesh_size": 2.1e-4}, r"mesh_size = 0.00021 m would take about 1e\+08 tri"),
-        (strip | narrow, r"smallest_size = 1e-300 m would take about 6e\+300 triangles"),
-    ):
-        with pytest.raises(InvalidInput, match=words):
-            Scene.from_mapping(scene(shape))
+    with pytest.raises(InvalidInput, match=r"mesh_size = 0.00021 m would take about 1e\+08 tri"):
+        Scene.from_mapping(scene(strip | {"mesh_size": 2.1e-4}))
     own = scene_of(tmp_path / "own.geo", mesh_size=1e-30, unit="mm")["shape"]
     with pytest.raises(InvalidInput, match=r"5e-31 of the extent of .*own.geo; choose"):
         shaped_film(Scene.from_mapping(scene(own)).shape, None, trust=True)
@@ -340,14 +335,3 @@ sys.exit(main(sys.argv[1:]))
 """
     printed_by("-c", code, "mesh", path, "--out", tmp_path / "out")
     assert (tmp_path / "out" / "mesh.vtu").is_file()
-
-
-def test_studies_are_made_on_grids(tmp_path, refused):
-    path = write_toml(tmp_path / "ring.toml", scene(RING | {"gap": 1}))
-    for study in ("trade", "cross-validation"):
-        said = refused("study", study, path, "--out", tmp_path / "out")
-        assert "take [shape] out of the scene" in said
-
-
-def test_mesh_of_a_scene_without_shape(tmp_path, small_scene, refused):
-    assert "has no [shape]" in refused("mesh", write_toml(tmp_path / "scene.toml", small_scene))

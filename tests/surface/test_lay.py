@@ -87,8 +87,3 @@ def test_which_way_the_flow_runs(angle, settings, words, here, capsys):
     said = capsys.readouterr().out
     assert words in said
     assert "slopes              " in said
-
-
-def test_run_names_the_command_that_a_map_wants(here, refused):
-    np.savetxt("map.csv", np.eye(4), delimiter=",")
-    assert "fem-seal new map.csv writes a scene" in refused("run", "map.csv")

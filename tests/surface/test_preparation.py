@@ -1,15 +1,18 @@
-"""Steps are taken in their order, only if named, and each is reported."""
+"""Preparation of maps: crop, trend, holes, periodic cell, taken in their order and reported."""
 
 import numpy as np
 import pytest
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import FieldMap
+from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.surface import (
+    MapStatistics,
     Preparation,
     Spectrum,
+    cropped,
     detrended,
     fill,
     measured_surface,
@@ -18,8 +21,23 @@ from fem_seal.surface import (
     self_affine,
     twin,
 )
+from fem_seal.surface.cell import window
 
 CELL = self_affine(Spectrum(0.8, 32, 4), (48, 40), (48, 40), rms_height=1.0, seed=2)
+ROUGH = self_affine(Spectrum(0.8, 32, 4), (64, 48), (64, 48), rms_height=1.0, seed=4)
+# A piece of it has a border that does not fit together.
+PIECE = GridField(ROUGH.values[:40, :30], (1.0, 1.0))
+NX, NY = 24, 17
+SPACING = (2.0, 0.5)
+X, Y = np.meshgrid(SPACING[0] * np.arange(NX), SPACING[1] * np.arange(NY), indexing="ij")
+LINEAR = 3 + 0.2 * X - 0.7 * Y
+# Real parts of (x + iy)^2 and its cube: differences of second order are exact up to cubes.
+HARMONIC = LINEAR + 0.03 * (X**2 - Y**2) + 0.01 * X * Y + 1e-3 * (X**3 - 3 * X * Y**2)
+TRENDS = {
+    "mean": 4 + 0 * X,
+    "plane": 4 - 2 * X + 0.5 * Y,
+    "quadratic": 4 - 2 * X + 0.5 * Y + X**2 - 3 * X * Y + 0.2 * Y**2,
+}
 
 
 def measured(periodic=False):
@@ -135,3 +153,153 @@ def test_errors_name_the_file(tmp_path):
     np.savez(tmp_path / "a.npz", heights=measured().values, spacing=[1, 1])
     with pytest.raises(InvalidInput, match=r"heights in .*a\.npz: 12 of 1080 points are missing"):
         measured_surface(tmp_path / "a.npz")
+
+
+# Trends.
+
+
+@pytest.mark.parametrize(
+    ("trend", "shape"),
+    [("mean", X), ("plane", X * Y), ("quadratic", X**3), ("quadratic", X * Y**2)],
+)
+def test_higher_orders_stay(trend, shape):
+    assert detrended(FieldMap(shape, (1, 1), None), trend).values.std() > 0.1
+
+
+@pytest.mark.parametrize("trend", TRENDS)
+def test_nothing_is_left_of_the_trend_itself(trend):
+    """Its rounding error would be the roughness of a flat face, which no solver presses flat."""
+    heights = np.where(X < 44, 1e-6 * TRENDS[trend], np.nan)
+    left = detrended(FieldMap(heights, (1, 1), None), trend).values
+    np.testing.assert_array_equal(left, 0 * heights)
+
+
+def test_map_that_repeats_keeps_its_seam():
+    """A sine of one period has a plane of least squares, and a jump where that is taken away."""
+    sine = np.sin(2 * np.pi * np.arange(NX) / NX)[:, None] * np.ones((NX, NY))
+    assert MapStatistics.of(detrended(FieldMap(sine, (1, 1), None), "plane")).seam > 5
+    level = detrended(FieldMap(sine + 4, (1, 1), True), "mean")
+    assert level.periodic
+    np.testing.assert_allclose(level.values, sine, rtol=0, atol=1e-14)
+
+
+# Missing points.
+
+
+def with_holes(values):
+    """Single points, a block, a slit and two holes that touch at a corner; none at the border."""
+    holed = values.copy()
+    for hole in (
+        *((3, 3), (slice(6, 12), slice(4, 9)), (slice(14, 22), 2)),
+        *((slice(15, 18), slice(9, 12)), (slice(18, 21), slice(12, 15))),
+    ):
+        holed[hole] = np.nan
+    return FieldMap(holed, SPACING, None)
+
+
+def test_exact():
+    """To the rounding of some dozen operations on numbers as large as the field."""
+    holed, largest = with_holes(HARMONIC), np.abs(HARMONIC).max()
+    filled = fill(holed, 0.3)
+    known = ~np.isnan(holed.values)
+    assert np.array_equal(filled.values[known], HARMONIC[known])
+    np.testing.assert_allclose(filled.values, HARMONIC, rtol=0, atol=1e-13 * largest)
+
+
+def test_harmonic_film_stays_within_its_rim():
+    """No point of the film is above or below all of its rim (maximum principle)."""
+    values = np.random.default_rng(2).random((20, 20))
+    holed = values.copy()
+    holed[5:15, 5:15] = np.nan
+    rim = np.concatenate([values[4, 5:15], values[15, 5:15], values[5:15, 4], values[5:15, 15]])
+    inside = fill(FieldMap(holed, (1, 1), None), 0.3).values[5:15, 5:15]
+    assert rim.min() < inside.min()
+    assert inside.max() < rim.max()
+
+
+def test_harmonic_hole_at_the_border_has_no_slope_across_it():
+    """A corner that is missing: the film of a constant rim is that constant."""
+    holed = np.full((8, 8), 2.5)
+    holed[:3, :4] = np.nan
+    filled = fill(FieldMap(holed, (1, 2), None), 0.3)
+    np.testing.assert_allclose(filled.values, 2.5, rtol=1e-14)
+
+
+def test_nothing_missing():
+    assert np.array_equal(fill(FieldMap(LINEAR, SPACING, None), 0).values, LINEAR)
+
+
+def test_limit_is_a_fraction_of_all_points():
+    """One of 408 points; less is refused (test_refused.py)."""
+    holed = LINEAR.copy()
+    holed[5, 5] = np.nan
+    assert fill(FieldMap(holed, SPACING, None), 1 / 408).missing == 0
+
+
+# Crop and periodic cell.
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 0.1])
+def test_crop_keeps_the_samples_inside(unit):
+    """Samples on the edges count as inside in any unit: 3 × 0.1 is not 0.3 in binary."""
+    whole = FieldMap(PIECE.values, (unit, 2 * unit), True)
+    part = cropped(whole, ((3 * unit, 12 * unit), (4 * unit, 9 * unit)))
+    assert np.array_equal(part.values, PIECE.values[3:13, 2:5])
+    assert (part.spacing, part.periodic) == (whole.spacing, False)
+
+
+def test_crop_to_the_whole_map_stays_periodic():
+    whole = FieldMap(ROUGH.values, (1.0, 1.0), True)
+    same = cropped(whole, ((0, 64), (0, 48)))
+    assert np.array_equal(same.values, whole.values)
+    assert same.periodic
+
+
+def test_mirrored_cell_is_even_about_its_mirror_lines():
+    """h(-x) = h(x) about the first and the last row."""
+    cell = periodic_cell(PIECE, "mirror")
+    assert cell.shape == (78, 58)
+    assert cell.periodic
+    # Twice the rectangle of the samples.
+    assert cell.size == tuple(2 * length for length in PIECE.size)
+    assert np.array_equal(cell.values[:40, :30], PIECE.values)
+    for axis in (0, 1):
+        mirrored = np.roll(np.flip(cell.values, axis), 1, axis)
+        assert np.array_equal(mirrored, cell.values)
+
+
+def test_cut_keeps_the_samples_and_marks_them_periodic():
+    cell = periodic_cell(PIECE, "cut")
+    assert np.array_equal(cell.values, PIECE.values)
+    assert cell.periodic
+
+
+@pytest.mark.parametrize("name", ["hann", "tukey"])
+def test_windows_fade_to_the_mean(name):
+    cell = periodic_cell(PIECE, name)
+    mean = PIECE.values.mean()
+    np.testing.assert_allclose(cell.values[0], mean, rtol=1e-14)
+    np.testing.assert_allclose(cell.values[:, 0], mean, rtol=1e-14)
+    assert np.abs(cell.values - mean).max() <= np.abs(PIECE.values - mean).max()
+
+
+def test_hann_window_keeps_three_eighths_of_the_power():
+    """Mean of sin⁴ is 3/8 along each axis, exactly on an even grid of more than four samples."""
+    assert np.mean(window("hann", (12, 10)) ** 2) == pytest.approx((3 / 8) ** 2, rel=1e-14)
+
+
+def test_tukey_window_is_one_inside():
+    n = 80
+    inside = window("tukey", (n, n))[n // 2]
+    ends = n / 8  # an eighth of the length at each end
+    assert np.array_equal(inside == 1, np.abs(np.arange(n) - n / 2) <= n / 2 - ends)
+
+
+def test_seam_of_a_piece_its_mirror_and_a_cell():
+    """A cut piece jumps at its seam; a mirrored piece and a periodic surface do not."""
+    assert MapStatistics.of(ROUGH).seam == pytest.approx(1, abs=0.3)  # spread of 48 differences
+    assert MapStatistics.of(periodic_cell(PIECE, "cut")).seam > 3
+    # A mirror line stands once: across the seam is the first difference inside.
+    assert MapStatistics.of(periodic_cell(PIECE, "mirror")).seam < 1.5
+    tilted = np.add.outer(np.arange(9.0), np.zeros(5))
+    assert MapStatistics.of(GridField(tilted, (1, 1))).seam == 8

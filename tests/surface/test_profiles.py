@@ -5,7 +5,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from project import write_toml
-from scipy.integrate import quad
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
@@ -51,26 +50,6 @@ def test_constant_rings_exactly():
     found = isotropic_spectrum(in_bins(EDGES, transform))
     # A triangular system of square roots: cancellation loses some digits of double precision.
     assert found.values == pytest.approx(values, rel=1e-9)
-
-
-def test_self_affine_spectrum_by_quadrature():
-    """Without noise the rings differ from C at their middle by how constant they are."""
-
-    def transform(q):
-        cuts = [np.sqrt(max(k**2 - q**2, 0)) for k in SPECTRUM.wavenumbers]
-        ends = [0.0, *cuts]
-        across = lambda t: float(SPECTRUM.density(np.hypot(q, t)))  # noqa: E731
-        return 2 * sum(quad(across, a, b)[0] for a, b in zip(ends, cuts, strict=False) if a < b)
-
-    found = isotropic_spectrum(in_bins(EDGES, transform))
-    low, _, high = SPECTRUM.wavenumbers
-    inside = (EDGES[:-1] > low) & (EDGES[1:] < high)
-    middle = np.sqrt(EDGES[1:] * EDGES[:-1])[inside]
-    # In a bin of ratio r the mean of a power law of exponent s differs from its middle by
-    # (s ln r)²/24, 3 % here; next to a cut-off inside a bin the error is a few times that.
-    assert found.values[inside] == pytest.approx(SPECTRUM.density(middle), rel=0.1)
-    assert np.median(abs(found.values[inside] / SPECTRUM.density(middle) - 1)) < 0.05
-    assert found.rms_height == pytest.approx(SPECTRUM.rms_height, rel=0.01)
 
 
 @pytest.mark.parametrize("periodic", [True, False])

@@ -15,6 +15,7 @@ from fem_seal.surface import (
     detrended,
     fill,
     fit_spectrum,
+    periodic_cell,
     prepare,
     profile_spectrum,
     resample,
@@ -77,6 +78,7 @@ REFUSED = [
     (partial(twin, ENDS, 0), "a twin needs a periodic surface; set make_periodic"),
     (partial(twin, REPEATS, -1), "seed must be a non-negative integer, got -1"),
     (partial(detrended, field_map(NOISE), "cubic"), "'cubic' is unknown; choose from mean, plane"),
+    (partial(periodic_cell, ENDS, "wrap"), "make_periodic = 'wrap' is unknown; choose from cut"),
     (partial(detrended, field_map(NAN * NOISE), "mean"), "all 4096 points are missing"),
     *(
         (partial(detrended, field_map(SINE, True), t), f"a jump at its seam without its {t} trend")

@@ -43,14 +43,6 @@ def test_ensemble_scaling():
     assert abs(squares.mean() - 1) < 4 * standard_error
 
 
-def test_ensemble_mean_follows_the_continuum_spectrum():
-    """With many modes in the band the sum over modes is the integral 2π ∫ q C dq."""
-    spectrum = Spectrum(0.8, 1 / 16, 1 / 60)
-    surface = self_affine(spectrum, (256, 256), (1, 1), rms_slope=1, scaling="exact", seed=2)
-    # The band holds 1e4 modes; their heights' sum scatters by sqrt(sum C^2) / sum C, about 3 %.
-    assert rms_height(surface) == pytest.approx(spectrum.scaled(rms_slope=1).rms_height, rel=0.1)
-
-
 def test_one_surface_on_every_grid():
     """A coarser grid that resolves the short cut-off has the same heights at common points."""
     grids = [self_affine(BAND, (n, n), (1, 1), rms_slope=1, seed=7).values for n in (44, 88, 176)]

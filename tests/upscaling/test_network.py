@@ -24,7 +24,9 @@ from fem_seal.upscaling.network import (
 def test_layers():
     """Rows across the flow are in series, columns along it in parallel."""
     K = np.array([1.0, 3.0, 1e-9, 7.0])
-    assert network_conductivity(np.tile(K[:, None], (1, 5))) == pytest.approx(hmean(K), rel=1e-12)
+    assert network_conductivity(np.tile(K[:, None], (1, 5))) == pytest.approx(
+        hmean(K), rel=1e-12, abs=0
+    )
     assert network_conductivity(np.tile(K, (5, 1))) == pytest.approx(K.mean(), rel=1e-12)
     assert network_conductivity(K[None]) == pytest.approx(K.mean(), rel=1e-12)
 
@@ -52,19 +54,6 @@ def test_duality():
     ]
     assert errors[-1] < 0.05
     assert all(fine < coarse for coarse, fine in pairwise(errors))
-
-
-def test_many_patches_none_sealed():
-    """exp<ln K> is exact for many; finite nodes stay below it, less so the finer they are."""
-    rng = np.random.default_rng(2)
-    patches = [lognormal_patches((20, 60), 1.0, 1.0, rng) for _ in range(3)]
-    exact = np.exp(np.mean(np.log(patches)))  # Matheron 1967
-    by_nodes = [
-        np.mean([network_conductivity(K, nodes=nodes) for K in patches]) for nodes in (1, 2, 4)
-    ]
-    assert by_nodes[0] < by_nodes[1] < by_nodes[2]
-    # Nodes of a quarter patch are 1 % low in the limit of many; 20 patches along end 2 % above it.
-    assert by_nodes[2] == pytest.approx(exact, rel=0.04)
 
 
 def test_one_patch_along_the_path_is_the_mean():

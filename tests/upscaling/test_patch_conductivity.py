@@ -59,7 +59,7 @@ def test_conductivity_of_waves(fine_waves, share):
     """The open width is known to a sample: K, which falls faster than its third power, to 3 %."""
     lower, upper = fine_waves.bounds(share * WAVE.full)
     exact = WAVE.conductivity(share * WAVE.full, 1e-3)
-    assert lower == pytest.approx(exact, rel=0.03)
+    assert lower == pytest.approx(exact, rel=0.03, abs=0)
     assert lower <= upper <= 1.011 * lower
 
 
@@ -86,18 +86,6 @@ def test_seal_of_waves(fine_waves, kind):
 
 def rough():
     return LoadedPatch(Patch(scene()), RTOL)
-
-
-def test_loads_gather_where_it_matters():
-    """Between the loads that the pressure drop does not touch no load is added."""
-    ends, profile = EndPressures(1e5), uniform(3e5, 2e-3)
-    outcome = refined_table(rough(), profile, STRIP, ends, tolerance=0.05)
-    loads = outcome.table.loads
-    assert outcome.converged
-    assert loads.min() == 2e5
-    assert loads.max() <= 3e5
-    # Under a uniform pressure the leak rate is ∫ K dp, nearly all of it at low net loads.
-    assert np.diff(loads)[0] < np.diff(loads)[-1]
 
 
 def test_a_seal_that_is_sealed_needs_no_flow():
@@ -159,13 +147,6 @@ def test_a_quarter_of_a_mirrored_patch_conducts_as_the_whole():
     assert patch.critical_gap(1e5) == pytest.approx(full.critical_gap(1e5), abs=room)
     (lower, upper), (low, high) = patch.bounds(1e5), full.bounds(1e5)
     assert max(lower, low) <= min(upper, high) <= (1 + 2 * RTOL) * min(lower, low)
-
-
-def test_too_few_loads_are_said():
-    ends, profile = EndPressures(1e5), uniform(3e5, 2e-3)
-    outcome = refined_table(rough(), profile, STRIP, ends, tolerance=0.05, most_loads=4)
-    assert not outcome.converged
-    assert outcome.reason == "it may take 4 net loads; raise seal.max_loads"
 
 
 def test_bounds_that_leave_no_room_for_loads_ask_for_another_tolerance():
@@ -231,8 +212,8 @@ def test_enclosures_hold_loads_inside(rough):
         assert enclosure.upper_at(share) >= lower
     middle = enclosure.upper_at(0.5) / enclosure.lower_at(0.5)
     assert middle < (upper_a / lower_b) ** 0.5
-    assert enclosure.upper[0] == pytest.approx(upper_a, rel=1e-6)
-    assert enclosure.lower[-1] == pytest.approx(lower_b, rel=1e-6)
+    assert enclosure.upper[0] == pytest.approx(upper_a, rel=1e-6, abs=0)
+    assert enclosure.lower[-1] == pytest.approx(lower_b, rel=1e-6, abs=0)
 
 
 def test_enclosures_are_second_order():

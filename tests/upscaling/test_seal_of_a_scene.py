@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
-from project import scene_of_samples, write_toml
+from project import scene_of_samples
 
-from fem_seal import cli, pictures, run
+from fem_seal import pictures, run
 from fem_seal.cli.sweep import _summary
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
@@ -155,12 +155,6 @@ def test_undecided_names_the_range_that_is_held_against_the_limit():
     assert ends == pytest.approx([leak * lower, leak * upper, 100 * lower, 100 * upper], rel=1e-2)
 
 
-def axes_of(seal):
-    figure = Figure()
-    draw_seal(figure, seal)
-    return figure.axes
-
-
 @pytest.mark.parametrize(("pressure", "near"), [(5.1e4, True), (2e5, False)])
 def test_a_seal_next_to_lift_off_warns(pressure, near):
     """The contact pressure that the caution allows to lose is all that it has above 50 kPa."""
@@ -204,33 +198,22 @@ def test_profiles_have_the_mean_of_the_contact():
     assert repr(profile_of(scene())[0]) == repr(uniform(2e5, 1e-4))
 
 
-IN_MM = {
-    "x [mm], pressure [MPa]": ",",
-    "# from a finite-element code\nx (mm); pressure (MPa)": ";",
-    "x_mm, pressure_MPa": ",",
-    "x/mm, p/MPa": ",",
-    "# x [mm], pressure [MPa]": " ",
-    "x in mm\tp in MPa": "\t",
-    "# lengths in mm, pressures in MPa": " ",
-    "x [mm],p [MPa],": ",",
-    "s,CPRESS\nmm,N/mm^2": ",",
-    "Path,mm,MPa\ns mm,sigma MPa": ",",
-    "pressure [MPa], x [mm]": ",",
-}
-
-
-@pytest.mark.parametrize("head", IN_MM)
-@pytest.mark.parametrize("decimal", ".,")
-def test_table_with_units(head, decimal, tmp_path):
-    rows = [("1", "0"), ("1.5", "2"), ("2", "0.5")]
-    if "]," in head and head.startswith("p"):
-        rows = [row[::-1] for row in rows]
-    if IN_MM[head] == ",":
-        decimal = "."
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# from a finite-element code\nx (mm); pressure (MPa)\n1;0\n1,5;2\n2;0,5\n",
+        "# lengths in mm, pressures in MPa\n1 0\n1.5 2\n2 0.5\n",
+        "x in mm\tp in MPa\n1\t0\n1,5\t2\n2\t0,5\n",
+        "x [mm],p [MPa],\n1,0,\n1.5,2,\n2,0.5,\n",
+        "s,CPRESS\nmm,N/mm^2\n1,0\n1.5,2\n2,0.5\n",
+        "Path,mm,MPa\ns mm,sigma MPa\n1,0\n1.5,2\n2,0.5\n",
+        "pressure [MPa], x [mm]\n0,1\n2,1.5\n0.5,2\n",
+    ],
+)
+def test_table_with_units(text, tmp_path):
+    """Titles as in files of heights (field_file/test_text.py), and those of other codes."""
     path = tmp_path / "profile.csv"
-    end = "," if head.endswith(",") else ""
-    lines = [IN_MM[head].join(row).replace(".", decimal) + end for row in rows]
-    path.write_text("\n".join([head, *lines, ""]))
+    path.write_text(text)
     profile = read_profile(path)
     assert profile.length == pytest.approx(1e-3)
     assert profile.pressure.tolist() == [0, 2e6, 0.5e6]
@@ -251,11 +234,8 @@ def test_table_in_metres_and_pascals(head, tmp_path):
     [
         ("", "holds no numbers"),
         ("0 1\n1 2 3\n", "line 2 of .* has 3 numbers"),
-        ("1 2 3\n0 1\n1 2\n", "line 1 of .* has 3 numbers"),
         ("x [mm], pressure [kg]\n0 1\n1 2\n", "kg"),
-        ("x [furlongs ago], p [Pa]\n0 1\n1 2\n", "'furlongs ago', which is no unit of length"),
         ("x/L, p/p0\n0 1\n1 2\n", "'L', which is no unit of length"),
-        ("x [-], p [Pa]\n0 1\n1 2\n", "'-', which is no unit of length"),
         ("x [mm], pressure\n0 1\n1 2\n", "units of both columns"),
         ("# all lengths in mm\n0 1\n1 2\n", "units of both columns"),
         ("Units: mm and MPa\nx, p\n0 1\n1 2\n", "units of both columns"),
@@ -295,9 +275,9 @@ def test_a_seal_names_the_conditions_of_the_volume_of_its_gas():
     """One amount of gas: p0 V0/(R T0) mol/s."""
     result, _ = entries(gas(slip=False, reference_temperature=293.0))
     amount = 101325 * result.seal.leak_rate.value / (8.31446261815324 * 293.0)
-    assert result.gas.amount_rate.value == pytest.approx(amount, rel=1e-12)
+    assert result.gas.amount_rate.value == pytest.approx(amount, rel=1e-12, abs=0)
     assert result.gas.mass_rate.upper == pytest.approx(
-        0.029 * amount * result.seal.leak_rate.upper / result.seal.leak_rate.value, rel=1e-12
+        0.029 * amount * result.seal.leak_rate.upper / result.seal.leak_rate.value, rel=1e-12, abs=0
     )
     # Wherever the volume stands, and not beside a mass.
     words, at = dict(summary_of(result)), "at 19.85 degC, 1.013 bar"
@@ -470,14 +450,6 @@ def test_jobs_give_the_same_digits(tmp_path):
     assert (shared.lower, shared.value, shared.upper) == (alone.lower, alone.value, alone.upper)
 
 
-def test_jobs_without_a_seal_are_refused(tmp_path, capsys):
-    path = write_toml(tmp_path / "scene.toml", scene_of_samples(16))
-    out = tmp_path / "out"
-    assert cli.main(["run", str(path), "--out", str(out), "--jobs", "2"]) == 2
-    assert "jobs = 2 (--jobs) distributes the patches of a [seal]" in capsys.readouterr().err
-    assert not out.exists()
-
-
 @pytest.mark.render
 def test_where_the_seal_seals(outcome):
     """Under a uniform pressure every place counts alike: 90 % of the path, in its middle.
@@ -643,33 +615,28 @@ def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
 
 
 @pytest.mark.parametrize("profile", ["uniform", "hertz"])
-def test_a_sealed_seal_has_pressures_and_words(profile):
-    """The fluid has the inlet's pressure up to where it is sealed.
+def test_a_sealed_seal_is_said_and_drawn_as_far_as_it_is_known(profile):
+    """The fluid has the inlet's pressure up to where it is sealed, and is drawn outside alone.
 
     The largest pressure of the path lies within 1/500 of the half width of the middle: that of a
-    parabola to 2e-6.
+    parabola to 2e-6. At the right stands by how much the load may fall.
     """
-    asked = scene(contact={"pressure": 2e6}, seal={"patches": 1, "pressure_profile": profile})
+    asked = scene(contact={"pressure": 2e6}, seal={"patches": 2, "pressure_profile": profile})
     result, _ = entries(asked)
-    path = result.seal.path
+    seal, path = result.seal, result.seal.path
     p, P = np.array(path.fluid_pressure), np.array(path.contact_pressure)
     assert set(p) == {0.5e5, 0.0}
     assert (np.diff(p) <= 0).all()
     assert P.max() == pytest.approx(2e6 * (1 if profile == "uniform" else 4 / np.pi), rel=3e-6)
     (words,) = (text for label, text in summary_of(result) if label == "seal")
-    assert "; solved at 2 net loads (contact pressure less fluid pressure) from " in words
+    assert "net loads (contact pressure less fluid pressure) from " in words
     if profile == "hertz":
         assert re.search(r"seals from \S+ \S+ to \S+ \S+ behind the inlet$", words)
     else:
         assert words.endswith("seals on the whole path, 100 um")
-
-
-@pytest.mark.parametrize("profile", ["uniform", "hertz"])
-def test_picture_of_a_sealed_seal_draws_what_is_known(profile):
-    """p outside the sealed part alone; at the right by how much the load may fall."""
-    asked = scene(contact={"pressure": 2e6}, seal={"patches": 2, "pressure_profile": profile})
-    seal = entries(asked)[0].seal
-    pressures, margins = axes_of(seal)
+    figure = Figure()
+    draw_seal(figure, seal)
+    pressures, margins = figure.axes
     _, before, behind = pressures.lines
     assert before.get_xdata().max() == pytest.approx(1e3 * seal.sealing.start)
     assert behind.get_xdata().min() == pytest.approx(1e3 * seal.sealing.end)
