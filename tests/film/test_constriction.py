@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from slow_reference import pieces, spans
+from slow_reference import edges, pieces, spans
 
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
@@ -44,6 +44,22 @@ def test_critical_constriction_is_the_highest_level_that_spans(h, sides, represe
     half = 0.5 if representation == "constant" else 0.0
     i, j = (round(c - half) for c in constriction.position)
     assert sites[i, j] == expected
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize("shape", [(4, 4), (5, 5), (3, 6)])
+def test_links_are_those_of_the_slow_reference(shape, sides):
+    """Both ways, also across the seam of an odd number of columns."""
+    sites = GridFilm(GridField(np.ones(shape), (1.0, 1.0), periodic=True), sides).sites
+    (mx, my), every = (
+        sites.gap.shape,
+        np.concatenate([*sites.links_of(np.arange(sites.gap.size))], 1),
+    )
+    expected = {
+        (a[0] * my + a[1], b[0] * my + b[1])
+        for a, b in edges((mx, my), "triangulation", (False, sides == "periodic"))
+    }
+    assert set(zip(*every.tolist(), strict=True)) == expected | {(b, a) for a, b in expected}
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
