@@ -58,15 +58,6 @@ def test_ridge_has_its_closed_form(solver, n, pressure):
     assert np.abs(off).max() < 1e-5 * rms_height(ridge(n))
 
 
-def test_area_between_the_ridge_and_the_floor():
-    """An area of 0.2 is jumped over: the ridge's row is nearer than the rows beside it."""
-    state = press(ridge(32), MODULUS, area_fraction=0.03)
-    assert state.contact_area_fraction == 1 / 32
-    flat = press(ridge(32), MODULUS, area_fraction=0.45)
-    check_equilibrium(flat, ridge(32), 1e-6)
-    assert flat.contact_area_fraction == pytest.approx(0.45, abs=1 / 32)
-
-
 def test_message_names_what_was_missed():
     with pytest.raises(
         NotConverged, match=r"largest gap under pressure.*wanted 1\.0e-04"

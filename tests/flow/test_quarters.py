@@ -6,6 +6,7 @@ from gaps import everything, represented
 from sample_gaps import rough_gap
 
 from fem_seal.film.law import PressureWeight, bounding_law
+from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.quarters import QuarterShape
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
@@ -52,16 +53,21 @@ def test_means_on_the_quarters_of_a_gas_that_slips(width, halved, highest):
 
 
 def test_the_ceiling_does_not_reach_the_quarters():
-    """Of resistivities raised to that of the ceiling the mean is not that of the cell."""
+    """Of resistivities raised to that of the ceiling the mean is not that of the cell. Quarters of
+    a shape are those of a grid with the same cells."""
     samples = GridField(np.random.default_rng(0).uniform(0.2, 1, (5, 5)), (1.0, 1.0))
     low, high = (represented(samples, ceiling=ceiling) for ceiling in (0.125, np.inf))
     mesh = uniform_mesh((4, 4), 1, periodic_sides=False)
     values = low.vertex_values(mesh)
-    assert (low.cell_data(mesh, values).resistivity[:, 0] == 512).all()
+    shape = VertexGap(values[:, 0], 1.0, 0.0, 0.0, 0.125)
+    for gap in (low, shape):
+        assert (gap.cell_data(mesh, values).resistivity[:, 0] == 512).all()
     at_corners = mesh.xy[mesh.cells.T], values[mesh.cells.T]
-    found, free = (gap.quarter_data(*at_corners).resistivity for gap in (low, high))
-    assert np.array_equal(found, free)
-    assert found.max() < 512
+    found, of_shape, free = (gap.quarter_data(*at_corners) for gap in (low, shape, high))
+    for quarters in (found, of_shape):
+        assert np.array_equal(quarters.resistivity, free.resistivity)
+        assert np.array_equal(quarters.K, free.K)
+    assert free.resistivity.max() < 512
 
 
 @pytest.mark.parametrize("ceiling", [0.1, 0.5, 2.0])

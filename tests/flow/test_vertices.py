@@ -6,7 +6,7 @@ vertex do not: marking by shares alone would refine along the flow without end.
 
 import numpy as np
 import pytest
-from gaps import level_problem, represented, solved
+from gaps import everything, level_problem, represented, solved
 from project import leak_rate
 from sample_gaps import FLUID
 
@@ -14,30 +14,6 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.joints import wrongly_joined_cells
 from fem_seal.grid import GridField
-
-# Decades of the gap, contact where there is none; the false flow passes between the wide parts.
-DECADES = """
-    -3 -5 -4 -6
-    -6  0  .  -2
-     0 -2 -6 -2
-    -6  .  -5  .
-    -4 -6 -4 -1
-    -5 -6 -5 -2
-    -2  .  .  .
-    -1 -1 -5  0
-     .  -3 -1 -5
-     0  .  -6 -3
-    -6 -1 -1 -4
-    -4  0  .  .
-    -5 -6 -1 -6
-"""
-
-
-def of_decades(text: str) -> GridField:
-    """Gap of 10 to the numbers of a text, zero where it has a dot."""
-    rows = [row.split() for row in text.split("\n") if row.strip()]
-    values = [[0.0 if word == "." else 10.0 ** float(word) for word in row] for row in rows]
-    return GridField(np.array(values), (1.0, 1.0))
 
 
 def random_decades(seed: int) -> GridField:
@@ -55,10 +31,10 @@ def width(gap: GridField, most: int, **options) -> float:
 
 
 def test_flow_through_a_vertex_is_resolved():
-    """Upper/lower was 2.4 with 88 000 unknowns where only the shares were looked at."""
-    gap = of_decades(DECADES)
-    assert width(gap, 10_000) < 1.106
-    assert width(gap, 10_000, tuning=Tuning(theta_residual=0.0)) > 2
+    """Upper/lower stays above a thousand where only the shares are looked at."""
+    gap = random_decades(17)
+    assert width(gap, 4000) < 1.106
+    assert width(gap, 4000, tuning=Tuning(theta_residual=0.0)) > 2
 
 
 @pytest.mark.parametrize("seed", [7, 26, 44])
@@ -123,16 +99,12 @@ def test_residuals_of_an_exact_pressure_are_rounding(axis):
 
 def test_residuals_see_a_wrong_pressure():
     """Of a rough gap the pressure is not exact, and residuals bound what a finer mesh gains."""
-    rng = np.random.default_rng(0)
-    problem = level_problem(represented(GridField(0.5 + rng.random((9, 9)), (1.0, 1.0))))
+    gap = represented(GridField(0.5 + np.random.default_rng(0).random((9, 9)), (1.0, 1.0)))
+    problem, finer = level_problem(gap), level_problem(gap, markings=[everything] * 4)
     pressure, stream = solved(problem)
     residuals = problem.residuals(problem.flows(pressure, stream))
     assert (residuals >= 0).all()
     # Reliable: not below what the finer space takes off the energy.
-    finer = level_problem(
-        represented(GridField(0.5 + np.random.default_rng(0).random((9, 9)), (1.0, 1.0))),
-        markings=[lambda mesh: np.ones(len(mesh.cells), dtype=bool)] * 4,
-    )
     assert residuals.sum() >= pressure.energies.item() - solved(finer)[0].energies.item() > 0
 
 
