@@ -20,7 +20,7 @@ import numpy as np
 from fem_seal.film.law import Conductivity
 from fem_seal.flow.quarters import thrice_centroids
 from fem_seal.mesh.grouping import parts
-from fem_seal.mesh.nested import DEPTH
+from fem_seal.mesh.nested import DEPTH, covering
 from fem_seal.parallel import cores
 
 _NEAR = 1.25  # ratio of two gaps below which Gauss points replace the closed form of 1/g²
@@ -158,9 +158,9 @@ class Pyramid:
         """Compute the means from fine to coarse, up to squares `width` pixels wide, a power of two.
 
         `pixel_means` maps a slice of n columns i to means (2, n, my, 2) on pixel triangles; there
-        are (mx, my) squares, multiples of `width`.
+        are (mx, my) squares. Triangles that reach beyond these have means that nobody may ask for.
         """
-        mx, my = squares
+        mx, my = covering(squares, width)
         shapes = [(0, 0), *((mx >> k, my >> k) for k in range(1, width.bit_length()))]
         tables = [(*shape, parts_of) for shape in shapes for parts_of in (2, 4)]
         ends = np.cumsum([np.prod(table) for table in tables])
@@ -173,7 +173,10 @@ class Pyramid:
 
         def fill(strip: slice) -> None:
             half = slice(strip.start // 2, strip.stop // 2)
-            diagonal[1][:, half], axial[1][:, half] = _summed(pixel_means(strip))
+            means = pixel_means(slice(strip.start, min(strip.stop, squares[0])))
+            beyond = strip.stop - strip.start - means.shape[1], my - squares[1]
+            means = np.pad(means, [(0, 0), (0, beyond[0]), (0, beyond[1]), (0, 0)])
+            diagonal[1][:, half], axial[1][:, half] = _summed(means)
 
         # Work in strips: the means on all pixels would take most of the pyramid's memory.
         with ThreadPoolExecutor(cores()) as pool:

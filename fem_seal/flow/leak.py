@@ -23,8 +23,8 @@ from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH
-from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.nested import coarsest_width, uniform_mesh
+from fem_seal.mesh.bisection import AnyMesh, coarse_mesh
+from fem_seal.mesh.nested import coarsest_width
 from fem_seal.registry import require_known
 
 REFINEMENTS = ("adaptive", "uniform")
@@ -172,7 +172,7 @@ def first_mesh(
     width = 1 if strategy.uniform else coarsest_width(squares, tuning.coarsest)
     gap_type = REPRESENTATIONS[film.representation]
     gap = gap_type(GridField(scaled, film.gap.spacing), cut, floor, width, ceiling, law)
-    return gap, uniform_mesh(gap.squares, width, film.sides == "periodic")
+    return gap, coarse_mesh(gap.squares, width, film.sides == "periodic")
 
 
 @dataclass(frozen=True, eq=False)

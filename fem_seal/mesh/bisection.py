@@ -17,11 +17,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_seal.errors import narrowed
 from fem_seal.mesh.mesh import Edges, Halvings
-from fem_seal.mesh.nested import NestedMesh, TooFine
+from fem_seal.mesh.nested import PIXEL, NestedMesh, TooFine, covering, opposite, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-__all__ = ["AnyMesh", "Refinement", "TooFine", "bisect", "refine"]
+__all__ = ["AnyMesh", "Refinement", "TooFine", "bisect", "coarse_mesh", "refine"]
 
 AnyMesh = NestedMesh | TriangleMesh  # the meshes that bisection refines
 
@@ -86,6 +87,32 @@ def refine(mesh: AnyMesh, times: np.ndarray) -> Refinement:
             times[second] = times[cut]
         times = np.maximum(times - 1, 0)
     return bisection.refinement()
+
+
+def coarse_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:
+    """Mesh of squares `width` pixels wide, a power of two, on any rectangle of (mx, my) pixels.
+
+    Where such squares do not fill it, those that cover it are bisected down to pixels along all
+    its sides, so that none reaches beyond them and opposite sides are alike.
+    """
+    whole = covering(squares, width)
+    if whole == squares:
+        return uniform_mesh(squares, width, periodic_sides)
+    mesh, end = uniform_mesh(whole, width, periodic_sides=False), np.array(squares) * PIXEL
+    while True:
+        corners = mesh.xy[mesh.cells]
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        inside = (low < end).all(axis=1)
+        at_side = ((low == 0) | (high >= end)).any(axis=1)
+        wide = inside & at_side & ((high - low).max(axis=1) > PIXEL)
+        if not wide.any():
+            break
+        mesh = narrowed(bisect(mesh, wide).mesh, NestedMesh, "nested mesh")
+    used, cells = np.unique(mesh.cells[inside], return_inverse=True)
+    cells = cells.reshape(-1, 3).astype(np.int32)
+    twin = np.arange(len(used), dtype=np.int32)
+    mesh = NestedMesh(mesh.xy[used], cells, squares, twin)
+    return replace(mesh, twin=opposite(mesh, axis=1)) if periodic_sides else mesh
 
 
 @dataclass(frozen=True, eq=False)

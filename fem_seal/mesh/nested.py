@@ -178,13 +178,28 @@ def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> 
     return NestedMesh(xy, cells, (int(squares[0]), int(squares[1])), twin.ravel())
 
 
-def coarsest_width(squares: tuple[int, int], at_least: int = 8) -> int:
+def coarsest_width(squares: tuple[int, int], at_least: int) -> int:
     """Width in pixels, a power of two, of the squares of the coarsest mesh of (mx, my) pixels.
 
-    At least `at_least` squares lie along each axis, unless that is impossible: 1 if mx or my is
-    odd.
+    At least `at_least` squares lie along each axis, unless there are fewer pixels.
     """
-    width = 1
-    while all(m % (2 * width) == 0 and m // (2 * width) >= at_least for m in squares):
-        width *= 2
-    return width
+    return 1 << max(0, (min(squares) // at_least).bit_length() - 1)
+
+
+def covering(squares: tuple[int, int], width: int) -> tuple[int, int]:
+    """The fewest pixels, multiples of a width along each axis, that cover (mx, my) pixels."""
+    mx, my = (-(-m // width) * width for m in squares)
+    return mx, my
+
+
+def opposite(mesh: NestedMesh, axis: int) -> np.ndarray:
+    """(V,) the opposite vertex of each vertex on the far side of an axis; itself for the others.
+
+    The vertices of both sides must lie at the same positions.
+    """
+    far = np.flatnonzero(mesh.xy[:, axis] == mesh.extent[axis])
+    near = np.flatnonzero(mesh.xy[:, axis] == 0)
+    vertices, along = np.arange(len(mesh.xy), dtype=mesh.twin.dtype), 1 - axis
+    order = [side[np.argsort(mesh.xy[side, along])] for side in (far, near)]
+    vertices[order[0]] = order[1]
+    return vertices

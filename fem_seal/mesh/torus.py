@@ -4,8 +4,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.mesh.bisection import refine
-from fem_seal.mesh.nested import NestedMesh, uniform_mesh
+from fem_seal.mesh.bisection import coarse_mesh, refine
+from fem_seal.mesh.nested import NestedMesh, opposite
 
 # Squares across the smallest first mesh. With one square, both ends of a side on a seam would be
 # the same point of the torus.
@@ -42,7 +42,7 @@ class Torus(NestedMesh):
         ends = self.ends_of_sides()
         for axis in (0, 1):
             on_side = self.copy[:, axis][ends].all(axis=2)
-            ends[on_side] = _opposite(self, axis)[ends[on_side]]
+            ends[on_side] = opposite(self, axis)[ends[on_side]]
         return ends
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
@@ -51,28 +51,15 @@ class Torus(NestedMesh):
         return unit, unit.copy()
 
 
-def _opposite(mesh: NestedMesh, axis: int) -> np.ndarray:
-    """(V,) the opposite vertex of each vertex on the far side of an axis; itself for the others.
-
-    The vertices of both sides must lie at the same positions.
-    """
-    far = np.flatnonzero(mesh.xy[:, axis] == mesh.extent[axis])
-    near = np.flatnonzero(mesh.xy[:, axis] == 0)
-    opposite, along = np.arange(len(mesh.xy), dtype=mesh.twin.dtype), 1 - axis
-    order = [side[np.argsort(mesh.xy[side, along])] for side in (far, near)]
-    opposite[order[0]] = order[1]
-    return opposite
-
-
 def uniform_torus(squares: tuple[int, int], width: int) -> Torus:
     """Torus of squares `width` pixels wide, a power of two, or smaller if too few fit across."""
-    mesh = uniform_mesh(squares, width, periodic_sides=False)
+    mesh = coarse_mesh(squares, width, periodic_sides=False)
     while squares_across(mesh) < LEAST_SQUARES:
         # Two halvings make squares half as wide.
         finer = refine(mesh, np.full(len(mesh.cells), 2, dtype=np.int8)).mesh
         assert isinstance(finer, NestedMesh)  # bisection keeps the kind of a mesh
         mesh = finer
-    twin = _opposite(mesh, 1)[_opposite(mesh, 0)]
+    twin = opposite(mesh, 1)[opposite(mesh, 0)]
     return Torus(mesh.xy, mesh.cells, mesh.squares, twin)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from nested_meshes import areas, assert_conforming, refined
 from triangulations import ring, scattered_square, square_with_hole
 
-from fem_seal.mesh.bisection import TooFine, bisect, refine
+from fem_seal.mesh.bisection import TooFine, bisect, coarse_mesh, refine
 from fem_seal.mesh.nested import DEPTH, PIXEL, coarsest_width, uniform_mesh
 from fem_seal.mesh.torus import uniform_torus
 from fem_seal.mesh.triangles import INLET, ISLAND, TriangleMesh
@@ -21,6 +21,9 @@ FAMILIES = {
     "one row": lambda: uniform_mesh((4, 1), 1, periodic_sides=True),
     "torus": lambda: uniform_torus((6, 4), 1),
     "narrow torus": lambda: uniform_torus((1, 3), 1),
+    "uneven": lambda: coarse_mesh((11, 14), 8, periodic_sides=False),
+    "uneven, periodic sides": lambda: coarse_mesh((13, 10), 4, periodic_sides=True),
+    "uneven torus": lambda: uniform_torus((13, 16), 8),
     "ring": lambda: ring(3, 11),
     "square": lambda: scattered_square(30, 1),
     "square with a hole": lambda: square_with_hole(7, 2),
@@ -159,11 +162,27 @@ def test_diagonals_join_even_vertices(width):
     [
         ((256, 256), 32, 8),
         ((256, 64), 32, 2),  # the shorter side decides
-        ((96, 96), 8, 8),  # 96 = 32 · 3: 12 squares; 6 would be too few
-        ((255, 256), 8, 1),  # an odd side starts at the pixel
-        ((24, 40), 3, 8),
+        ((96, 96), 8, 8),  # 12 squares; 6 would be too few
+        ((255, 256), 8, 16),  # 15.9 squares: they need not fill the side
         ((1, 7), 8, 1),
     ],
 )
 def test_coarsest_width(squares, at_least, width):
     assert coarsest_width(squares, at_least) == width
+
+
+@pytest.mark.parametrize("squares", [(16, 24), (16, 23), (25, 24), (90, 70)])
+@pytest.mark.parametrize("periodic", [False, True])
+def test_a_coarse_mesh_fills_any_rectangle(squares, periodic):
+    """With single pixels at the sides where its squares do not fill it, and few of them inside."""
+    mesh = coarse_mesh(squares, 8, periodic)
+    assert area(mesh) == squares[0] * squares[1]
+    assert mesh.periodic == periodic
+    assert np.array_equal(np.unique(mesh.cells), np.arange(len(mesh.xy)))
+    if any(m % 8 for m in squares):
+        assert areas(mesh).min() == 0.5
+        # Two triangles a square, beside each pixel of a side its own, and half as many in each of
+        # the layers in which they grow.
+        assert len(mesh.cells) < 2 * squares[0] * squares[1] / 64 + 16 * sum(squares)
+    else:
+        assert (areas(mesh) == 32).all()
