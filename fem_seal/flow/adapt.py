@@ -29,7 +29,15 @@ from fem_seal.errors import Inconsistent
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import SUM_ROUNDING
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.level import Family, Guess, LevelProblem, LevelSolution, Pressures, Streams
+from fem_seal.flow.level import (
+    CorrectedBounds,
+    Family,
+    Guess,
+    LevelProblem,
+    LevelSolution,
+    Pressures,
+    Streams,
+)
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Marks, Strategy, mark, mark_all
 from fem_seal.flow.solution import FlowEstimate, SolvedLevel, Start
@@ -88,8 +96,10 @@ def refined(
         solution = _solve(problem, guess, strategy, solve_true_dual, correction_ratio, log)
         # Correct the bounds, keep the best so far.
         bounds = problem.upper_bound(solution.pressure)
+        corrected: CorrectedBounds | None = None
         if solution.stream is not None:
-            bounds = problem.corrected(solution.pressure, solution.stream).tightened(bounds)
+            corrected = problem.corrected(solution.pressure, solution.stream)
+            bounds = corrected.tightened(bounds)
             log.lap("correction")
             if np.isfinite(bounds.excess):
                 difference = problem.difference(solution.pressure, solution.stream)
@@ -99,8 +109,9 @@ def refined(
         cells = problem.space.count
         level = SolvedLevel(problem.unknowns, cells, best, log.residuals, log.seconds)
         yield stopping.judged(
-            LevelSolution(level, problem, solution.pressure, solution.stream), widen
+            LevelSolution(level, problem, solution.pressure, solution.stream, corrected), widen
         )
+        del corrected
         if stopping.ended:
             return None
         solve_true_dual = solve_true_dual or solution.expected < DUAL_NEXT * strategy.rtol

@@ -5,6 +5,7 @@ problems that are solved are in `level.py`.
 """
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -12,13 +13,7 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.hierarchical import (
-    Correction,
-    Drops,
-    energy_drops,
-    pressure_bubbles,
-    stream_bubbles,
-)
+from fem_seal.flow.hierarchical import Correction, pressure_bubbles, stream_bubbles
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace
 from fem_seal.flow.numbering import Numbering
@@ -166,35 +161,20 @@ class FilmOnMesh:
         return gradients(shape_gradients(self.corners(cells))[0], corner_values)
 
     def pressure_correction(self, pressures: Sequence[CornerValues]) -> Correction:
-        """Bubble functions for pressures; see `_bubble_drops`."""
+        """Bubble functions for pressures, given by corner values (n, 3) on some of the C cells."""
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         return Correction(
             len(pressures),
-            pressure_bubbles(self.mesh, self._cell_contact, self.kept),
+            partial(pressure_bubbles, self.mesh, self._cell_contact, self.kept),
             lambda cells: [pressure(place[cells]) for pressure in pressures],
             lambda data: data.K,
         )
 
     def stream_correction(self, streams: Sequence[np.ndarray]) -> Correction:
-        """Bubble functions for stream functions; see `_bubble_drops`."""
+        """Bubble functions for stream functions, given by values (V,) at the vertices."""
         return Correction(
             len(streams),
-            stream_bubbles(self.mesh, self._cell_contact, self.kept),
+            partial(stream_bubbles, self.mesh, self._cell_contact, self.kept),
             lambda cells: [psi.take(self.mesh.cells.take(cells, axis=0)) for psi in streams],
             lambda data: data.resistivity[:, 0],
         )
-
-    def _bubble_drops(
-        self,
-        pressures: Sequence[CornerValues],
-        streams: Sequence[np.ndarray],
-    ) -> tuple[Drops, Drops]:
-        """Drops by bubbles of the energies of k pressures and of m stream functions.
-
-        Pressures are given by corner values (n, 3) on some of the C cells, stream functions by
-        values (V,) at the vertices; see `hierarchical.energy_drops`.
-        """
-        dual, primal = self.stream_correction(streams), self.pressure_correction(pressures)
-        gap = self.gap, self.mesh, self.values
-        raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm)
-        return lowered, raised

@@ -87,7 +87,7 @@ class Correction:
     """An energy ∫ c |∇v|² to be lowered by bubble functions, for k functions v."""
 
     count: int  #: number k of functions
-    bubbles: Bubbles  #: bubbles from `pressure_bubbles` or `stream_bubbles`
+    bubbles: Callable[[], Bubbles]  #: `pressure_bubbles` or `stream_bubbles` of its mesh
     #: corner values (n, 3) of each function on n cells
     corner_values: Callable[[np.ndarray], Sequence[np.ndarray]]
     coefficient: Callable[[QuarterData], np.ndarray]  #: coefficient c on the quarters
@@ -110,55 +110,48 @@ class Drops:
         return cls(comm.allreduce(energies), comm.allreduce(terms))
 
 
+@dataclass(frozen=True, eq=False)
+class AppliedBubbles:
+    """Coefficients of the bubble functions that lowered some energies."""
+
+    sides: "_Sides"
+    #: for each energy, each block of cells of this process and each function (edges + 1,)
+    coefficients: tuple[list[list[np.ndarray]], ...]
+
+    def of(self, energy: int) -> "AppliedBubbles":
+        """Those of one of the energies alone."""
+        return AppliedBubbles(self.sides, (self.coefficients[energy],))
+
+
 def energy_drops(
     gap: GapOnMesh,
     mesh: AnyMesh,
     values: np.ndarray,
     energies: Sequence[Correction],
     comm: MPI.Comm,
-) -> list[Drops]:
-    """Drops of energies on one mesh, with the gap at its vertices.
+    applied: AppliedBubbles | None = None,
+) -> tuple[list[Drops], AppliedBubbles]:
+    """Drops of energies on one mesh, with the gap at its vertices, and the bubbles applied.
 
-    All use the same averages on the quarters.
+    All use the same averages on the quarters. The coefficients are chosen for the largest drops, or
+    those already `applied` to the same functions in another gap: a drop is then negative where the
+    energy rises.
     """
-    sides = _Sides.of([energy.bubbles for energy in energies])
+    sides = applied.sides if applied else _Sides.of([energy.bubbles() for energy in energies])
     found: list[list[Drops]] = [[] for _ in energies]
+    coefficients: tuple[list[list[np.ndarray]], ...] = tuple([] for _ in energies)
     # Process the cells in blocks: the data of all bubble functions at once would take more memory
     # than anything else. Leaving out the bubble functions on the rim of a block is admissible.
-    for block in range(comm.rank, len(sides.blocks), comm.size):
+    for number, block in enumerate(range(comm.rank, len(sides.blocks), comm.size)):
         bubble, free = sides.of_block(block)
         cells = _energies_with_bubbles(gap, mesh, values, energies, sides.blocks[block])
-        for drops, energy, own in zip(found, cells, free, strict=True):
-            form = _BubbleForm(energy, bubble, len(own))
-            drops.append(form.drops(form.lowered(own)))
-    return [
-        Drops.sum(drops, energy.count, comm) for drops, energy in zip(found, energies, strict=True)
-    ]
-
-
-def drops_of_one_function(
-    gaps: Sequence[tuple[GapOnMesh, np.ndarray]],
-    mesh: AnyMesh,
-    energy: Correction,
-    comm: MPI.Comm,
-) -> list[Drops]:
-    """Drops of the energy of one function in many gaps, all by the same bubble functions.
-
-    Each gap is given with its values at the vertices of the mesh. The coefficients are those of
-    `energy_drops` for the first gap; a drop is negative where the energy rises.
-    """
-    sides = _Sides.of([energy.bubbles])
-    found: list[list[Drops]] = [[] for _ in gaps]
-    for block in range(comm.rank, len(sides.blocks), comm.size):
-        bubble, (free,) = sides.of_block(block)
-        coefficients: list[np.ndarray] | None = None
-        for drops, (gap, values) in zip(found, gaps, strict=True):
-            (cells,) = _energies_with_bubbles(gap, mesh, values, [energy], sides.blocks[block])
-            form = _BubbleForm(cells, bubble, len(free))
-            if coefficients is None:
-                coefficients = form.lowered(free)
-            drops.append(form.drops(coefficients))
-    return [Drops.sum(drops, 1, comm) for drops in found]
+        for k, energy in enumerate(cells):
+            form = _BubbleForm(energy, bubble, len(free[k]))
+            s = applied.coefficients[k][number] if applied else form.lowered(free[k])
+            found[k].append(form.drops(s))
+            coefficients[k].append(s)
+    drops = [Drops.sum(of, energy.count, comm) for of, energy in zip(found, energies, strict=True)]
+    return drops, AppliedBubbles(sides, coefficients)
 
 
 def _energies_with_bubbles(

@@ -32,7 +32,7 @@ from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import SUM_ROUNDING, Energy, gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.hierarchical import Drops
+from fem_seal.flow.hierarchical import AppliedBubbles, Drops, energy_drops
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Jumps
 from fem_seal.flow.solution import CornerValues, FlowEstimate, SolvedLevel, Start
@@ -133,6 +133,15 @@ def lower_matrix(streams: Streams, energies: np.ndarray | None = None) -> np.nda
 def _crossing(streams: Streams) -> np.ndarray:
     """(k, d): J×G_a = crossing[a]·J for the jumps G_a of the family."""
     return streams.jumps @ _CROSS[streams.jumps.shape[1]].T
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectedBounds(Bounds):
+    """Bounds after the hierarchical correction."""
+
+    lowered: Drops  #: of the energies of the pressures
+    raised: Drops  #: of the energies of the stream functions
+    bubbles: AppliedBubbles  #: of the stream functions, then of the pressures
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,18 +261,23 @@ class LevelProblem(FilmOnMesh):
         """Largest relative difference (u - l)/l of both energies before the correction."""
         return Bounds(lower_matrix(stream), upper_matrix(pressure)).excess
 
-    def corrected(self, pressure: Pressures, stream: Streams) -> Bounds:
+    def corrected(self, pressure: Pressures, stream: Streams) -> CorrectedBounds:
         """Bounds after the hierarchical correction, widened for rounding errors.
 
         Each minimiser gets its own bubble functions, so that both families stay linear in their
         jumps, and their energies quadratic forms.
         """
-        lowered, raised = self._bubble_drops(
-            [v.corners for v in pressure.minima], [*stream.at_vertices]
+        dual = self.stream_correction([*stream.at_vertices])
+        primal = self.pressure_correction([v.corners for v in pressure.minima])
+        (raised, lowered), bubbles = energy_drops(
+            self.gap, self.mesh, self.values, (dual, primal), self.space.comm
         )
-        return Bounds(
+        return CorrectedBounds(
             lower_matrix(stream, stream.least_upper(raised)),
             upper_matrix(pressure, pressure.least_upper(lowered)),
+            lowered,
+            raised,
+            bubbles,
         )
 
     def flows(self, pressure: Pressures, stream: Streams) -> list[FlowEstimate]:
@@ -307,6 +321,7 @@ class LevelSolution:
     #: solution of the true dual problem; None if it was not solved, or blocked cells close every
     #: channel
     stream: Streams | None
+    corrected: CorrectedBounds | None  #: bounds on this mesh; None without a stream function
     #: bounds for a gas that slips, if a `widen` of the loop has added them
     slip: Bounds | None = None
 
@@ -324,7 +339,8 @@ class LevelSolution:
         stream = self.problem.stream(guess)
         if stream is None:
             return self
-        bounds = self.problem.corrected(self.pressure, stream).tightened(self.level.bounds)
+        corrected = self.problem.corrected(self.pressure, stream)
+        bounds = corrected.tightened(self.level.bounds)
         residuals = {**self.level.residuals, "dual": stream.residuals}
         level = replace(self.level, bounds=bounds, residuals=residuals)
-        return replace(self, level=level, stream=stream)
+        return replace(self, level=level, stream=stream, corrected=corrected)

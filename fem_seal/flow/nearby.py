@@ -10,7 +10,6 @@ gaps the cube root of the first bound is convex, that of the second concave
 (docs/theory/scales-apart.md).
 """
 
-from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import partial
@@ -22,7 +21,7 @@ from fem_seal.film import GridFilm
 from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.gap_on_mesh import LinearGap
-from fem_seal.flow.hierarchical import Correction, drops_of_one_function
+from fem_seal.flow.hierarchical import AppliedBubbles, Correction, Drops, energy_drops
 from fem_seal.flow.level import LevelProblem, LevelSolution
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.solution import Start
@@ -44,54 +43,64 @@ class MeshedFlow:
         """Start for films on the same grid: this mesh, the pressure and the stream function."""
         return self.solution.problem.start(self.solution.pressure, self.solution.stream)
 
-    def resistances_above(self, films: Sequence[GridFilm]) -> np.ndarray:
-        """Upper bounds (n,) of resistances: `films[0]` is this film, other gaps nowhere smaller.
+    def resistances_above(self, film: GridFilm) -> np.ndarray:
+        """Upper bounds (2,) of resistances: of this film, and of one whose gap is nowhere smaller.
 
         In units of the resistance of a square with the largest gap of this film; infinite if the
         stream function is not known.
         """
-        stream = self.solution.stream
-        if stream is None:
-            return np.full(len(films), np.inf)
-        problems = self._problems(films)
-        (psi,), (own,) = stream.psi, stream.totals
-        others = [_energy_of_stream(problem, psi) for problem in problems[1:]]
-        correction = self.solution.problem.stream_correction([psi])
-        return self._bounds(problems, [own, *others], correction)
+        stream, corrected = self.solution.stream, self.solution.corrected
+        if stream is None or corrected is None:
+            return np.full(2, np.inf)
+        problem, (psi,), (own,) = self._problem(film), stream.at_vertices, stream.totals
+        correction = problem.stream_correction([psi])
+        other = _energy_of_stream(problem, psi)
+        return _bounds(problem, (own, other), correction, corrected.raised, corrected.bubbles.of(0))
 
-    def conductances_below(self, films: Sequence[GridFilm]) -> np.ndarray:
-        """Upper bounds (n,) of conductances: `films[0]` is this film, other gaps nowhere larger.
+    def conductances_below(self, film: GridFilm) -> np.ndarray:
+        """Upper bounds (2,) of conductances: of this film, and of one whose gap is nowhere larger.
 
         In units of the conductance of a square with the largest gap of this film.
         """
-        (pressure,), problems = self.solution.pressure.minima, self._problems(films)
-        others = [_energy_of_pressure(problem, pressure) for problem in problems[1:]]
-        correction = self.solution.problem.pressure_correction([pressure.corners])
-        return self._bounds(problems, [pressure.total, *others], correction)
-
-    def _problems(self, films: Sequence[GridFilm]) -> list[LevelProblem]:
-        problem = self.solution.problem
-        gap = narrowed(problem.gap, LinearGap, "linear gap")
-        others = []
-        for film in films[1:]:
-            # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.
-            scaled = np.where(self.film.carrying, film.samples / self.film.largest_gap, 0.0)
-            others.append(_with_gap(problem, gap.with_samples(GridField(scaled, film.gap.spacing))))
-        return [problem, *others]
-
-    def _bounds(
-        self, problems: Sequence[LevelProblem], energies: Sequence[Energy], correction: Correction
-    ) -> np.ndarray:
-        """Upper bounds of energies of the same function, widened for rounding errors."""
-        own = problems[0]
-        gaps = [(problem.gap, problem.values) for problem in problems]
-        drops = drops_of_one_function(gaps, own.mesh, correction, own.space.comm)
-        return np.array(
-            [
-                energy.least_upper() - drop.energies.item() + energy.error_of_drop(*drop.terms[0])
-                for energy, drop in zip(energies, drops, strict=True)
-            ]
+        (pressure,), corrected = self.solution.pressure.minima, self.solution.corrected
+        problem, own = self._problem(film), pressure.total
+        other = _energy_of_pressure(problem, pressure)
+        if corrected is None:
+            return np.array([own.least_upper(), other.least_upper()])
+        correction = problem.pressure_correction([pressure.corners])
+        return _bounds(
+            problem, (own, other), correction, corrected.lowered, corrected.bubbles.of(1)
         )
+
+    def _problem(self, film: GridFilm) -> LevelProblem:
+        """The problem of this mesh with the gap of another film."""
+        gap = narrowed(self.solution.problem.gap, LinearGap, "linear gap")
+        # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.
+        scaled = np.where(self.film.carrying, film.samples / self.film.largest_gap, 0.0)
+        other = gap.with_samples(GridField(scaled, film.gap.spacing))
+        return _with_gap(self.solution.problem, other)
+
+
+def _bounds(
+    other: LevelProblem,
+    energies: tuple[Energy, Energy],
+    correction: Correction,
+    own_drop: Drops,
+    bubbles: AppliedBubbles,
+) -> np.ndarray:
+    """Upper bounds (2,) of energies of one function, in its own gap and in another one.
+
+    The same bubble functions lower both. The bounds are widened for rounding errors.
+    """
+    (drop,), _ = energy_drops(
+        other.gap, other.mesh, other.values, [correction], other.space.comm, bubbles
+    )
+    return np.array(
+        [
+            energy.least_upper() - drop.energies.item() + energy.error_of_drop(*drop.terms[0])
+            for energy, drop in zip(energies, (own_drop, drop), strict=True)
+        ]
+    )
 
 
 def _with_gap(problem: LevelProblem, gap: LinearGap) -> LevelProblem:

@@ -138,13 +138,13 @@ class LoadedPatch:
         if a not in self._flows:
             return None
         below, gap_b = self._flows[a], self._gap(b)
-        upper = self._per_square(below) * below.conductances_below([below.film, self._film(gap_b)])
+        upper = self._per_square(below) * below.conductances_below(self._film(gap_b))
         lower = np.zeros(2)
         if b in self._flows:
             c = b + BEYOND * (b - a)
             line = gap_b + (b - a) / (c - b) * (gap_b - self._gap(c))
             above = self._flows[b]
-            resistances = above.resistances_above([above.film, self._film(line)])
+            resistances = above.resistances_above(self._film(line))
             lower = self._per_square(above) / resistances[::-1]
         exponents = CUBE if self.patch.scene.slip is None else SLIPPING
         return Enclosure(tuple(lower.tolist()), tuple(upper.tolist()), exponents)

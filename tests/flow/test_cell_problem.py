@@ -63,11 +63,9 @@ def test_bounds_of_a_mirror_cell_are_those_of_its_leak_rate(representation, widt
     """K*_xx Ly/Lx is the leak rate, and so are the bounds, before and after the correction."""
     (leak, p, psi), (cell, pressures, streams) = both(representation, width)
     assert cell.difference(pressures, streams) == pytest.approx(leak.difference(p, psi), rel=SOLVER)
-    for bound, matrix in zip(
-        leak.corrected(p, psi).numbers,
-        vars(cell.corrected(pressures, streams)).values(),
-        strict=True,
-    ):
+    corrected = cell.corrected(pressures, streams)
+    matrices = corrected.lower, corrected.upper
+    for bound, matrix in zip(leak.corrected(p, psi).numbers, matrices, strict=True):
         assert matrix[0, 0] == pytest.approx(bound, rel=SOLVER)
         assert np.abs(matrix[[0, 1, 1], [1, 0, 1]]).max() <= 1e-12 * matrix[0, 0]
     upper = cell.upper_bound(pressures)
