@@ -185,8 +185,8 @@ def _seal_patch(
     loads = loads_of(scene, surface)
     seconds = NEXT_CONTACT * contact_seconds(samples) + BETWEEN_LOADS
     seconds += 0.0 if is_uniform(profile_of(scene)[0]) else ALONG_PATH
-    if seal.window is not None and map_ is not None and map_.make_periodic == "mirror":
-        # The flow of a mirrored window is that of a quarter of it.
+    if map_ is not None and map_.make_periodic == "mirror":
+        # The flow of a mirrored map is that of a quarter of it.
         samples, channels = samples / 4, channels / 4 ** (OF_WAVES / 2)
     # The more loads, the looser most of them are, and the nearer the meshes on which they begin.
     looser = USUAL_RTOL * (seal.rtol / USUAL_RTOL) ** (1 / 3)

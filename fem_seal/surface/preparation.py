@@ -145,8 +145,14 @@ def _on_maps(heights: FieldMap, plan: Preparation) -> Iterator[tuple[str, FieldM
 
 def _on_fields(heights: GridField, plan: Preparation) -> Iterator[tuple[str, GridField]]:
     """Name and outcome of each step that needs all points."""
+    cell = heights
     if plan.make_periodic is not None:
-        heights = periodic_cell(heights, plan.make_periodic)
-        yield plan.make_periodic, heights
+        cell = periodic_cell(heights, plan.make_periodic)
+        yield plan.make_periodic, cell
     if plan.twin_seed is not None:
-        yield "twin", twin(heights, plan.twin_seed)
+        cell = twin(cell, plan.twin_seed)
+        if plan.make_periodic == "mirror":
+            # As the map: a piece that does not repeat, and its images.
+            nx, ny = heights.shape
+            cell = periodic_cell(GridField(cell.values[:nx, :ny], cell.spacing), "mirror")
+        yield "twin", cell

@@ -5,9 +5,9 @@ from its inlet to its outlet. (On a patch 8 long wavelengths wide it is up to a 
 component of the conductivity tensor, whose current need not cross straight ends.) For a gas that
 slips, K is taken at the mean of the pressures of inlet and outlet.
 
-A mirrored map is even about the lines x = 0 and y = 0, and so is its flow: no fluid crosses y = 0
-and y = Ly/2, and the pressure is uniform at x = Lx/2. So the film is a quarter of the patch,
-between walls: its K is that of the patch.
+A mirrored map or twin is even about the lines x = 0 and y = 0, and so is its flow: no fluid
+crosses y = 0 and y = Ly/2, and the pressure is uniform at x = Lx/2. So the film is a quarter of the
+patch, between walls: its K is that of the patch.
 
 Bounds between two loads. The gap g(x; w) of a half-space falls with the load w and is convex in it
 (docs/theory/scales-apart.md, from R. W. Cottle and A. F. Veinott, Math. Program. 3, 238 (1972)).

@@ -167,7 +167,7 @@ def solve_seal(
     profile, path = profile_of(scene)
     profile, rtol = profile.times(part), seal.rtol if part == 1 else max(seal.rtol, LOOSE)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
-    size = present(patch.surface, "surface").size
+    size = _size_of_patch(patch)
     if profile.highest <= ends.inlet:
         lifted = PatchFlow(None, lifted_off(profile, ends))
         return _together((lifted,) * seal.patches, path, size, rtol)
@@ -183,6 +183,17 @@ def solve_seal(
     gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]
     together = _together(tuple(flows), path, size, rtol)
     return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
+
+
+def _size_of_patch(patch: Patch) -> tuple[float, float]:
+    """Lengths [m] of the part of the seal that a patch stands for.
+
+    The images of a mirrored map are no more of the surface: its K is that of the map alone.
+    """
+    along, across = present(patch.surface, "surface").size
+    map_ = patch.scene.measured_map
+    mirrored = map_ is not None and map_.make_periodic == "mirror"
+    return (along / 2, across / 2) if mirrored else (along, across)
 
 
 def median_patch(patches: tuple[PatchFlow, ...]) -> PatchFlow:

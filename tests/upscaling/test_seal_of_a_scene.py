@@ -40,7 +40,7 @@ from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
 from fem_seal.upscaling.refined_table import RAISE_RTOL, PatchFlow
 from fem_seal.upscaling.scene_profile import profile_of, read_profile
-from fem_seal.upscaling.seal import Share, _together, solve_seal
+from fem_seal.upscaling.seal import Share, _size_of_patch, _together, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
 
 
@@ -607,7 +607,9 @@ def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
     }  # fmt: skip
     if twin_seed is not None:
         data["surface"]["twin_seed"] = twin_seed
-    _, entry = scale_entries(Patch(Scene.from_mapping(data)), 1e-4)
+    patch = Patch(Scene.from_mapping(data))
+    _, entry = scale_entries(patch, 1e-4)
+    assert _size_of_patch(patch) == pytest.approx((47e-6, 47e-6), rel=1e-12)
     words = r"patches made of the map, 48 um by 48 um, are (.*) of the longest wavelengths wide, .*"
     # A wave of 6 samples; a ring of the spectrum is a sixteenth of its wavenumber wide.
     assert float(re.match(words, entry.sentence)[1]) == pytest.approx(48 / 6, rel=1 / 8)
