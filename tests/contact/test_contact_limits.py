@@ -111,6 +111,7 @@ def test_progress_hears_every_iteration(rough):
         ({"contact_modulus": float("inf")}, "contact_modulus"),
         ({"contact_modulus": "10 MPa"}, "contact_modulus"),
         ({"height": np.ones((8, 8))}, "make it a GridField"),
+        ({"height": GridField(np.ones((8, 8)), (1.0, 1.0))}, "periodic"),
         ({"height": GridField(np.ones((1, 1)), (1e-6, 1e-6), True)}, "more than one sample"),
         ({"solver": "newton"}, "free-set-cg, damped, fista, polonsky-keer"),
         ({"precision": "single"}, "double, mixed"),
@@ -125,11 +126,6 @@ def test_refused(rough, change, message):
     arguments = {"height": rough, "contact_modulus": E_STAR, "pressure": 1e4} | change
     with pytest.raises(InvalidInput, match=message):
         press(**arguments)
-
-
-def test_surface_that_is_not_periodic_is_refused(rough):
-    with pytest.raises(InvalidInput, match="periodic"):
-        press(GridField(rough.values, rough.spacing), E_STAR, pressure=1.0)
 
 
 def test_a_mean_gap_out_of_reach_is_an_error():

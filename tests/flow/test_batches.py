@@ -58,7 +58,6 @@ def test_closed_forms_over_several_batches(along):
     case = Case(kind, heights, 49, (1 / 48, 1 / 48), "wall", "linear", "uniform")
     flow = case.solve(10_000, rtol=1e-9)
     assert flow.levels[-1].cells > 4 * AT_ONCE
-    assert not case.faults(flow)
     for level in flow.levels:
         found = level.upper if along else level.lower
         assert found == pytest.approx(case.exact, rel=4e-8, abs=0)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from brute_force import bounds_by_brute_force
+from drawn_stripes import Case
 from gaps import assert_enclosed, bracketed, corners, lines, rings, scattered
 
 from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning
 from fem_seal.grid import GridField
-from fem_seal.theory.closed_forms import piecewise_linear_channel
 
 SIDES = ["wall", "periodic"]
 REPRESENTATIONS = ["linear", "constant"]
@@ -21,18 +21,12 @@ def test_the_brute_force_itself(representation, sides):
     n = 8
     g = 0.3 + np.random.default_rng(0).random(n)
     g[-1] = g[0]
-    for along in (False, True):
-        samples = np.repeat(g[None], n, axis=0) if along else np.repeat(g[:, None], n, axis=1)
-        if representation == "constant":
-            exact = (g**3).mean() if along else 1 / (g**-3.0).mean()
-        else:
-            a, b = g[:-1], g[1:]
-            parallel = ((a + b) * (a * a + b * b) / 4).mean()
-            exact = parallel if along else piecewise_linear_channel(g)
-        lower, upper = bounds_by_brute_force(samples, (1.0, 1.0), representation, sides, 8)
-        assert lower <= exact * (1 + 1e-12)
-        assert exact * (1 - 1e-12) <= upper
-        assert upper / lower < (1.03 if representation == "linear" else 1 + 1e-9)
+    for kind in ("along", "across"):
+        case = Case(kind, g, n, (1.0, 1.0), "wall", representation, "uniform")
+        found = bounds_by_brute_force(case.values, case.spacing, representation, sides, 8)
+        assert found[0] <= case.exact * (1 + 1e-12)
+        assert case.exact * (1 - 1e-12) <= found[1]
+        assert found[1] / found[0] < (1.03 if representation == "linear" else 1 + 1e-9)
     barrier = np.ones((n, n))
     barrier[3] = 0
     assert bounds_by_brute_force(barrier, (1.0, 1.0), representation, sides, 2)[0] == 0

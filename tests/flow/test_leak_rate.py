@@ -109,20 +109,17 @@ def test_levels(method, rtol, every_dual):
 # --- refusals ----------------------------------------------------------------------------------
 
 ONES = GridField(np.ones((4, 4)), (1.0, 1.0))
-BAD_OPTIONS = [
-    {"viscosity": "1 mPa s"},
-    {"decide": 0.0},
-    {"decide": np.nan},
-    {"method": "finite elements"},
-]  # what is no positive number: tests/extremes
 
 
-@pytest.mark.parametrize("options", BAD_OPTIONS)
-def test_bad_options(options):
-    """One sentence with the value; for a choice it lists the names to choose from."""
-    ((name, value),) = options.items()
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("viscosity", "1 mPa s"), ("decide", 0.0), ("decide", np.nan), ("method", "finite elements")],
+)
+def test_bad_options(name, value):
+    """One sentence with the value; for a choice it lists the names to choose from. What is no
+    positive number: tests/extremes."""
     with pytest.raises(InvalidInput, match=name) as error:
-        leak_rate(GridFilm(ONES), **FLUID | options)
+        leak_rate(GridFilm(ONES), **FLUID | {name: value})
     message = str(error.value)
     assert "\n" not in message
     assert str(value) in message

