@@ -114,7 +114,8 @@ def show(saddles: list[Saddle], path: Path) -> None:
             style = {"marker": marker, "ms": 4, "lw": 1, "label": f"{one.samples} samples a period"}
             rates.plot(DISTANCES, one.rates, **style)
             slopes.errorbar(CENTRES, one.exponents, one.errors, capsize=2, **style)
-        law = one.rates[-1] * (DISTANCES / DISTANCES[-1]) ** EXPONENT
+        finest = saddles[-1]
+        law = finest.rates[-1] * (DISTANCES / DISTANCES[-1]) ** EXPONENT
         rates.plot(DISTANCES, law, "k--", lw=1, label="$(p_c - p)^{69/20}$")
         slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
         rates.set(yscale="log", ylabel="leak rate [H³ Δp/(12 η)]", title="The leak rate vanishes,")
@@ -123,7 +124,7 @@ def show(saddles: list[Saddle], path: Path) -> None:
         for axes in (rates, slopes):
             axes.set(xscale="log", xlabel="distance in load, $(p_c - p)\\,/\\,p_c$")
         rates.legend(frameon=False, fontsize=8)
-    for distance, exponent, error in zip(CENTRES, one.exponents, one.errors, strict=True):
+    for distance, exponent, error in zip(CENTRES, finest.exponents, finest.errors, strict=True):
         print(f"(p_c - p)/p_c = {distance:.4f}: exponent {exponent:.2f} ± {error:.2f}")
     print("at closing: {:.3f} ± {:.3f}; published 3.45".format(*limit(*saddles[-2:])))
 

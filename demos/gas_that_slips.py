@@ -57,7 +57,7 @@ def patch(n: int, gas: str, slip: str, pressure: float, rtol: float) -> Patch:
         "flow.rtol": rtol,
     }
     scene = Scene.from_file(SCENE, [f"{key}={value}" for key, value in settings.items()])
-    return Patch(scene.model_copy(update={"limit": None}))  # the flow would stop once it is decided
+    return Patch(scene.with_({"limit": None}))  # the flow would stop once it is decided
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ class FacetTag(IntEnum):
 
 def require_enclosed(value: float, lower: float, upper: float) -> None:
     """Raise Inconsistent if bounds of a leak rate [m³/s] cross, or do not hold its value."""
-    if not lower <= upper:
+    if not 0 <= lower <= upper:
         raise Inconsistent(
             f"the bounds cross: lower {lower:.6e} > upper {upper:.6e} m^3/s; "
             "this is a defect of the solver, please report the gap"
@@ -147,6 +147,8 @@ class LeakRate:
 
     def __post_init__(self) -> None:
         require_known(get_args(FlowState), self.state, "state")
+        if self.value < 0 or (self.state == "sealed" and self.value > 0):
+            raise Inconsistent(f"{self.state}, and the leak rate is {self.value:.6e} m^3/s")
         if self.lower is None:
             return
         require_enclosed(self.value, *self.bounds)

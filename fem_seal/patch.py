@@ -156,10 +156,7 @@ class Patch:
             return parallel.on_root(compute, self.comm)
 
     def solve_film(self) -> "tuple[GapState | None, GridFilm | MeshFilm]":
-        """Compute contact and film; if the fluid lifts the solid, their equilibrium with the flow.
-
-        Under mpirun all processes call it, and may then leave what follows to the first one.
-        """
+        """Solve contact and film on all processes; what follows may run on the first one alone."""
         return self.contact, self.film
 
     @property
@@ -233,9 +230,10 @@ class Patch:
 
     @property
     def elastic(self) -> ContactState:
-        """State of an elastic contact; for scenes with contact.model = 'gfmd'."""
-        state = self.contact
-        return narrowed(state, ContactState, "elastic contact")
+        """State of an elastic contact; InvalidInput for scenes without one."""
+        if not isinstance(self.contact, ContactState):
+            raise InvalidInput("an elastic contact is needed: contact.model = 'gfmd'")
+        return self.contact
 
     @cached_property
     def lifted(self) -> "LiftedState | None":
@@ -294,13 +292,14 @@ class Patch:
     @property
     def carried_load(self) -> float | None:
         """Load per area carried by solid and fluid [Pa]; None without an elastic contact."""
-        load: float | None = getattr(self.film_contact, "mean_pressure", None)
-        if self.lifted is None or load is None:
-            return load
-        prescribed = self.load
-        if prescribed.kind == "pressure":
-            return prescribed.value
-        return load + self.lifted.fluid_load
+        contact = self.film_contact
+        if not isinstance(contact, ContactState):
+            return None
+        if self.lifted is None:
+            return contact.mean_pressure
+        if self.load.kind == "pressure":
+            return self.load.value
+        return contact.mean_pressure + self.lifted.fluid_load
 
     @cached_property
     def film(self) -> "GridFilm | MeshFilm":

@@ -16,7 +16,7 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import THREADED_FROM
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
-from fem_seal.grid_series import LOOSER, LOOSEST, half, pays_beside
+from fem_seal.grid_series import LOOSER, LOOSEST, half, is_estimated, pays_beside
 from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
@@ -165,8 +165,7 @@ def _stages(laws: "_Laws", shape: tuple[int, int]) -> dict[str, float]:
             stages["range"] = contact + flow
         if laws.by_area:
             stages["contact area"] = OF_CONTACT * contact + OF_LIFT * flow * lifted
-        estimated = laws.pressed and (scene.accuracy is None or scene.accuracy.contact_grid)
-        coarse = half(shape) if estimated else None
+        coarse = half(shape) if is_estimated(scene) else None
         if coarse is not None:
             fewer, loose = prod(coarse), min(LOOSER * rtol, LOOSEST)
             both = laws.contact(fewer) + laws.flow(fewer, loose)
@@ -282,11 +281,16 @@ def _advice(scene: Scene, seconds: float, memory: float) -> str:
     """What makes a long or large run shorter, else ""."""
     if seconds < LONG and memory < MANY * available_memory():
         return ""
-    ways = ["fewer samples (surface.shape, or crop of a map)"]
+    ways = [] if scene.gap is not None else ["fewer samples (surface.shape, or crop of a map)"]
     if scene.seal is not None:
         ways += ["fewer seal.patches", "a larger seal.rtol"]
+    elif scene.total_error is not None:
+        ways.append("a larger accuracy.total")
     elif scene.solves_flow:
-        ways += ["a larger flow.rtol", "flow.method = 'finite-difference'"]
+        by = "finite-difference"
+        ways += ["a larger flow.rtol"] * (scene.flow.method != by)
+        faster = scene.flow.method != by and scene.takes({"flow.method": by})
+        ways += [f"flow.method = {by!r}"] * faster
     return f"to see something sooner: {', '.join(ways)}"
 
 

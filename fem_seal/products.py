@@ -40,7 +40,8 @@ def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False)
         raise MissingPackage(NO_GMSH)
     tensor = flow and "conductivity_tensor" in scene.output.products
     if tensor or (flow and by_elements and (scene.solves_flow or scene.leaks == "seal")):
-        without = "; flow.method = 'finite-difference' works without" if not tensor else ""
+        differences = not tensor and scene.takes({"flow.method": "finite-difference"})
+        without = "; flow.method = 'finite-difference' works without" if differences else ""
         require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
 
 

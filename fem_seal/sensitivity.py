@@ -91,7 +91,7 @@ def sensitivity(
     by_input[f"solid.{modulus}"] = by_modulus
 
     def at(name: str, factor: float) -> tuple[float, np.ndarray]:
-        """Ln Q and the fluid's pressure on the solid [Pa] of a changed input, at the same gap."""
+        """Logarithm of Q and the fluid's pressure [Pa] of a changed input, at the same gap."""
         other = scene.scaled({name: factor})
         settings = other.flow_settings
         there = lifting_problem(other, load, settings, height, silent)

@@ -89,6 +89,7 @@ class Solved:
             self.budget,
             advice,
             by_total=scene.total_error is not None,
+            decides=scene.deciding_rate is not None,
         )
 
     @property
@@ -253,9 +254,8 @@ def answer(
     Patch and choice are as of `accuracy.chosen_patch`. The solved patches of a [seal] are shared
     among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
-    start, scene = perf_counter(), patch.scene
-    elastic = isinstance(patch.contact, ContactState)
-    estimated = elastic and scene.leaks == "patch" and is_estimated(scene)
+    start, scene, contact = perf_counter(), patch.scene, patch.contact
+    estimated = isinstance(contact, ContactState) and scene.leaks == "patch" and is_estimated(scene)
     # The dry contact uses all cores, a flow only one: half of the samples are solved beside it.
     with half_beside(patch) if estimated else nullcontext():
         # All processes solve film and flow together. From here on `parallel.on_root` marks what the

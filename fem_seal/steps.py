@@ -90,8 +90,11 @@ def elastic_contact(
 def _bearing(
     scene: Scene, surface: GridField, start: np.ndarray | None, load: Load, report: Report
 ) -> BearingState:
-    contact = present(scene.contact, "[contact]")
-    return bearing(surface, area_fraction=contact.area_fraction, mean_gap=contact.mean_gap)
+    if load.kind == "pressure":
+        raise InvalidInput(
+            "contact.model = 'bearing' knows no pressure; give contact.area_fraction or mean_gap"
+        )
+    return bearing(surface, **{load.kind: load.value})
 
 
 ContactModel = Callable[[Scene, GridField, np.ndarray | None, Load, Report], GapState]

@@ -178,6 +178,9 @@ REFUSED = {
     "surface gap.toml": "a gap in place of a surface",
     "study trade ring.toml --out out": "take [shape] out of the scene",
     "study cross-validation ring.toml --out out": "take [shape] out of the scene",
+    "study trade scene.toml --set flow.method=adaptive --set accuracy.total=0.2 --out out": (
+        "take accuracy.total out of the scene"
+    ),
     "sweep scene.toml --vary contact.area_fraction=0.1,1.5": "contact.area_fraction = 1.5",
     "sweep scene.toml --vary contact.area=0.1": "contact.area is not a known key",
     "sweep scene.toml --vary contact.area_fraction": "contact.area_fraction",

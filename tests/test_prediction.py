@@ -29,6 +29,9 @@ def without_clock(monkeypatch):
 def test_a_dry_run_solves_and_writes_nothing(small_scene, tmp_path, capsys, monkeypatch, here):
     path = write_toml(tmp_path / "scene.toml", small_scene)
     monkeypatch.setattr("fem_seal.patch.Patch.solve_film", None)
+    for of_results in (["--json"], ["--out", "out"], ["--jobs", "3"]):
+        assert cli.main(["run", str(path), "--dry-run", *of_results]) == 2
+    capsys.readouterr()
     assert cli.main(["run", str(path), "--dry-run"]) == 0
     assert " s (" in (text := capsys.readouterr().out)
     assert "GB" in text
@@ -80,8 +83,13 @@ def test_long_runs_come_with_advice(small_scene, monkeypatch):
     monkeypatch.setattr("fem_seal.prediction.available_memory", lambda: 1e9)
     scene = Scene.from_mapping(small_scene)
     assert predicted(scene).advice == ""
-    large = scene.with_({"surface.shape": (4096, 4096)})
-    assert "fewer samples" in predicted(large).advice
+    large = scene.with_({"surface.shape": (4096, 4096), "flow.method": "adaptive"})
+    advice = predicted(large).advice
+    assert all(way in advice for way in ("fewer samples", "flow.rtol", "finite-difference"))
+    # No way that the scene refuses.
+    certain = large.with_({"accuracy.total": 0.1, "flow.rtol": None})
+    assert "flow." not in predicted(certain).advice
+    assert "accuracy.total" in predicted(certain).advice
 
 
 def test_a_shape_is_not_predicted():

@@ -126,7 +126,9 @@ def test_an_answer_that_contradicts_itself_is_none(field):
     for change in ({"gap": field.gap[:3]}, {"cells": field.cells + 1}, {"flux": field.pressure}):
         with pytest.raises(Inconsistent):
             replace(field, **change)
-    for value, lower, upper in ((1.5, 2.0, 1.0), (3.0, 1.0, 2.0)):
+    with pytest.raises(Inconsistent):
+        LeakRate("sealed", "adaptive", 1.0)
+    for value, lower, upper in ((1.5, 2.0, 1.0), (3.0, 1.0, 2.0), (1.0, -1.0, 2.0)):
         with pytest.raises(Inconsistent):
             LeakRate("leaking", "adaptive", value, lower, upper)
         with pytest.raises(Inconsistent):

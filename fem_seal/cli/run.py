@@ -13,6 +13,7 @@ from fem_seal.cli.options import (
     work_of,
 )
 from fem_seal.cli.printing import origin_of, print_result, require_limit, say
+from fem_seal.errors import InvalidInput
 from fem_seal.progress import Display
 
 
@@ -64,7 +65,12 @@ def _run(options: argparse.Namespace) -> int:
 def _predict(options: argparse.Namespace) -> int:
     from fem_seal.prediction import predicted
     from fem_seal.scene import Scene
+    from fem_seal.solved import REQUIREMENTS
 
-    scene = Scene.from_file(options.scene, options.overrides)
-    say(str(predicted(scene, work=work_of(options))))
+    for name in ("json", "strict", "out", "overwrite"):
+        if getattr(options, name):
+            raise InvalidInput(f"--{name} is of a result, and --dry-run makes none; leave it out")
+    scene, work = Scene.from_file(options.scene, options.overrides), work_of(options)
+    REQUIREMENTS[scene.leaks](scene, work)
+    say(str(predicted(scene, work=work)))
     return 0

@@ -135,7 +135,8 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
         f"{name} {value:.1e} (wanted {allowed:.1e})" for name, (value, allowed) in missed.items()
     )
     remedy = "loosen the tolerance" if "certificate" in missed else "take another solver"
+    remedy += "" if stalled else " or raise max_iterations"
     raise NotConverged(
         f"contact by {stopping.solver}: {measured} after {iterate.iteration} iterations ({why}), "
-        f"best certificate {min(residuals):.1e}; {remedy} or raise max_iterations"
+        f"best certificate {min(residuals):.1e}; {remedy}"
     )

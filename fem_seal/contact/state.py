@@ -18,7 +18,7 @@ PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
 class GapState:
     """A gap and the contact in it."""
 
-    gap: GridField  #: [m] >= 0 and periodic; **contact is where it is exactly 0**
+    gap: GridField  #: [m] >= 0, periodic if elastic; **contact is where it is exactly 0**
 
     def __post_init__(self) -> None:
         if self.gap.values.min() < 0:

@@ -104,7 +104,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
         viscosity=patch.scene.viscosity,
         slip=patch.scene.slip,
         representation=flow.representation,
-        rtol=flow.rtol,
+        rtol=patch.flow_settings.rtol,
         limits=flow.limits,
         progress=progress,
         comm=patch.comm,

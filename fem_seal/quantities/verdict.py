@@ -61,13 +61,14 @@ def verdict(
     advice: str | None = None,
     *,
     by_total: bool = False,
+    decides: bool = False,
 ) -> Verdict:
     """Compare the leak rate with all counted errors with a limit.
 
     With a limit, in the unit of the scene and as a leak rate that is solved for [m³/s], the leak
     rate must have bounds; the entry "flow" of the budget gives them. The advice is for an undecided
-    verdict; left out, it is a tolerance of the flow, or a total error if `by_total`, where the
-    scene sets one.
+    verdict; left out, it is a tolerance of the flow, a total error if `by_total`, where the scene
+    sets one, or more unknowns if the flow `decides`.
     """
     head, rest = headline(leak, budget, shown), beside_flow(budget)
     names = [entry.name for entry in rest if entry.kind == "not covered"]
@@ -104,7 +105,7 @@ def verdict(
         fixed = tuple(entry for entry in others if not entry.per_rtol)
         per_rtol = sum(entry.per_rtol for entry in others)
         needed = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
-        advice = _advice(leak, *needed, limit_solved, fixed, by_total)
+        advice = _advice(leak, *needed, limit_solved, fixed, by_total, decides)
     per_cent = 100 / limit_solved
     share = ends_words(low and per_cent * low, high and per_cent * high)
     share = f"{share} % of the " if share else ""
@@ -148,11 +149,12 @@ def _advice(
     limit: float,
     rest: ErrorBudget,
     by_total: bool,
+    decides: bool,
 ) -> str:
     """Advice for an undecided verdict: a setting that might decide it, or why none can.
 
     `rest` are the entries that flow.rtol does not narrow. A scene with a total error, `by_total`,
-    takes no flow.rtol.
+    takes no flow.rtol, and one whose flow `decides` needs none.
     """
     low, high = leak.bounds
     if low == 0:
@@ -168,12 +170,19 @@ def _advice(
         factor = combined(others)[value < limit]
         total = expm1(abs(log(limit / value)) - abs(log(factor))) if factor else 0.0
         if LEAST_RTOL < total < 1:
-            return f"accuracy.total = {total:.2g} might decide"
+            instead = "limit.decide" if decides else "flow.rtol"
+            instead = "" if by_total else f", in place of {instead},"
+            return f"accuracy.total = {total:.2g}{instead} might decide"
     inputs = next((entry for entry in counted if entry.key == INPUTS), None)
     sides = [(e.lower, e.upper)[value < limit] for e in counted if e is not inputs]
     if inputs is not None and None not in sides:
         return _narrower(inputs, value, limit, combined(rest))
     if rtol is not None and unknowns is not None and not by_total:
+        if decides:
+            return (
+                f"about {in_digits(unknowns, 2)} unknowns might decide (flow.max_unknowns, "
+                "max_seconds, max_memory)"
+            )
         return f"flow.rtol = {rtol:.2g} might decide, with about {in_digits(unknowns, 2)} unknowns"
     if open_entries(rest):
         return _sentences(open_entries(rest))

@@ -251,6 +251,12 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
         known = scene.surface if name == "heights" else getattr(scene, section)
         if known is None or (key and getattr(known, key) is None):
             yield f"tolerances.{name} is of an input that the scene does not give; leave it out"
+    for name, tolerance in given.items():
+        if tolerance.amount is not None and scene.value_of(name) == 0:
+            yield (
+                f"tolerances.{name} = {str(tolerance)!r} is an amount beside a value of 0, of "
+                "which no part is known; leave it out, and compare scenes with other values of it"
+            )
     if "heights" in given and scene.contact is not None and scene.contact.mean_gap is not None:
         yield (
             "tolerances.heights needs contact.pressure or contact.area_fraction: at a given "
@@ -275,6 +281,15 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
             yield (
                 f"tolerances.{name} = {str(given[name])!r} is 100 % of the value or more; it must "
                 "be less"
+            )
+    inlet, outlet = scene.flow.inlet_pressure, scene.flow.outlet_pressure
+    if inlet is not None and outlet is not None:
+        least = inlet * (1 - scene.tolerated.get("flow.inlet_pressure", 0.0))
+        most = outlet * (1 + scene.tolerated.get("flow.outlet_pressure", 0.0))
+        if least <= most:
+            yield (
+                f"[tolerances] let flow.inlet_pressure fall to {least:g} Pa, which is not above "
+                f"the {most:g} Pa of flow.outlet_pressure; give smaller ones"
             )
 
 

@@ -128,6 +128,14 @@ class Scene(Section):
             data = replaced(data, tuple(name.split(".")), value, name)
         return self.from_mapping(data)
 
+    def takes(self, changes: Mapping[str, object]) -> bool:
+        """Whether these changes, as of `with_`, make a scene."""
+        try:
+            self.with_(changes)
+        except InvalidInput:
+            return False
+        return True
+
     def _repr_html_(self) -> str:
         return html_table(rows_of_mapping(self._set(), type(self)))
 
@@ -213,19 +221,25 @@ class Scene(Section):
         return Load("pressure", self.seal.mean_pressure(present(self.solid, "[solid]").E_star))
 
     @property
+    def _flowing(self) -> Fluid:
+        if self.fluid is None:
+            raise InvalidInput("[fluid] is missing: a flow needs fluid.viscosity")
+        return self.fluid
+
+    @property
     def drive(self) -> Drive:
         """Fluid with its pressures, which drive the flow; for scenes that need the flow."""
-        return present(self.fluid, "[fluid]").drive(self.flow)
+        return self._flowing.drive(self.flow)
 
     @property
     def viscosity(self) -> float:
         """Dynamic viscosity η of the fluid [Pa s]; for scenes that need the flow or a tensor."""
-        return present(self.fluid, "[fluid]").viscosity
+        return self._flowing.viscosity
 
     @property
     def slip(self) -> Slip | None:
         """Slip of the gas at the walls; None for a liquid, and if slip is left out."""
-        return present(self.fluid, "[fluid]").slip_under(self.flow)
+        return self._flowing.slip_under(self.flow)
 
     @property
     def flow_settings(self) -> FlowSettings:
@@ -246,9 +260,9 @@ class Scene(Section):
     def tolerated(self) -> dict[str, float]:
         """± of each input of [tolerances], as a part of its value."""
         given = () if self.tolerances is None else self.tolerances.given()
-        return {name: tolerance.relative(self._input(name)) for name, tolerance in given}
+        return {name: tolerance.relative(self.value_of(name)) for name, tolerance in given}
 
-    def _input(self, name: str) -> float:
+    def value_of(self, name: str) -> float:
         """Value of an input that [tolerances] names; 1 for the factor on all heights."""
         if name == "heights":
             return 1.0

@@ -133,7 +133,7 @@ def persson_state(
     Parameters
     ----------
     pressure, contact_modulus
-        P0 and E* [Pa].
+        p0 and E* [Pa].
     area
         "persson" or "wang-mueser": law of the contact area, see `AREA_LAWS`. The mean gap is that
         of Yang and Persson with the pressure p0 A0/A of this law.

@@ -2,8 +2,8 @@
 
 A row is one method on one grid. Linear elements give three rows: both bounds and their geometric
 mean. Finite differences give a number; its change from the grid before is taken as its error band.
-The reference does not depend on finite differences: it is
-the exact leak rate where that is known, otherwise the narrowest certified bracket of the same gap.
+The reference does not depend on finite differences: it is the exact leak rate where that is known,
+otherwise the narrowest certified bracket of the same gap.
 """
 
 from collections.abc import Iterator, Sequence

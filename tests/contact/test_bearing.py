@@ -3,11 +3,15 @@
 import numpy as np
 import pytest
 from contact_cases import rough_surface
+from project import scene_of_samples
 from scipy.stats import norm
 
 from fem_seal.contact import bearing
+from fem_seal.contact.settings import Load
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
+from fem_seal.patch import Patch
+from fem_seal.scene import Scene
 from fem_seal.surface import rms_height
 
 
@@ -59,3 +63,18 @@ def test_ties_touch_together():
 def test_refused(rough, loads, message):
     with pytest.raises(InvalidInput, match=message):
         bearing(rough, **loads)
+
+
+def test_another_load_of_a_patch():
+    """A pressure cuts nothing; what the scene does not give is named as such."""
+    sections = scene_of_samples(16) | {"contact": {"model": "bearing", "area_fraction": 0.2}}
+    sections |= {"fluid": None, "flow": {}, "output": {"products": ["contact"]}}
+    scene = Scene.from_mapping({name: part for name, part in sections.items() if part is not None})
+    half = Patch(scene).with_(load=Load("area_fraction", 0.5))
+    assert half.contact.contact_area_fraction == 0.5
+    with pytest.raises(InvalidInput, match="knows no pressure"):
+        _ = half.with_(load=Load("pressure", 1e5)).contact
+    with pytest.raises(InvalidInput, match="elastic contact"):
+        _ = half.elastic
+    with pytest.raises(InvalidInput, match=r"\[fluid\] is missing"):
+        _ = half.leak_rate

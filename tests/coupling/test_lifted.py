@@ -367,7 +367,7 @@ def test_held_area_or_mean_gap(contact):
     )
     tolerance = 1 / patch.surface.values.size if name == "area_fraction" else 1e-4 * value
     assert reached == pytest.approx(value, abs=tolerance, rel=0)
-    assert patch.mean_pressure == pytest.approx(state.contact.mean_pressure + state.fluid_load)
+    assert patch.carried_load == pytest.approx(state.contact.mean_pressure + state.fluid_load)
 
 
 def test_layer_walls_and_constant_pixels():

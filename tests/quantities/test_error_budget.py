@@ -34,10 +34,10 @@ SLIP = Uncertainty("slip", "not covered", "the gas slips", 1.0, None, caution=Tr
 MODEL = Uncertainty("model", "not covered", "Reynolds")
 
 
-def judged(limit, *entries, leak=LEAK, by_total=False):
+def judged(limit, *entries, leak=LEAK, **asked):
     budget = flow_entry(leak), *entries
     stated = StatedRate.parse(f"{limit} m^3/s")
-    return verdict(leak, SHOWN, stated, limit, budget, by_total=by_total)
+    return verdict(leak, SHOWN, stated, limit, budget, **asked)
 
 
 def test_products_enclose_errors_of_any_dependence():
@@ -129,7 +129,11 @@ def test_what_would_decide_with_other_factors():
     assert judged(2.4e-10, computed).needed_rtol == pytest.approx(advised, rel=1e-12)
     assert f"; flow.rtol = {advised:.2g} might decide" in judged(2.4e-10, computed).sentence
     # The contact grid's part is narrowed by a smaller total error: ln(1 + total) = ln(2.4/2).
-    assert "accuracy.total = 0.2 might decide" in judged(2.4e-10, GRID).sentence
+    # It chooses flow.rtol itself, and does not go with limit.decide.
+    for decides, instead in ((False, "flow.rtol"), (True, "limit.decide")):
+        words = f"accuracy.total = 0.2, in place of {instead}, might decide"
+        assert words in judged(2.4e-10, GRID, decides=decides).sentence
+    assert "unknowns might decide (flow.max" in judged(2.4e-10, computed, decides=True).sentence
     # A scene with a total error takes no flow.rtol, and its total error leaves out other errors.
     kinetic = Uncertainty("slip", "estimated", "the gas slips", 0.9, 1.1)
     total = 2.4 / 2 / 1.1 - 1

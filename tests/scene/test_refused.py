@@ -196,6 +196,10 @@ BAD = {
         "tolerances.contact.pressure=0 %": "leave out what you know exactly",
         "tolerances.contact.pressure=100 %": "below 100 %",
         "tolerances.contact.pressure=0.2 MPa": "100 % of the value or more",
+        "contact.pressure=0 & tolerances.contact.pressure=0.1 MPa": "beside a value of 0",
+        ENDS.format(2e5, 1.9e5) + " & flow.lift=none & tolerances.flow.inlet_pressure=10 %": (
+            "let flow.inlet_pressure fall to 180000 Pa"
+        ),
         "tolerances.contact.area_fraction=1 %": "not a known key",
         "tolerances.contact.pressure=1 um": "not in a unit of Pa",
         "tolerances.contact.pressure=0.1": "'10 %'",
