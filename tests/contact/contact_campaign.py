@@ -174,11 +174,9 @@ def compare(case: Case, state: ContactState) -> Comparison:
     """Hold a state against the plain solver: same load or, for an area, the pressure reached."""
     heights = case.height.values
     matrix = influence(heights.shape, case.height.spacing, case.layer)
-    loads = {"pressure": case.value, "mean_gap": case.value}
+    given = {case.load: case.value}
     if case.load == "area_fraction":
         given = {"pressure": state.mean_pressure}
-    else:
-        given = {case.load: loads[case.load]}
     if case.load == "mean_gap" and case.value >= heights.max() - heights.mean():
         gap = case.value - (heights - heights.mean())
     else:

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from project import leak_rate
+from gaps import bracketed
 from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.flow import FlowSettings, Limits
+from fem_seal.flow import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
@@ -34,18 +34,6 @@ def on_film(film, setting, grids, methods=tuple(METHODS), **kept):
     return compared and compared[0]
 
 
-def upper_and_lower(film, unknowns):
-    flow = leak_rate(
-        film,
-        viscosity=1 / 12,
-        pressure_drop=1.0,
-        method="uniform",
-        rtol=1e-6,
-        limits=Limits(unknowns=unknowns),
-    )
-    return flow.levels[-1]
-
-
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("shape", [(6, 8), (5, 7)])
 @pytest.mark.parametrize("periodic", [False, True])
@@ -58,8 +46,10 @@ def test_refining_the_samples_changes_nothing(representation, shape, periodic):
     values = 0.2 + np.random.default_rng(1).random(shape)
     gap = GridField(values, (1.0, 0.5), periodic)
     film = GridFilm(gap, representation=representation)
-    second = upper_and_lower(film, 4 * values.size)
-    first = upper_and_lower(finer_film(film), 1)
+    second, first = (
+        bracketed(one, 1e-6, unknowns, method="uniform").levels[-1]
+        for one, unknowns in ((film, 4 * values.size), (finer_film(film), 1))
+    )
     assert first.unknowns == second.unknowns
     tolerance = 0.3 * np.sqrt(2e-8)
     assert first.upper == pytest.approx(second.upper, rel=tolerance)
