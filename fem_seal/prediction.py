@@ -25,7 +25,6 @@ from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import KEPT
-from fem_seal.upscaling.profile import is_uniform
 from fem_seal.upscaling.refined_table import intervals_needed
 from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import seal_flow
@@ -49,9 +48,9 @@ BYTES_OF_SAMPLE = 85  # memory of heights and contact [bytes/sample]
 BYTES_OF_LIFT = 600  # memory of the networks of a flow that lifts [bytes/sample]
 BYTES_OF_UNKNOWN = 1200  # memory of a flow [bytes/unknown]
 # At each load of a patch of a seal: time of its contact, which starts from that of another load,
-# over that of a first one; of its flow, over that of one film; of the bounds between loads [s]; of
-# the flows along a path of uneven pressure [s].
-NEXT_CONTACT, OF_LOAD, BETWEEN_LOADS, ALONG_PATH = 0.5, 1.1, 0.03, 0.07
+# over that of a first one; of its flow, over that of one film; of all that does not grow with the
+# patch [s].
+NEXT_CONTACT, OF_LOAD, EACH_LOAD = 0.5, 1.1, 0.05
 USUAL_RTOL = 0.5  # seal.rtol at which that holds
 # Memory of each flow that a patch of a seal keeps.
 KEPT_OF_UNKNOWN = 500  # [bytes/unknown]
@@ -182,8 +181,7 @@ def _seal_patch(
     """CPU time [s] of one patch of a seal under all its loads, and memory [bytes] of its flows."""
     seal, map_ = present(scene.seal, "[seal]"), scene.measured_map
     loads = loads_of(scene, surface)
-    seconds = NEXT_CONTACT * contact_seconds(samples) + BETWEEN_LOADS
-    seconds += 0.0 if is_uniform(profile_of(scene)[0]) else ALONG_PATH
+    seconds = NEXT_CONTACT * contact_seconds(samples) + EACH_LOAD
     if map_ is not None and map_.make_periodic == "mirror":
         # The flow of a mirrored map is that of a quarter of it.
         samples, channels = samples / 4, channels / 4 ** (OF_WAVES / 2)
