@@ -115,9 +115,11 @@ def draw(curves: dict[str, list[Point]], path: Path) -> None:
 
 
 # %%
-def main(out: Path = Path("out"), n: int = 64, rtol: float = 0.05) -> dict[str, list[Point]]:
+def main(
+    out: Path = Path("out"), n: int = 64, rtol: float = 0.05, points: int = 8
+) -> dict[str, list[Point]]:
     """Compute both curves, draw `gas_that_slips.png` into `out`, check the claims above."""
-    pressures = np.geomspace(1e1, 1e8, 8)
+    pressures = np.geomspace(1e1, 1e8, points)
     curves = {gas: [conductance(n, gas, p, rtol) for p in pressures] for gas in GASES}
     draw(curves, out / "gas_that_slips.png")
     helium, nitrogen = curves.values()

@@ -10,11 +10,14 @@ from fem_seal.scene import Scene
 
 SCENES = sorted((ROOT / "demos" / "scenes").glob("*.toml"))
 
-# Fields that make a scene small enough for a test; the others are small by themselves. Each kind of
-# picture is drawn by one of them: `first`, `o-ring` and `flange`.
+# Fields that make a scene small enough for a test; the others are small by themselves. Pictures are
+# drawn of a seal and a shape, `o-ring` and `flange`; those of a patch: test_cli.py.
 SMALL = {
     "face-seal": ["output.products=['leak_rate', 'mesh']"],
-    "first": ["surface.shape=[64, 64]", "surface.short_wavelength=6.4 um", "flow.rtol=0.2"],
+    "first": [
+        *("surface.shape=[64, 64]", "surface.short_wavelength=6.4 um", "flow.rtol=0.2"),
+        "output.products=['contact', 'leak_rate', 'mesh']",
+    ],
     "gas": [
         *("surface.shape=[64, 64]", "surface.short_wavelength=128 um"),
         "limit.leak_rate=1e-5 mbar l/s",  # the smoother surface leaks less

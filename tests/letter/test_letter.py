@@ -134,7 +134,7 @@ def test_theory_belongs_on_the_corrected_area():
     loads = np.geomspace(0.02, 0.3, 12)
     curve = predictions(ring_spectrum(case, surface), "persson", 1, 1.0, loads)
     areas, logs = zip(*((p.area, np.log(p.current)) for p in curve if p.current > 0), strict=True)
-    for load in (0.03, 0.06, 0.09, 0.13):
+    for load in (0.03, 0.13):
         state = pressed(surface, "elastic", load)
         corrected, counted = state.contact_area_corrected, state.contact_area_fraction
         assert 1.9 < corrected / load < 2.3 < counted / load
