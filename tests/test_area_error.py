@@ -192,5 +192,6 @@ def test_it_counts_together_with_all_others():
     assert (entry.lower, entry.upper) != (1, 1)
     lower, upper = solved.leak_rate.bounds
     head = solved.headline
-    assert (head.lower, head.upper) == pytest.approx((lower * entry.lower, upper * entry.upper))
+    ends = lower * entry.lower, upper * entry.upper
+    assert (head.lower, head.upper) == pytest.approx(ends, rel=1e-6, abs=0)
     assert "contact_area" not in {entry.key for entry in error_budget(Patch(scene()))}

@@ -94,8 +94,8 @@ def test_budget_and_verdict_count_the_lift():
     assert not any("fluid's pressure, up to" in caution for caution in result.cautions)
 
     # The error of the lift leads to the ends that the result names.
-    assert result.lift.lowest == pytest.approx(lift.lower * leak.value)
-    assert result.lift.highest == pytest.approx(lift.upper * leak.value)
+    assert result.lift.lowest == pytest.approx(lift.lower * leak.value, rel=1e-6, abs=0)
+    assert result.lift.highest == pytest.approx(lift.upper * leak.value, rel=1e-6, abs=0)
     assert result.lift.change < np.log(lift.upper) * (1 + 1e-9)
 
     def decision(limit):
@@ -159,8 +159,8 @@ def test_budget_of_a_state_that_has_not_settled():
     assert not [line for line in summary(result, None) if line.startswith("caution")]
     assert " ".join(remarks(result)).count(result.reason) == 1
     lift, value = entry(result), patch.leak_rate.value
-    assert value * lift.lower == pytest.approx(state.lowest)
-    assert value * lift.upper == pytest.approx(state.highest)
+    assert value * lift.lower == pytest.approx(state.lowest, rel=1e-6, abs=0)
+    assert value * lift.upper == pytest.approx(state.highest, rel=1e-6, abs=0)
 
 
 def test_range_in_the_result():
@@ -168,7 +168,9 @@ def test_range_in_the_result():
     result = solve(scene(lift="range")).result()
     low, high = lift_range(Patch(scene(lift="range")))
     assert (result.lift.lowest, result.lift.highest) == (low.lower, high.upper)
-    assert entry(result).upper * result.leak_rate.upper == pytest.approx(high.upper, rel=1e-9)
+    assert entry(result).upper * result.leak_rate.upper == pytest.approx(
+        high.upper, rel=1e-9, abs=0
+    )
     assert result.lift.solid_pressure is None
 
 
