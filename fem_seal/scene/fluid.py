@@ -10,7 +10,7 @@ from fem_seal.errors import present
 from fem_seal.fluid import Drive, GasDrive, LiquidDrive, Slip
 from fem_seal.rarefied import LEAST_ACCOMMODATION
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import Flow, Pressure, Section, Viscosity
+from fem_seal.scene.sections import Flow, Number, Pressure, Section, Viscosity
 from fem_seal.units import to_si
 
 Temperature = Annotated[float, BeforeValidator(partial(to_si, unit="K")), Field(gt=0)]
@@ -51,7 +51,7 @@ class Fluid(Section):
         description='law of a gas that slips at the walls: "first-order" (true, or left out) or '
         '"kinetic"; false: no slip',
     )
-    accommodation: float | None = Field(
+    accommodation: Number | None = Field(
         None,
         gt=0,
         le=1,
