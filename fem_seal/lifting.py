@@ -28,7 +28,6 @@ class SceneLift(LiftProblem):
     scene: Scene
     prescribed: Load  #: pressure, area or mean gap of the contact
     settings: FlowSettings
-    report: Report
 
     def half_space(self, heights: GridField) -> HalfSpace:
         """Solid on the grid of a counter-face."""

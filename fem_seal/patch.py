@@ -251,7 +251,7 @@ class Patch:
         # pressure is the ambient one.
         dry = self.elastic if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
-            return lifted(problem, self.flow_settings.rtol, dry=dry, report=self.report)
+            return lifted(problem, self.flow_settings.rtol, dry=dry)
 
     @cached_property
     def sensitivity(self) -> "Sensitivity | None":

@@ -63,7 +63,7 @@ class Equilibrium:
 
     @property
     def flow(self) -> FilmPressure:
-        grid = self.problem.grid(0)
+        grid = self.problem.first_grid
         return self.problem.film_pressure(self.contact.gap.values, grid, self.epsilon)
 
     @property
@@ -79,7 +79,7 @@ class Equilibrium:
 
     @property
     def _lifted_state(self) -> LiftedState:
-        pressure, network = self.problem.field(self.pressure), self.problem.grid(0)
+        pressure, network = self.problem.field(self.pressure), self.problem.first_grid
         return LiftedState(pressure, self.contact, network=network)
 
 

@@ -43,8 +43,6 @@ class ContactTangent:
         mean_gap_held: bool = False,
     ):
         self._solid, self._stiffness, self._opened = solid, stiffness, opened
-        #: relative residuals of each solve, step by step
-        self.residuals: list[list[float]] = []
         # Change of the gap with a uniform pressure, of which a held mean gap leaves nothing.
         self._uniform: np.ndarray | None = None
         if mean_gap_held and opened.any() and not opened.all():
@@ -123,8 +121,6 @@ class ContactTangent:
         rr_first, rz = rr, np.inf
         if rr_first == 0:
             return change
-        residuals: list[float] = []
-        self.residuals.append(residuals)
         for _ in range(MOST_ITERATIONS):
             solid.displace_in_steer()
             mean = sum_r / samples / solid.softest
@@ -133,11 +129,11 @@ class ContactTangent:
             solid.stiffen()
             alpha = rz / sum(over(energy))
             sum_r, rr = np.sum(over(partial(advance, alpha)), axis=0)
-            residuals.append((rr / rr_first) ** 0.5)
-            if residuals[-1] <= tolerance:
+            residual = (rr / rr_first) ** 0.5
+            if residual <= tolerance:
                 return change
         raise NotConverged(
-            f"change of the contact with the fluid's pressure: residual {residuals[-1]:.1e} after "
+            f"change of the contact with the fluid's pressure: residual {residual:.1e} after "
             f"{MOST_ITERATIONS} iterations (wanted {tolerance:.1e}); try a smaller "
             "contact.tolerance, or flow.lift = 'range'"
         )

@@ -1,37 +1,28 @@
 """The contact that the pressure of the leaking fluid lifts, and the flow through it.
 
-With the compliance S of the solid, heights h of the counter-face, fluid pressure p_f and contact
-pressure p_c:
-
-    gap             g = S (p_c + p_f) - h + const >= 0,    p_c >= 0,    p_c g = 0
-    flow            ∇·((g³ + ε³)/(12 η) ∇p_f) = 0 on the whole patch
-    load            mean(p_c + p_f) = P₀
-
-The small gap ε makes p_f a continuous function of the gap, under contact and in pockets as well.
-Newton's method solves both together (`newton`), in stages: the network of the flow becomes finer
-and ε smaller. At the end of each stage the flow of the next one tells how much its pressure would
-change the leak rate; the stages end when that is little. The leak rate of the result is that of
-the gap without ε, with its own bounds.
+Newton's method solves both together (`newton`), in stages: the network of the flow becomes finer,
+and the gap ε that conducts under contact smaller. The flow at the beginning of a stage tells
+how much its pressure changes the leak rate; the stages end when that is little. The leak rate of
+the result is that of the gap without ε, with its own bounds (docs/theory/lift.md).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import exp, inf, log
 from sys import float_info
 from time import perf_counter
+from typing import TypeAlias
 
 import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import INNER, LEAST, MOST_FAILED, MOST_NODES, MOST_STEPS
+from fem_seal.coupling.constants import INNER, MOST_FAILED, MOST_NODES, MOST_STEPS
 from fem_seal.coupling.newton import Steps, equilibrium
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import FIRST_ORDER, LiftedState, allowed_error, spread
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.network.pressure_grid import PressureGrid
-from fem_seal.progress import Report, silent
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
 FINER = "compare a finer grid (surface.shape)"
@@ -43,7 +34,6 @@ def lifted(
     *,
     dry: ContactState | None = None,
     start: np.ndarray | None = None,
-    report: Report = silent,
 ) -> LiftedState:
     """Solve contact and flow together.
 
@@ -61,8 +51,6 @@ def lifted(
         Contact under the outlet's pressure everywhere, if it is known.
     start : (nx, ny)
         Fluid pressure [Pa] from which Newton's method starts in place of both.
-    report
-        Called with each step.
     """
     allowed = allowed_error(min(rtol, FIRST_ORDER))
     uniform = problem.uniform_pressure
@@ -71,35 +59,36 @@ def lifted(
 
     def search() -> list[_End]:
         if start is None:
-            return _from_both_ends(problem, allowed, dry, report)
-        steps = _first_stage(problem, allowed, start, None, report)
-        return [_further_stages(problem, allowed, steps, report)]
+            return _from_both_ends(problem, allowed, dry)
+        return [_end(_further_stages(problem, allowed, _first_stage(problem, allowed, start)))]
 
     ends = parallel.on_root(search, problem.comm)
-    states = [_state_of(problem, allowed, end) for end in ends]
+    states = [_completed(problem, allowed, *end) for end in ends]
     return states[0] if len(states) == 1 else _both(*states)
 
 
-@dataclass(frozen=True, eq=False)
-class _End:
-    """Where the stages from one start have ended; the first process sends it to the others."""
-
-    pressure: np.ndarray  #: p_f (nx, ny) [Pa]
-    contact: ContactState  #: under it
-    network: PressureGrid  #: of the last stage
-    sealed: bool  #: whether no open path leads through the gap
-    opened: GridFilm | None  #: a sealed film as the most fluid pressure opens it
-    change: float  #: of ln Q by the last stage
-    error: float  #: of ln Q, estimated
-    difficult: bool  #: as of `Steps`
-    lost: bool  #: as of `Steps`
-    failure: str  #: as of `Steps`
-    residuals: tuple[float, ...]  #: as of `Steps`
+# What the first process sends to the others: a state without its leak rate, and the film that the
+# most fluid pressure opens if the state is sealed.
+_End: TypeAlias = tuple[LiftedState, GridFilm | None]
 
 
-def _from_both_ends(
-    problem: LiftProblem, allowed: float, dry: ContactState | None, report: Report
-) -> list[_End]:
+def _end(steps: Steps) -> _End:
+    """Where the stages from one start have ended."""
+    point = steps.point
+    state = LiftedState(
+        fluid_pressure=point.problem.field(point.pressure),
+        contact=point.contact,
+        steps=len(steps.residuals) - 1,
+        change=steps.change,
+        error=steps.error,
+        residuals=steps.residuals,
+        network=point.grid,
+        reason=steps.failure,
+    )
+    return state, point.opened if point.sealed else None
+
+
+def _from_both_ends(problem: LiftProblem, allowed: float, dry: ContactState | None) -> list[_End]:
     """Where the stages end that start from the outlet's pressure, and from the inlet's if needed.
 
     If both have the same equilibrium in the first stage, the next stages are the same as well: the
@@ -111,39 +100,33 @@ def _from_both_ends(
         np.full(problem.height.shape, end) for end in (problem.outlet, problem.largest_start)
     )
     dry = dry or problem.contact_under(low)
-    sealed = problem.film(dry.gap).sealed
-    first = _first_stage(problem, allowed, low, dry, report)
-    end = _further_stages(problem, allowed, first, report)
-    stays_sealed = end.sealed and end.opened is None
-    if not (sealed or end.sealed or end.difficult):
-        return [end]
+    first = _first_stage(problem, allowed, low, dry)
+    steps = _further_stages(problem, allowed, first)
+    end, sealed = _end(steps), steps.point.sealed
+    stays_sealed = sealed and end[1] is None
     if stays_sealed and problem.never_opens:
         return [end]
-    second = _first_stage(problem, allowed, high, None, report)
-    if (stays_sealed or end.error <= allowed) and not end.failure:
+    if not (sealed or steps.difficult or problem.film(dry.gap).sealed):
+        return [end]
+    second = _first_stage(problem, allowed, high)
+    if (stays_sealed or steps.error <= allowed) and not steps.failure:
         # A pressure that leaves nothing to the solid, and lets it float nowhere, does not move.
         stuck = problem.may_float and bool(second.failure)
-        lost = end.lost or second.failure
+        lost = steps.lost + second.lost
         if stuck or (not lost and second.point.leaks_as(first.point, allowed)):
             return [end]
-    return [end, _further_stages(problem, allowed, second, report)]
+    return [end, _end(_further_stages(problem, allowed, second))]
 
 
 def _first_stage(
     problem: LiftProblem,
     allowed: float,
     pressure: np.ndarray,
-    contact: ContactState | None,
-    report: Report,
+    contact: ContactState | None = None,
 ) -> Steps:
-    """The equilibrium of a coarse network, of every second or fourth sample on large grids.
+    """The equilibrium of a coarse network, and of few samples on large grids.
 
-    Parameters
-    ----------
-    pressure : (nx, ny)
-        Fluid pressure [Pa] at the start.
-    contact
-        Contact under it, if known.
+    It starts from a fluid pressure (nx, ny) [Pa] and the contact under it, if that is known.
     """
     thinned = problem.chain[0]
     # A gap of the rms height that ε makes wider has a larger ln g³, by what is allowed.
@@ -153,75 +136,57 @@ def _first_stage(
     pressure = pressure[::every, ::every]
     pressed = thinned.contact_under(pressure, start)
     point = LiftPoint(thinned, thinned.first_grid, epsilon, pressure, pressed)
-    return equilibrium(point, allowed, report)
+    return equilibrium(point, allowed)
 
 
-def _further_stages(problem: LiftProblem, allowed: float, steps: Steps, report: Report) -> _End:
+def _further_stages(problem: LiftProblem, allowed: float, steps: Steps) -> Steps:
     """Go on from the equilibrium of the first stage.
 
     When a stage begins, its flow tells by how much the fluid's pressure of the stage before is
     wrong. The stages end when all that further ones would change is little, or when there is none.
     """
-
-    def solved(point: LiftPoint) -> Steps:
-        exact = steps.difficult or point.problem is not problem
-        tolerance = INNER * allowed if exact else allowed
-        further = equilibrium(point, tolerance, report).after(steps)
-        return replace(further, lost=further.lost or bool(steps.failure))
-
     change, error, moved, over = inf, inf, 0.0, ""
-    failed = int(bool(steps.failure))
     for _ in range(MOST_STEPS // 2):
-        point, began = steps.point, perf_counter()
-        if point.problem is problem and point.flow.conductance <= problem.negligible:
-            error = inf
-            break
+        began = perf_counter()
         start = None if over else _next_stage(problem, allowed, steps)
         if start is None:
             break
-        before, change = change, point.error_of(start)
-        to_come = _all_to_come(change, before)
+        before, change = change, steps.point.error_of(start)
+        # The changes of all stages to come fall by a ratio r: they are 1/(1 - r) times this one.
+        ratio = min(change / before, 0.9) if 0 < before < inf else 0.5
+        to_come = change / (1 - ratio)
         error = (max(to_come, moved) if steps.difficult else to_come) + start.by_epsilon
         little = error <= allowed and start.keeps_load(allowed)
-        if little and not (point.sealed or start.sealed or steps.failure):
+        if little and not (steps.point.sealed or start.sealed or steps.failure):
             steps = Steps(start, (start.size,), False, "").after(steps)
             if start.problem is problem:
                 break
             change = inf  # the next one will contain this one
             continue
-        steps = solved(start)
+        exact = steps.difficult or start.problem is not problem
+        steps = equilibrium(start, INNER * allowed if exact else allowed).after(steps)
         moved = spread(steps.point.flow.conductance, start.flow.conductance)
-        failed = failed + 1 if steps.failure else 0
         # No state has fewer samples than all.
         if start.problem is problem:
-            if failed >= MOST_FAILED:
+            if steps.lost >= MOST_FAILED:
                 break
             # The next network has four times the nodes.
             over = problem.limits.exceeded(problem.began, 1.0, 4 * (perf_counter() - began))
-    point = steps.point
     if steps.failure:
-        error = max(error, point.step.log_rate)
-    return _End(
-        pressure=point.pressure,
-        contact=point.contact,
-        network=point.grid,
-        sealed=point.sealed,
-        opened=point.opened if point.sealed else None,
-        change=change,
-        error=max(error, LEAST * allowed),
-        difficult=steps.difficult,
-        lost=steps.lost,
-        failure=steps.failure or over,
-        residuals=steps.residuals,
-    )
+        error = max(error, steps.point.step.log_rate)
+    error = max(error, INNER * allowed)  # the contacts are no more exact
+    return replace(steps, change=change, error=error, failure=steps.failure or over)
 
 
 def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint | None:
-    """The first point of the next stage, a step further on if one is solved; None if it has none.
+    """The first point of the next stage, None if it has none.
 
-    It has none where the film stays sealed, and where its network would be too large.
+    It has none where the film stays sealed or leaks next to nothing, and where its network would be
+    too large.
     """
     point, chain = steps.point, problem.chain
+    if point.problem is problem and point.flow.conductance <= problem.negligible:
+        return None
     following = chain[min(chain.index(point.problem) + 1, len(chain) - 1)]
     sealed = point.sealed and point.problem is problem
     if sealed and point.opened is None:
@@ -231,42 +196,35 @@ def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint
     lost = epsilon**3 < float_info.epsilon * problem.roughness**3
     if (sealed and lost) or len(grid.free) > MOST_NODES:
         return None
-    last = (point.after(point.step) if steps.further else None) or point
     if following is point.problem:
-        return replace(last, grid=grid, epsilon=epsilon)
-    pressure = following.interpolated(last.pressure)
+        return replace(point, grid=grid, epsilon=epsilon)
+    pressure = following.interpolated(point.pressure)
     return LiftPoint(following, grid, epsilon, pressure, following.contact_under(pressure))
 
 
-def _all_to_come(change: float, before: float) -> float:
-    """The changes of all stages to come, after this one and the one before.
-
-    They fall by a ratio r, to 1/2 if it is unknown: all are 1/(1 - r) times this one.
-    """
-    ratio = min(change / before, 0.9) if 0 < before < inf else 0.5
-    return change / (1 - ratio)
-
-
-def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
-    """The state at the end of the steps, with its leak rate to the tolerance of the result."""
-    leak = problem.flow(problem.film(end.contact.gap), min(end.error, allowed))
-    error, reason, steps = end.error, "", len(end.residuals) - 1
+def _completed(
+    problem: LiftProblem, allowed: float, state: LiftedState, opened: GridFilm | None
+) -> LiftedState:
+    """A state with its leak rate to the tolerance of the result, and the range of leak rates."""
+    contact, error = present(state.contact, "contact"), state.error
+    leak = problem.flow(problem.film(contact.gap), min(error, allowed))
     known = leak.state == "sealed" or (leak.value > 0 and error <= MOST_ERROR)
     lowest = leak.value * exp(-error)
     highest = leak.value * exp(min(error, MOST_ERROR)) if known else inf
+    reason = ""
     if leak.state == "sealed":
-        if end.opened is not None:
+        if opened is not None:
             highest = inf
-            if problem.solid_load(problem.highest_pressure(end.contact)) > 0:
-                most = problem.flow(end.opened, 0.0)
+            if problem.solid_load(problem.highest_pressure(contact)) > 0:
+                most = problem.flow(opened, 0.0)
                 highest = most.value if most.upper is None else most.upper
             reason = (
-                f"the film is sealed after {steps} of Newton's steps, but more fluid pressure "
-                "under the contact would open it"
+                f"the film is sealed after {state.steps} of Newton's steps, but more fluid "
+                "pressure under the contact would open it"
             )
         error = 0.0
-    elif end.failure:
-        reason = f"contact and flow have not settled: {end.failure}"
+    elif state.reason:
+        reason = f"contact and flow have not settled: {state.reason}"
     elif not known:
         reason = leak.reason or "the error of the fluid's pressure is not known"
     elif error > allowed:
@@ -279,17 +237,13 @@ def _state_of(problem: LiftProblem, allowed: float, end: _End) -> LiftedState:
         high = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
         rates = f"the leak rate is between {low} and {high}" if known else "it may be any leak rate"
         reason += f": {rates}; {FINER}"
-    return LiftedState(
-        fluid_pressure=problem.field(end.pressure),
-        contact=end.contact,
+    return replace(
+        state,
         leak_rate=leak,
-        steps=steps,
-        change=0.0 if leak.state == "sealed" else end.change,
+        change=0.0 if leak.state == "sealed" else state.change,
         error=error,
         lowest=lowest,
         highest=highest,
-        residuals=end.residuals,
-        network=end.network,
         reason=reason,
     )
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import DIAGONAL, HALVED, INNER, MOST_STEPS, PARTS
+from fem_seal.coupling.constants import DIAGONAL, INNER, MOST_STEPS, PARTS
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import FIRST_ORDER, spread
@@ -46,9 +46,9 @@ class NewtonStep:
 
     pressure: np.ndarray  #: δ (nx, ny) [Pa]
     gap: np.ndarray  #: change (nx, ny) of the gap [m]
-    log_rate: float  #: size of the change of the logarithm of the leak rate, to first order
+    #: size of the change of ln Q, to first order; infinite if GMRES has not reached its tolerance
+    log_rate: float
     iterations: int  #: most iterations of GMRES
-    solved: bool  #: whether GMRES has reached its tolerance
     #: whether it leads away from a state that contact and flow in turn would leave
     unstable: bool = False
     level: float = 0.0  #: change of the level of a solid that floats [m]
@@ -99,7 +99,8 @@ class LiftPoint:
 
     @cached_property
     def _tangent(self) -> ContactTangent:
-        return self.problem.contact_tangent(self.contact)
+        problem, opened = self.problem, self.contact.gap.values > 0
+        return ContactTangent(problem.solid, problem.stiffness, opened, problem.mean_gap_held)
 
     def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
         """G' of a change of the pressure: change of the gap [m]; this operator is symmetric."""
@@ -129,8 +130,8 @@ class LiftPoint:
 
     @cached_property
     def image(self) -> "LiftPoint":
-        """The point on as few samples as show its surface and its film: λ is solved there."""
-        return next(point for point in map(self.on, self.problem.images) if point.shows(self))
+        """The point on as few samples as show its film: λ is solved there."""
+        return next(point for point in map(self.on, self.problem.chain) if point.shows(self))
 
     def on(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""
@@ -146,13 +147,7 @@ class LiftPoint:
         return LiftPoint(problem, problem.first_grid, self.epsilon, below, contact)
 
     def shows(self, other: "LiftPoint") -> bool:
-        """Whether λ of this point serves another one, on more samples.
-
-        The samples left out must change its surface by little, and its ln Q by no more than a first
-        order tells.
-        """
-        if self.problem not in other.problem.images:
-            return False
+        """Whether λ of this point serves another one, whose ln Q it has to first order."""
         return spread(self.flow.conductance, other.flow.conductance) <= FIRST_ORDER
 
     @cached_property
@@ -186,9 +181,8 @@ class LiftPoint:
         return NewtonStep(
             pressure=solution.x,
             gap=gap,
-            log_rate=self.log_rate_change(gap),
+            log_rate=self.log_rate_change(gap) if solution.converged else np.inf,
             iterations=solution.iterations,
-            solved=solution.converged,
             unstable=solution.unstable,
         )
 
@@ -223,7 +217,7 @@ class LiftPoint:
         by_links, past_legs = self.flow.by_parts(self.by_u * weight, INNER**2)
         also = past_legs > DIAGONAL * allowed
         varies, film = self.flow.varies, problem.touching_film
-        return self.grid.refined(by_links, HALVED, varies, also, film), epsilon
+        return self.grid.refined(by_links, 1 - INNER, varies, also, film), epsilon
 
     def error_of(self, flow: "LiftPoint") -> float:
         """Error of ln Q by another flow, here or on more samples: λ·F; infinite if unknown."""
@@ -234,19 +228,17 @@ class LiftPoint:
         return not_by_chance(self._adjoint.x * flow.residual[::every, ::every])
 
     def settled(self, tolerance: float) -> bool:
-        """Whether λ, where fewer samples show it, says that a step would change ln Q by little."""
+        """Whether λ says that a step would change ln Q, and the solid's load, by little."""
         return (
-            self.image is not self
-            and self.error_of(self) <= tolerance
+            self.error_of(self) <= tolerance
             and self.keeps_load(tolerance)
             and not self._adjoint.unstable
         )
 
     def leaks_as(self, other: "LiftPoint", allowed: float) -> bool:
-        """Whether both have the same ln Q, to `allowed` and what their next steps would change."""
+        """Whether both have the same ln Q, of which each may err by `allowed`."""
         apart = self.log_rate_change(self.contact.gap.values - other.contact.gap.values)
-        apart += spread(self.flow.conductance, other.flow.conductance)
-        return apart <= allowed + self.step.log_rate + other.step.log_rate
+        return apart + spread(self.flow.conductance, other.flow.conductance) <= 2 * allowed
 
     @cached_property
     def opened(self) -> GridFilm | None:
@@ -264,7 +256,7 @@ class LiftPoint:
         from the contact before the step.
         """
         problem, contact = self.problem, self.contact
-        pressure = problem.between_ends(self.pressure + part * step.pressure)
+        pressure = np.clip(self.pressure + part * step.pressure, problem.outlet, problem.inlet)
         if problem.solid_load(pressure) <= 0:
             return None
         change = problem.solid.pressure(step.gap) * problem.stiffness - step.pressure
@@ -311,8 +303,12 @@ class FloatingPoint(LiftPoint):
         return abs(self._lacking) <= INNER * tolerance * self.problem.drop
 
     def error_of(self, flow: LiftPoint) -> float:
-        """Error of ln Q by another flow: the change by its first step; infinite if not solved."""
-        return flow.step.log_rate if flow.step.solved else np.inf
+        """Error of ln Q by another flow: the change by its first step."""
+        return flow.step.log_rate
+
+    def settled(self, tolerance: float) -> bool:
+        """Whether the next step changes ln Q, and the load, by little."""
+        return self.error_of(self) <= tolerance and self.keeps_load(tolerance)
 
     def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
         """G' of a change of the pressure at a fixed level."""
@@ -326,12 +322,12 @@ class FloatingPoint(LiftPoint):
         lifted, by_level = self.solved(by_rise, INNER, MOST_STEPS)
         level = (self._lacking - float(fixed.x.mean())) / float(lifted.x.mean())
         gap = by_pressure + level * (1 + by_level)
+        solved = fixed.converged and lifted.converged
         return NewtonStep(
             pressure=fixed.x + level * lifted.x,
             gap=gap,
-            log_rate=self.log_rate_change(gap),
+            log_rate=self.log_rate_change(gap) if solved else np.inf,
             iterations=max(fixed.iterations, lifted.iterations),
-            solved=fixed.converged and lifted.converged,
             level=level,
         )
 
@@ -344,5 +340,4 @@ class FloatingPoint(LiftPoint):
         rise, most = part * step.level, float(self.contact.gap.values.mean())
         if rise > most:
             part *= most / rise
-        pressure = self.problem.between_ends(self.pressure + part * step.pressure)
-        return self.at(pressure, self.level + part * step.level)
+        return self.at(self.pressure + part * step.pressure, self.level + part * step.level)

@@ -11,8 +11,7 @@ from scipy.ndimage import affine_transform
 from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.state import ContactState
-from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import FIRST_NODES, THINNED
+from fem_seal.coupling.constants import FIRST_NODES
 from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import NO_LIMITS
@@ -21,6 +20,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.limits import Limits
 from fem_seal.network.film_pressure import FilmPressure, Solver
 from fem_seal.network.pressure_grid import PressureGrid
+from fem_seal.progress import Report
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -40,12 +40,12 @@ class LiftProblem(ABC):
     outlet: float  #: fluid pressure at the outlet [Pa]
     load: float | None  #: P₀ of solid and fluid [Pa]; None if area or mean gap is prescribed
     mean_gap_held: bool  #: whether the mean gap is prescribed
+    report: Report  #: called with each step
     #: conductance [m³], as of `FilmPressure`, of a film that counts as sealed: its stages end early
     negligible: float = 0.0
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
     limits: Limits = NO_LIMITS  #: a limit of time ends the stages, which then have not settled
     began: float = field(default_factory=perf_counter)  #: when that time began to count
-    halvings: int = 2  #: how often the samples along a side of a large grid may be halved
 
     def __post_init__(self) -> None:
         if not self.inlet > self.outlet:
@@ -137,12 +137,6 @@ class LiftProblem(ABC):
         """Displacement [m] under a pressure (nx, ny) [Pa], of zero mean."""
         return self.solid.displacement(pressure / self.stiffness).copy()
 
-    def contact_tangent(self, contact: ContactState) -> ContactTangent:
-        """Derivative of the gap of a contact by the fluid's pressure."""
-        return ContactTangent(
-            self.solid, self.stiffness, contact.gap.values > 0, self.mean_gap_held
-        )
-
     def film_pressure(self, gap: np.ndarray, grid: PressureGrid, epsilon: float) -> FilmPressure:
         """Pressure u between 1 and 0 in a film that conducts as a gap ε [m] more everywhere."""
         step = 1e-6
@@ -158,12 +152,6 @@ class LiftProblem(ABC):
         slope: np.ndarray = (high - low) / (ends[1] - ends[0])
         return slope
 
-    def grid(self, level: int) -> PressureGrid:
-        """Network with 2^level times as many nodes a side as the contact has samples."""
-        if not self.refines:
-            return PressureGrid.of_stencil(self.touching_film, self.links)
-        return PressureGrid.uniform(self.touching_film, level)
-
     @cached_property
     def first_level(self) -> int:
         """Level of the coarsest network on which the fluid's pressure is solved."""
@@ -178,8 +166,10 @@ class LiftProblem(ABC):
 
     @property
     def first_grid(self) -> PressureGrid:
-        """The network of that level."""
-        return self.grid(self.first_level)
+        """The network of that level; that of finite differences is never refined."""
+        if not self.refines:
+            return PressureGrid.of_stencil(self.touching_film, self.links)
+        return PressureGrid.uniform(self.touching_film, self.first_level)
 
     @cached_property
     def thinned(self) -> "LiftProblem | None":
@@ -188,27 +178,16 @@ class LiftProblem(ABC):
         None on a small grid, and where the solid may float, whose level takes all samples.
         """
         values, even = self.height.values, all(n % 2 == 0 for n in self.height.shape)
-        if self.halvings == 0 or values.size <= FIRST_NODES or not even or self.may_float:
+        if values.size <= FIRST_NODES or not even or self.may_float:
             return None
         dx, dy = self.height.spacing
         height = GridField(values[::2, ::2], (2 * dx, 2 * dy), self.height.periodic)
-        return replace(self, height=height, halvings=self.halvings - 1)
+        return replace(self, height=height)
 
     @cached_property
     def chain(self) -> "list[LiftProblem]":
         """The thinned problems, the one with the fewest samples first, and this one."""
         return [*(self.thinned.chain if self.thinned else []), self]
-
-    @cached_property
-    def images(self) -> "list[LiftProblem]":
-        """Those of the chain whose samples show this surface: λ may be that of their film."""
-
-        def lost(problem: LiftProblem) -> float:
-            between = self.interpolated(problem.height.values)
-            return float((self.height.values - between).std())
-
-        thinned = [one for one in self.chain[:-1] if lost(one) <= THINNED * self.roughness]
-        return [*thinned, self]
 
     def every(self, thinned: np.ndarray) -> int:
         """Samples along a side for one of these values of a thinned problem."""
@@ -231,10 +210,6 @@ class LiftProblem(ABC):
     def touching_film(self) -> GridFilm:
         """Film of that gap."""
         return self.film(self.touching_gap)
-
-    def between_ends(self, pressure: np.ndarray) -> np.ndarray:
-        """A pressure [Pa], clipped to those of the two ends."""
-        return np.clip(pressure, self.outlet, self.inlet)
 
     def solid_load(self, pressure: np.ndarray) -> float:
         """Part of the load that a fluid pressure leaves to the solid [Pa]; infinite without one."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from lifted_scenes import problem_of, scene
 
+from fem_seal.coupling.point import LiftPoint
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.solver import by_differences
 from fem_seal.flow.linear import by_multigrid
@@ -194,21 +195,22 @@ def test_tangent_of_the_contact(mean_gap):
     pressure = 3e4 * (1 - x)[:, None] + np.zeros((32, 32))
     change = np.cos(2 * np.pi * (x[:, None] + 2 * x))
     state = problem.contact_under(pressure)
-    tangent = problem.contact_tangent(state)
-    moved = tangent.change(change, 1e-10)
+    gap_change = LiftPoint(problem, problem.first_grid, 0.0, pressure, state).gap_change
+    moved = gap_change(change, 1e-10)
     step = 20.0  # Pa
     up, down = (problem.contact_under(pressure + sign * step * change) for sign in (1, -1))
     np.testing.assert_array_equal(up.contact, down.contact)  # or there is no derivative
     exact = (up.gap.values - down.gap.values) / (2 * step)
     np.testing.assert_allclose(moved, exact, atol=2e-3 * np.abs(exact).max())
     other = np.sin(2 * np.pi * (3 * x[:, None] - x))
-    one, transposed = np.vdot(other, moved), np.vdot(tangent.change(other, 1e-10), change)
+    one, transposed = np.vdot(other, moved), np.vdot(gap_change(other, 1e-10), change)
     assert abs(one - transposed) <= 1e-9 * np.linalg.norm(other) * np.linalg.norm(moved)
 
 
 def test_a_uniform_fluid_pressure_only_opens():
     """It takes as much from the solid as less load does."""
     problem = problem_of(scene())
-    tangent = problem.contact_tangent(problem.contact_under(np.zeros((32, 32))))
-    lifted = tangent.change(np.ones((32, 32)), 1e-10)
+    none = np.zeros((32, 32))
+    point = LiftPoint(problem, problem.first_grid, 0.0, none, problem.contact_under(none))
+    lifted = point.gap_change(np.ones((32, 32)), 1e-10)
     assert lifted.min() >= -1e-3 * lifted.max()
