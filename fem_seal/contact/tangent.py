@@ -135,7 +135,7 @@ class ContactTangent:
         raise NotConverged(
             f"change of the contact with the fluid's pressure: residual {residual:.1e} after "
             f"{MOST_ITERATIONS} iterations (wanted {tolerance:.1e}); try a smaller "
-            "contact.tolerance, or flow.lift = 'range'"
+            "contact.tolerance"
         )
 
 

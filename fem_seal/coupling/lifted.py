@@ -25,7 +25,7 @@ from fem_seal.errors import present
 from fem_seal.film import GridFilm
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
-FINER = "compare a finer grid (surface.shape)"
+FINER = "compare a finer grid of the contact"
 
 
 def lifted(
