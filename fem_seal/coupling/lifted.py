@@ -172,10 +172,17 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps) -> Steps
                 break
             # The next network has four times the nodes.
             over = problem.limits.exceeded(problem.began, 1.0, 4 * (perf_counter() - began))
+    if _leaks_nothing(steps.point, problem):
+        error = inf  # the stages to come were not solved
     if steps.failure:
         error = max(error, steps.point.step.log_rate)
     error = max(error, INNER * allowed)  # the contacts are no more exact
     return replace(steps, change=change, error=error, failure=steps.failure or over)
+
+
+def _leaks_nothing(point: LiftPoint, problem: LiftProblem) -> bool:
+    """Whether a film on all samples leaks so little that it counts as sealed."""
+    return point.problem is problem and point.flow.conductance <= problem.negligible
 
 
 def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint | None:
@@ -185,7 +192,7 @@ def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint
     too large.
     """
     point, chain = steps.point, problem.chain
-    if point.problem is problem and point.flow.conductance <= problem.negligible:
+    if _leaks_nothing(point, problem):
         return None
     following = chain[min(chain.index(point.problem) + 1, len(chain) - 1)]
     sealed = point.sealed and point.problem is problem

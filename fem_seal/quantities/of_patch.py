@@ -95,6 +95,8 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
     from fem_seal.flow.cell_tensor import conductivity_tensor
 
     flow = patch.scene.flow
+    # With a leak rate that of its flow, which a total error chooses.
+    rtol = patch.flow_settings.rtol if patch.scene.needs_flow else flow.rtol
 
     def progress(unknowns: int, width: float) -> None:
         patch.report("tensor", f"{unknowns} unknowns, known to {width:.2g}")
@@ -104,7 +106,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
         viscosity=patch.scene.viscosity,
         slip=patch.scene.slip,
         representation=flow.representation,
-        rtol=patch.flow_settings.rtol,
+        rtol=rtol,
         limits=flow.limits,
         progress=progress,
         comm=patch.comm,

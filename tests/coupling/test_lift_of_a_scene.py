@@ -239,7 +239,7 @@ def test_an_error_of_the_lift_that_is_not_known(monkeypatch):
     assert (result.headline.lower, result.headline.upper) == (None, None)
     sentence = (
         "the error of the fluid's pressure is not known: it may be any leak rate; compare a finer "
-        "grid (surface.shape)"
+        "grid of the contact"
     )
     assert entry(result).sentence == sentence
     assert not any("e+" in text or " inf " in text for _, text in summary_of(result))
