@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -150,11 +150,6 @@ class Patch:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
 
-    def computed(self, stage: str, compute: "Callable[[], T]") -> T:
-        """What the first process computes for all, in a stage with its time."""
-        with self.timed(stage):
-            return parallel.on_root(compute, self.comm)
-
     def solve_film(self) -> "tuple[GapState | None, GridFilm | MeshFilm]":
         """Solve contact and film on all processes; what follows may run on the first one alone."""
         return self.contact, self.film
@@ -181,7 +176,9 @@ class Patch:
         steps = map_.preparation
         if seal is not None and seal.window is not None:
             steps = replace(steps, crop=map_.window((0, 0), seal.window))
-        return self.computed("surface", lambda: measured_surface(map_.path, map_.stated, steps))
+        read = partial(measured_surface, map_.path, map_.stated, steps)
+        with self.timed("surface"):
+            return parallel.on_root(read, self.comm)
 
     def with_(
         self,
@@ -223,10 +220,9 @@ class Patch:
         if self._known.contact is not None or self.scene.contact is None:
             return self._known.contact
         press, surface = CONTACTS[self.scene.contact.model], present(self.surface, "surface")
-        return self.computed(
-            "contact",
-            lambda: press(self.scene, surface, self._contact_start, self.load, self.report),
-        )
+        given = self.scene, surface, self._contact_start, self.load, self.report
+        with self.timed("contact"):
+            return parallel.on_root(partial(press, *given), self.comm)
 
     @property
     def elastic(self) -> ContactState:
@@ -265,9 +261,9 @@ class Patch:
 
         contact = self.film_contact
         elastic = narrowed(contact, ContactState, "contact")
-        return self.computed(
-            "sensitivity", lambda: sensitivity(self.scene, self.load, height, elastic, lifted)
-        )
+        given = self.scene, self.load, height, elastic, lifted
+        with self.timed("sensitivity"):
+            return parallel.on_root(partial(sensitivity, *given), self.comm)
 
     @property
     def lifted_off(self) -> bool:
@@ -310,7 +306,8 @@ class Patch:
         from fem_seal.shaped import shaped_film
 
         grid = None if shape.own_gap else self.grid_gap
-        return self.computed("shape", lambda: shaped_film(shape, grid, trust=self.trust))
+        with self.timed("shape"):
+            return parallel.on_root(partial(shaped_film, shape, grid, trust=self.trust), self.comm)
 
     def film_of(self, gap: GridField) -> "GridFilm | MeshFilm":
         """The film of another gap [m] on the same grid, such as that of another load."""
@@ -331,9 +328,9 @@ class Patch:
         if contact is not None:
             return contact.gap
         source = present(self.scene.gap, "[gap]")
-        return self.computed(
-            "gap", lambda: load_gap(source.path, source.stated, source.contact_below)
-        )
+        read = partial(load_gap, source.path, source.stated, source.contact_below)
+        with self.timed("gap"):
+            return parallel.on_root(read, self.comm)
 
     @cached_property
     def sealed(self) -> bool:
@@ -372,27 +369,27 @@ class Patch:
 
 
 def _self_affine(patch: Patch, section: SelfAffine) -> GridField:
-    return patch.computed(
-        "surface",
-        lambda: self_affine(
-            section.spectrum,
-            section.shape,
-            section.size,
-            rms_height=section.rms_height,
-            rms_slope=section.rms_slope,
-            scaling=section.scaling,
-            seed=section.seed,
-        ),
+    made = partial(
+        self_affine,
+        section.spectrum,
+        section.shape,
+        section.size,
+        rms_height=section.rms_height,
+        rms_slope=section.rms_slope,
+        scaling=section.scaling,
+        seed=section.seed,
     )
+    with patch.timed("surface"):
+        return parallel.on_root(made, patch.comm)
 
 
 def _of_profiles(patch: Patch, section: ProfileSurface) -> GridField:
-    return patch.computed(
-        "surface",
-        lambda: gaussian_surface(
-            spectrum_of_profiles(section), section.shape, section.size, seed=section.seed
-        ),
-    )
+    def made() -> GridField:
+        spectrum = spectrum_of_profiles(section)
+        return gaussian_surface(spectrum, section.shape, section.size, seed=section.seed)
+
+    with patch.timed("surface"):
+        return parallel.on_root(made, patch.comm)
 
 
 def _measured(patch: Patch, section: FileSurface) -> GridField:
