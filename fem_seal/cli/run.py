@@ -69,7 +69,7 @@ def _predict(options: argparse.Namespace) -> int:
 
     for name in ("json", "strict", "out", "overwrite"):
         if getattr(options, name):
-            raise InvalidInput(f"--{name} is of a result, and --dry-run makes none; leave it out")
+            raise InvalidInput(f"--{name} acts on a result, and --dry-run makes none; leave it out")
     scene, work = Scene.from_file(options.scene, options.overrides), work_of(options)
     REQUIREMENTS[scene.leaks](scene, work)
     say(str(predicted(scene, work=work)))

@@ -109,7 +109,7 @@ def _scene(options: argparse.Namespace, assignments: Sequence[str] = ()) -> "Sce
             raise InvalidInput(f"a study is of one patch on a grid; take [{name}] out of the scene")
     if scene.total_error is not None:
         raise InvalidInput(
-            "a study chooses grids and tolerances itself; take accuracy.total out of the scene"
+            "a study has its own grids; take accuracy.total out of the scene, and set flow.rtol"
         )
     if not scene.needs_flow:
         raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")

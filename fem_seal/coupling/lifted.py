@@ -161,7 +161,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps) -> Steps
             steps = Steps(start, (start.size,), False, "").after(steps)
             if start.problem is problem:
                 break
-            change = inf  # the next one will contain this one
+            change = inf  # the change of the next stage contains that of this one
             continue
         exact = steps.difficult or start.problem is not problem
         steps = equilibrium(start, INNER * allowed if exact else allowed).after(steps)

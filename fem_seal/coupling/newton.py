@@ -7,8 +7,8 @@ from math import inf
 from fem_seal.coupling.constants import INNER, MOST_STEPS
 from fem_seal.coupling.point import FloatingPoint, LiftPoint
 
-# Parts of a step in the order in which they are tried, and those of the steps away from unstable
-# states, one after the other.
+# The parts of a step that are tried until |F| falls; and the parts that the first, second, ... step
+# away from unstable states takes.
 HALVED, AWAY = (1.0, 1 / 2, 1 / 4, 1 / 8), (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)
 
 

@@ -82,6 +82,9 @@ def main() -> None:
             f"{said.memory / 1e9:9.2f}  {memories[-1]:6.2f}  {scene} {' '.join(settings)}",
             flush=True,
         )
+    if not times:
+        print("no scene is predicted to be so short")
+        return
     for name, factors in (("time", times), ("memory", memories)):
         within = sum(1 / WITHIN <= factor <= WITHIN for factor in factors)
         print(

@@ -25,7 +25,7 @@ def test_every_row_once_and_in_order(shape, threads):
 
 
 def test_threads_work_at_the_same_time():
-    """Two strips wait for each other; one thread alone would wait in vain."""
+    """Two strips wait for each other; with one thread alone the barrier would raise."""
     both = threading.Barrier(2, timeout=10)
     RowPasses(2).over((2 * STRIP, SAMPLES), lambda rows: rows.start % STRIP or both.wait())
 
