@@ -5,8 +5,9 @@ are off. They hold where contacts are open: next to closing the lift takes sever
 and a patch that is sealed needs no flow at all.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from math import ceil, inf, log2, pi, prod, sqrt
 from time import thread_time
 
@@ -30,27 +31,30 @@ from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS
 
-# CPU time of an FFT of 512² samples on the machine of the laws [s]: others are as much faster.
-REFERENCE = 0.91e-3
-TRIED = 0.05  # CPU seconds for which that transform is repeated
+# CPU time on the machine of the laws [s] of an FFT of 512² samples and of compiling `STATEMENTS`. A
+# machine that takes longer for the first is as much slower in contacts, for the second in all else:
+# neighbours who use the memory slow transforms three times as much as flows.
+FFT, COMPILE = 1.8e-3, 4.6e-3
+STATEMENTS = "name = [function(argument) for argument in arguments if argument]\n" * 200
+TRIED = 0.1  # CPU seconds for which each of the two is repeated
 # CPU time and memory [s, bytes] of importing what a stage needs.
 CONTACT_IMPORTS = 1.1, 0.95e8
 FLOW_IMPORTS = 0.75, 0.8e8
-PICTURE_IMPORTS = 5.5, 8.8e8
+PICTURE_IMPORTS = 5.0, 8.8e8
 SEAL_PICTURES = 2.2, 1.7e8  # no flow is drawn
 # CPU time of a flow that follows the grid [s/sample].
-OF_SAMPLE = {"finite-difference": 3e-6, "uniform": 9e-6}
+OF_SAMPLE = {"finite-difference": 4e-6, "uniform": 12e-6}
 BY_AREA = 1.2  # time of the search for a contact area, over that of a contact under its pressure
 # Time of the entry "contact area", over that of the contact, or of the flow that lifts it.
 OF_CONTACT, OF_LIFT = 0.5, 0.2
 LIFT_OF_SAMPLE = 6e-6  # CPU time of the networks of a flow that lifts [s/sample]
 BYTES_OF_SAMPLE = 85  # memory of heights and contact [bytes/sample]
-BYTES_OF_LIFT = 600  # memory of the networks of a flow that lifts [bytes/sample]
+BYTES_OF_LIFT = 420  # memory of the networks of a flow that lifts [bytes/sample]
 BYTES_OF_UNKNOWN = 1200  # memory of a flow [bytes/unknown]
 # At each load of a patch of a seal: time of its contact, which starts from that of another load,
 # over that of a first one; of its flow, over that of one film; of all that does not grow with the
 # patch [s].
-NEXT_CONTACT, OF_LOAD, EACH_LOAD = 0.5, 1.1, 0.05
+NEXT_CONTACT, OF_LOAD, EACH_LOAD = 0.5, 1.6, 0.1
 USUAL_RTOL = 0.5  # seal.rtol at which that holds
 # Memory of each flow that a patch of a seal keeps.
 KEPT_OF_UNKNOWN = 500  # [bytes/unknown]
@@ -111,7 +115,7 @@ def predicted(
     if scene.shape is not None:
         raise InvalidInput("time and memory of a [shape] depend on its mesh and are not predicted")
     shape, channels = _grid(scene, surface)
-    samples, pace = prod(shape), _fft_seconds() / REFERENCE
+    samples, pace = prod(shape), _pace()
     stages = _stages(_Laws(scene, channels), shape)
     parts = {name: pace * seconds for name, seconds in stages.items()}
     flows = scene.solves_flow or scene.seal is not None or "tensor" in parts
@@ -223,9 +227,7 @@ class _Laws:
         each = each or flow_seconds(samples, self.channels, rtol)
         # A gas that slips takes two flows.
         each = 2 * each if lifted or scene.slip is not None else each
-        # Above 1024² samples the tangents of the contact take more iterations.
-        more = LIFT_OF_SAMPLE * samples * max(1.0, samples / 1024**2) ** 0.4
-        return (each + more * lifted) / sqrt(parallel.processes())
+        return (each + LIFT_OF_SAMPLE * samples * lifted) / sqrt(parallel.processes())
 
 
 def _short(seconds: float) -> str:
@@ -263,14 +265,24 @@ def _shortest(field: GridField) -> float:
 
 
 @cache
-def _fft_seconds() -> float:
-    """CPU time of an FFT of 512² samples [s], the least of those in `TRIED` seconds."""
+def _pace() -> float:
+    """CPU time on this machine over that of the laws."""
+    return _least_seconds(partial(compile, STATEMENTS, "statements", "exec")) / COMPILE
+
+
+@cache
+def _of_transforms() -> float:
+    """`_pace` of FFTs over that of all else."""
     from scipy.fft import rfft2
 
-    values, least, end = np.ones((512, 512)), inf, thread_time() + TRIED
-    while thread_time() < end:
-        start = thread_time()
-        rfft2(values)
+    return _least_seconds(partial(rfft2, np.ones((512, 512)))) / FFT / _pace()
+
+
+def _least_seconds(work: Callable[[], object]) -> float:
+    """Least CPU time of some work [s] that is repeated for `TRIED` seconds."""
+    least, end = inf, thread_time() + TRIED
+    while (start := thread_time()) < end:
+        work()
         least = min(least, thread_time() - start)
     return least
 
@@ -297,12 +309,12 @@ def contact_seconds(samples: float) -> float:
     iterations = 4 + 0.6 * samples**0.25
     # Arrays that leave the cache of the processor cost more.
     out_of_cache = 1 + 0.22 * max(0.0, log2(samples / 2**20))
-    return 0.034e-6 * out_of_cache * iterations * samples
+    return 0.067e-6 * _of_transforms() * out_of_cache * iterations * samples
 
 
 def flow_seconds(samples: float, channels: float, rtol: float) -> float:
     """CPU time of a flow, from its channels and the width of its bounds."""
-    return 34e-6 * unknowns_of(channels, rtol) + 0.3e-6 * samples
+    return 46e-6 * unknowns_of(channels, rtol) + 0.4e-6 * samples
 
 
 def loads_of(scene: Scene, surface: GridField) -> float:
