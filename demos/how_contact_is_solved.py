@@ -15,9 +15,9 @@
 # field's standard (Polonsky-Keer) and the default (free-set-cg). All are judged by one number,
 # the duality gap of the pressure they return,
 #
-#     ε = Σ p (g - min g) / (h_rms Σ p).
+#     ω = Σ p (g - min g) / (h_rms Σ p).
 #
-# It bounds the excess of energy by ε × mean pressure × h_rms, however p was computed.
+# It bounds the excess of energy by ω × mean pressure × h_rms, however p was computed.
 # The demo runs in one process, since a contact is solved by threads.
 
 # %%
@@ -82,7 +82,7 @@ def draw(states: dict[str, ContactState], cut: GridField, path: Path) -> None:
             steps = np.linspace(0, state.iterations, len(state.residuals))
             history.loglog(steps + 1, np.maximum(state.residuals, 1e-9), dash, label=name)
         history.axhline(1e-6, color="0.6", lw=0.8)
-        history.set(xlabel="iterations + 1", ylabel="certificate ε", title="one surface, one load")
+        history.set(xlabel="iterations + 1", ylabel="certificate ω", title="one surface, one load")
         history.legend(frameon=False, loc="lower left", fontsize=8)
         state = states["free-set-cg"]
         maps = ((elastic, state.gap, "elastic"), (plane, cut, "bearing model"))
@@ -105,7 +105,7 @@ def main(n: int = 256, out: Path = Path("out")) -> dict[str, ContactState]:
     surface = self_affine(spectrum, (n, n), (size, size), rms_slope=SLOPE, seed=1)
     states = solve_by_all(surface)
     best = press(surface, E_STAR, pressure=PRESSURE, tolerance=1e-10)
-    print(f"{'method':>15} {'iterations':>11} {'FFT pairs':>10} {'ε':>9} {'energy excess':>14}")
+    print(f"{'method':>15} {'iterations':>11} {'FFT pairs':>10} {'ω':>9} {'energy excess':>14}")
     for name, state in states.items():
         excess = energy_excess(surface, state, best)
         print(

@@ -27,7 +27,7 @@ from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput, NotConverged, present
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
-from fem_seal.network.pressure_grid import PressureGrid
+from fem_seal.network.network import Network
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
 
@@ -95,7 +95,7 @@ def sensitivity(
         other = scene.scaled({name: factor})
         settings = other.flow_settings
         there = lifting_problem(other, load, settings, height, silent)
-        through = there.film_pressure(gap, point.grid, epsilon) if there.slips else flow
+        through = there.film_pressure(gap, point.network, epsilon) if there.slips else flow
         rate = through.conductance * settings.pressure_drop / settings.viscosity
         return log(rate), there.pressure_of(through.on_samples, point.critical)
 
@@ -111,13 +111,13 @@ def _point(
 ) -> LiftPoint:
     """The equilibrium, or the dry contact, with the network of its leak rate."""
     if lifted is not None:
-        grid, pressure = present(lifted.network, "network"), lifted.fluid_pressure.values
-        return LiftPoint(problem, grid, epsilon, pressure, contact)
+        network, pressure = present(lifted.network, "network"), lifted.fluid_pressure.values
+        return LiftPoint(problem, network, epsilon, pressure, contact)
     none = np.zeros(contact.gap.shape)
-    point = LiftPoint(problem, problem.first_grid, epsilon, none, contact)
+    point = LiftPoint(problem, problem.first_network, epsilon, none, contact)
     # The links that dissipate most are halved until they are half as long as the samples are apart.
     for _ in range(1 - problem.first_level if problem.refines else 0):
-        point = replace(point, grid=point.grid.refined(point.flow.dissipation, HALVED))
+        point = replace(point, network=point.network.refined(point.flow.dissipation, HALVED))
     return point
 
 
@@ -165,8 +165,8 @@ class ByLoad:
         problem, gap, every = self.problem, self.contact.gap, 2**-self.problem.first_level
         dx, dy = gap.spacing
         coarse = GridField(gap.values[::every, ::every], (every * dx, every * dy), gap.periodic)
-        grid = PressureGrid.uniform(problem.film(coarse), 0)
-        flow = problem.film_pressure(coarse.values, grid, self._point.epsilon)
+        network = Network.uniform(problem.film(coarse), 0)
+        flow = problem.film_pressure(coarse.values, network, self._point.epsilon)
         return float(np.vdot(flow.log_rate_by_gap, self.gap[::every, ::every]))
 
     @cached_property
@@ -174,7 +174,7 @@ class ByLoad:
         problem, epsilon = self.problem, _epsilon(self.problem, self.critical)
         if self.lifted is None:
             none = np.zeros(self.contact.gap.shape)
-            return LiftPoint(problem, problem.first_grid, epsilon, none, self.contact)
+            return LiftPoint(problem, problem.first_network, epsilon, none, self.contact)
         return _point(problem, epsilon, self.contact, self.lifted)
 
     @cached_property

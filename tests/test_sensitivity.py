@@ -63,7 +63,7 @@ class Equilibrium:
 
     @property
     def flow(self) -> FilmPressure:
-        grid = self.problem.first_grid
+        grid = self.problem.first_network
         return self.problem.film_pressure(self.contact.gap.values, grid, self.epsilon)
 
     @property
@@ -79,7 +79,7 @@ class Equilibrium:
 
     @property
     def _lifted_state(self) -> LiftedState:
-        pressure, network = self.problem.field(self.pressure), self.problem.first_grid
+        pressure, network = self.problem.field(self.pressure), self.problem.first_network
         return LiftedState(pressure, self.contact, network=network)
 
 

@@ -20,7 +20,7 @@ from demos.letter.contacts import SIDES, VISCOSITY, RoughCase, at_area
 from demos.letter.flows import SEED
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.stencil import FlowGrid, Network, flow_grid
+from fem_seal.finite_difference.stencil import FlowGrid, Stencil, flow_grid
 from fem_seal.flow.linear import by_multigrid
 from fem_seal.network.film_pressure import eliminated
 from fem_seal.theory.bruggeman import effective_conductivity
@@ -72,31 +72,31 @@ def initial_errors(grid: FlowGrid, pressure: bool) -> list[float | None]:
 
     The elimination gives Q, exact to rounding: the energies need no solved pressure.
     """
-    carrying, exact = grid.carrying, conductance(grid.network)
+    carrying, exact = grid.carrying, conductance(grid.stencil)
     mean_field = np.broadcast_to(np.linspace(1, 0, len(carrying))[:, None], carrying.shape)
     starts = mean_field, first_guess(grid.sites.gap)
-    laplacian = grid.network.laplacian(carrying)
+    laplacian = grid.stencil.laplacian(carrying)
     powers = [start.ravel() @ (laplacian @ start.ravel()) for start in starts]
     excess = [float(power) / exact - 1 for power in powers]
     if not pressure:
         return [*excess, None, None]
-    solved = solved_pressure(grid.network, carrying)
+    solved = solved_pressure(grid.stencil, carrying)
     errors = [(start - solved)[carrying] for start in starts]
     return [*excess, *(float(np.sqrt(np.mean(error**2))) for error in errors)]
 
 
 def first_guess(gap: np.ndarray) -> np.ndarray:
     """The cascade's pressure (mx, my), from 1 to 0, at the samples of a gap with periodic sides."""
-    network, x, y = blocks(gap)
-    pressure = solved_pressure(network, np.ones(network.shape, dtype=bool))
+    stencil, x, y = blocks(gap)
+    pressure = solved_pressure(stencil, np.ones(stencil.shape, dtype=bool))
     # Bilinear between the centres of the blocks.
     (mx, my), columns = gap.shape, pressure.T
     along_x = np.array([np.interp(np.arange(mx), x, column) for column in columns])
     return np.array([np.interp(np.arange(my), y, row, period=my) for row in along_x.T])
 
 
-def blocks(gap: np.ndarray) -> tuple[Network, np.ndarray, np.ndarray]:
-    """Network of the blocks of a gap (mx, my), and coordinates of its nodes in samples.
+def blocks(gap: np.ndarray) -> tuple[Stencil, np.ndarray, np.ndarray]:
+    """Stencil of the blocks of a gap (mx, my), and coordinates of its nodes in samples.
 
     Nodes are the two ends and, between them, the centres of the blocks. The last blocks are smaller
     where the samples do not fill them.
@@ -120,10 +120,10 @@ def blocks(gap: np.ndarray) -> tuple[Network, np.ndarray, np.ndarray]:
     y = 1 / (half_y + np.roll(half_y, -1, axis=1))
     centres_x, centres_y = (0.5 * (edges[:-1] + edges[1:]) for edges in (edges_x, edges_y))
     nodes_x = np.concatenate([edges_x[:1], centres_x, edges_x[-1:]])
-    return Network(x, np.pad(y, ((1, 1), (0, 0))), periodic=True), nodes_x, centres_y
+    return Stencil(x, np.pad(y, ((1, 1), (0, 0))), periodic=True), nodes_x, centres_y
 
 
-def solved_pressure(network: Network, carrying: np.ndarray) -> np.ndarray:
-    """Pressure of a network, NaN at nodes that are not `carrying`."""
+def solved_pressure(stencil: Stencil, carrying: np.ndarray) -> np.ndarray:
+    """Pressure of a stencil, NaN at nodes that are not `carrying`."""
     solver = partial(by_multigrid, eliminated=eliminated)
-    return network.pressure(carrying, lambda matrix, b: solver(matrix)(b, TOLERANCE))
+    return stencil.pressure(carrying, lambda matrix, b: solver(matrix)(b, TOLERANCE))

@@ -82,7 +82,7 @@ def _end(steps: Steps) -> _End:
         change=steps.change,
         error=steps.error,
         residuals=steps.residuals,
-        network=point.grid,
+        network=point.network,
         reason=steps.failure,
     )
     return state, point.opened if point.sealed else None
@@ -135,7 +135,7 @@ def _first_stage(
     start = None if contact is None else contact.pressure.values[::every, ::every]
     pressure = pressure[::every, ::every]
     pressed = thinned.contact_under(pressure, start)
-    point = LiftPoint(thinned, thinned.first_grid, epsilon, pressure, pressed)
+    point = LiftPoint(thinned, thinned.first_network, epsilon, pressure, pressed)
     return equilibrium(point, allowed)
 
 
@@ -198,15 +198,15 @@ def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint
     sealed = point.sealed and point.problem is problem
     if sealed and point.opened is None:
         return None
-    grid, epsilon = point.finer(allowed, following)
+    network, epsilon = point.finer(allowed, following)
     # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's steps.
     lost = epsilon**3 < float_info.epsilon * problem.roughness**3
-    if (sealed and lost) or len(grid.free) > MOST_NODES:
+    if (sealed and lost) or len(network.free) > MOST_NODES:
         return None
     if following is point.problem:
-        return replace(point, grid=grid, epsilon=epsilon)
+        return replace(point, network=network, epsilon=epsilon)
     pressure = following.interpolated(point.pressure)
-    return LiftPoint(following, grid, epsilon, pressure, following.contact_under(pressure))
+    return LiftPoint(following, network, epsilon, pressure, following.contact_under(pressure))
 
 
 def _completed(

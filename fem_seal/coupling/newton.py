@@ -55,7 +55,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
     residuals, difficult, left = [point.size], False, inf
     away = iter(AWAY)
     for _ in range(MOST_STEPS):
-        point.problem.report("lift", f"{len(point.grid.free)} nodes, residual {point.size:.1e}")
+        point.problem.report("lift", f"{len(point.network.free)} nodes, residual {point.size:.1e}")
         # GMRES may leave a tenth of what a step was to change to first order.
         if left <= tolerance and point.settled(tolerance):
             return Steps(point, tuple(residuals), difficult, "")

@@ -27,7 +27,7 @@ from fem_seal.coupling.state import FIRST_ORDER, spread
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.network.film_pressure import FilmPressure
-from fem_seal.network.pressure_grid import PressureGrid
+from fem_seal.network.network import Network
 
 
 def not_by_chance(changes: np.ndarray) -> float:
@@ -59,7 +59,7 @@ class LiftPoint:
     """A fluid pressure, the contact under it, and the pressure of the flow through its gap."""
 
     problem: LiftProblem
-    grid: PressureGrid  #: network for the flow
+    network: Network  #: for the flow
     epsilon: float  #: gap that conducts in contact [m]
     pressure: np.ndarray  #: p (nx, ny) above ambient [Pa]
     contact: ContactState  #: under that pressure
@@ -67,7 +67,7 @@ class LiftPoint:
     @cached_property
     def flow(self) -> FilmPressure:
         """Flow through the gap."""
-        return self.problem.film_pressure(self.contact.gap.values, self.grid, self.epsilon)
+        return self.problem.film_pressure(self.contact.gap.values, self.network, self.epsilon)
 
     @property
     def sealed(self) -> bool:
@@ -144,7 +144,7 @@ class LiftPoint:
         )
         contact = ContactState(gap, pressure, problem.contact_modulus)
         below = self.pressure[::every, ::every]
-        return LiftPoint(problem, problem.first_grid, self.epsilon, below, contact)
+        return LiftPoint(problem, problem.first_network, self.epsilon, below, contact)
 
     def shows(self, other: "LiftPoint") -> bool:
         """Whether λ of this point serves another one, whose ln Q it has to first order."""
@@ -200,7 +200,7 @@ class LiftPoint:
         """Part of the leak rate that is due to ε; where it is small, p_f depends on ε even less."""
         return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
 
-    def finer(self, allowed: float, problem: LiftProblem) -> tuple[PressureGrid, float]:
+    def finer(self, allowed: float, problem: LiftProblem) -> tuple[Network, float]:
         """Network and ε of the next stage: smaller triangles where errors change ln Q most.
 
         The network is on the samples of a problem, which are those of this point or more.
@@ -209,7 +209,7 @@ class LiftPoint:
         if self.by_epsilon > allowed / 2 or not (problem.refines or more):
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
         if not problem.refines:
-            return problem.first_grid if more else self.grid, epsilon
+            return problem.first_network if more else self.network, epsilon
         # λ of an image weighs the pressure at its samples alone.
         weight, of_image = np.zeros_like(self.pressure), self._adjoint.x
         every = self.problem.every(of_image)
@@ -217,7 +217,7 @@ class LiftPoint:
         by_links, past_legs = self.flow.by_parts(self.by_u * weight, INNER**2)
         also = past_legs > DIAGONAL * allowed
         varies, film = self.flow.varies, problem.touching_film
-        return self.grid.refined(by_links, 1 - INNER, varies, also, film), epsilon
+        return self.network.refined(by_links, 1 - INNER, varies, also, film), epsilon
 
     def error_of(self, flow: "LiftPoint") -> float:
         """Error of ln Q by another flow, here or on more samples: λ·F; infinite if unknown."""
@@ -276,7 +276,7 @@ class FloatingPoint(LiftPoint):
         """The point at which the solid has just left the counter-face."""
         problem = point.problem
         level = (problem.height.values - problem.displacement(point.pressure)).max()
-        floating = cls(problem, point.grid, point.epsilon, point.pressure, point.contact, 0.0)
+        floating = cls(problem, point.network, point.epsilon, point.pressure, point.contact, 0.0)
         return present(floating.at(point.pressure, float(level) + point.epsilon), "level")
 
     def at(self, pressure: np.ndarray, level: float) -> Self | None:

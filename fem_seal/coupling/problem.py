@@ -19,7 +19,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.limits import Limits
 from fem_seal.network.film_pressure import FilmPressure, Solver
-from fem_seal.network.pressure_grid import PressureGrid
+from fem_seal.network.network import Network
 from fem_seal.progress import Report
 
 
@@ -137,13 +137,13 @@ class LiftProblem(ABC):
         """Displacement [m] under a pressure (nx, ny) [Pa], of zero mean."""
         return self.solid.displacement(pressure / self.stiffness).copy()
 
-    def film_pressure(self, gap: np.ndarray, grid: PressureGrid, epsilon: float) -> FilmPressure:
+    def film_pressure(self, gap: np.ndarray, network: Network, epsilon: float) -> FilmPressure:
         """Pressure u between 1 and 0 in a film that conducts as a gap ε [m] more everywhere."""
         step = 1e-6
         cubes = np.cbrt(self.cubes(gap) + epsilon**3)
         slope = (self.cubes(gap * (1 + step)) - self.cubes(gap * (1 - step))) / (2 * step)
         slope = np.divide(slope, 3 * cubes**2 * gap, out=np.zeros_like(gap), where=gap > 0)
-        return FilmPressure(grid, cubes, slope, self.solver)
+        return FilmPressure(network, cubes, slope, self.solver)
 
     def pressure_by(self, u: np.ndarray, critical: float) -> np.ndarray:
         """Derivative [Pa] of `pressure_of` by u."""
@@ -165,11 +165,11 @@ class LiftProblem(ABC):
         return level
 
     @property
-    def first_grid(self) -> PressureGrid:
+    def first_network(self) -> Network:
         """The network of that level; that of finite differences is never refined."""
         if not self.refines:
-            return PressureGrid.of_stencil(self.touching_film, self.links)
-        return PressureGrid.uniform(self.touching_film, self.first_level)
+            return Network.of_stencil(self.touching_film, self.links)
+        return Network.uniform(self.touching_film, self.first_level)
 
     @cached_property
     def thinned(self) -> "LiftProblem | None":

@@ -7,7 +7,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowState, LeakRate
-from fem_seal.network.pressure_grid import PressureGrid
+from fem_seal.network.network import Network
 
 # An equilibrium has settled if its ln Q errs by at most this part of the flow's rtol.
 SETTLED = 1 / 2
@@ -32,7 +32,7 @@ class LiftedState:
     lowest: float = inf  #: least leak rate that is not excluded [m³/s]
     highest: float = inf  #: largest leak rate that is not excluded [m³/s]
     residuals: tuple[float, ...] = ()  #: rms of F over the pressure drop, at each step's start
-    network: PressureGrid | None = None  #: on which p_f was solved; None if lifted off
+    network: Network | None = None  #: on which p_f was solved; None if lifted off
     reason: str = ""  #: sentence on why it has not settled; empty if it has
 
     def __post_init__(self) -> None:

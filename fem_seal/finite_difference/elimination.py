@@ -1,4 +1,4 @@
-"""Conductance of the network between inlet and outlet by elimination of its nodes, at any contrast.
+"""Conductance of the stencil between inlet and outlet by elimination of its nodes, at any contrast.
 
 Eliminating node a replaces its links c_ab by links between its neighbours,
 
@@ -10,7 +10,7 @@ keeps the relative accuracy of every link. The nodes are ordered by nested disse
 SIAM J. Numer. Anal. 10, 345 (1973)): about 10 n³ multiplications for n × n open nodes, nearly all
 in matrix products, and the memory of a few n × n matrices.
 
-The network is cut into square tiles of pixels. The inner nodes of many small blocks are eliminated
+The stencil is cut into square tiles of pixels. The inner nodes of many small blocks are eliminated
 at a time, up to whole tiles; the tiles are then joined, two rectangles of them at a time.
 """
 
@@ -21,7 +21,7 @@ from functools import cache
 import numpy as np
 
 from fem_seal.finite_difference.star_mesh import star_mesh, star_mesh_in_step
-from fem_seal.finite_difference.stencil import Network
+from fem_seal.finite_difference.stencil import Stencil
 
 # Pixels along the side of a tile, a power of two.
 TILE = 32
@@ -29,14 +29,14 @@ TILE = 32
 IN_STEP = 7
 # Number of floats of the blocks eliminated together: they must fit into the processor's cache.
 WORKING_SET = 2**19
-# Conductance of a link that makes two nodes one, over the largest of the network: its resistance is
+# Conductance of a link that makes two nodes one, over the largest of the stencil: its resistance is
 # far below rounding.
 SHORT_CIRCUIT = 1e20
 
 
 @dataclass(frozen=True, eq=False)
 class Pixels:
-    """A network of nx × ny pixels, both multiples of TILE, with a link on every edge of a pixel."""
+    """A stencil of nx × ny pixels, both multiples of TILE, with a link on every edge of a pixel."""
 
     x: np.ndarray  #: (nx, ny + 1), conductances of the edges along x, relative to the largest
     y: np.ndarray  #: (nx + 1, ny), conductances of the edges along y
@@ -48,22 +48,22 @@ class Pixels:
         return self.x.shape[0] // TILE, self.y.shape[1] // TILE
 
 
-def whole_tiles(network: Network, largest: float) -> Pixels:
+def whole_tiles(stencil: Stencil, largest: float) -> Pixels:
     """Scale the links to at most 1 and pad the grid to whole tiles.
 
     Links of no resistance join the outlet, and the seam of periodic sides, to the padded boundary.
     """
-    x, y = network.x / largest, network.y / largest
-    if network.periodic:
+    x, y = stencil.x / largest, stencil.y / largest
+    if stencil.periodic:
         x = np.pad(x, ((0, 0), (0, 1)))
     pad_x = -x.shape[0] % TILE
     pad_y = -y.shape[1] % TILE if y.shape[1] else TILE
-    across = SHORT_CIRCUIT if network.periodic else 0.0
+    across = SHORT_CIRCUIT if stencil.periodic else 0.0
     x = np.pad(x, ((0, pad_x), (0, 0)), constant_values=SHORT_CIRCUIT)
     x = np.pad(x, ((0, 0), (0, pad_y)))
     y = np.pad(y, ((0, pad_x), (0, 0)))
     y = np.pad(y, ((0, 0), (0, pad_y)), constant_values=across)
-    return Pixels(x, y, network.periodic)
+    return Pixels(x, y, stencil.periodic)
 
 
 def tile_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) -> np.ndarray:
@@ -197,22 +197,22 @@ INLET, OUTLET = -2, -1
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A part of the network after its inner nodes have been eliminated."""
+    """A part of the stencil after its inner nodes have been eliminated."""
 
     #: (N,) int, numbers of the outer nodes, sorted, without repetition; INLET and OUTLET come first
     nodes: np.ndarray
     links: np.ndarray  #: (N, N), conductances between them; the diagonal has no meaning
 
 
-def conductance(network: Network) -> float:
+def conductance(stencil: Stencil) -> float:
     """Conductance between inlet and outlet, to a relative accuracy of rounding.
 
     Exactly 0 if no chain of links joins the ends.
     """
-    largest = max(network.x.max(initial=0.0), network.y.max(initial=0.0))
+    largest = max(stencil.x.max(initial=0.0), stencil.y.max(initial=0.0))
     if largest == 0:
         return 0.0
-    pixels = whole_tiles(network, largest)
+    pixels = whole_tiles(stencil, largest)
     tiles_x, tiles_y = pixels.tiles
     piece = _dissect(pixels, (0, tiles_x), (0, tiles_y))
     if pixels.seam:

@@ -3,7 +3,7 @@
 The rules differ where the gap changes much from one sample to the next. If the gap is linear along
 the link, the resistance is proportional to the mean of g⁻³: rule "linear-gap".
 
-The lift conducts by a rule as well and differentiates it by its gaps (`network/pressure_grid.py`).
+The lift conducts by a rule as well and differentiates it by its gaps (`network/network.py`).
 A rule must therefore be smooth, and must not fall as either gap grows.
 """
 

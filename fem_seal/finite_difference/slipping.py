@@ -61,7 +61,7 @@ def node_pressure(film: GridFilm, pressure_drop: float, links: str = "linear-gap
     """
     # The pressure does not depend on the viscosity.
     grid = flow_grid(film, 1.0, links)
-    pressure = grid.network.pressure(grid.carrying, _solved)
+    pressure = grid.stencil.pressure(grid.carrying, _solved)
     if film.representation == "constant":
         pressure = pressure[1:-1]  # the ends are nodes of their own
     return film.sites.on_samples(pressure_drop * pressure)

@@ -57,7 +57,7 @@ def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
             reason="the gap is open only along diagonals of its triangulation, which the "
             "five-point stencil does not follow; sample it finer",
         )
-    value = conductance(grid.network) * settings.pressure_drop
+    value = conductance(grid.stencil) * settings.pressure_drop
     return LeakRate(
         state="leaking",
         method=METHOD,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Network:
+class Stencil:
     """Conductances between neighbouring nodes of an (mx, my) grid.
 
     The nodes of row 0 have the pressure of the inlet, those of row mx - 1 that of the outlet.
@@ -84,10 +84,10 @@ class Network:
 
 @dataclass(frozen=True, eq=False)
 class FlowGrid:
-    """Network of a gap's samples, and which of its nodes are open."""
+    """Stencil of a gap's samples, and which of its nodes are open."""
 
     sites: Lattice  #: samples of the gap
-    network: Network  #: links between the samples, and to the two ends
+    stencil: Stencil  #: links between the samples, and to the two ends
     open: np.ndarray  #: (mx, my) bool, nodes that are not in contact
 
     @cached_property
@@ -119,33 +119,33 @@ def _between(rule: LinkRule, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _along_y(sites: Lattice, rule: LinkRule) -> np.ndarray:
-    """Mean of g³ along the links in the y direction, shaped as `Network.y`."""
+    """Mean of g³ along the links in the y direction, shaped as `Stencil.y`."""
     g = sites.gap
     if sites.periodic[1]:
         return _between(rule, g, np.roll(g, -1, axis=1))
     return _between(rule, g[:, :-1], g[:, 1:])
 
 
-def _vertex_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
+def _vertex_grid(sites: Lattice, rule: LinkRule, per_cube: float) -> FlowGrid:
     """Links between vertices, each as wide as the two half pixels beside it."""
     g = sites.gap
     dx, dy = sites.spacing
-    x = _between(rule, g[:-1], g[1:]) * (fluidity * dy / dx)
-    y = _along_y(sites, rule) * (fluidity * dx / dy)
+    x = _between(rule, g[:-1], g[1:]) * (per_cube * dy / dx)
+    y = _along_y(sites, rule) * (per_cube * dx / dy)
     if not sites.periodic[1]:
         x[:, [0, -1]] *= 0.5
     y[[0, -1]] *= 0.5
-    return FlowGrid(sites, Network(x, y, sites.periodic[1]), sites.open)
+    return FlowGrid(sites, Stencil(x, y, sites.periodic[1]), sites.open)
 
 
-def _centre_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
+def _centre_grid(sites: Lattice, rule: LinkRule, per_cube: float) -> FlowGrid:
     """Links between the centres of pixels; those to inlet and outlet have half the length."""
     g = sites.gap
     dx, dy = sites.spacing
     inner = _between(rule, g[:-1], g[1:])
-    x = np.concatenate([2 * g[:1] ** 3, inner, 2 * g[-1:] ** 3]) * (fluidity * dy / dx)
-    y = _along_y(sites, rule) * (fluidity * dx / dy)
-    links = Network(x, np.pad(y, ((1, 1), (0, 0))), sites.periodic[1])
+    x = np.concatenate([2 * g[:1] ** 3, inner, 2 * g[-1:] ** 3]) * (per_cube * dy / dx)
+    y = _along_y(sites, rule) * (per_cube * dx / dy)
+    links = Stencil(x, np.pad(y, ((1, 1), (0, 0))), sites.periodic[1])
     return FlowGrid(sites, links, np.pad(sites.open, ((1, 1), (0, 0)), mode="edge"))
 
 

@@ -5,15 +5,15 @@ cells. For a leak rate, with unit pressure drop and K = g³, it solves on each m
 
     primal             Q_hi   = min_p ∫ K|∇p|²,       p = 1 at the inlet, 0 at the outlet
     dual               1/Q_lo = min_ψ ∫ |∇ψ|²/K,      ψ of unit flux, constant in blocked cells
-    regularised dual   1/Q_ε  = min_ψ ∫ ∇ψ·R_ε·∇ψ,    blocked cells conduct ε times as in the primal
+    regularised dual   1/Q_χ  = min_ψ ∫ ∇ψ·R_χ·∇ψ,    blocked cells conduct χ times as in the primal
 
-    indicators         e_T = ∫_T K|∇p|² + Q_ε² ∇ψ·R_ε ∇ψ + 2 J·∇p >= 0,   Σ e_T ≈ Q_hi - Q_ε,
-                       with the flux J = Q_ε (∂ψ/∂y, -∂ψ/∂x) of the regularised dual
+    indicators         e_T = ∫_T K|∇p|² + Q_χ² ∇ψ·R_χ ∇ψ + 2 J·∇p >= 0,   Σ e_T ≈ Q_hi - Q_χ,
+                       with the flux J = Q_χ (∂ψ/∂y, -∂ψ/∂x) of the regularised dual
 
 Only primal and dual are bounds. A blocked cell is partly in contact, so that the dual must take ψ
 constant in it. The regularised dual shows how much would flow through the blocked cells once they
 are resolved. It is solved on every level and steers the refinement (`marking.py`); the dual is
-solved when Q_hi and Q_ε are close to the tolerance. `look_ahead.py` refines further without a
+solved when Q_hi and Q_χ are close to the tolerance. `look_ahead.py` refines further without a
 solve.
 """
 
@@ -202,7 +202,7 @@ def _regularised_dual(
     problem: LevelProblem, psi: np.ndarray, strategy: Strategy, log: _Log
 ) -> Streams:
     """Solve the regularised dual from stream functions of unit jumps."""
-    regularised = problem.regularised_stream(psi, strategy.tuning.epsilon)
+    regularised = problem.regularised_stream(psi, strategy.tuning.chi)
     if regularised is None:
         raise Inconsistent("contact bars an open gap; please report the gap as a defect")
     log.lap("regularised dual", regularised)

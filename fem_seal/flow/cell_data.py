@@ -111,13 +111,13 @@ class CellData(CellContact):
         """Data of the cells of a mask (C,), of indices or of a slice."""
         return CellData(*(getattr(self, name)[cells] for name in self.__dataclass_fields__))
 
-    def regularised(self, epsilon: float, cut: float) -> np.ndarray:
-        """Resistivity R_ε (C, 3): in blocked cells 1/(ε K) is added, elsewhere it is unchanged.
+    def regularised(self, chi: float, cut: float) -> np.ndarray:
+        """Resistivity R_χ (C, 3): in blocked cells 1/(χ K) is added, elsewhere it is unchanged.
 
         The cube of `cut`, that of the gap, is the smallest K that counts: without it the contrast
         makes CG break down on fine meshes.
         """
-        conducted = epsilon * np.maximum(self.K, cut**3)
+        conducted = chi * np.maximum(self.K, cut**3)
         # Cells with K = 0 and cut = 0 carry no flow and are in neither problem.
         added = np.divide(self.blocked, conducted, out=np.zeros_like(self.K), where=conducted > 0)
         return self.resistivity + added[:, None] * ISOTROPIC

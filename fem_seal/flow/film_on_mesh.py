@@ -85,11 +85,11 @@ class FilmOnMesh:
             at_vertices[self.cells[cells]] = numbering.corners(values, cells)
         return at_vertices
 
-    def resistivity(self, epsilon: float, cells: slice) -> np.ndarray:
-        """Tensor (n, 3) of the true dual, or of the regularised one if epsilon > 0."""
-        if epsilon == 0:
+    def resistivity(self, chi: float, cells: slice) -> np.ndarray:
+        """Tensor (n, 3) of the true dual, or of the regularised one if chi > 0."""
+        if chi == 0:
             return self.data.resistivity[cells]
-        return self.data.subset(cells).regularised(epsilon, self.gap.cut)
+        return self.data.subset(cells).regularised(chi, self.gap.cut)
 
     def indicators(self, flows: Sequence[FlowEstimate]) -> np.ndarray:
         """Error indicators e_T (C,): the part of each cell in upper - lower (Prager and Synge).
@@ -102,7 +102,7 @@ class FilmOnMesh:
         indicators = np.zeros(self.space.count)
         for cells, slopes, areas in self.batches():
             K, contact = self.data.K[cells], self.data.contact_vertex[cells]
-            xx, xy, yy = self.resistivity(flows[0].epsilon, cells).T
+            xx, xy, yy = self.resistivity(flows[0].chi, cells).T
             for flow in flows:
                 px, py = gradients(slopes, flow.pressure(cells)).T
                 psi, Q = flow.stream[self.cells[cells]], flow.rate

@@ -99,7 +99,7 @@ class Streams(Family):
     """Stream functions for a basis of jumps, from the true or from the regularised dual."""
 
     at_vertices: np.ndarray  #: (k, V), their values at the vertices; zero where nothing flows
-    epsilon: float  #: factor ε of the regularised dual; zero in the true dual
+    chi: float  #: factor χ of the regularised dual; zero in the true dual
 
     @property
     def psi(self) -> np.ndarray:
@@ -208,26 +208,26 @@ class LevelProblem(FilmOnMesh):
         """
         return self._streams(0.0, guess)
 
-    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> Streams | None:
-        """Regularised dual: blocked cells conduct `epsilon` times as much as in the primal.
+    def regularised_stream(self, guess: np.ndarray, chi: float) -> Streams | None:
+        """Regularised dual: blocked cells conduct `chi` times as much as in the primal.
 
         Its energy is no bound, but it shows where fluid would flow if the blocked cells were
         resolved.
         """
-        return self._streams(epsilon, guess)
+        return self._streams(chi, guess)
 
-    def _streams(self, epsilon: float, guess: np.ndarray) -> Streams | None:
-        dual: Jumps = dual_numbering(self.mesh, self._cell_contact, self.kept, epsilon == 0)
+    def _streams(self, chi: float, guess: np.ndarray) -> Streams | None:
+        dual: Jumps = dual_numbering(self.mesh, self._cell_contact, self.kept, chi == 0)
         if not len(dual.basis):
             return None
-        numberings, tensor = dual.numberings, partial(self.resistivity, epsilon)
+        numberings, tensor = dual.numberings, partial(self.resistivity, chi)
         starts = [
             numbering.from_corners((jump @ guess)[self.cells])
             for jump, numbering in zip(dual.basis, numberings, strict=True)
         ]
         minima = self.space.minimise(tensor, numberings, starts, self.tolerance)
         psi = np.array([self._at_vertices(m.numbering, m.values) for m in minima])
-        return Streams(*self._family(dual.basis, tensor, minima), psi, epsilon)
+        return Streams(*self._family(dual.basis, tensor, minima), psi, chi)
 
     def _family(
         self, jumps: np.ndarray, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
@@ -296,7 +296,7 @@ class LevelProblem(FilmOnMesh):
             psi = flux / rate
             flows.append(
                 FlowEstimate(
-                    pressure.combined(weights), psi @ stream.psi, psi, rate, stream.epsilon, drop
+                    pressure.combined(weights), psi @ stream.psi, psi, rate, stream.chi, drop
                 )
             )
         return flows

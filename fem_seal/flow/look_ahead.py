@@ -46,7 +46,7 @@ def refined_ahead(
         new = np.flatnonzero((start.mesh.cells >= before).any(axis=1))
         mesh = start.mesh.subset(new)
         data = gap.cell_data(mesh, start.values)
-        new_cells = _NewCells(mesh, gap.aspect, data, data.regularised(flows[0].epsilon, gap.cut))
+        new_cells = _NewCells(mesh, gap.aspect, data, data.regularised(flows[0].chi, gap.cut))
         # On walls ψ is prescribed or constant; on a seam two vertices share one value.
         free = (np.arange(len(start.mesh.xy)) >= before) & ~start.mesh.rim
         streams = np.stack([new_cells.relaxed(psi, free) for psi in start.streams])

@@ -35,8 +35,8 @@ JOINT_HALVINGS = 4  # of a wrongly joined cell: a quarter of its size
 class Tuning:
     """Parameters of the bounds' cost, never of their validity (docs/theory/bounds.md)."""
 
-    #: factor ε of the regularised dual: blocked cells conduct ε times as much as in the primal
-    epsilon: float = 0.1
+    #: factor χ of the regularised dual: blocked cells conduct χ times as much as in the primal
+    chi: float = 0.1
     #: part of the sum of the error indicators that the marked cells hold (Dörfler)
     theta: float = 0.9
     theta_blocked: float = 0.7  #: part of the flux through blocked cells that the marked ones carry
@@ -58,11 +58,11 @@ class Tuning:
     coarsest: int = 32  #: squares along the shorter side of the first mesh
 
     def __post_init__(self) -> None:
-        require_positive(epsilon=self.epsilon, tolerance=self.tolerance, coarsest=self.coarsest)
+        require_positive(chi=self.chi, tolerance=self.tolerance, coarsest=self.coarsest)
         require_not_negative(ahead=self.ahead)
         if not self.ceiling > 0:
             raise InvalidInput(f"ceiling = {self.ceiling!r} must be above 0; inf is allowed")
-        for name in ("epsilon", "theta", "theta_blocked", "theta_residual", "cut", "floor"):
+        for name in ("chi", "theta", "theta_blocked", "theta_residual", "cut", "floor"):
             if not 0 <= getattr(self, name) <= 1:
                 raise InvalidInput(f"{name} = {getattr(self, name)!r} must lie between 0 and 1")
 

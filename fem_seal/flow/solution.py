@@ -24,7 +24,7 @@ class FlowEstimate:
     stream: np.ndarray
     weights: np.ndarray  #: (d,), ψ as a combination of the stream functions of unit jumps
     rate: float  #: flow rate
-    epsilon: float  #: factor ε of the regularised dual that ψ solves; zero for the true dual
+    chi: float  #: factor χ of the regularised dual that ψ solves; zero for the true dual
     drop: float = 1.0  #: pressure drop
 
     @property

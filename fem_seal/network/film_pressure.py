@@ -18,7 +18,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from fem_seal.network.pressure_grid import PressureGrid
+from fem_seal.network.network import Network
 
 # Right side and relative tolerance -> solution.
 Solve = Callable[[np.ndarray, float], np.ndarray]
@@ -42,7 +42,7 @@ class FilmPressure:
 
     Parameters
     ----------
-    grid
+    network
         The network.
     gap : (nx, ny)
         Gap c > 0 that conducts as the film does, at the samples [m].
@@ -54,26 +54,26 @@ class FilmPressure:
 
     def __init__(
         self,
-        grid: PressureGrid,
+        network: Network,
         gap: np.ndarray,
         slope: np.ndarray,
         solver: Solver,
     ):
-        self._grid, self._slope = grid, slope
+        self._network, self._slope = network, slope
         self._unit = float(gap.max())
-        places = grid.to_places @ (gap.ravel() / self._unit)
-        links, self._by_sides = grid.conductances(places)
-        (a, b), nodes = grid.ends, len(grid.free)
+        places = network.to_places @ (gap.ravel() / self._unit)
+        links, self._by_sides = network.conductances(places)
+        (a, b), nodes = network.ends, len(network.free)
         entries = (np.append(links, links), (np.append(a, b), np.append(b, a)))
         between = sparse.csr_array(sparse.coo_array(entries, (nodes, nodes)))
-        matrix = sparse.csr_array(sparse.diags(between.sum(axis=1)) - between)[grid.free]
-        self._solve = solver(sparse.csr_array(matrix[:, grid.free]))
-        u = grid.inlet.astype(float)
-        u[grid.free] = self._solve(-(matrix @ u), EXACT)
+        matrix = sparse.csr_array(sparse.diags(between.sum(axis=1)) - between)[network.free]
+        self._solve = solver(sparse.csr_array(matrix[:, network.free]))
+        u = network.inlet.astype(float)
+        u[network.free] = self._solve(-(matrix @ u), EXACT)
         self._links, self._u, self._drop, self._places = links, u, u[a] - u[b], places
         self.on_samples = np.clip(self._to_samples(u), 0.0, 1.0)  #: (nx, ny)
         self.dissipation = links * self._drop**2  #: (links,), in a unit of its own
-        one, other = places[grid.sides]
+        one, other = places[network.sides]
         #: (links,), square of (c - c')/(c + c') with the gaps c, c' at the two sides of each link
         self.varies = ((one - other) / (one + other)) ** 2
 
@@ -89,16 +89,16 @@ class FilmPressure:
 
     def change(self, gap: np.ndarray, tolerance: float) -> np.ndarray:
         """Change of u (nx, ny) with one of the gap (nx, ny) [m], to a relative tolerance."""
-        grid = self._grid
-        moved = grid.to_places @ (self._slope * gap).ravel() / self._unit
-        flux = (self._by_sides * moved[grid.sides]).sum(axis=0) * self._drop
-        (a, b), nodes = grid.ends, len(grid.free)
+        network = self._network
+        moved = network.to_places @ (self._slope * gap).ravel() / self._unit
+        flux = (self._by_sides * moved[network.sides]).sum(axis=0) * self._drop
+        (a, b), nodes = network.ends, len(network.free)
         inflow = np.bincount(b, flux, nodes) - np.bincount(a, flux, nodes)
         return self._to_samples(self._solved(inflow, tolerance))
 
     def transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
         """Transpose of `change`: derivative by the gap [1/m] of Σ weight u, all (nx, ny)."""
-        adjoint, (a, b) = self._adjoint(weight, tolerance), self._grid.ends
+        adjoint, (a, b) = self._adjoint(weight, tolerance), self._network.ends
         return self._by_gap((adjoint[b] - adjoint[a]) * self._drop) / self._unit
 
     def by_parts(self, weight: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
@@ -110,40 +110,40 @@ class FilmPressure:
             Change of the sum with the logarithm of the conductance of each link.
         (C,)
             Change if each triangle also conducted what it does along its longest side, beside its
-            legs (`PressureGrid.past_legs`); empty for finite differences.
+            legs (`Network.past_legs`); empty for finite differences.
         """
-        adjoint, grid = self._adjoint(weight, tolerance), self._grid
-        a, b = grid.ends
+        adjoint, network = self._adjoint(weight, tolerance), self._network
+        a, b = network.ends
         by_links = np.abs(self._links * self._drop * (adjoint[a] - adjoint[b]))
-        if grid.corners is None:
+        if network.corners is None:
             return by_links, np.empty(0)
-        _, a, b = grid.corners.T
-        fluxes = grid.past_legs(self._places) * (self._u[a] - self._u[b])
+        _, a, b = network.corners.T
+        fluxes = network.past_legs(self._places) * (self._u[a] - self._u[b])
         return by_links, np.abs(fluxes * (adjoint[a] - adjoint[b]))
 
     def beyond(self, gap: np.ndarray) -> float:
         """Part of the leak rate that is lost with a smaller gap (nx, ny) [m], to first order."""
-        grid = self._grid
-        links = grid.links(grid.to_places @ (gap.ravel() / self._unit))
+        network = self._network
+        links = network.links(network.to_places @ (gap.ravel() / self._unit))
         return 1 - float(links @ self._drop**2) / float(self.dissipation.sum())
 
     def _adjoint(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
         """Solution at the nodes with the weights as sources."""
-        return self._solved(self._grid.to_samples.T @ weight.ravel(), tolerance)
+        return self._solved(self._network.to_samples.T @ weight.ravel(), tolerance)
 
     def _solved(self, inflow: np.ndarray, tolerance: float) -> np.ndarray:
         """Pressure of all nodes with an inflow into the free ones, 0 at the others."""
-        u, free = np.zeros(len(inflow)), self._grid.free
+        u, free = np.zeros(len(inflow)), self._network.free
         u[free] = self._solve(inflow[free], tolerance)
         return u
 
     def _by_gap(self, by_links: np.ndarray) -> np.ndarray:
         """Derivative by the gap at the samples from that by the conductances of the links."""
-        grid, both = self._grid, (self._by_sides * by_links).ravel()
-        by_places = np.bincount(grid.sides.ravel(), both, grid.to_places.shape[0])
-        by_samples: np.ndarray = grid.to_places.T @ by_places
-        return by_samples.reshape(grid.film.gap.shape) * self._slope
+        network, both = self._network, (self._by_sides * by_links).ravel()
+        by_places = np.bincount(network.sides.ravel(), both, network.to_places.shape[0])
+        by_samples: np.ndarray = network.to_places.T @ by_places
+        return by_samples.reshape(network.film.gap.shape) * self._slope
 
     def _to_samples(self, of_nodes: np.ndarray) -> np.ndarray:
-        at_samples: np.ndarray = self._grid.to_samples @ of_nodes
-        return at_samples.reshape(self._grid.film.gap.shape)
+        at_samples: np.ndarray = self._network.to_samples @ of_nodes
+        return at_samples.reshape(self._network.film.gap.shape)

@@ -25,8 +25,10 @@ from fem_seal.quantities.slip import slip_entry_at
 from fem_seal.quantities.uncertainties import model_entry, surface_entry
 from fem_seal.quantities.verdict import open_entries
 from fem_seal.rarefied import FIRST_ORDER
-from fem_seal.upscaling.network import (
+from fem_seal.upscaling.mosaic import (
+    DRAWS,
     LEAST_LEAKING,
+    error_of_mean,
     may_conduct,
     patches_for,
 )
@@ -103,7 +105,7 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
         _patches_entry(seal),
         _contact_grid_entry(seal),
         scales,
-        _network_entry(seal),
+        _mosaic_entry(seal),
         size,
         surface_entry(patch),
         None if gap is None else slip_entry_at(patch.scene, gap, seal.leak_path, rtol),
@@ -233,14 +235,17 @@ def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
     return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
 
 
-def _network_entry(seal: SealLeak) -> Uncertainty | None:
+def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:
     if seal.count.along == 1 or len(seal.patches) == 1:
         return None
     sentence = (
-        f"the seal is a network of {seal.count.along} patches along the part of the path that "
+        f"the seal is a mosaic of {seal.count.along} patches along the part of the path that "
         f"seals by {seal.count.across} around it, each of one conductivity and drawn from the "
         "realizations"
     )
+    if seal.scatter > 0:
+        error = 100 * error_of_mean(seal.scatter, seal.count)
+        sentence += f"; the mean of {DRAWS} such seals has a standard error of {error:.2g} %"
     return Uncertainty("network", "not covered", sentence)
 
 

@@ -1,12 +1,12 @@
 """The conductivity table of a patch, with as many net loads as the leak rate of its seal needs.
 
-Let ω be the influence of ln K on ln Q per unit of the net load w, and f the fall of ln K there. An
-enclosure of an interval leaves the error WIDTH × ∫ω dw × (∫f dw)² in ln Q, if the interval is
+Let ρ be the influence of ln K on ln Q per unit of the net load w, and f the fall of ln K there. An
+enclosure of an interval leaves the error WIDTH × ∫ρ dw × (∫f dw)² in ln Q, if the interval is
 short. The sum of the errors of a number of intervals is smallest if all have the same
 
-    ∫ (ω f²)^(1/3) dw,
+    ∫ (ρ f²)^(1/3) dw,
 
-the *demand* for loads; WIDTH times its cube is then the error of the interval. ω and f are those of
+the *demand* for loads; WIDTH times its cube is then the error of the interval. ρ and f are those of
 the table so far, whose ln K is extrapolated beyond its ends. So the loads follow from a few first
 ones at once, and seldom need a correction.
 """
@@ -189,12 +189,12 @@ class _Demand:
     """Where a table needs loads, on m short parts of the net load."""
 
     edges: np.ndarray  #: (m + 1,), ends of the parts [Pa]
-    influence: np.ndarray  #: (m,), ∫ω dw of each part
-    demand: np.ndarray  #: (m,), ∫(ω f²)^(1/3) dw of each part
+    influence: np.ndarray  #: (m,), ∫ρ dw of each part
+    demand: np.ndarray  #: (m,), ∫(ρ f²)^(1/3) dw of each part
 
     @classmethod
     def of(cls, table: ConductivityTable, flow: SealFlow) -> "_Demand":
-        """Take ω from the flow at the value, f from the interpolated K."""
+        """Take ρ from the flow at the value, f from the interpolated K."""
         edges, K = table.interpolated.loads, table.interpolated.conductivity[1:-1]
         log_K = np.log(np.maximum(K, np.finfo(float).tiny))
         fall = -np.gradient(log_K, 0.5 * (edges[1:] + edges[:-1])) * np.diff(edges)
@@ -229,8 +229,8 @@ class _Demand:
     def looser(self, loads: np.ndarray, span: tuple[float, float]) -> dict[float, float]:
         """Each load with the multiple of the flows' tolerance that its influence allows.
 
-        With n loads of influences ω_k the errors Σ ω_k r_k are the same at the least cost Σ 1/r_k
-        for r_k ∝ ω_k^(-1/2); a load of influence 1/n counts as a usual one.
+        With n loads of influences ρ_k the errors Σ ρ_k r_k are the same at the least cost Σ 1/r_k
+        for r_k ∝ ρ_k^(-1/2); a load of influence 1/n counts as a usual one.
         """
         nodes = np.concatenate([span[:1], loads, span[1:]])
         share = np.diff(self._up_to(self.influence, nodes))

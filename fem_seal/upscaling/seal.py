@@ -23,7 +23,7 @@ from fem_seal.leak_rate import (
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
-from fem_seal.upscaling.network import (
+from fem_seal.upscaling.mosaic import (
     LEAST_LEAKING,
     PatchCount,
     drawn_seals,
@@ -204,7 +204,7 @@ def median_patch(patches: tuple[PatchFlow, ...]) -> PatchFlow:
 def _together(
     patches: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, float], rtol: float
 ) -> SealLeak:
-    """Put the patches of a size [m] into the network of the seal."""
+    """Put the patches of a size [m] into the mosaic of the seal."""
     flows = [patch.seal_flow for patch in patches]
     rates = np.array([(flow.lower, flow.value, flow.upper) for flow in flows])
     lengths = [flow.path.sealing_length for flow in flows if flow.path and flow.state == "leaking"]

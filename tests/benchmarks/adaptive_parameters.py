@@ -14,8 +14,8 @@ from fem_seal.flow import FlowSettings, Limits, Tuning, leak_rate
 
 CHOICES = {
     "as shipped": {},
-    "epsilon 0.01": {"epsilon": 0.01},
-    "epsilon 0.3": {"epsilon": 0.3},
+    "chi 0.01": {"chi": 0.01},
+    "chi 0.3": {"chi": 0.3},
     "theta 0.5": {"theta": 0.5},
     "theta 0.8": {"theta": 0.8},
     "theta 0.95": {"theta": 0.95},

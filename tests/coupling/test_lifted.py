@@ -542,7 +542,7 @@ def test_a_step_that_is_not_solved_tells_no_error_of_a_solid_that_floats(monkeyp
     problem = problem_of(scene(5.2e4))
     pressure = problem.uniform_pressure
     level = 1.1 * float((problem.height.values - problem.displacement(pressure)).max())
-    point = floating(problem, problem.first_grid, pressure, level)
+    point = floating(problem, problem.first_network, pressure, level)
 
     def solution(*arguments, **settings):
         return replace(gmres(*arguments, **settings), converged=solved)
@@ -578,7 +578,7 @@ def test_a_film_that_rises_at_most_doubles():
     problem = problem_of(scene(9.5e4))
     pressure = problem.uniform_pressure
     level = 1.1 * float((problem.height.values - problem.displacement(pressure)).max())
-    start = floating(problem, problem.first_grid, pressure, level)
+    start = floating(problem, problem.first_network, pressure, level)
     gap = start.contact.gap.values.mean()
     high = start.after(replace(start.step, level=1e300))
     assert high.contact.gap.values.mean() == pytest.approx(2 * gap, rel=1e-9)

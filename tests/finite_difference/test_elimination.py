@@ -11,7 +11,7 @@ from scipy.sparse.linalg import spsolve
 
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.star_mesh import star_mesh, star_mesh_in_step
-from fem_seal.finite_difference.stencil import Network
+from fem_seal.finite_difference.stencil import Stencil
 
 # No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
@@ -19,19 +19,19 @@ approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 EPS = np.finfo(float).eps
 
 
-def random_network(shape, periodic, rng, decades=0.0):
+def random_stencil(shape, periodic, rng, decades=0.0):
     mx, my = shape
     sizes = (mx - 1, my), (mx, my if periodic else my - 1)
     x, y = (10 ** (decades * rng.uniform(-0.5, 0.5, s)) * rng.uniform(0.5, 1, s) for s in sizes)
-    return Network(x, y, periodic)
+    return Stencil(x, y, periodic)
 
 
-def assembled_conductance(network):
+def assembled_conductance(stencil):
     """Conductance from Kirchhoff's laws as one sparse system, solved by SuperLU."""
-    pressure = network.pressure(
-        np.ones(network.shape, dtype=bool), lambda matrix, b: spsolve(matrix.tocsc(), b)
+    pressure = stencil.pressure(
+        np.ones(stencil.shape, dtype=bool), lambda matrix, b: spsolve(matrix.tocsc(), b)
     )
-    return np.sum(network.x[0] * (pressure[0] - pressure[1]))
+    return np.sum(stencil.x[0] * (pressure[0] - pressure[1]))
 
 
 def schur_links(links, eliminated):
@@ -71,9 +71,9 @@ SHAPES = [(2, 1), (2, 7), (3, 2), (9, 1), (33, 32), (34, 33), (20, 70), (70, 20)
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("periodic", [False, True])
 def test_same_as_kirchhoffs_equations(shape, periodic):
-    """Both solve the same network; the factorisation loses about condition number (1e4) · eps."""
-    network = random_network(shape, periodic, np.random.default_rng(shape))
-    assert conductance(network) == approx(assembled_conductance(network), rel=1e4 * EPS)
+    """Both solve the same stencil; the factorisation loses about condition number (1e4) · eps."""
+    stencil = random_stencil(shape, periodic, np.random.default_rng(shape))
+    assert conductance(stencil) == approx(assembled_conductance(stencil), rel=1e4 * EPS)
 
 
 @pytest.mark.parametrize("shape", [(3, 3), (12, 7), (70, 45), (200, 131)])
@@ -85,17 +85,17 @@ def test_planar_dual_conducts_the_reciprocal(shape, decades):
     elimination a path meets, some hundreds here.
     """
     mx, my = shape
-    network = random_network(shape, False, np.random.default_rng(shape), decades)
+    stencil = random_stencil(shape, False, np.random.default_rng(shape), decades)
     across = np.zeros((my + 1, mx - 2))
-    across[1:-1] = 1 / network.y[1:-1].T
-    dual = Network((1 / network.x).T, across, False)
-    assert conductance(network) * conductance(dual) == approx(1, rel=1000 * EPS)
+    across[1:-1] = 1 / stencil.y[1:-1].T
+    dual = Stencil((1 / stencil.x).T, across, False)
+    assert conductance(stencil) * conductance(dual) == approx(1, rel=1000 * EPS)
 
 
-def series_parallel(network):
+def series_parallel(stencil):
     """Exact rational conductance of a ladder of two columns, reduced row by row from the outlet."""
-    x = [[Fraction(v) for v in row] for row in network.x.tolist()]
-    y = [Fraction(v) for (v,) in network.y.tolist()]
+    x = [[Fraction(v) for v in row] for row in stencil.x.tolist()]
+    y = [Fraction(v) for (v,) in stencil.y.tolist()]
     # Three terminals: the nodes a, b of the current row and the outlet.
     ao, bo, ab = x[-1][0], x[-1][1], Fraction(0)
     for i in range(len(x) - 2, -1, -1):
@@ -119,14 +119,14 @@ def test_relative_accuracy_at_any_contrast(length, seed, decades):
 
     Tolerance: every conductance is the result of fewer than 100 operations on positive numbers.
     """
-    network = random_network((length + 1, 2), False, np.random.default_rng(seed), decades)
-    assert conductance(network) == approx(series_parallel(network), rel=100 * EPS)
+    stencil = random_stencil((length + 1, 2), False, np.random.default_rng(seed), decades)
+    assert conductance(stencil) == approx(series_parallel(stencil), rel=100 * EPS)
 
 
 def test_no_chain_of_links_is_exactly_zero():
-    network = random_network((40, 40), True, np.random.default_rng(0))
-    network.x[17] = 0
-    assert conductance(network) == 0.0
+    stencil = random_stencil((40, 40), True, np.random.default_rng(0))
+    stencil.x[17] = 0
+    assert conductance(stencil) == 0.0
 
 
 def test_single_path_through_a_grid_without_links():
@@ -136,4 +136,4 @@ def test_single_path_through_a_grid_without_links():
     y[20, 3:35] = 1e-20
     x[20:, 35] = 4.0
     exact = 1 / (20 / 2.0 + 32 / 1e-20 + 19 / 4.0)
-    assert conductance(Network(x, y, False)) == approx(exact, rel=1e-13)
+    assert conductance(Stencil(x, y, False)) == approx(exact, rel=1e-13)

@@ -157,7 +157,7 @@ def test_node_pressure_balances_the_conductance(sides, representation):
     film = GridFilm(GridField(values, (1.0, 1.0), periodic=True), sides, representation)
     leak = by_differences(film, FlowSettings(viscosity=1 / 12, pressure_drop=3.0))
     assert leak.value > 0
-    network = flow_grid(film, 1 / 12, "linear-gap").network
+    stencil = flow_grid(film, 1 / 12, "linear-gap").stencil
     pressure = node_pressure(film, 3.0)
     if film.sites.seam:
         pressure = pressure[:, :-1]
@@ -165,4 +165,4 @@ def test_node_pressure_balances_the_conductance(sides, representation):
     below = 3.0 if representation == "linear" else pressure[0]
     above = pressure[1] if representation == "linear" else 3.0
     drops = (below - above) if first == 0 else (above - below)
-    np.testing.assert_allclose(np.nansum(network.x[0] * drops), leak.value, rtol=1e-9)
+    np.testing.assert_allclose(np.nansum(stencil.x[0] * drops), leak.value, rtol=1e-9)

@@ -41,20 +41,20 @@ def posed(gap, mesh):
     return LevelProblem(gap, mesh, start.values, MPI.COMM_SELF, TOLERANCE), start
 
 
-def solved(gap, mesh, epsilon=None):
+def solved(gap, mesh, chi=None):
     problem, start = posed(gap, mesh)
     guess = problem.guess(start)
-    if epsilon is None:
+    if chi is None:
         return problem, problem.pressure(guess.pressures), problem.stream(guess.streams)
-    dual = problem.regularised_stream(guess.streams, epsilon)
+    dual = problem.regularised_stream(guess.streams, chi)
     return problem, problem.pressure(guess.pressures), dual
 
 
-def both(representation, width, epsilon=None):
+def both(representation, width, chi=None):
     """The mirror cell as a leak rate from end to end, and as a torus."""
     gap = represented(mirrored(representation), representation, cut=1e-3, width=width)
     meshes = uniform_mesh(gap.squares, width, True), uniform_torus(gap.squares, width)
-    return [solved(gap, mesh, epsilon) for mesh in meshes]
+    return [solved(gap, mesh, chi) for mesh in meshes]
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])

@@ -34,7 +34,7 @@ def solved(gap, width: int, periodic_sides: bool):
 def halved_ahead(start: Start, gap, marks: Marks, regularised: Streams, times: int) -> Start:
     """By the one flow of a leak rate, whose pressure is not looked at."""
     flow = FlowEstimate(
-        None, regularised.psi[0], np.ones(1), regularised.conductance, regularised.epsilon
+        None, regularised.psi[0], np.ones(1), regularised.conductance, regularised.chi
     )
     return refined_ahead(start, gap, marks, [flow], times)
 
@@ -67,7 +67,7 @@ def test_new_vertices_take_the_best_value(representation, periodic_sides):
         for psi in (ahead.streams[0], plain)
     )
     assert len(alone) > 20
-    # Rounding of ψ times the largest resistivity, 1 / (ε cut³).
+    # Rounding of ψ times the largest resistivity, 1 / (χ cut³).
     assert np.all(np.abs(slope[alone]) <= 1e-15 * 100 / (EPSILON * gap.cut**3))
     assert np.abs(unrelaxed[alone]).max() > 0.1
     assert np.abs(ahead.streams[0] - plain)[alone].max() > 1e-3

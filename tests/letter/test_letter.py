@@ -189,8 +189,8 @@ def test_blocks_cover_the_rectangle(shape):
 
     The pressure of that film is linear, and so exact.
     """
-    network, x, _ = blocks(np.ones(shape))
-    assert conductance(network) == close(shape[1] / (shape[0] - 1), rel=BLOCK_RTOL)
+    stencil, x, _ = blocks(np.ones(shape))
+    assert conductance(stencil) == close(shape[1] / (shape[0] - 1), rel=BLOCK_RTOL)
     assert x[[0, -1]] == close([0, shape[0] - 1])
     exact = np.broadcast_to(np.linspace(1, 0, shape[0])[:, None], shape)
     np.testing.assert_allclose(first_guess(np.ones(shape)), exact, atol=1e-7)
@@ -199,9 +199,9 @@ def test_blocks_cover_the_rectangle(shape):
 def test_a_block_conducts_as_bruggemans_medium_of_its_samples():
     """The blocks of the second row, whose first links cross half of two blocks of one size."""
     g = np.random.default_rng(0).uniform(0, 1, (13, 12))
-    network, _, _ = blocks(g)
+    stencil, _, _ = blocks(g)
     K = [float(effective_conductivity((g[i : i + 2, 4:6] / g.max()).ravel() ** 3)) for i in (2, 4)]
-    assert network.x[2, 2] == close(2 / (1 / K[0] + 1 / K[1]), rel=BLOCK_RTOL)
+    assert stencil.x[2, 2] == close(2 / (1 / K[0] + 1 / K[1]), rel=BLOCK_RTOL)
 
 
 def test_the_cascades_guess_improves_with_resolution():

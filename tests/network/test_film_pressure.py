@@ -15,7 +15,7 @@ from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL
 from fem_seal.network.film_pressure import EXACT, FilmPressure, eliminated
-from fem_seal.network.pressure_grid import PressureGrid
+from fem_seal.network.network import Network
 
 SHAPE = 16, 24
 FILMS = [(sides, kind) for sides in ("wall", "periodic") for kind in ("linear", "constant")]
@@ -30,20 +30,20 @@ def rough(seed=0):
 
 
 multigrid = partial(by_multigrid, eliminated=eliminated)
-of_stencil = partial(PressureGrid.of_stencil, rule="linear-gap")
+of_stencil = partial(Network.of_stencil, rule="linear-gap")
 
 
-def pressure_in(film, grid, values, solver=eliminated):
-    grid = PressureGrid.uniform(film, grid) if isinstance(grid, int) else grid
-    return FilmPressure(grid, values, np.ones(SHAPE), solver)
+def pressure_in(film, network, values, solver=eliminated):
+    network = Network.uniform(film, network) if isinstance(network, int) else network
+    return FilmPressure(network, values, np.ones(SHAPE), solver)
 
 
 def mixed(film):
     """A network of triangles between two pixels and a quarter of one wide."""
-    rng, grid = np.random.default_rng(3), PressureGrid.uniform(film, -1)
+    rng, network = np.random.default_rng(3), Network.uniform(film, -1)
     for _ in range(3):
-        grid = grid.refined(rng.random(len(grid.weight)) ** 8, 0.5)
-    return grid
+        network = network.refined(rng.random(len(network.weight)) ** 8, 0.5)
+    return network
 
 
 @pytest.mark.parametrize(("sides", "representation"), FILMS)
@@ -69,19 +69,19 @@ def test_uniform_film(sides, representation, make):
     film = film_of(np.ones(SHAPE), sides, representation, spacing)
     first = 0.0 if representation == "linear" else 0.5
     exact = 1 - (np.arange(SHAPE[0]) + first) / SHAPE[0]
-    grid = make if isinstance(make, int) else make(film)
-    assert make is not mixed or len(np.unique(grid.weight)) > 1  # or nothing is mixed
-    u = pressure_in(film, grid, np.ones(SHAPE)).on_samples
+    network = make if isinstance(make, int) else make(film)
+    assert make is not mixed or len(np.unique(network.weight)) > 1  # or nothing is mixed
+    u = pressure_in(film, network, np.ones(SHAPE)).on_samples
     np.testing.assert_allclose(u, np.broadcast_to(exact[:, None], SHAPE), atol=1e-13)
 
 
 def test_finer_networks_see_the_film_between_the_samples():
     """Gaps at the new vertices are those of `GridField.refined`, on the triangles of the pixels."""
     film = film_of(rough(), "wall", "linear")
-    grid = PressureGrid.uniform(film, 2)
+    network = Network.uniform(film, 2)
     exact = film.gap.refined().refined().vertices()
-    found = grid.to_places @ film.gap.values.ravel()
-    i, j = (4 * grid.mesh.xy // PIXEL).T
+    found = network.to_places @ film.gap.values.ravel()
+    i, j = (4 * network.mesh.xy // PIXEL).T
     np.testing.assert_allclose(found, exact[i, j], rtol=1e-14)
 
 
@@ -96,16 +96,16 @@ def test_smaller_triangles_where_they_matter():
     gap[5, 7] = 0.5
     film = film_of(gap, "periodic", "linear", (1.0, 1.0))
 
-    def solved(grid):
-        flow = pressure_in(film, grid, gap)
+    def solved(network):
+        flow = pressure_in(film, network, gap)
         return flow.on_samples.mean(), flow.by_parts(np.ones(SHAPE), 1e-6)[0], flow.varies
 
-    local = varied = PressureGrid.uniform(film, 0)
+    local = varied = Network.uniform(film, 0)
     for _ in range(3):
         local = local.refined(solved(local)[1], 0.9)
         _, by_links, varies = solved(varied)
         varied = varied.refined(by_links, 0.9, varies)
-    halved, whole, limit = (PressureGrid.uniform(film, level) for level in (1, 3, 4))
+    halved, whole, limit = (Network.uniform(film, level) for level in (1, 3, 4))
     exact = solved(limit)[0]
     assert abs(solved(local)[0] - exact) < 1.2 * abs(solved(whole)[0] - exact)
     assert 2 * local.free.sum() < whole.free.sum()
@@ -126,12 +126,12 @@ def test_a_channel_along_diagonals_is_found():
 
     def halved(gap, found):
         film = film_of(gap, "periodic", "linear", (1.0, 1.0))
-        grid = PressureGrid.uniform(film, 0)
-        flow = FilmPressure(grid, gap, np.ones((n, n)), eliminated)
+        network = Network.uniform(film, 0)
+        flow = FilmPressure(network, gap, np.ones((n, n)), eliminated)
         by_links, past_legs = flow.by_parts(np.ones((n, n)), 1e-12)
         also = past_legs > 1e-3 * past_legs.max()
-        grid = grid.refined(by_links, 0.9, flow.varies, also if found else None)
-        return FilmPressure(grid, gap, np.ones((n, n)), eliminated).conductance
+        network = network.refined(by_links, 0.9, flow.varies, also if found else None)
+        return FilmPressure(network, gap, np.ones((n, n)), eliminated).conductance
 
     both, alone = np.maximum(diagonal, straight), halved(straight, found=False)
     assert halved(both, found=False) == pytest.approx(alone, rel=1e-3)
@@ -149,9 +149,9 @@ def test_tangent_of_the_flow(sides, representation, make):
     """
     film, rng = film_of(rough(), sides, representation, (1.0, 1.0)), np.random.default_rng(1)
     change, weight = rng.standard_normal((2, *SHAPE))
-    grid, step = make(film), 1e-5
-    flow = pressure_in(film, grid, rough())
-    up, down = (pressure_in(film, grid, rough() + sign * step * change) for sign in (1, -1))
+    network, step = make(film), 1e-5
+    flow = pressure_in(film, network, rough())
+    up, down = (pressure_in(film, network, rough() + sign * step * change) for sign in (1, -1))
     tangent = flow.change(change, 1e-12)
     np.testing.assert_allclose(tangent, (up.on_samples - down.on_samples) / (2 * step), atol=1e-8)
     back = flow.transposed(weight, 1e-12)
@@ -195,7 +195,7 @@ def test_tangent_of_the_contact(mean_gap):
     pressure = 3e4 * (1 - x)[:, None] + np.zeros((32, 32))
     change = np.cos(2 * np.pi * (x[:, None] + 2 * x))
     state = problem.contact_under(pressure)
-    gap_change = LiftPoint(problem, problem.first_grid, 0.0, pressure, state).gap_change
+    gap_change = LiftPoint(problem, problem.first_network, 0.0, pressure, state).gap_change
     moved = gap_change(change, 1e-10)
     step = 20.0  # Pa
     up, down = (problem.contact_under(pressure + sign * step * change) for sign in (1, -1))
@@ -211,6 +211,6 @@ def test_a_uniform_fluid_pressure_only_opens():
     """It takes as much from the solid as less load does."""
     problem = problem_of(scene())
     none = np.zeros((32, 32))
-    point = LiftPoint(problem, problem.first_grid, 0.0, none, problem.contact_under(none))
+    point = LiftPoint(problem, problem.first_network, 0.0, none, problem.contact_under(none))
     lifted = point.gap_change(np.ones((32, 32)), 1e-10)
     assert lifted.min() >= -1e-3 * lifted.max()

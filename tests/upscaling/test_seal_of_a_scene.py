@@ -34,7 +34,7 @@ from fem_seal.sweep.summary import COLUMNS, Group
 from fem_seal.units import StatedRate
 from fem_seal.upscaling import StraightPath
 from fem_seal.upscaling import seal as seal_module
-from fem_seal.upscaling.network import drawn_seals, generalised_interval
+from fem_seal.upscaling.mosaic import drawn_seals, generalised_interval
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations

@@ -30,7 +30,7 @@ SMOOTH = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class PressureGrid:
+class Network:
     """Nodes and links of a network; places are where its gaps are: nodes, or triangles."""
 
     film: GridFilm  #: a film on the grid of the contact
@@ -47,20 +47,20 @@ class PressureGrid:
     corners: np.ndarray | None = None  #: (C, 3), nodes of each triangle, the right angle first
 
     @classmethod
-    def of_stencil(cls, film: GridFilm, rule: str) -> "PressureGrid":
+    def of_stencil(cls, film: GridFilm, rule: str) -> "Network":
         """The network of the finite differences, for all films on the grid of this one."""
         (nx, ny), periodic = film.gap.shape, film.sides == "periodic"
         flat = GridField(np.ones((nx, ny)), film.gap.spacing, film.gap.periodic)
-        network = flow_grid(GridFilm(flat, film.sides, film.representation), 1 / 12, rule).network
-        node = np.arange(network.x.size + network.x.shape[1]).reshape(network.shape)
+        stencil = flow_grid(GridFilm(flat, film.sides, film.representation), 1 / 12, rule).stencil
+        node = np.arange(stencil.x.size + stencil.x.shape[1]).reshape(stencil.shape)
         (rows, columns), linear = node.shape, film.representation == "linear"
         i = np.arange(rows) % nx if linear else np.clip(np.arange(rows) - 1, 0, nx - 1)
         sample = (i[:, None] * ny + np.arange(columns) % ny).ravel()
         first = 0 if linear else 1
         right = np.roll(node, -1, axis=1) if periodic else node[:, 1:]
-        left = node[:, : network.y.shape[1]]
+        left = node[:, : stencil.y.shape[1]]
         ends = [np.append(node[:-1], left), np.append(node[1:], right)]
-        weight = np.append(network.x, network.y)
+        weight = np.append(stencil.x, stencil.y)
         used = weight > 0
         ends = np.stack(ends)[:, used]
         row = np.repeat(np.arange(rows), columns)
@@ -77,7 +77,7 @@ class PressureGrid:
         )
 
     @classmethod
-    def uniform(cls, film: GridFilm, level: int) -> "PressureGrid":
+    def uniform(cls, film: GridFilm, level: int) -> "Network":
         """A network with 2^level times as many nodes a side as the contact has samples.
 
         For a negative level the number of samples must be divisible by 2^-level.
@@ -90,7 +90,7 @@ class PressureGrid:
         return cls.on_mesh(film, mesh)
 
     @classmethod
-    def on_mesh(cls, film: GridFilm, mesh: NestedMesh) -> "PressureGrid":
+    def on_mesh(cls, film: GridFilm, mesh: NestedMesh) -> "Network":
         """The network along the legs of the triangles of a mesh."""
         linear, cells = film.representation == "linear", mesh.twin[mesh.cells]
         count = len(mesh.xy)
@@ -155,7 +155,7 @@ class PressureGrid:
         varies: np.ndarray | None = None,
         also: np.ndarray | None = None,
         film: GridFilm | None = None,
-    ) -> "PressureGrid":
+    ) -> "Network":
         """Network whose triangles are half as wide where they hold a share of a sum over links.
 
         A link's error falls with the square of its length: each triangle counts by its area. Where

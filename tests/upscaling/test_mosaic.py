@@ -1,4 +1,4 @@
-"""Networks of patches against exact mixing rules; how often intervals hold the true mean."""
+"""Mosaics of patches against exact mixing rules; how often intervals hold the true mean."""
 
 from itertools import pairwise
 
@@ -9,13 +9,14 @@ from scipy.special import ndtr
 from scipy.stats import hmean
 
 from fem_seal.errors import InvalidInput
-from fem_seal.upscaling.network import (
+from fem_seal.upscaling.mosaic import (
     PatchCount,
     drawn_seals,
+    error_of_mean,
     generalised_interval,
     lognormal_patches,
     may_conduct,
-    network_conductivity,
+    mosaic_conductivity,
     patches_for,
     sealed_share,
 )
@@ -24,32 +25,32 @@ from fem_seal.upscaling.network import (
 def test_layers():
     """Rows across the flow are in series, columns along it in parallel."""
     K = np.array([1.0, 3.0, 1e-9, 7.0])
-    assert network_conductivity(np.tile(K[:, None], (1, 5))) == pytest.approx(
+    assert mosaic_conductivity(np.tile(K[:, None], (1, 5))) == pytest.approx(
         hmean(K), rel=1e-12, abs=0
     )
-    assert network_conductivity(np.tile(K, (5, 1))) == pytest.approx(K.mean(), rel=1e-12)
-    assert network_conductivity(K[None]) == pytest.approx(K.mean(), rel=1e-12)
+    assert mosaic_conductivity(np.tile(K, (5, 1))) == pytest.approx(K.mean(), rel=1e-12)
+    assert mosaic_conductivity(K[None]) == pytest.approx(K.mean(), rel=1e-12)
 
 
 def test_sealed_row_seals():
     K = np.ones((4, 6))
     K[2] = 0
-    assert network_conductivity(K) == 0
+    assert mosaic_conductivity(K) == 0
     K[2, 3] = 1e-12
-    assert 0 < network_conductivity(K) < 1e-11
+    assert 0 < mosaic_conductivity(K) < 1e-11
 
 
 def test_duality():
     """Keller: along one axis K, along the other 1/K of the inverse; with finer nodes the better.
 
     On a torus of patches K and its inverse are dual: K_xx(K) K_yy(1/K) = 1. The ends of the
-    network replace the period along the flow, which mirroring the patches makes exact.
+    mosaic replace the period along the flow, which mirroring the patches makes exact.
     """
     rng = np.random.default_rng(3)
     half = lognormal_patches((3, 3), 0.8, 1.0, rng)
     K = np.block([[half, half[:, ::-1]], [half[::-1], half[::-1, ::-1]]])
     errors = [
-        abs(network_conductivity(K, nodes=nodes) * network_conductivity(1 / K.T, nodes=nodes) - 1)
+        abs(mosaic_conductivity(K, nodes=nodes) * mosaic_conductivity(1 / K.T, nodes=nodes) - 1)
         for nodes in (1, 2, 4, 8)
     ]
     assert errors[-1] < 0.05
@@ -72,8 +73,20 @@ def test_longer_seals_scatter_less():
     assert short > 0.03
 
 
+def test_mean_of_the_drawn_seals_errs_as_said():
+    """A standard deviation from n seeds scatters by 1/√(2n - 2): four of them are allowed."""
+    values = lognormal_patches((6, 1), 1.0, 0.8, np.random.default_rng(5)) * np.ones(3)
+    count, seeds = PatchCount(3, 40), 30
+    drawn = [drawn_seals(values, count, seed=seed) for seed in range(seeds)]
+    means = np.array([seal.mean[1] for seal in drawn])
+    claimed = np.mean([error_of_mean(seal.scatter, count) for seal in drawn])
+    assert means.std(ddof=1) / means.mean() == pytest.approx(
+        claimed, rel=4 / np.sqrt(2 * seeds - 2)
+    )
+
+
 def test_scatter_is_that_of_the_values():
-    """However wide the bounds of the patches are, as the network's leak rate is linear in all."""
+    """However wide the bounds of the patches are, as the mosaic's leak rate is linear in all."""
     values = lognormal_patches((6, 1), 1.0, 0.8, np.random.default_rng(5))
     narrow, wide = (
         drawn_seals(values * bounds, PatchCount(5, 40), draws=5).scatter
@@ -107,7 +120,7 @@ def test_intervals_cover(along, sigma, leaking, patches):
     exact = leaking * np.exp(sigma**2 / 2)
     if along > 1:
         blocks = (lognormal_patches((along, 16), sigma, leaking, rng) for _ in range(300))
-        exact = np.mean([network_conductivity(block) for block in blocks])
+        exact = np.mean([mosaic_conductivity(block) for block in blocks])
     covered = []
     for repeat in range(200):
         sample = lognormal_patches((patches, 1), sigma, leaking, rng).ravel()
@@ -119,7 +132,7 @@ def test_intervals_cover(along, sigma, leaking, patches):
 
 @pytest.mark.parametrize("patches", [3, 6])
 def test_interval_is_that_of_the_likelihood(patches):
-    """Without a network its ends are quantiles under p(μ, σ) ∝ likelihood/σ, here by quadrature.
+    """Without a mosaic its ends are quantiles under p(μ, σ) ∝ likelihood/σ, here by quadrature.
 
     The ends come from 20 000 draws: their probability is off by √(0.025 × 0.975/20000) = 0.0011.
     """

@@ -1,11 +1,11 @@
-"""Many patches of rough contact as a network: its conductivity and their scatter.
+"""Many patches of rough contact side by side: conductivity and scatter of such mosaics.
 
 The mean over patches is right only where one patch spans the leak path. With m patches along it and
 n across, a sealed patch blocks the patches before and behind it, and the fluid flows around patches
 that leak little. Each patch is a square of constant conductivity, cut into nodes, whose elimination
-yields the conductance of the network at any contrast. For many log-normal patches, none of them
+yields the conductance of the mosaic at any contrast. For many log-normal patches, none of them
 sealed, exp<ln K> is exact (G. Matheron 1967). With the default of 2 × 2 nodes for each patch, the
-conductivity of the network is below it by 4 % at a scatter of ln K of 1, and by 17 % at 1.9.
+conductivity of the mosaic is below it by 4 % at a scatter of ln K of 1, and by 17 % at 1.9.
 """
 
 from collections.abc import Sequence
@@ -18,18 +18,18 @@ from fem_seal.finite_difference.links import harmonic_mean
 from fem_seal.finite_difference.star_mesh import star_mesh
 
 NODES = 2  # nodes along a side of a patch
-# Most patches of a drawn network along the path and across it. More patches along the path change
+# Most patches of a drawn mosaic along the path and across it. More patches along the path change
 # the conductivity little; a wider seal is an average of independent blocks of this width.
 MOST_ALONG, BLOCK = 40, 16
-DRAWS = 24  # networks that are drawn for a seal
+DRAWS = 24  # mosaics that are drawn for a seal
 DRAWN_BLOCKS = 100  # drawn blocks of a seal, through one of which leaking patches may conduct
 LEVEL = 0.95  # probability of a confidence interval
 # Fewest leaking patches from which the scatter of their logarithms is estimated.
 LEAST_LEAKING = 3
 
 
-def network_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> np.ndarray:
-    """Effective conductivity of networks of patches, each periodic across the flow.
+def mosaic_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> np.ndarray:
+    """Effective conductivity of mosaics of patches, each periodic across the flow.
 
     `conductivity` (..., m, n) are those of m patches along the flow and n across it, with some
     nodes along each side of a patch. The result (...) is the conductance between both ends times
@@ -87,8 +87,15 @@ class DrawnSeals:
     scatter: float  #: standard deviation of a seal's leak rate over its mean, from draw to draw
 
 
-def drawn_seals(rates: np.ndarray, count: PatchCount, *, draws: int = DRAWS) -> DrawnSeals:
-    """Draw patches into the network of a seal, again and again.
+def _block(count: PatchCount) -> tuple[int, int]:
+    """Patches of a drawn mosaic, along the path and across it."""
+    return min(count.along, MOST_ALONG), min(count.across, BLOCK)
+
+
+def drawn_seals(
+    rates: np.ndarray, count: PatchCount, *, draws: int = DRAWS, seed: int = 0
+) -> DrawnSeals:
+    """Draw patches into the mosaic of a seal, again and again.
 
     `rates` (N, 3) are lower bound, value and upper bound of the leak rate that the seal would have
     if all its patches were alike, for each realization. With one realization, or one patch along
@@ -101,14 +108,22 @@ def drawn_seals(rates: np.ndarray, count: PatchCount, *, draws: int = DRAWS) -> 
         mean = rates.mean(axis=0)
         scatter = rates[:, 1].std() / np.sqrt(count.across) / mean[1] if mean[1] > 0 else 0.0
         return DrawnSeals(mean, float(scatter))
-    rng = np.random.default_rng(0)
-    shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
+    rng = np.random.default_rng(seed)
+    shape = _block(count)
     chosen = rng.integers(len(rates), size=(draws, *shape))
-    seals = np.stack([network_conductivity(of_side[chosen]) for of_side in rates.T], axis=1)
+    seals = np.stack([mosaic_conductivity(of_side[chosen]) for of_side in rates.T], axis=1)
     mean = seals.mean(axis=0)
     blocks = count.across / shape[1]
     scatter = seals[:, 1].std(ddof=1) / np.sqrt(blocks) / mean[1] if mean[1] > 0 else 0.0
     return DrawnSeals(mean, float(scatter))
+
+
+def error_of_mean(scatter: float, count: PatchCount) -> float:
+    """Standard error of the mean of `DRAWS` mosaics over that mean, from the scatter of seals.
+
+    A seal wider than a mosaic is an average of several, which scatters less than each.
+    """
+    return float(scatter * np.sqrt(count.across / _block(count)[1] / DRAWS))
 
 
 def generalised_interval(
@@ -127,7 +142,7 @@ def generalised_interval(
         σ² = s² (n - 1)/χ²(n - 1),  μ = ȳ + Z σ/√n,  leaking share δ ~ Beta(n + 1/2, N - n + 1/2).
 
     The interval lies between quantiles of δ exp(μ + σ²/2), the mean over patches, or, with several
-    patches along the path, of the conductivity of networks of patches drawn with μ, σ and δ. None
+    patches along the path, of the conductivity of mosaics of patches drawn with μ, σ and δ. None
     with fewer than three leaking patches, too few to estimate the scatter.
     """
     rates = np.asarray(rates, dtype=float)
@@ -145,12 +160,11 @@ def generalised_interval(
     if along == 1:
         seals = share * np.exp(np.minimum(mu + sigma**2 / 2, 700.0))
     else:
-        shape = min(along, MOST_ALONG), BLOCK
         patches = [
-            lognormal_patches(shape, s, d, rng)
+            lognormal_patches((min(along, MOST_ALONG), BLOCK), s, d, rng)
             for s, d in zip(np.minimum(sigma, 20.0), share, strict=True)
         ]
-        seals = np.exp(mu) * network_conductivity(np.array(patches))
+        seals = np.exp(mu) * mosaic_conductivity(np.array(patches))
     tail = (1 - LEVEL) / 2
     lower, upper = np.quantile(seals, [tail, 1 - tail])
     return float(lower), float(upper)
@@ -172,12 +186,11 @@ def sealed_share(sealed: int, patches: int) -> tuple[float, float]:
     return float(interval.low), float(interval.high)
 
 
-def may_conduct(leaking: float, count: PatchCount) -> bool:
+def may_conduct(leaking: float, count: PatchCount, *, seed: int = 0) -> bool:
     """Whether patches, of which a share leaks, conduct through one of many drawn blocks."""
-    rng = np.random.default_rng(0)
-    shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
-    patches = [lognormal_patches(shape, 0.0, leaking, rng) for _ in range(DRAWN_BLOCKS)]
-    return bool((network_conductivity(np.array(patches), nodes=1) > 0).any())
+    rng = np.random.default_rng(seed)
+    patches = [lognormal_patches(_block(count), 0.0, leaking, rng) for _ in range(DRAWN_BLOCKS)]
+    return bool((mosaic_conductivity(np.array(patches), nodes=1) > 0).any())
 
 
 def patches_for(sigma: float, factor: float) -> int:
