@@ -146,7 +146,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
     for patch in patches.values():
         scene, gap = patch.scene, patch.grid_gap
         drop, rtol = scene.drive.pressure_drop, scene.flow.rtol
-        setting = FlowSettings(scene.viscosity, drop, rtol=rtol)
+        setting = FlowSettings(scene.viscosity, drop, rtol=rtol, limits=scene.flow.limits)
         film = GridFilm(gap, scene.flow.sides_of(gap.periodic), scene.flow.representation)
         gaps.append(StudiedGap.of_film(film, setting, options.grids))
     with Display() as report:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import LOADS, PRODUCTS, Accuracy
+from fem_seal.scene.sections import LOADS, PRODUCTS, is_changed
 
 if TYPE_CHECKING:
     from fem_seal.scene.scene import Scene
@@ -168,7 +168,7 @@ def _accuracy(scene: "Scene") -> Iterator[str]:
             "on another grid; set flow.rtol"
         )
     if accuracy.total is None:
-        if accuracy.max_refinement != Accuracy().max_refinement:
+        if is_changed(accuracy, "max_refinement"):
             yield "accuracy.max_refinement limits the grids that accuracy.total tries; give both"
         return
     if not scene.needs_flow:
@@ -314,6 +314,11 @@ def _ambient_and_lift(scene: "Scene") -> Iterator[str]:
             "flow.pressure_drop the outlet is at ambient pressure: leave it out"
         )
     elastic = contact is not None and contact.is_elastic
+    if flow.ambient_pressure is not None and not elastic:
+        yield (
+            "flow.ambient_pressure acts on the back of an elastic solid, and the scene has none; "
+            "leave it out"
+        )
     if elastic and ambient_is_open(flow.outlet_pressure, flow.ambient_pressure):
         yield (
             f"flow.ambient_pressure is missing: flow.outlet_pressure = {flow.outlet_pressure:g} Pa "
@@ -361,6 +366,11 @@ def _tensor(scene: "Scene") -> Iterator[str]:
                     f"flow.{name} is missing: the conductivity tensor of a gas that slips is "
                     "that at the mean of both pressures; give them, or set fluid.slip = false"
                 )
+    if flow.sides == "wall":
+        yield (
+            "output.products names 'conductivity_tensor', which is that of a cell that repeats "
+            "along both axes; flow.sides = 'wall' has none: set 'periodic', or leave it out"
+        )
     if flow.method != "adaptive":
         yield (
             f"output.products names 'conductivity_tensor', which flow.method = {flow.method!r} "

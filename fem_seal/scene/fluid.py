@@ -124,6 +124,8 @@ def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
     """Add the ambient pressure to the scene of an earlier version, which could leave it out."""
     flow = scene.get("flow", {})
     outlet = flow.get("outlet_pressure")
+    if scene.get("contact", {}).get("model") != "gfmd":
+        return scene
     if not ambient_is_open(outlet, flow.get("ambient_pressure")):
         return scene
     return {**scene, "flow": {**flow, "ambient_pressure": outlet}}

@@ -157,7 +157,8 @@ class Scene(Section):
                     changes[f"{section}.{key}"] = tuple(factor * one for one in value)
                 elif value is not None:
                     changes[f"{section}.{key}"] = factor * value
-        if "flow.outlet_pressure" in factors and self.flow.ambient_pressure is None:
+        elastic = self.contact is not None and self.contact.is_elastic
+        if elastic and "flow.outlet_pressure" in factors and self.flow.ambient_pressure is None:
             # The back of the solid keeps the pressure that the outlet has in this scene.
             changes["flow.ambient_pressure"] = self.flow.outlet_pressure
         return self.with_(changes)

@@ -22,6 +22,7 @@ from pydantic import (
 
 from fem_seal.contact import Arithmetic, ContactStopping, ElasticSolid, Layer
 from fem_seal.contact import settings as contact_settings
+from fem_seal.contact.methods import SMALLEST_TOLERANCE
 from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.fluid import Drive
 from fem_seal.grid import Representation, Sides
@@ -136,6 +137,14 @@ class Section(BaseModel, metaclass=SectionType):
             f"{name} of a {type(self).__name__} cannot be set; scene.with_({{...}}) returns a "
             "changed copy of the scene"
         )
+
+
+def is_changed(section: Section, name: str) -> bool:
+    """Whether a field differs from its default.
+
+    A field that is set may have it, as in the scene of a result, which names all fields.
+    """
+    return bool(getattr(section, name) != type(section).model_fields[name].default)
 
 
 def not_one(section: Section, names: tuple[str, ...]) -> Iterator[str]:
@@ -258,7 +267,7 @@ class Solid(Section):
                 f"{_solids(len(ratios))}; give both for the same solids"
             )
         if self.layer_thickness is None:
-            if self.layer_base != "fixed" or self.layer_poisson_ratio is not None:
+            if is_changed(self, "layer_base") or self.layer_poisson_ratio is not None:
                 yield (
                     "layer_base and layer_poisson_ratio are those of a layer; give its "
                     "layer_thickness, or leave them out for a half-space"
@@ -303,6 +312,7 @@ def _solids(count: int) -> str:
 
 
 LOADS = ("pressure", "area_fraction", "mean_gap")
+ITERATION = ("tolerance", "solver", "max_iterations", "precision", "threads")
 
 
 class Contact(Section):
@@ -315,7 +325,7 @@ class Contact(Section):
     area_fraction: Number | None = Field(None, ge=0, lt=1, description="contact area / A0")
     mean_gap: Length | None = Field(None, description="mean of the gap")
     tolerance: Number = Field(
-        1e-6, gt=0, lt=1, description="tolerance of the contact's certificate"
+        1e-6, ge=SMALLEST_TOLERANCE, lt=1, description="of the contact's certificate; gfmd only"
     )
     solver: Literal["free-set-cg", "damped", "fista", "polonsky-keer"] = Field(
         "free-set-cg", description="gfmd only; damped is the letter's own relaxation"
@@ -324,21 +334,29 @@ class Contact(Section):
         None, description="gfmd only; the contact has failed after so many"
     )
     precision: Literal["mixed", "double"] = Field(
-        "mixed", description="precision of search directions; all else is double"
+        "mixed", description="of search directions, all else is double; gfmd only"
     )
     threads: Count | None = Field(
-        None, le=1024, description="threads of the contact; the cores of this process if left out"
+        None, le=1024, description="gfmd only; the cores of this process if left out"
     )
 
     def _contradictions(self) -> Iterator[str]:
         # A [seal] may give the load in place of this section: `_load` of `checks`.
         if any(getattr(self, name) is not None for name in LOADS):
             yield from not_one(self, LOADS)
-        if self.model == "bearing" and self.pressure is not None:
+        if self.model == "gfmd":
+            return
+        if self.pressure is not None:
             yield (
                 "pressure has no meaning for model = 'bearing', which knows no elasticity; "
                 "give area_fraction or mean_gap"
             )
+        for name in ITERATION:
+            if is_changed(self, name):
+                yield (
+                    f"{name} is of the iteration for an elastic contact, and model = 'bearing' "
+                    "needs none; leave it out"
+                )
 
     @property
     def is_elastic(self) -> bool:
@@ -378,7 +396,12 @@ class Flow(Section):
         None, description="sides y = 0 and y = Ly; periodic where the gap repeats if left out"
     )
     # Not below 1e-9: the energies are accurate to the solver's tolerance, 1e-8.
-    rtol: Number = Field(0.05, ge=1e-9, description="largest (upper - lower) / sqrt(lower upper)")
+    rtol: Number = Field(
+        0.05,
+        ge=1e-9,
+        description="largest (upper - lower) / sqrt(lower upper); of finite-difference, which has "
+        "no bounds, for a lift only",
+    )
     representation: Representation = Field(
         "linear", description="gap linear between samples, or constant on square pixels"
     )
@@ -434,7 +457,7 @@ class Flow(Section):
 
     def _contradictions(self) -> Iterator[str]:
         if self.method != "finite-difference":
-            if self.links != "linear-gap":
+            if is_changed(self, "links"):
                 yield (
                     f"links = {self.links!r} is for method = 'finite-difference' only; "
                     f"method = {self.method!r} has no links: leave it out"

@@ -8,8 +8,7 @@ from time import process_time
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
-from fem_seal.flow_settings import NO_LIMITS, FlowSettings
-from fem_seal.limits import Limits
+from fem_seal.flow_settings import FlowSettings
 
 
 @dataclass(frozen=True)
@@ -25,10 +24,11 @@ class Answer:
 
 
 def _bounds(
-    film: GridFilm, settings: FlowSettings, method: str, name: str, limits: Limits = NO_LIMITS
+    film: GridFilm, settings: FlowSettings, method: str, name: str, unknowns: int | None = None
 ) -> Iterator[Answer]:
     from fem_seal.flow import leak_rate
 
+    limits = replace(settings.limits, unknowns=unknowns or settings.limits.unknowns)
     start = process_time()
     leak = leak_rate(film, replace(settings, method=method, limits=limits))
     shared = leak.unknowns, process_time() - start
@@ -48,6 +48,6 @@ FilmMethod = Callable[[GridFilm, FlowSettings], Iterator[Answer]]
 METHODS: dict[str, FilmMethod] = {
     **{links: partial(_finite_differences, links=links) for links in LINKS},
     # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
-    "uniform": partial(_bounds, method="uniform", name="FE", limits=Limits(unknowns=1)),
+    "uniform": partial(_bounds, method="uniform", name="FE", unknowns=1),
     "adaptive": partial(_bounds, method="adaptive", name="adaptive"),
 }

@@ -101,6 +101,12 @@ BAD = {
         "rtol=3": "not of the form section.key=value",
         "flow.rtol": "not of the form section.key=value",
         "contact.model=bearing & contact.area_fraction= & contact.pressure=1 MPa": "no elasticity",
+        "contact.tolerance=1e-14": "contact.tolerance = 1e-14 should be greater than or",
+        "contact.model=bearing & contact.tolerance=1e-3": "tolerance is of the iteration",
+        "contact.model=bearing & contact.solver=fista": "solver is of the iteration",
+        "contact.model=bearing & contact.max_iterations=9": "max_iterations is of the iteration",
+        "contact.model=bearing & contact.precision=double": "precision is of the iteration",
+        "contact.model=bearing & contact.threads=2": "threads is of the iteration",
         "flow.method= & flow.links=harmonic": "flow: links = 'harmonic' is for method = 'finite-di",
         MODULI + "[1, 2] & solid.poisson_ratio=[0.5, 0.3] & " + LAYER: "is for one solid",
         MODULI + "1e7 & solid.poisson_ratio=[0.5, 0.3]": "is that of one solid, and",
@@ -127,6 +133,7 @@ BAD = {
         "fluid.accommodation=1.1": "fluid.accommodation = 1.1 should be less than or equal to 1",
         "fluid.accommodation=0.5": "fluid: accommodation is for a gas that slips: leave out slip",
         "fluid.slip=second": "fluid.slip = 'second' is not allowed; choose from 'first-order'",
+        "flow.ambient_pressure=1 bar": "on the back of an elastic solid, and the scene has none",
         "fluid.kind=liquid": "fluid: molar_mass is for kind = 'gas' only; this is a liquid",
     },
     "liquid": {
@@ -256,6 +263,7 @@ BAD = {
         HERTZ + "seal.patches=3": "exactly one of pressure, area_fraction, mean_gap; got none",
     },
     "tensor": {
+        "flow.sides=wall": "repeats along both axes",
         "flow.method=uniform": "does not compute; choose adaptive",
         "flow.method=finite-difference": "does not compute; choose adaptive",
         "fluid.kind=gas & fluid.molar_mass=29 g/mol & fluid.temperature=293": (

@@ -12,6 +12,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings
 from fem_seal.grid import GridField
+from fem_seal.limits import Limits
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification.cross_validation import Reference, StudiedGap, compare, judge
@@ -165,6 +166,11 @@ def test_rows_are_the_same_for_jobs_and_parts(tmp_path):
     for row, other in zip(rows, others, strict=True):
         assert replace(other, seconds=row.seconds) == row
     assert on_film(*asked, out=tmp_path, work=Work(gather=True)) == computed[2]
+
+
+def test_limits_of_the_flow_end_the_adaptive_method():
+    limited = replace(SETTING, rtol=1e-4, limits=Limits(unknowns=1000))
+    assert all(answer.unknowns <= 1000 for answer in METHODS["adaptive"](FILM, limited))
 
 
 def test_the_judge():
