@@ -60,8 +60,7 @@ def _film_of(result: Result, folder: Path, contact: ContactArrays | None) -> Gri
         text, middle = shape.get("gap_expression"), shape.get("angle", 0.0) / 2
         return replace(read_mesh(folder), formula=None if text is None else Formula(text, middle))
     if contact is not None:
-        flow, gap = result.flow(), contact.gap
-        return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
+        return result.flow().film_of(contact.gap)
     if "gap" not in result.provenance.scene:
         raise InvalidInput(f"{folder} holds neither {CONTACT_FILE} nor {MESH_FILE}; run it again")
     return Patch(result.scene()).film

@@ -46,8 +46,7 @@ class SceneLift(LiftProblem):
 
     def film(self, gap: GridField) -> GridFilm:
         """Film of a gap, with the sides and the representation of the scene."""
-        flow = self.scene.flow
-        return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
+        return self.scene.flow.film_of(gap)
 
     def flow(self, film: GridFilm, error: float) -> LeakRate:
         """Leak rate of a film by the method of the scene."""

@@ -150,9 +150,9 @@ class Patch:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
 
-    def solve_film(self) -> "tuple[GapState | None, GridFilm | MeshFilm]":
+    def solve_film(self) -> None:
         """Solve contact and film on all processes; what follows may run on the first one alone."""
-        return self.contact, self.film
+        _ = self.contact, self.film  # both are kept
 
     @property
     def state(self) -> FlowState:
@@ -311,11 +311,10 @@ class Patch:
 
     def film_of(self, gap: GridField) -> "GridFilm | MeshFilm":
         """The film of another gap [m] on the same grid, such as that of another load."""
-        from fem_seal.film import GridFilm, MeshFilm
-
-        shape, flow = self.scene.shape, self.scene.flow
+        shape = self.scene.shape
         if shape is None:
-            return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
+            return self.scene.flow.film_of(gap)
+        from fem_seal.film import MeshFilm
         from fem_seal.shaped import gap_source
 
         mesh = narrowed(self.film, MeshFilm, "mesh").mesh

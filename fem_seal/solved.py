@@ -261,7 +261,7 @@ def answer(
         # All processes solve film and flow together. From here on `parallel.on_root` marks what the
         # first one computes for all.
         patch.solve_film()
-        leak, budget, seal = LEAKS[scene.leaks](patch, patches, work)
+        leak, budget, seal = _leak_of(patch, patches, work)
     return Solved(
         patch=patch,
         leak_rate=leak,
@@ -277,15 +277,15 @@ def answer(
 Leak = tuple[LeakRate | None, ErrorBudget, SealLeak | None]
 
 
-def _nothing(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
-    return None, (), None
-
-
-def _patch(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
+def _leak_of(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
+    if patch.scene.seal is not None:
+        return _leak_of_seal(patch, patches, work)
+    if not patch.scene.needs_flow:
+        return None, (), None
     return patch.leak_rate, error_budget(patch), None
 
 
-def _seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
+def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
     """The flow of a whole seal; where all its patches are sealed, bounded by that under less load.
 
     The expected time is said before the first patch.
@@ -304,28 +304,16 @@ def _seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
     return leak_rate_of(patch, seal), seal_budget(patch, seal, rate_of), seal
 
 
-LEAKS = {"nothing": _nothing, "patch": _patch, "seal": _seal}
-
-
-def _require_one_process(scene: Scene, work: Work | None) -> None:
-    if work is not None and (work.jobs or 1) > 1:
+def require_shared(scene: Scene, work: Work | None) -> None:
+    """Refuse, before the work, patches of a seal that cannot be read, and jobs without a seal."""
+    if scene.seal is not None:
+        profile_of(scene)
+        realizations(scene)
+    elif work is not None and (work.jobs or 1) > 1:
         raise InvalidInput(
             f"jobs = {work.jobs} (--jobs) distributes the patches of a [seal], and this scene has "
             "none; leave it out, or start the command by mpirun"
         )
-
-
-def _require_profile_and_windows(scene: Scene, work: Work | None) -> None:
-    profile_of(scene)
-    realizations(scene)
-
-
-# Refuse, before the work, what cannot be shared or read.
-REQUIREMENTS = {
-    "nothing": _require_one_process,
-    "patch": _require_one_process,
-    "seal": _require_profile_and_windows,
-}
 
 
 def run(
@@ -380,7 +368,7 @@ def _reserved(
     """Check scene and folder before any work, and hold the folder until the result is written."""
     require_scene(scene)
     require_packages(scene, pictures="pictures" in scene.output.products)
-    REQUIREMENTS[scene.leaks](scene, work)
+    require_shared(scene, work)
     folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, file_names(scene))
     with ExitStack() as held:
 

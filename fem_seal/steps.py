@@ -101,6 +101,11 @@ ContactModel = Callable[[Scene, GridField, np.ndarray | None, Load, Report], Gap
 CONTACTS: dict[str, ContactModel] = {"gfmd": elastic_contact, "bearing": _bearing}
 
 
+def flow_progress(report: Report) -> Callable[[Level], None]:
+    """Progress of a refinement, one line for each mesh."""
+    return lambda level: report("flow", f"{level.unknowns} unknowns, ±{per_cent(level.half_width)}")
+
+
 def _finite_elements(
     settings: FlowSettings, film: "GridFilm | MeshFilm", report: Report, comm: parallel.Comm
 ) -> LeakRate:
@@ -109,10 +114,7 @@ def _finite_elements(
         return LeakRate.sealed(settings.method)
     from fem_seal.flow import leak_rate
 
-    def progress(level: Level) -> None:
-        report("flow", f"{level.unknowns} unknowns, ±{per_cent(level.half_width)}")
-
-    return leak_rate(film, settings, progress=progress, comm=comm)
+    return leak_rate(film, settings, progress=flow_progress(report), comm=comm)
 
 
 def _finite_differences(

@@ -65,12 +65,12 @@ def _run(options: argparse.Namespace) -> int:
 def _predict(options: argparse.Namespace) -> int:
     from fem_seal.prediction import predicted
     from fem_seal.scene import Scene
-    from fem_seal.solved import REQUIREMENTS
+    from fem_seal.solved import require_shared
 
     for name in ("json", "strict", "out", "overwrite"):
         if getattr(options, name):
             raise InvalidInput(f"--{name} acts on a result, and --dry-run makes none; leave it out")
     scene, work = Scene.from_file(options.scene, options.overrides), work_of(options)
-    REQUIREMENTS[scene.leaks](scene, work)
+    require_shared(scene, work)
     say(str(predicted(scene, work=work)))
     return 0

@@ -19,7 +19,7 @@ from fem_seal.cli.options import (
 )
 from fem_seal.cli.printing import WIDTH, say
 from fem_seal.digits import per_cent
-from fem_seal.errors import InvalidInput, NotConverged, present
+from fem_seal.errors import InvalidInput, NotConverged, narrowed, present
 from fem_seal.files import locked_folder, write_text
 from fem_seal.progress import Display
 from fem_seal.registry import choose
@@ -144,10 +144,10 @@ def _cross_validation(options: argparse.Namespace) -> int:
 
     patches, gaps = _gaps(options), []
     for patch in patches.values():
-        scene, gap = patch.scene, patch.grid_gap
+        scene = patch.scene
         drop, rtol = scene.drive.pressure_drop, scene.flow.rtol
         setting = FlowSettings(scene.viscosity, drop, rtol=rtol, limits=scene.flow.limits)
-        film = GridFilm(gap, scene.flow.sides_of(gap.periodic), scene.flow.representation)
+        film = narrowed(patch.film, GridFilm, "grid")
         gaps.append(StudiedGap.of_film(film, setting, options.grids))
     with Display() as report:
         results = compare(gaps, out=options.out, work=work_of(options), report=report)

@@ -25,7 +25,7 @@ from fem_seal.contact import settings as contact_settings
 from fem_seal.contact.methods import SMALLEST_TOLERANCE
 from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.fluid import Drive
-from fem_seal.grid import Representation, Sides
+from fem_seal.grid import GridField, Representation, Sides
 from fem_seal.limits import Limits
 from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.readable import own_names, python_rows
@@ -35,6 +35,7 @@ from fem_seal.units import RateUnit, StatedRate, require_size, to_si
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
 
+    from fem_seal.film.grid_film import GridFilm
 else:
     ModelMetaclass = type(BaseModel)
 
@@ -418,6 +419,12 @@ class Flow(Section):
     def sides_of(self, gap_repeats: bool) -> Sides:
         """Sides of the film of a gap that repeats or does not."""
         return self.sides or ("periodic" if gap_repeats else "wall")
+
+    def film_of(self, gap: GridField) -> "GridFilm":
+        """Film of a gap [m] on a grid: how it is read between the samples, and its sides."""
+        from fem_seal.film.grid_film import GridFilm
+
+        return GridFilm(gap, self.sides_of(gap.periodic), self.representation)
 
     def both_pressures(self, who: str) -> tuple[float, float]:
         """Absolute pressures of inlet and outlet, the higher one at the inlet, that `who` needs."""

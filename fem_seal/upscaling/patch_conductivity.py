@@ -35,15 +35,15 @@ from fem_seal import parallel
 from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
-from fem_seal.digits import per_cent, with_prefix
+from fem_seal.digits import with_prefix
 from fem_seal.errors import narrowed, present
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate, Level
+from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.steps import elastic_contact
+from fem_seal.steps import elastic_contact, flow_progress
 from fem_seal.upscaling.conductivity import CUBE, SLIPPING, ConductivityTable, Enclosure
 
 if TYPE_CHECKING:
@@ -234,11 +234,8 @@ class LoadedPatch:
         from fem_seal.flow import leak_rate
         from fem_seal.flow.marking import Tuning
 
-        scene, report = self.patch.scene, self.patch.report
+        scene = self.patch.scene
         nearby = film.representation == "linear" and scene.flow.method == "adaptive"
-
-        def progress(level: Level) -> None:
-            report("flow", f"{level.unknowns} unknowns, ±{per_cent(level.half_width)}")
 
         def keep(flow: "MeshedFlow") -> None:
             self._flows[load] = flow
@@ -257,7 +254,7 @@ class LoadedPatch:
         return leak_rate(
             film,
             settings,
-            progress=progress,
+            progress=flow_progress(self.patch.report),
             tuning=Tuning(tolerance=OF_ENERGY),
             comm=self.patch.comm,
             start=start,
