@@ -1,17 +1,24 @@
 """Settings of a solver of the flow: fluid, pressures, method, accuracy."""
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 from fem_seal.fluid import Slip
 from fem_seal.limits import Limits
-from fem_seal.registry import require_not_negative, require_positive
+from fem_seal.registry import require_known, require_not_negative, require_positive
 
 NO_LIMITS = Limits()
+MethodName = Literal["adaptive", "uniform", "finite-difference"]
+LinksName = Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-gap"]
 
 
 @dataclass(frozen=True)
 class FlowSettings:
-    """Fluid, pressures, method and accuracy of a flow."""
+    """Fluid, pressures, method and accuracy of a flow.
+
+    Finite differences count the fluid, the pressures and the links only, finite elements all but
+    the links, and a lift all.
+    """
 
     viscosity: float  #: η [Pa s]
     #: p_in - p_out [Pa]; for a gas that of the liquid that leaks as much without slip
@@ -35,6 +42,8 @@ class FlowSettings:
 
     def __post_init__(self) -> None:
         require_positive(viscosity=self.viscosity, pressure_drop=self.pressure_drop, rtol=self.rtol)
-        require_not_negative(margin=self.margin)
+        require_not_negative(margin=self.margin, negligible=self.negligible)
+        require_known(get_args(MethodName), self.method, "method")
+        require_known(get_args(LinksName), self.links, "links")
         if self.decide is not None:
             require_positive(decide=self.decide)

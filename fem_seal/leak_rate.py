@@ -149,6 +149,8 @@ class LeakRate:
         require_known(get_args(FlowState), self.state, "state")
         if self.value < 0 or (self.state == "sealed" and self.value > 0):
             raise Inconsistent(f"{self.state}, and the leak rate is {self.value:.6e} m^3/s")
+        if self.converged == bool(self.reason):
+            raise Inconsistent(f"converged = {self.converged}, and the reason is {self.reason!r}")
         if self.lower is None:
             return
         require_enclosed(self.value, *self.bounds)

@@ -73,7 +73,7 @@ class FilmPressure:
         self._links, self._u, self._drop, self._places = links, u, u[a] - u[b], places
         self.on_samples = np.clip(self._to_samples(u), 0.0, 1.0)  #: (nx, ny)
         self.dissipation = links * self._drop**2  #: (links,), in a unit of its own
-        one, other = places[network.sides]
+        one, other = places[network.between]
         #: (links,), square of (c - c')/(c + c') with the gaps c, c' at the two sides of each link
         self.varies = ((one - other) / (one + other)) ** 2
 
@@ -91,7 +91,7 @@ class FilmPressure:
         """Change of u (nx, ny) with one of the gap (nx, ny) [m], to a relative tolerance."""
         network = self._network
         moved = network.to_places @ (self._slope * gap).ravel() / self._unit
-        flux = (self._by_sides * moved[network.sides]).sum(axis=0) * self._drop
+        flux = (self._by_sides * moved[network.between]).sum(axis=0) * self._drop
         (a, b), nodes = network.ends, len(network.free)
         inflow = np.bincount(b, flux, nodes) - np.bincount(a, flux, nodes)
         return self._to_samples(self._solved(inflow, tolerance))
@@ -140,7 +140,7 @@ class FilmPressure:
     def _by_gap(self, by_links: np.ndarray) -> np.ndarray:
         """Derivative by the gap at the samples from that by the conductances of the links."""
         network, both = self._network, (self._by_sides * by_links).ravel()
-        by_places = np.bincount(network.sides.ravel(), both, network.to_places.shape[0])
+        by_places = np.bincount(network.between.ravel(), both, network.to_places.shape[0])
         by_samples: np.ndarray = network.to_places.T @ by_places
         return by_samples.reshape(network.film.gap.shape) * self._slope
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from fem_seal.errors import present
+from fem_seal.errors import Inconsistent, present
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.finite_difference.links import LINKS, harmonic_mean
 from fem_seal.finite_difference.stencil import flow_grid
@@ -35,7 +35,7 @@ class Network:
 
     film: GridFilm  #: a film on the grid of the contact
     ends: np.ndarray  #: (2, links), nodes at the two ends of each link
-    sides: np.ndarray  #: (2, links), places between whose gaps a link has its mean of g³
+    between: np.ndarray  #: (2, links), places between whose gaps a link has its mean of g³
     weight: np.ndarray  #: width of each link over its length
     rule: str  #: name of the mean of g³, see `links.LINKS`
     to_places: sparse.csr_array  #: gap at the places from that at the samples
@@ -45,6 +45,14 @@ class Network:
     mesh: NestedMesh | None = None  #: None for the stencil of finite differences
     legs: np.ndarray | None = None  #: (C, 2), link along each leg of a triangle of the mesh
     corners: np.ndarray | None = None  #: (C, 3), nodes of each triangle, the right angle first
+
+    def __post_init__(self) -> None:
+        shapes = {self.ends.shape, self.between.shape}
+        if shapes != {(2, len(self.weight))} or (self.inlet & self.free).any():
+            raise Inconsistent(
+                f"a network of {len(self.weight)} links, with ends and places {shapes}, and "
+                f"{np.count_nonzero(self.inlet & self.free)} unknowns at the inlet"
+            )
 
     @classmethod
     def of_stencil(cls, film: GridFilm, rule: str) -> "Network":
@@ -67,7 +75,7 @@ class Network:
         return cls(
             film=film,
             ends=ends,
-            sides=ends,
+            between=ends,
             weight=weight[used],
             rule=rule,
             to_places=_chosen(sample, nx * ny),
@@ -103,7 +111,7 @@ class Network:
         return cls(
             film=film,
             ends=ends,
-            sides=ends if linear else np.stack([first, last]) // 2,
+            between=ends if linear else np.stack([first, last]) // 2,
             weight=np.bincount(legs, _half_cotangents(mesh, film.gap.spacing).ravel()),
             rule="linear-gap" if linear else "arithmetic",
             to_places=_gap_at_vertices(mesh, film) if linear else _gap_of_cells(mesh, film),
@@ -118,10 +126,10 @@ class Network:
     def conductances(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Conductances (links,) with a gap at the places, times 12 η, and their derivatives.
 
-        These are (2, links), by the gaps of both `sides`.
+        These are (2, links), by both gaps that a link lies between.
         """
         rule, step = LINKS[self.rule], 1e-5
-        a, b = gap[self.sides]
+        a, b = gap[self.between]
         by_sides = [
             (rule(a * (1 + step), b) - rule(a * (1 - step), b)) / (2 * step * a),
             (rule(a, b * (1 + step)) - rule(a, b * (1 - step))) / (2 * step * b),
@@ -130,7 +138,7 @@ class Network:
 
     def links(self, gap: np.ndarray) -> np.ndarray:
         """Conductances (links,) with a gap at the places, times 12 η."""
-        return self.weight * LINKS[self.rule](*gap[self.sides])
+        return self.weight * LINKS[self.rule](*gap[self.between])
 
     def past_legs(self, gap: np.ndarray) -> np.ndarray:
         """What triangles (C,) conduct along their longest sides beside their legs, times 12 η.

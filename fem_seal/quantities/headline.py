@@ -5,9 +5,10 @@ flow through the gap as it is represented, is named behind them.
 """
 
 from dataclasses import dataclass
-from math import isinf
+from math import inf, isinf
 
 from fem_seal.digits import bracket_digits, in_digits, per_cent, rounded_up
+from fem_seal.errors import Inconsistent
 from fem_seal.leak_rate import LeakRate, relative_half_width
 from fem_seal.quantities.error_budget import (
     FLOW,
@@ -56,6 +57,10 @@ class Headline:
     upper: float | None  #: the same
     sentence: str  #: the same in the unit that the scene asks for, and what is guaranteed
     unit: str = "m^3/s"  #: of the three numbers
+
+    def __post_init__(self) -> None:
+        if self.lower is not None and not 0 <= self.lower <= (self.upper or inf):
+            raise Inconsistent(f"ends of the leak rate: {self.lower} and {self.upper} m^3/s")
 
     def __str__(self) -> str:
         return self.sentence

@@ -24,6 +24,7 @@ from fem_seal.contact import Arithmetic, ContactStopping, ElasticSolid, Layer
 from fem_seal.contact import settings as contact_settings
 from fem_seal.contact.methods import SMALLEST_TOLERANCE
 from fem_seal.errors import InvalidInput, InvalidScene, present
+from fem_seal.flow_settings import LinksName, MethodName
 from fem_seal.fluid import Drive
 from fem_seal.grid import GridField, Representation, Sides
 from fem_seal.limits import Limits
@@ -406,10 +407,8 @@ class Flow(Section):
     representation: Representation = Field(
         "linear", description="gap linear between samples, or constant on square pixels"
     )
-    method: Literal["adaptive", "uniform", "finite-difference"] = Field(
-        "adaptive", description="how the mesh is refined, or no mesh at all"
-    )
-    links: Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-gap"] = Field(
+    method: MethodName = Field("adaptive", description="how the mesh is refined, or no mesh at all")
+    links: LinksName = Field(
         "linear-gap", description="conductance between two pixels; of finite-difference only"
     )
     max_unknowns: Count | None = Field(None, description="stop with the best bounds so far")

@@ -140,6 +140,11 @@ def test_a_linear_gap_needs_two_rows_and_columns():
     assert leak(np.ones((1, 7)), periodic=True) == approx(7, rel=1e-13)
 
 
+def test_an_unknown_method_is_refused():
+    with pytest.raises(InvalidInput, match=r"method = 'adaptve'.*adaptive, uniform"):
+        FlowSettings(viscosity=1.0, pressure_drop=1.0, method="adaptve")
+
+
 def test_an_unknown_mean_along_links_is_refused():
     with pytest.raises(InvalidInput, match=r"links = 'median'.*linear-gap, arithmetic"):
         leak(np.ones((3, 3)), links="median")

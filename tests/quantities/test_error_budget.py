@@ -16,7 +16,7 @@ from fem_seal.quantities.error_budget import (
     combined,
     flow_entry,
 )
-from fem_seal.quantities.headline import Shown
+from fem_seal.quantities.headline import Headline, Shown
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import verdict, what_would_decide
 from fem_seal.render.report import report
@@ -66,6 +66,8 @@ def test_factors_out_of_order_are_refused(lower, upper):
     [
         (lambda: LeakRate("leaking", "uniform", 2.0, 3.0, 1.0), "bounds cross"),
         (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
+        (lambda: LeakRate("leaking", "uniform", 1.0, reason="time"), "converged = True, and the"),
+        (lambda: Headline(1.0, 2.0, 1.0, ""), "ends of the leak rate: 2.0 and 1.0"),
         (lambda: EstimatedError(2.0, 3.0, ""), "factors of an estimated error: 2.0 and 3.0"),
         (lambda: EstimatedError(0.5, 0.9, ""), "factors of an estimated error: 0.5 and 0.9"),
     ],
