@@ -23,6 +23,7 @@ import numpy as np
 
 from fem_seal.contact.blocks import RowPasses, product
 from fem_seal.contact.extension import Extension
+from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.problem import Iterate, Iterates, Problem
 
 # Samples along a side up to which `ExtensionRule` holds as it stands.
@@ -72,79 +73,109 @@ def free_set_cg(
     half-space's exact work array, z and a rough gap in its steering array. Passes over the arrays
     go block by block, in the half-space's threads, and steps that read the same arrays are merged.
     """
-    half_space, samples = problem.half_space, pressure.size
-    passes = half_space.passes
-    loaded, load = problem.mean_pressure is not None, (problem.mean_pressure or 0.0) * samples
-    exact_wall = problem.heights if loaded else problem.heights - problem.mean_gap
-    p, wall, z = pressure, exact_wall, half_space.steer.values
-    limit = max(ROUGH_ABOVE, problem.tolerance)
-    rough = z.dtype != p.dtype and samples >= ROUGH_FROM
-    if rough:
-        p, wall = p.astype(z.dtype), wall.astype(z.dtype)
-    r, r_old, t, free = (np.zeros(p.shape, z.dtype) for _ in range(4))
-    extension, settling = Extension(free, passes=passes), _Settling.of(rule, samples)
-    scale, total, rz_old, iteration = 1.0, float(p.sum()), np.inf, 0
-    uniform = bool(np.ptp(p) == 0)
+    half_space, passes = problem.half_space, problem.half_space.passes
+    state, z = _Pressed(problem, pressure), half_space.steer.values
+    r, r_old, t, free = (np.zeros(z.shape, z.dtype) for _ in range(4))
+    extension, settling = Extension(free, passes=passes), _Settling.of(rule, pressure.size)
+    rz_old, iteration = np.inf, 0
     while True:
-        # 1, with the scaling of step 8.
-        g = z if rough else half_space.exact.values
-        _scale(passes, p, scale, out=g)
-        if uniform:
-            g[...] = 0.0  # A uniform pressure displaces uniformly: no transform for a cold start.
-        elif rough:
-            half_space.displace_in_steer()
-        else:
-            half_space.displace()
-        work, lowest = _subtract(passes, wall, g, p)
-        level = work / total if loaded else 0.0
-        certificate = problem.certificate_from(total, work, lowest)
-        if rough and certificate <= max(limit, ROUNDINGS * problem.rounding(p, z.dtype)):
+        certificate = state.displace()  # 1
+        if state.is_too_rough(certificate):
             # The same pressure once more, in double precision. The next direction is that of the
             # residual alone: rounding has spoilt the conjugacy of those before.
-            pressure[...], rough, rz_old = p, False, np.inf
-            p, wall, total = pressure, exact_wall, float(pressure.sum())
-            scale, total = (load / total, load) if loaded else (1.0, total)
-            continue
-        yield Iterate(iteration, p, certificate, g)
-        iteration, uniform = iteration + 1, False
-        before = settling.settled
-        settling.record(iteration, certificate)
-        extended = settling.settled
-        if extended != before:
+            state.refine()
             rz_old = np.inf
-        # 2, 3
+            continue
+        yield Iterate(iteration, state.p, certificate, state.g)
+        iteration += 1
+        if settling.changes(iteration, certificate):
+            rz_old = np.inf
         r, r_old = r_old, r
-        number, sum_r = _restrict_gap(passes, p, g, level, free, r)
-        mean = _Mean(passes, free, number if loaded else None)
+        number, sum_r = _restrict_gap(passes, state, free, r)  # 2, 3
+        mean = _Mean(passes, free, number if state.load is not None else None)
         mean.subtract_mean(r, sum_r)
-        # 4
-        if extended:
-            extension.update()
-            extension.extend(r, z)
-        else:
-            _copy(passes, r, out=z)
-        half_space.precondition()
-        if extended:
-            extension.gather(z)
+        _precondition(half_space, r, z, extension if settling.settled else None)  # 4
         sum_z, rz = _restrict(passes, z, free, r)
         # 5: with the extension, the formula of Polak and Ribière: samples that join or leave the
         # free set would spoil the directions of Fletcher and Reeves. Without it, the formula of
         # Fletcher and Reeves is a little faster.
-        r_old_z = mean.subtract_mean(z, sum_z, r_old if extended else None)
+        r_old_z = mean.subtract_mean(z, sum_z, r_old if settling.settled else None)
         beta = max(rz - r_old_z, 0.0) / rz_old
         rz_old = rz
-        # 6
-        slope = mean.subtract_mean(t, _turn(passes, t, beta, free, z), r)
+        slope = mean.subtract_mean(t, _turn(passes, t, beta, free, z), r)  # 6
         if slope <= 0:
             slope = mean.subtract_mean(t, _turn(passes, t, 0.0, free, z), r)
-        # 7
-        _copy(passes, t, out=z)
+        _copy(passes, t, out=z)  # 7
         curvature = half_space.curvature()
-        alpha = slope / curvature if curvature > 0 else 0.0
-        # 8
-        total = _advance(passes, p, alpha, t)
-        if loaded:
-            scale, total = load / total, load
+        state.advance(slope / curvature if curvature > 0 else 0.0, t)  # 8
+
+
+class _Pressed:
+    """The pressure p and the gap g that it causes: steps 1 and 8.
+
+    Both are rough while the certificate is far from the tolerance and from their rounding. After a
+    step p is still to be scaled to the load, which the next pass over it does.
+    """
+
+    def __init__(self, problem: Problem, pressure: np.ndarray):
+        half_space, mean = problem.half_space, problem.mean_pressure
+        self._problem, self._half_space = problem, half_space
+        self._exact = pressure
+        self._exact_wall = (
+            problem.heights if mean is not None else problem.heights - problem.mean_gap
+        )
+        self.load = None if mean is None else mean * pressure.size  #: Σp [Pa]; None at a level
+        dtype = half_space.steer.values.dtype
+        self._rough = dtype != pressure.dtype and pressure.size >= ROUGH_FROM
+        self.p, self._wall = pressure, self._exact_wall
+        if self._rough:
+            self.p, self._wall = pressure.astype(dtype), self._exact_wall.astype(dtype)
+        self.level = 0.0  #: δ [m]
+        self._scale, self._total = 1.0, float(self.p.sum())
+        self._uniform = bool(np.ptp(self.p) == 0)
+
+    @property
+    def g(self) -> np.ndarray:
+        """Displacement, and after `displace` the gap [m], in the half-space's work array."""
+        return self._half_space.steer.values if self._rough else self._half_space.exact.values
+
+    def displace(self) -> float:
+        """Scale p to the load, and compute gap and level; return the certificate."""
+        half_space, passes = self._half_space, self._half_space.passes
+        _scale(passes, self.p, self._scale, out=self.g)
+        if self._uniform:
+            self.g[...] = 0.0  # It displaces uniformly: no transform for a cold start.
+        elif self._rough:
+            half_space.displace_in_steer()
+        else:
+            half_space.displace()
+        self._uniform = False
+        work, lowest = _subtract(passes, self._wall, self.g, self.p)
+        self.level = 0.0 if self.load is None else work / self._total
+        return self._problem.certificate_from(self._total, work, lowest)
+
+    def is_too_rough(self, certificate: float) -> bool:
+        """Whether p and g are rough, and the certificate is near to the tolerance or rounding."""
+        if not self._rough:
+            return False
+        rounding = ROUNDINGS * self._problem.rounding(self.p, self.p.dtype)
+        return certificate <= max(ROUGH_ABOVE, self._problem.tolerance, rounding)
+
+    def refine(self) -> None:
+        """Go on in double precision."""
+        self._exact[...] = self.p
+        self.p, self._wall, self._rough = self._exact, self._exact_wall, False
+        self._sum_up(float(self.p.sum()))
+
+    def advance(self, alpha: float, t: np.ndarray) -> None:
+        """Step by -α t to a pressure of at least zero."""
+        self._sum_up(_advance(self._half_space.passes, self.p, alpha, t))
+
+    def _sum_up(self, total: float) -> None:
+        """Take the sum of p, and the scale that makes it the load."""
+        self._scale, self._total = (
+            (1.0, total) if self.load is None else (self.load / total, self.load)
+        )
 
 
 @dataclass
@@ -168,8 +199,13 @@ class _Settling:
         scale = min(1.0, LARGE / samples**0.5)
         return cls(rule, scale * rule.settled_at_start, scale * rule.settled)
 
-    def record(self, iteration: int, certificate: float) -> None:
-        """Record a certificate and judge by it."""
+    def changes(self, iteration: int, certificate: float) -> bool:
+        """Record a certificate; return whether it changes what the free set counts as."""
+        before = self.settled
+        self._record(iteration, certificate)
+        return self.settled != before
+
+    def _record(self, iteration: int, certificate: float) -> None:
         rule = self.rule
         if not self.settled:
             self.settled = certificate < self.below
@@ -239,14 +275,10 @@ def _subtract(
 
 
 def _restrict_gap(
-    passes: RowPasses,
-    p: np.ndarray,
-    g: np.ndarray,
-    level: float,
-    free: np.ndarray,
-    r: np.ndarray,
+    passes: RowPasses, state: _Pressed, free: np.ndarray, r: np.ndarray
 ) -> tuple[int, float]:
-    """Write the free set into `free`, and g - level on it into r; return its size and Σ r."""
+    """Write the free set into `free`, and g - δ on it into r; return its size and Σ r."""
+    p, g, level = state.p, state.g, state.level
 
     def restrict(rows: slice) -> tuple[int, float]:
         """Free samples of some rows, and the sum of their residual."""
@@ -261,6 +293,20 @@ def _restrict_gap(
 
     numbers, totals = zip(*passes.over(g.shape, restrict), strict=True)
     return sum(numbers), sum(totals)
+
+
+def _precondition(
+    half_space: HalfSpace, r: np.ndarray, z: np.ndarray, extension: Extension | None
+) -> None:
+    """Write Eᵀ M E r into z, the half-space's steering array; M r without an extension."""
+    if extension is None:
+        _copy(half_space.passes, r, out=z)
+        half_space.precondition()
+        return
+    extension.update()
+    extension.extend(r, z)
+    half_space.precondition()
+    extension.gather(z)
 
 
 def _restrict(
