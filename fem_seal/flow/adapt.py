@@ -39,8 +39,8 @@ from fem_seal.flow.level import (
     Streams,
 )
 from fem_seal.flow.look_ahead import refined_ahead
-from fem_seal.flow.marking import Marks, Strategy, mark, mark_all
-from fem_seal.flow.solution import FlowEstimate, SolvedLevel, Start
+from fem_seal.flow.marking import Strategy, mark, mark_all
+from fem_seal.flow.solution import SolvedLevel, Start
 from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.bisection import TooFine
 
@@ -80,8 +80,7 @@ def refined(
         Adds to a solution the bounds for a gas that slips, before `stopping` judges it.
     """
     max_unknowns = strategy.max_unknowns or np.inf
-    solve_true_dual = strategy.uniform or strategy.every_dual
-    correction_ratio = USUAL_CORRECTION_RATIO
+    outlook = _Outlook(strategy.uniform or strategy.every_dual)
     best, log = None, _Log()
     while True:
         problem = LevelProblem(
@@ -92,20 +91,9 @@ def refined(
         guess = problem.guess(start)
         del start
         log.lap("mesh")
-        # Solve the primal, the regularised dual, and the dual if it may decide.
-        solution = _solve(problem, guess, strategy, solve_true_dual, correction_ratio, log)
-        # Correct the bounds, keep the best so far.
-        bounds = problem.upper_bound(solution.pressure)
-        corrected: CorrectedBounds | None = None
-        if solution.stream is not None:
-            corrected = problem.corrected(solution.pressure, solution.stream)
-            bounds = corrected.tightened(bounds)
-            log.lap("correction")
-            if np.isfinite(bounds.excess):
-                difference = problem.difference(solution.pressure, solution.stream)
-                solve_true_dual, correction_ratio = True, width_ratio(bounds.excess, difference)
+        solution = _solve(problem, guess, strategy, outlook, log)
+        bounds, corrected = _bounded(problem, solution, strategy, outlook, log)
         best = bounds if best is None else bounds.tightened(best)
-        # Stop if the bounds meet the criterion, or if unknowns, time or memory reach their limit.
         cells = problem.space.count
         level = SolvedLevel(problem.unknowns, cells, best, log.residuals, log.seconds)
         yield stopping.judged(
@@ -114,28 +102,29 @@ def refined(
         del corrected
         if stopping.ended:
             return None
-        solve_true_dual = solve_true_dual or solution.expected < DUAL_NEXT * strategy.rtol
-        # Mark, refine, look ahead.
-        log = _Log()
-        # Stop before making a uniform mesh that would exceed the limit. It has at least twice as
-        # many unknowns: every unknown has at least two sides, a side has at most two ends, and the
-        # midpoint of each side becomes an unknown.
+        # A uniform mesh has at least twice as many unknowns: every unknown has at least two sides,
+        # a side has at most two ends, and the midpoint of each side becomes an unknown.
         if strategy.uniform and 2 * problem.unknowns > max_unknowns:
             return stopping.end(_too_many(max_unknowns))
-        stream, marks, flows = _marked(
-            problem, guess, solution, best, correction_ratio, strategy, log
-        )
-        ahead = 0 if strategy.uniform else strategy.tuning.ahead
-        from_here = problem.start(solution.pressure, stream)
-        refine = partial(refined_ahead, from_here, gap, marks, flows, ahead)
-        # Free this mesh before the next one is made.
-        del problem, guess, solution, stream, from_here
+        log = _Log()
+        refine = _refinement(problem, guess, solution, best, strategy, outlook, log)
+        # Free this mesh before the next one is made, and what that one is made from afterwards.
+        del problem, guess, solution
         try:
-            start = refine()
+            start = refine(gap)
         except TooFine as limit:
             return stopping.end(str(limit))
         del refine
         log.lap("refine")
+
+
+@dataclass
+class _Outlook:
+    """What the meshes so far foretell of the next one."""
+
+    true_dual: bool  #: whether the true dual is solved first, since the bounds may decide there
+    #: ratio of the bracket's widths after and before the hierarchical correction
+    correction_ratio: float = USUAL_CORRECTION_RATIO
 
 
 def width_ratio(corrected: float, solved: float) -> float:
@@ -174,28 +163,46 @@ def _solve(
     problem: LevelProblem,
     guess: Guess,
     strategy: Strategy,
-    solve_true_dual: bool,
-    correction_ratio: float,
+    outlook: _Outlook,
     log: _Log,
 ) -> _Solved:
     """Solve the primal and, if it may end the refinement, the true dual.
 
-    Unless `solve_true_dual`, the regularised dual is solved before it: the true dual then follows
+    Unless that comes first, the regularised dual is solved before it: the true dual then follows
     if the expected width is close to the tolerance, or if the next mesh would be too large.
     """
     pressure = problem.pressure(guess.pressures)
     log.lap("primal", pressure)
     psi, regularised, expected = guess.streams, None, np.inf
-    if not solve_true_dual:
+    if not outlook.true_dual:
         regularised = _regularised_dual(problem, psi, strategy, log)
         psi = regularised.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
-        expected = correction_ratio * problem.difference(pressure, regularised)
+        expected = outlook.correction_ratio * problem.difference(pressure, regularised)
         if not last and expected >= DUAL_AT_ONCE * strategy.rtol:
             return _Solved(pressure, regularised, expected=expected)
     stream = problem.stream(psi)
     log.lap("dual", stream)
     return _Solved(pressure, regularised, stream, expected)
+
+
+def _bounded(
+    problem: LevelProblem, solution: _Solved, strategy: Strategy, outlook: _Outlook, log: _Log
+) -> tuple[Bounds, CorrectedBounds | None]:
+    """Bounds of a solution, with the hierarchical correction if the true dual is solved."""
+    bounds = problem.upper_bound(solution.pressure)
+    corrected: CorrectedBounds | None = None
+    if solution.stream is not None:
+        corrected = problem.corrected(solution.pressure, solution.stream)
+        bounds = corrected.tightened(bounds)
+        log.lap("correction")
+        if np.isfinite(bounds.excess):
+            difference = problem.difference(solution.pressure, solution.stream)
+            outlook.correction_ratio = width_ratio(bounds.excess, difference)
+            outlook.true_dual = True
+    if solution.expected < DUAL_NEXT * strategy.rtol:
+        outlook.true_dual = True
+    return bounds, corrected
 
 
 def _regularised_dual(
@@ -209,27 +216,34 @@ def _regularised_dual(
     return regularised
 
 
-def _marked(
+def _refinement(
     problem: LevelProblem,
     guess: Guess,
     solution: _Solved,
     best: Bounds,
-    correction_ratio: float,
     strategy: Strategy,
+    outlook: _Outlook,
     log: _Log,
-) -> tuple[Streams | None, Marks, list[FlowEstimate]]:
+) -> Callable[[GapOnMesh], Start]:
     """Mark cells: all, or by the regularised dual and the flows that it shows.
 
-    Returns the stream functions to start from, the marks, and the flows without their functions.
+    Returns what refines and looks ahead; of the problem it holds no more than that needs.
     """
     if strategy.uniform:
-        return solution.stream, mark_all(problem), []
+        start = problem.start(solution.pressure, solution.stream)
+        return partial(refined_ahead, start, marks=mark_all(problem), flows=[], times=0)
     # If the true dual came first, the next level logs the time of this solve.
     psi = guess.streams if solution.stream is None else solution.stream.psi
     regularised = solution.regularised or _regularised_dual(problem, psi, strategy, log)
     flows = problem.flows(solution.pressure, regularised)
-    expected = correction_ratio * problem.difference(solution.pressure, regularised)
+    expected = outlook.correction_ratio * problem.difference(solution.pressure, regularised)
     reached = best.width if solution.stream is not None else np.inf
     marks = mark(problem, flows, expected, reached, strategy)
-    # Free the functions with the mesh: looking ahead takes them from the start.
-    return regularised, marks, [flow.without_functions() for flow in flows]
+    return partial(
+        refined_ahead,
+        problem.start(solution.pressure, regularised),
+        marks=marks,
+        # Looking ahead takes the functions from the start.
+        flows=[flow.without_functions() for flow in flows],
+        times=strategy.tuning.ahead,
+    )

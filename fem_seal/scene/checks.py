@@ -94,8 +94,8 @@ def _load(scene: "Scene") -> Iterator[str]:
         yield f"contact: give exactly one of {', '.join(LOADS)}; got none"
 
 
-def _seal(scene: "Scene") -> Iterator[str]:
-    """A seal whose patches cannot be computed, and products that stand beside it."""
+def _seal_product(scene: "Scene") -> Iterator[str]:
+    """A seal without its product or the other way round, and products that stand beside it."""
     products, seal = set(scene.output.products), scene.seal
     if seal is None:
         if "seal" in products:
@@ -114,6 +114,13 @@ def _seal(scene: "Scene") -> Iterator[str]:
             f"output.products names {product!r} beside 'seal', whose patches are solved "
             "under many loads; ask for it in a scene without [seal]"
         )
+
+
+def _seal(scene: "Scene") -> Iterator[str]:
+    """A seal whose patches cannot be computed, or whose flow is another one."""
+    seal, contact = scene.seal, scene.contact
+    if seal is None:
+        return
     if scene.flow.sides == "wall":
         yield (
             "[seal] puts patches side by side, and walls between them (flow.sides = 'wall') would "
@@ -125,14 +132,26 @@ def _seal(scene: "Scene") -> Iterator[str]:
                 f"[{name}] does not go with [seal], whose patches are pressed by many loads on the "
                 "grid of [surface]; leave one of the two out"
             )
-    contact = scene.contact
     pressed = contact is not None and (contact.pressure is not None or seal.own_load)
     if contact is not None and not (contact.is_elastic and pressed):
         yield (
             "[seal] needs contact.pressure, the mean contact pressure that solid and fluid carry "
             "together, for an elastic contact (contact.model = 'gfmd')"
         )
-    surface, map_ = scene.surface, scene.measured_map
+    if scene.flow.lift not in (None, "none"):
+        yield (
+            f"flow.lift = {scene.flow.lift!r} is for a single patch; [seal] counts the fluid's "
+            "pressure along the leak path itself: leave it out"
+        )
+    if scene.limit is not None and scene.limit.decide:
+        yield "limit.decide stops the flow of a single patch; with [seal] set seal.rtol"
+
+
+def _realizations(scene: "Scene") -> Iterator[str]:
+    """Patches of a seal of which the surface makes only one."""
+    seal, surface, map_ = scene.seal, scene.surface, scene.measured_map
+    if seal is None:
+        return
     if seal.window is not None and map_ is None:
         yield (
             "seal.window cuts patches out of a measured map; for a random surface leave it "
@@ -148,13 +167,6 @@ def _seal(scene: "Scene") -> Iterator[str]:
             "seal.window makes patches of parts of the map, and surface.twin_seed of its "
             "spectrum; leave one of the two out"
         )
-    if scene.flow.lift not in (None, "none"):
-        yield (
-            f"flow.lift = {scene.flow.lift!r} is for a single patch; [seal] counts the fluid's "
-            "pressure along the leak path itself: leave it out"
-        )
-    if scene.limit is not None and scene.limit.decide:
-        yield "limit.decide stops the flow of a single patch; with [seal] set seal.rtol"
 
 
 def _accuracy(scene: "Scene") -> Iterator[str]:
@@ -390,6 +402,6 @@ def _sensitivity(scene: "Scene") -> Iterator[str]:
 
 
 CHECKS = (
-    *(_shape, _origin, _load, _seal, _accuracy, _rates, _finite_differences, _tolerances),
-    *(_ambient_and_lift, _tensor, _sensitivity),
+    *(_shape, _origin, _load, _seal_product, _seal, _realizations, _accuracy, _rates),
+    *(_finite_differences, _tolerances, _ambient_and_lift, _tensor, _sensitivity),
 )
