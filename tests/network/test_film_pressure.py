@@ -88,7 +88,7 @@ def test_finer_networks_see_the_film_between_the_samples():
 def test_smaller_triangles_where_they_matter():
     """A wall with a gate one sample wide: most of the mean pressure's error is made there.
 
-    Three refinements near it come as close to the limit as three of the whole patch, with half as
+    Three refinements near it come closer to the limit than three of the whole patch, with half as
     many nodes. Three where the gap varies as well come closer than as many nodes everywhere.
     """
     gap = np.full(SHAPE, 0.5)
@@ -107,7 +107,7 @@ def test_smaller_triangles_where_they_matter():
         varied = varied.refined(by_links, 0.9, varies)
     halved, whole, limit = (Network.uniform(film, level) for level in (1, 3, 4))
     exact = solved(limit)[0]
-    assert abs(solved(local)[0] - exact) < 1.2 * abs(solved(whole)[0] - exact)
+    assert abs(solved(local)[0] - exact) < abs(solved(whole)[0] - exact)
     assert 2 * local.free.sum() < whole.free.sum()
     assert abs(solved(varied)[0] - exact) < abs(solved(halved)[0] - exact)
     assert varied.free.sum() < halved.free.sum()
