@@ -81,7 +81,7 @@ def test_every_level_encloses_the_brute_force(representation, sides, seed):
     low, high = bounds_by_brute_force(samples, spacing, representation, sides, 6)
     film = GridFilm(GridField(samples, spacing), sides, representation)
     for method, tuning in RUNS:
-        flow = bracketed(film, 0.01, 700, method=method, tuning=tuning)
+        flow = bracketed(film, 0.01, 350, method=method, tuning=tuning)
         assert flow.state == "leaking"
         assert_enclosed(flow, low * (1 - 1e-9), high * (1 + 1e-9))
         lower, upper = np.array([(v.lower, v.upper) for v in flow.levels]).reshape(-1, 2).T
