@@ -12,7 +12,7 @@ from fem_seal import run
 from fem_seal.accuracy import chosen_patch
 from fem_seal.cli.printing import summary
 from fem_seal.drawing import draw
-from fem_seal.patch import Patch
+from fem_seal.patch import Known, Patch
 from fem_seal.quantities.lift import lift_range
 from fem_seal.results import Result, read_contact
 from fem_seal.results.words import remarks, summary_of
@@ -147,10 +147,10 @@ def test_a_decision_that_the_fluid_pressure_leaves_open_is_missing():
 
 def test_budget_of_a_state_that_has_not_settled():
     """All leak rates that are not excluded: a limit among these is not kept."""
-    patch = Patch(scene())
-    settled = patch.lifted
+    settled = Patch(scene()).lifted
     seen = {"lowest": 0.7 * settled.lowest, "highest": 1.2 * settled.highest}
-    state = patch.__dict__["lifted"] = replace(settled, reason="not settled", **seen)
+    state = replace(settled, reason="not settled", **seen)
+    patch = Patch(scene(), known=Known(lifted=state))
     result = answer(patch).result()
     assert not result.lift.settled
     assert "steps, not settled" in dict(summary_of(result))["lift"]

@@ -3,6 +3,8 @@
 With η = 1/12 the film conductivity is gap³.
 """
 
+from itertools import count
+
 import numpy as np
 import pytest
 from sample_gaps import rough_gap
@@ -183,16 +185,14 @@ def test_the_reason_names_the_direction():
 # --- ends and errors -----------------------------------------------------------------------------
 
 
-class ThirdMesh(Limits):
-    """A limit that is met after three meshes."""
-
-    def exceeded(self, started, growth, last):
-        self.__dict__["meshes"] = self.__dict__.get("meshes", 0) + 1
-        return "three meshes are enough" if self.meshes == 3 else ""
-
-
 def test_the_mesh_at_a_limit_is_certified():
     """Both bounds of the last mesh are there, though its tolerance was far and the next barred."""
+    meshes = count(1)
+
+    class ThirdMesh(Limits):
+        def exceeded(self, started, growth, last):
+            return "three meshes are enough" if next(meshes) == 3 else ""
+
     first = on_first_mesh(rough(8, 0.4))
     found = tensor(rough(8, 0.4), rtol=0.001, limits=ThirdMesh())
     assert found.reason.startswith("three meshes are enough; the tensor is known to")
