@@ -18,6 +18,7 @@ the tolerance or to their rounding.
 """
 
 from dataclasses import dataclass, field
+from math import inf
 
 import numpy as np
 
@@ -77,34 +78,36 @@ def free_set_cg(
     state, z = _Pressed(problem, pressure), half_space.steer.values
     r, r_old, t, free = (np.zeros(z.shape, z.dtype) for _ in range(4))
     extension, settling = Extension(free, passes=passes), _Settling.of(rule, pressure.size)
-    rz_old, iteration = np.inf, 0
+    rz_old, iteration, settled = inf, 0, False
     while True:
         certificate = state.displace()  # 1
         if state.is_too_rough(certificate):
             # The same pressure once more, in double precision. The next direction is that of the
             # residual alone: rounding has spoilt the conjugacy of those before.
             state.refine()
-            rz_old = np.inf
+            rz_old = inf
             continue
         yield Iterate(iteration, state.p, certificate, state.g)
         iteration += 1
-        if settling.changes(iteration, certificate):
-            rz_old = np.inf
+        before, settled = settled, settling.record(iteration, certificate)
+        if settled != before:
+            rz_old = inf
         r, r_old = r_old, r
         number, sum_r = _restrict_gap(passes, state, free, r)  # 2, 3
-        mean = _Mean(passes, free, number if state.load is not None else None)
-        mean.subtract_mean(r, sum_r)
-        _precondition(half_space, r, z, extension if settling.settled else None)  # 4
+        if state.load is None:
+            number = inf  # At a level no mean is taken out.
+        _centre(passes, r, sum_r / number, free)
+        _precondition(half_space, r, z, extension if settled else None)  # 4
         sum_z, rz = _restrict(passes, z, free, r)
         # 5: with the extension, the formula of Polak and Ribière: samples that join or leave the
         # free set would spoil the directions of Fletcher and Reeves. Without it, the formula of
         # Fletcher and Reeves is a little faster.
-        r_old_z = mean.subtract_mean(z, sum_z, r_old if settling.settled else None)
+        r_old_z = _centre(passes, z, sum_z / number, free, r_old if settled else None)
         beta = max(rz - r_old_z, 0.0) / rz_old
         rz_old = rz
-        slope = mean.subtract_mean(t, _turn(passes, t, beta, free, z), r)  # 6
+        slope = _centre(passes, t, _turn(passes, t, beta, free, z) / number, free, r)  # 6
         if slope <= 0:
-            slope = mean.subtract_mean(t, _turn(passes, t, 0.0, free, z), r)
+            slope = _centre(passes, t, _turn(passes, t, 0.0, free, z) / number, free, r)
         _copy(passes, t, out=z)  # 7
         curvature = half_space.curvature()
         state.advance(slope / curvature if curvature > 0 else 0.0, t)  # 8
@@ -187,10 +190,10 @@ class _Settling:
     later: float  #: largest value of `below` once the free set has settled for the first time
     settled: bool = False  #: whether the free set counts as settled: the extension is then in use
     #: smallest certificate since then, and its iteration
-    least: float = field(default=np.inf, init=False)
+    least: float = field(default=inf, init=False)
     least_at: int = field(default=0, init=False)
     #: the certificate when it last had fallen by half, and the iteration
-    halved: float = field(default=np.inf, init=False)
+    halved: float = field(default=inf, init=False)
     halved_at: int = field(default=0, init=False)
 
     @classmethod
@@ -199,13 +202,8 @@ class _Settling:
         scale = min(1.0, LARGE / samples**0.5)
         return cls(rule, scale * rule.settled_at_start, scale * rule.settled)
 
-    def changes(self, iteration: int, certificate: float) -> bool:
-        """Record a certificate; return whether it changes what the free set counts as."""
-        before = self.settled
-        self._record(iteration, certificate)
-        return self.settled != before
-
-    def _record(self, iteration: int, certificate: float) -> None:
+    def record(self, iteration: int, certificate: float) -> bool:
+        """Judge by one more certificate whether the free set counts as settled."""
         rule = self.rule
         if not self.settled:
             self.settled = certificate < self.below
@@ -213,7 +211,7 @@ class _Settling:
             self.least, self.least_at = certificate, iteration
             self.halved, self.halved_at = certificate, iteration
             self.below = min(self.below, self.later)
-            return
+            return self.settled
         if certificate < self.least:
             self.least, self.least_at = certificate, iteration
         if certificate <= self.halved / 2:
@@ -221,29 +219,25 @@ class _Settling:
         rises, slow = iteration - self.least_at, iteration - self.halved_at
         if rises >= rule.rises or slow > rule.patience:
             self.settled, self.below = False, min(self.least, self.later) / rule.fall
+        return self.settled
 
 
-@dataclass
-class _Mean:
-    """The mean over the free set."""
+def _centre(
+    passes: RowPasses,
+    values: np.ndarray,
+    mean: float,
+    free: np.ndarray,
+    other: np.ndarray | None = None,
+) -> float:
+    """Subtract the mean of values on the free set, in place; return <other, values>."""
+    one = values.dtype.type(mean)
 
-    passes: RowPasses
-    free: np.ndarray
-    #: number of free samples; None where no load is prescribed, so that nothing is subtracted
-    number: float | None
+    def subtract(rows: slice) -> float:
+        block = values[rows]
+        block -= one * free[rows]
+        return product(other[rows], block) if other is not None else 0.0
 
-    def subtract_mean(
-        self, values: np.ndarray, total: float, other: np.ndarray | None = None
-    ) -> float:
-        """Subtract the mean of values of sum `total` on the free set; return <other, values>."""
-        mean = values.dtype.type(0.0 if self.number is None else total / self.number)
-
-        def subtract(rows: slice) -> float:
-            block = values[rows]
-            block -= mean * self.free[rows]
-            return product(other[rows], block) if other is not None else 0.0
-
-        return sum(self.passes.over(values.shape, subtract))
+    return sum(passes.over(values.shape, subtract))
 
 
 def _copy(passes: RowPasses, values: np.ndarray, out: np.ndarray) -> None:
@@ -276,7 +270,7 @@ def _subtract(
 
 def _restrict_gap(
     passes: RowPasses, state: _Pressed, free: np.ndarray, r: np.ndarray
-) -> tuple[int, float]:
+) -> tuple[float, float]:
     """Write the free set into `free`, and g - δ on it into r; return its size and Σ r."""
     p, g, level = state.p, state.g, state.level
 
