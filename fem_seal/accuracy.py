@@ -217,7 +217,7 @@ def chosen_patch(
     first = Patch(scene, report, trust=trust, flow_settings=settings, on_own_grid=True, comm=comm)
 
     def error_of(tried: Sequence[Patch]) -> EstimatedError:
-        """What a grid finer than the last one would change."""
+        """Estimated error of the leak rate on the last of some grids."""
         if tried[-1].leak_rate.state == "sealed":
             return error_of_sealed(tried, shortest)
         return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN

@@ -78,7 +78,7 @@ def on_half(patch: Patch, even: bool = False) -> Patch | None:
 
 @dataclass(frozen=True)
 class OnGrid:
-    """What the rule needs to know of a patch on a grid."""
+    """Leak rate of a patch on a grid, as an interval."""
 
     lowest: float  #: least leak rate that it may have [m³/s], or conductivity; 0 if sealed
     highest: float  #: largest
@@ -108,7 +108,7 @@ class OnGrid:
 
 @dataclass(frozen=True)
 class OnHalf:
-    """What the rule needs to know of a patch on half of its samples."""
+    """Leak rate of a patch on half of its samples."""
 
     grid: OnGrid | None  #: None if lifted off
     stays_sealed: bool  #: whether it is sealed, under a little less load as well

@@ -141,6 +141,8 @@ class Solved:
         InvalidInput
             If the folder cannot be written, or holds another scene's result and `overwrite` is
             False; nothing is written then.
+        MissingPackage
+            If a product needs a package that is not installed.
         """
         with _reserved(self.patch.scene, folder, overwrite, self.patch.comm) as target:
             return self.write(target)

@@ -35,6 +35,8 @@ def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
 
     Raises
     ------
+    InvalidInput
+        If the film is not on a grid, or numbers leave double precision.
     NotConverged
         If the iteration for slip does not settle.
     """

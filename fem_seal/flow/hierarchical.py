@@ -119,7 +119,7 @@ class AppliedBubbles:
     coefficients: tuple[list[list[np.ndarray]], ...]
 
     def of(self, energy: int) -> "AppliedBubbles":
-        """Those of one of the energies alone."""
+        """Coefficients for one of the energies."""
         return AppliedBubbles(self.sides, (self.coefficients[energy],))
 
 

@@ -141,7 +141,7 @@ class Network:
         return self.weight * LINKS[self.rule](*gap[self.between])
 
     def past_legs(self, gap: np.ndarray) -> np.ndarray:
-        """What triangles (C,) conduct along their longest sides beside their legs, times 12 η.
+        """Conductances (C,) of triangles along their longest sides beside their legs, times 12 η.
 
         Where the gap is closed at the right angle, the legs conduct nothing; a film that is open at
         the other two corners leads through all the same. Zero where a sample fills a pixel, whose

@@ -17,7 +17,7 @@ UNKNOWN_POINT = 4_000_000_000
 
 @dataclass(frozen=True)
 class Expected:
-    """What a point is expected to take in a process of its own."""
+    """Time and memory that a point is expected to take in a process of its own."""
 
     seconds: float  #: time [s]
     memory: float  #: [bytes]

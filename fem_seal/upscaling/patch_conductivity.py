@@ -94,7 +94,7 @@ class LoadedPatch:
         return self._bounds[load]
 
     def missing(self, loads: Mapping[float, float]) -> dict[float, float]:
-        """Those of some loads [Pa], each with a multiple of `rtol`, that `table` has to compute."""
+        """Loads [Pa], each with a multiple of `rtol`, that `table` has still to compute."""
         return {
             load: looser
             for load, looser in loads.items()

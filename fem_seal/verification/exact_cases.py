@@ -33,14 +33,21 @@ class ExactCase:
     source: str  #: source of the exact value and of the order
 
 
-def vertex_gap(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.0)) -> GridField:
+GapFunction = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of x and y
+
+
+def vertex_gap(
+    function: GapFunction, shape: tuple[int, int], size: tuple[float, float] = (1.0, 1.0)
+) -> GridField:
     """Samples of function(x, y) at the vertices of mx × my squares over a rectangle."""
     spacing = (size[0] / shape[0], size[1] / shape[1])
     i, j = np.meshgrid(*(np.arange(m + 1) for m in shape), indexing="ij")
     return GridField(np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape), spacing)
 
 
-def pixel_gap(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.0)) -> GridField:
+def pixel_gap(
+    function: GapFunction, shape: tuple[int, int], size: tuple[float, float] = (1.0, 1.0)
+) -> GridField:
     """Samples of function(x, y) at the centres of mx × my squares over a rectangle."""
     spacing = (size[0] / shape[0], size[1] / shape[1])
     i, j = np.meshgrid(*(np.arange(m) + 0.5 for m in shape), indexing="ij")
