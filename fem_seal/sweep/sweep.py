@@ -131,7 +131,7 @@ def sweep(
 
 
 def _expected(tasks: Sequence[ScenePoint]) -> Expected | None:
-    """Time and memory that a point is expected to take, by the first and the last one; None if unknown."""
+    """What a point is expected to take, by the first and the last one; None if unknown."""
     try:
         first, last = (predicted(numbers_only(tasks[k].scene)).of_point for k in (0, -1))
         return Expected((first.seconds + last.seconds) / 2, max(first.memory, last.memory))
