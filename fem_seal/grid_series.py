@@ -23,7 +23,7 @@ from fem_seal.leak_rate import EstimatedError
 from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
-from fem_seal.scene.sections import Lift
+from fem_seal.scene.section import Lift
 from fem_seal.surface.resampling import resample
 
 LEAST_SAMPLES = 8  # along each side of a grid

@@ -20,7 +20,7 @@ from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffine
 from fem_seal.scene.scene import require_scene
-from fem_seal.scene.sections import Lift
+from fem_seal.scene.section import Lift
 from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, spectrum_of_profiles
 from fem_seal.surface import PreparedSurface, gaussian_surface, measured_surface, self_affine

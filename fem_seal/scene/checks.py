@@ -4,9 +4,11 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from fem_seal.scene.contact import LOADS
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import LOADS, PRODUCTS, is_changed
+from fem_seal.scene.section import is_changed
+from fem_seal.scene.sections import PRODUCTS
 
 if TYPE_CHECKING:
     from fem_seal.scene.scene import Scene

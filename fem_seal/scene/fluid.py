@@ -10,7 +10,8 @@ from fem_seal.errors import present
 from fem_seal.fluid import Drive, GasDrive, LiquidDrive, Slip
 from fem_seal.rarefied import LEAST_ACCOMMODATION
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import Flow, Number, Pressure, Section, Viscosity
+from fem_seal.scene.section import Number, Pressure, Section, Viscosity
+from fem_seal.scene.sections import Flow
 from fem_seal.units import to_si
 
 Temperature = Annotated[float, BeforeValidator(partial(to_si, unit="K")), Field(gt=0)]

@@ -14,7 +14,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import Stated, in_si
 from fem_seal.files import atomic_write, use_writable_cache, user_cache
 from fem_seal.grid import GridField
-from fem_seal.scene.sections import (
+from fem_seal.scene.section import (
     Coordinate,
     Count,
     InputFile,
@@ -22,10 +22,10 @@ from fem_seal.scene.sections import (
     Number,
     Section,
     Seed,
-    SurfaceSection,
     Truth,
     one_or_more,
 )
+from fem_seal.scene.surface import SurfaceSection
 from fem_seal.surface.preparation import Crop, Preparation
 
 WINDOW_END = 1e-5  # part of a window by which its end is shortened, to leave out the last sample

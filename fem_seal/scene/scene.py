@@ -11,26 +11,17 @@ from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Drive, Slip
 from fem_seal.scene.checks import check
+from fem_seal.scene.contact import Contact, Solid
 from fem_seal.scene.files import override, replaced, scene_text, tables_of
 from fem_seal.scene.fluid import Fluid
 from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.messages import explain
 from fem_seal.scene.readable import rows_of_mapping
 from fem_seal.scene.seal import Seal
-from fem_seal.scene.sections import (
-    PRODUCTS,
-    Accuracy,
-    Contact,
-    Flow,
-    Lift,
-    Limit,
-    Output,
-    Section,
-    SelfAffine,
-    Solid,
-    SurfaceSection,
-)
+from fem_seal.scene.section import Lift, Section
+from fem_seal.scene.sections import PRODUCTS, Accuracy, Flow, Limit, Output
 from fem_seal.scene.shape import AnyShape, MeshFile
+from fem_seal.scene.surface import SelfAffine, SurfaceSection
 from fem_seal.scene.tolerances import Tolerances
 from fem_seal.tables import html_table
 

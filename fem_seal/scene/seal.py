@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo
 
 from fem_seal.errors import present
-from fem_seal.scene.sections import (
+from fem_seal.scene.section import (
     Count,
     Length,
     LineLoad,

@@ -16,7 +16,7 @@ from pydantic import (
 from fem_seal.errors import InvalidInput
 from fem_seal.scene.measured import LengthUnit
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import Count, InputFile, Length, Section
+from fem_seal.scene.section import Count, InputFile, Length, Section
 from fem_seal.units import to_si
 
 Angle = Annotated[float, BeforeValidator(partial(to_si, unit="rad")), Field(gt=0, lt=2 * pi)]

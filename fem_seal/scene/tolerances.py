@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo
 
-from fem_seal.scene.sections import Section
+from fem_seal.scene.section import Section
 from fem_seal.units import to_si
 
 
