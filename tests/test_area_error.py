@@ -193,5 +193,5 @@ def test_it_counts_together_with_all_others():
     lower, upper = solved.leak_rate.bounds
     head = solved.headline
     ends = lower * entry.lower, upper * entry.upper
-    assert (head.lower, head.upper) == pytest.approx(ends, rel=1e-6, abs=0)
+    assert (head.lower, head.upper) == pytest.approx(ends, rel=1e-6)
     assert "contact_area" not in {entry.key for entry in error_budget(Patch(scene()))}

@@ -72,16 +72,14 @@ def test_leak_of_a_wedge(wedge, tmp_path, method):
         assert leak["lower"] <= exact * (1 + 1e-9)
         assert leak["upper"] >= exact * (1 - 1e-9)
         assert leak["upper"] - leak["lower"] <= 0.01 * np.sqrt(leak["upper"] * leak["lower"])
-        assert leak["value"] == pytest.approx(
-            np.sqrt(leak["lower"] * leak["upper"]), rel=1e-14, abs=0
-        )
+        assert leak["value"] == pytest.approx(np.sqrt(leak["lower"] * leak["upper"]), rel=1e-14)
     else:
         # The default links are exact for a linear gap in series; eliminated to rounding.
-        assert leak["value"] == pytest.approx(exact, rel=1e-12, abs=0)
+        assert leak["value"] == pytest.approx(exact, rel=1e-12)
     assert result["method"] == method
     assert (result["state"], result["converged"]) == ("leaking", True)
     # CG stops at 1e-8 of the energy, right within a factor of two; flows are off by its root.
-    assert result["inflow"] == pytest.approx(result["outflow"], rel=np.sqrt(2e-8), abs=0)
+    assert result["inflow"] == pytest.approx(result["outflow"], rel=np.sqrt(2e-8))
 
 
 @pytest.mark.parametrize("limit", [("--max-unknowns", "2e1"), ("--max-seconds", "1 ns")])
@@ -245,7 +243,7 @@ def test_scene_with_everything(small_scene, tmp_path):
     # The same gap again: equal to the solver's tolerance.
     again = read_result(tmp_path / "leak")["leak_rate"]
     for bound in ("lower", "upper"):
-        assert again[bound] == pytest.approx(of_scene["leak_rate"][bound], rel=1e-6, abs=0)
+        assert again[bound] == pytest.approx(of_scene["leak_rate"][bound], rel=1e-6)
 
 
 @pytest.mark.render

@@ -11,6 +11,7 @@ from project import ROOT, scene_of_samples
 
 import fem_seal as fs
 from fem_seal.render.patch import OF_LIFTED_CONTACT
+from fem_seal.results import read_contact
 from fem_seal.scene import Scene
 
 PAGE = (ROOT / "docs/guide/python.md").read_text(encoding="utf-8")
@@ -225,6 +226,7 @@ def test_pictures_at_a_prompt_are_those_of_a_run(tmp_path):
     result = solved.save(tmp_path / "out")
     assert {f"{name}.png" for name in shown} == {n for n in result.files if n.endswith(".png")}
     assert {f"{name}.png" for name in shown} == {*OF_LIFTED_CONTACT} - {"lift.png"}
+    assert read_contact(tmp_path / "out").fluid_pressure is None
     for name, picture in shown.items():
         assert picture._repr_png_().startswith(b"\x89PNG")
         assert picture.save(tmp_path / "copy.png").read_bytes() == picture.png

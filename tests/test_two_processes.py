@@ -75,7 +75,7 @@ def test_two_processes_write_the_result_of_one(name, folder):
     if name in ("dry", "lifted", "seal"):
         rates = [(result.seal or result).leak_rate for result in (one, two)]
         (low, high), ends = ((rate.lower, rate.upper) for rate in rates)
-        assert (low, high) == pytest.approx(ends, rel=1e-3, abs=0)
+        assert (low, high) == pytest.approx(ends, rel=1e-3)
     else:
         assert two.quantities == one.quantities
     # Three loads are solved before the clock is read.

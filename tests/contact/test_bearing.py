@@ -30,7 +30,7 @@ def test_area(rough, wanted):
 def test_mean_gap(rough, relative):
     wanted = relative * rms_height(rough)
     state = bearing(rough, mean_gap=wanted)
-    assert state.mean_gap == pytest.approx(wanted, rel=1e-12, abs=0)
+    assert state.mean_gap == pytest.approx(wanted, rel=1e-12)
 
 
 def test_gaussian_heights():

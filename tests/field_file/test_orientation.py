@@ -54,4 +54,4 @@ def test_leak_across_and_along_grooves(tmp_path, capsys):
         rates.append(json.loads(capsys.readouterr().out)["leak_rate"]["value"])
     parallel, series = 1e-18 * (9 * 8 + 8) / 17, 1e-18 * 17 / (9 / 8 + 8)
     expected = [1e5 * mean / 12e-3 for mean in (parallel, series, series, parallel)]
-    assert rates == pytest.approx(expected, rel=2e-8, abs=0)
+    assert rates == pytest.approx(expected, rel=2e-8)

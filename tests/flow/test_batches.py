@@ -24,7 +24,7 @@ def test_bubbles_in_small_batches(representation, periodic, monkeypatch):
     whole = problem.corrected(*found).numbers
     for at_once in (1, 3):
         monkeypatch.setattr(hierarchical, "QUARTERED_AT_ONCE", at_once)
-        assert problem.corrected(*found).numbers == pytest.approx(whole, rel=1e-12, abs=0)
+        assert problem.corrected(*found).numbers == pytest.approx(whole, rel=1e-12)
 
 
 @pytest.mark.parametrize(("periodic", "contact"), [(False, 0.0), (True, 0.3)])
@@ -60,4 +60,4 @@ def test_closed_forms_over_several_batches(along):
     assert flow.levels[-1].cells > 4 * AT_ONCE
     for level in flow.levels:
         found = level.upper if along else level.lower
-        assert found == pytest.approx(case.exact, rel=4e-8, abs=0)
+        assert found == pytest.approx(case.exact, rel=4e-8)

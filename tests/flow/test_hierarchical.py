@@ -36,7 +36,7 @@ def test_one_square_has_three_bubbles(representation, width, spacing):
     found = problem.corrected(*solved(problem)).numbers
     # Widened against rounding by 1e-12 of the energies before the bubbles, at most ten times
     # larger.
-    assert found == pytest.approx(plain_bounds(quarters), rel=1e-11, abs=0)
+    assert found == pytest.approx(plain_bounds(quarters), rel=1e-11)
     if representation == "constant" and width == 1:
         return  # a uniform gap, solved by the coarse mesh
     plain = plain_bounds(problem)
@@ -59,7 +59,7 @@ def test_minima_and_best_bubbles_against_a_direct_solver(seed, monkeypatch):
     (p[coarse.mesh.cells],) = pressure.of_unit_jumps()
     monkeypatch.setattr(hierarchical, "STEPS", 40)
     found = coarse.corrected(pressure, stream).numbers
-    assert found == pytest.approx(least(fine, p, stream.psi[0]), rel=1e-11, abs=0)
+    assert found == pytest.approx(least(fine, p, stream.psi[0]), rel=1e-11)
 
 
 def least(problem, p, psi) -> list[float]:
@@ -92,7 +92,7 @@ def test_every_step_lowers_the_energies(contact, monkeypatch):
     lower, upper = np.transpose(bounds)
     assert (np.diff(lower) > 0).all()
     assert (np.diff(upper) < 0).all()
-    assert [lower[0], upper[0]] == pytest.approx(plain_bounds(problem), rel=1e-7, abs=0)
+    assert [lower[0], upper[0]] == pytest.approx(plain_bounds(problem), rel=1e-7)
     # On square pixels energies of neighbouring bubbles overlap by at most a half, so that CG gains
     # a factor of three a step or more: of what 40 steps find, 4 miss no more than 3^-4.
     assert lower[-1] - lower[-2] < 3**-4 * (lower[-1] - lower[0])

@@ -64,8 +64,8 @@ def test_pockets_beside_a_channel(representation, sides):
     )
     assert [level.unknowns for level in first.levels] == [level.unknowns for level in second.levels]
     for one, other in zip(first.levels, second.levels, strict=True):
-        assert one.upper == pytest.approx(other.upper, rel=1e-7, abs=0)
-        assert one.lower == pytest.approx(other.lower, rel=1e-7, abs=0)
+        assert one.upper == pytest.approx(other.upper, rel=1e-7)
+        assert one.lower == pytest.approx(other.lower, rel=1e-7)
 
 
 def test_no_level_begins_that_would_not_end_in_time():
@@ -105,8 +105,8 @@ def test_a_start_of_any_energy(representation, height):
     rng = np.random.default_rng(0)
     high = problem.pressure([height * rng.normal(size=problem.unknowns)])
     steep = problem.stream(height * rng.normal(size=(1, len(problem.mesh.xy))))
-    assert high.energies == pytest.approx(pressure.energies, rel=4e-8, abs=0)
-    assert steep.conductance == pytest.approx(stream.conductance, rel=4e-8, abs=0)
+    assert high.energies == pytest.approx(pressure.energies, rel=4e-8)
+    assert steep.conductance == pytest.approx(stream.conductance, rel=4e-8)
 
 
 @pytest.mark.parametrize("periodic", [False, True])

@@ -73,7 +73,7 @@ def test_whole_files(name, tmp_path):
 def test_unit_of_the_file(tmp_path):
     """Formats of meshes have no unit: the scene must say it."""
     path = write_msh(tmp_path / "a.msh", points=1000 * CORNERS)
-    assert side_lengths(gap_of(path, unit="mm")) == pytest.approx(WHOLE, rel=1e-15, abs=0)
+    assert side_lengths(gap_of(path, unit="mm")) == pytest.approx(WHOLE, rel=1e-15)
     scene = scene_of(path)
     del scene["shape"]["unit"]
     with pytest.raises(InvalidInput, match=r"shape.unit is missing .unit of its lengths"):
@@ -222,4 +222,4 @@ def test_written_mesh_is_read_back(tmp_path):
     again = gap_of(tmp_path / "mesh.vtu")
     assert again.mesh.periodic
     assert len(again.mesh.xy) == len(gap.mesh.xy)
-    assert side_lengths(again) == pytest.approx(side_lengths(gap), rel=1e-15, abs=0)
+    assert side_lengths(again) == pytest.approx(side_lengths(gap), rel=1e-15)

@@ -40,7 +40,7 @@ def test_bounds_of_both_leak_rates_widen_those_of_the_aperture():
     leak, uniform = LeakRate("leaking", "", 1.0, 0.5, 2.0), LeakRate("leaking", "", 1.0, 0.8, 1.25)
     found = hydraulic_aperture(leak, uniform, 3e-6)
     ends = 3e-6 * np.cbrt([0.5 / 1.25, 2 / 0.8])
-    assert (found.lower, found.upper) == pytest.approx(ends, rel=1e-14, abs=0)
+    assert (found.lower, found.upper) == pytest.approx(ends, rel=1e-14)
 
 
 def test_without_bounds_and_sealed():
@@ -65,7 +65,7 @@ def test_the_aperture_of_a_ring_of_uniform_gap_is_that_gap():
     assert found.lower <= 2e-6 <= found.upper
     # Both leak rates are known to 2 %: together 4 %, a third of that for the height.
     assert found.upper - found.lower <= 0.04 / 3 * 2e-6 * (1 + 1e-2)
-    assert found.value == pytest.approx(2e-6, rel=1e-9, abs=0)
+    assert found.value == pytest.approx(2e-6, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -96,6 +96,6 @@ def test_a_smooth_channel_is_its_own_aperture(representation, periodic, law, hei
         slip is None or slip.mean_gain(3e-8) > 5
     )  # without slip the aperture would be 70 % larger
     # A kinetic law is tabulated to 2e-4; it moves the height by a third of that or more.
-    assert found.value == pytest.approx(height, rel=2e-4 if law == "kinetic" else 1e-7, abs=0)
+    assert found.value == pytest.approx(height, rel=2e-4 if law == "kinetic" else 1e-7)
     assert found.lower <= height * (1 + 1e-7)
     assert found.upper >= height * (1 - 1e-7)

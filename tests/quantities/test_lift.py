@@ -76,9 +76,7 @@ def test_verdict_against_the_other_end_of_the_load():
         assert ("fluid pressure" in result.seconds) is computed
     # Upper factor times upper bound is the upper bound of the opened contact; both runs differ by
     # their starts, within the certificate of the contact.
-    assert entry(within).upper * within.leak_rate.upper == pytest.approx(
-        opened.upper, rel=1e-2, abs=0
-    )
+    assert entry(within).upper * within.leak_rate.upper == pytest.approx(opened.upper, rel=1e-2)
 
 
 @pytest.mark.parametrize("load", [0.5 * DROP, DROP])

@@ -66,7 +66,7 @@ def test_scale_ends_above_the_peak_and_spans_its_decades(peak, high):
     for decades in (3, flow.DECADES):
         scale = flow.flow_scale(field, decades=decades)
         assert (scale.logarithmic, scale.beyond) == (True, "min")
-        assert scale.high == pytest.approx(high, rel=1e-9, abs=0)
+        assert scale.high == pytest.approx(high, rel=1e-9)
         assert scale.high / scale.low == pytest.approx(10**decades)
     assert scale == flow.flow_scale(field)
     assert scale.label.endswith("[m²/s]")
@@ -74,7 +74,7 @@ def test_scale_ends_above_the_peak_and_spans_its_decades(peak, high):
 
 def test_one_scale_covers_several_fields():
     weak, strong = (structured_flow(4, 4, SIZE, lambda x, q=q: q + 0 * x) for q in (1e-12, 1e-9))
-    assert flow.flow_scale(weak, strong).high == pytest.approx(1e-9, rel=1e-9, abs=0)
+    assert flow.flow_scale(weak, strong).high == pytest.approx(1e-9, rel=1e-9)
 
 
 def test_contact_covers_flow_cells_and_pockets_are_pale():
@@ -124,7 +124,7 @@ def test_mesh_picture_has_a_detail_around_the_strongest_flow():
     whole = Window(0, SIZE[0], 0, SIZE[1])
     window = flow.peak_window(field, whole)
     assert window.x0 < 15.5e-6 < window.x1
-    assert window.x1 - window.x0 == pytest.approx(SIZE[0] / 8, rel=1e-9, abs=0)
+    assert window.x1 - window.x0 == pytest.approx(SIZE[0] / 8, rel=1e-9)
     assert window.y0 >= 0  # the strongest cell lies on the boundary: the window is moved inside
 
 

@@ -65,10 +65,6 @@ def test_listings_are_valid(text):
         assert is_valid(tomllib.loads(text.replace(f"# {line}", line))), line
 
 
-def test_reference_scene_is_valid(read):
-    assert read(REFERENCE).surface.shape == (512, 512)
-
-
 @pytest.mark.parametrize(
     ("text", "line"),
     [(text, line) for text in (REFERENCE, SURFACE) for line in COMMENTED.findall(text)],

@@ -95,7 +95,7 @@ def test_units_of_leak_rates(unit, kind, size):
     """Tolerance: two roundings, of pint's decimal quotient and of the expected value."""
     rate_unit = RateUnit.parse(unit)
     assert (rate_unit.name, rate_unit.kind) == (unit, kind)
-    assert rate_unit.size == pytest.approx(size, rel=4e-16, abs=0)
+    assert rate_unit.size == pytest.approx(size, rel=4e-16)
 
 
 @pytest.mark.parametrize("unit", ["slm", "slpm", "sccm", "Nl/min", "std cm^3/min"])

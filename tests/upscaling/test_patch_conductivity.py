@@ -59,7 +59,7 @@ def test_conductivity_of_waves(fine_waves, share):
     """The open width is known to a sample: K, which falls faster than its third power, to 3 %."""
     lower, upper = fine_waves.bounds(share * WAVE.full)
     exact = WAVE.conductivity(share * WAVE.full, 1e-3)
-    assert lower == pytest.approx(exact, rel=0.03, abs=0)
+    assert lower == pytest.approx(exact, rel=0.03)
     assert lower <= upper <= 1.011 * lower
 
 
@@ -212,8 +212,8 @@ def test_enclosures_hold_loads_inside(rough):
         assert enclosure.upper_at(share) >= lower
     middle = enclosure.upper_at(0.5) / enclosure.lower_at(0.5)
     assert middle < (upper_a / lower_b) ** 0.5
-    assert enclosure.upper[0] == pytest.approx(upper_a, rel=1e-6, abs=0)
-    assert enclosure.lower[-1] == pytest.approx(lower_b, rel=1e-6, abs=0)
+    assert enclosure.upper[0] == pytest.approx(upper_a, rel=1e-6)
+    assert enclosure.lower[-1] == pytest.approx(lower_b, rel=1e-6)
 
 
 def test_a_load_against_its_enclosure_is_noticed():

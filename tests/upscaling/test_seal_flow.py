@@ -94,7 +94,7 @@ def test_exponential_conductivity():
     # Steps of 250 Pa: each bound is off by at most exp(250/5e4) = 1.005.
     encloses(flow, exact, 0.011)
     # ln K is linear, as it is interpolated: what is left are 16 steps an interval, (1/16)²/24.
-    assert flow.value == pytest.approx(exact, rel=1e-5, abs=0)
+    assert flow.value == pytest.approx(exact, rel=1e-5)
 
 
 def test_gas():
@@ -134,7 +134,7 @@ def test_linear_profile_with_exponential_conductivity(rising):
     exact = separable(lambda t: np.interp(t, x, P), 1e5, 1e5, 0, 2e-3)
     # Steps of 500 Pa in the load and 400 Pa in the profile, of an e-fold of 1e5.
     encloses(flow, exact, 0.02)
-    assert flow.value == pytest.approx(exact, rel=1e-5, abs=0)
+    assert flow.value == pytest.approx(exact, rel=1e-5)
 
 
 def test_two_humps_and_an_open_valley():
@@ -197,7 +197,7 @@ def test_influence(kind, P, e_fold, ends, loads):
     assert along.influence.sum() == pytest.approx(1)
     assert along.sealing_length <= 2e-3 * (1 + 1e-9)
     if is_uniform(profile):
-        assert along.sealing_length == pytest.approx(2e-3, rel=1e-9, abs=0)
+        assert along.sealing_length == pytest.approx(2e-3, rel=1e-9)
 
 
 def test_lifted_off():
@@ -209,7 +209,7 @@ def test_beyond_the_table_only_the_upper_bound_is_known():
     """Which is widened by 2 SHOOTING = 2e-9, of a root known to 1e-9."""
     flow = seal_flow(constant(top=5e5), uniform(7e5, 2e-3), STRIP, BAR)
     assert flow.lower == 0
-    assert flow.upper == pytest.approx(SMOOTH * 75 * 1e5, rel=4e-9, abs=0)
+    assert flow.upper == pytest.approx(SMOOTH * 75 * 1e5, rel=4e-9)
 
 
 @pytest.mark.parametrize("P", [6e5, 0.1 + 3e5, 1e6 / 3])
@@ -223,8 +223,8 @@ def test_table_that_begins_at_the_lowest_net_load(P):
         BAR,
     )
     upper = SMOOTH * 75 * 1e4 * np.sum(np.exp(-np.arange(10)))
-    assert flow.upper == pytest.approx(upper, rel=4e-9, abs=0)
-    assert flow.lower == pytest.approx(upper / np.e, rel=4e-9, abs=0)
+    assert flow.upper == pytest.approx(upper, rel=4e-9)
+    assert flow.lower == pytest.approx(upper / np.e, rel=4e-9)
 
 
 def test_below_the_first_load_the_film_may_be_open():
@@ -337,11 +337,11 @@ def test_a_table_with_enclosures_encloses():
     flow, steps = (
         seal_flow(t, uniform(P, 2e-3), STRIP, BAR) for t in (enclosed(loads, e_fold), plain)
     )
-    assert flow.lower == pytest.approx(steps.lower, rel=1e-6, abs=0)
+    assert flow.lower == pytest.approx(steps.lower, rel=1e-6)
     assert flow.lower <= exact <= flow.upper < steps.upper
     # The chord of exp over 0.4 lies at most 0.4²/12 above it in the mean, and steps add 1 %.
     assert flow.upper / exact - 1 < 0.4**2 / 12 + 0.01
-    assert flow.value == pytest.approx(exact, rel=2e-3, abs=0)
+    assert flow.value == pytest.approx(exact, rel=2e-3)
 
 
 def test_enclosures_as_many_as_intervals():
