@@ -29,6 +29,7 @@ from fem_seal.fenicsx import PETSc, fem, functionspace, ufl
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowFunctions, FlowSettings, Tuning, flow_functions, leak_rate
 from fem_seal.flow.forms import energy, film_conductivity, reynolds
+from fem_seal.flow.linear import preconditioner
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FacetTag, FlowField, LeakRate
 from fem_seal.render.plot import new_figure
@@ -83,14 +84,14 @@ def ordinary_energy(flow: FlowFunctions, degree: int) -> float:
 
 
 def solved(A: PETSc.Mat, b: PETSc.Vec) -> np.ndarray:
-    """Solution of A x = b by conjugate gradients with BoomerAMG."""
+    """Solution of A x = b by conjugate gradients with algebraic multigrid."""
     ksp, x = PETSc.KSP().create(A.comm), A.createVecRight()
     ksp.setOperators(A)
     ksp.setType("cg")
-    ksp.getPC().setType("hypre")
+    ksp.getPC().setType(preconditioner())
     ksp.setTolerances(rtol=1e-10)
     ksp.solve(b, x)
-    assert ksp.getConvergedReason() > 0, "CG with BoomerAMG has not converged"
+    assert ksp.getConvergedReason() > 0, "CG has not converged"
     return x.array_r.copy()
 
 
