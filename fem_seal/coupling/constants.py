@@ -16,6 +16,9 @@ MOST_FAILED = 8
 PARTS = 4
 # Part of the allowed error of ln Q by which a channel along diagonals may change it: many may open.
 DIAGONAL = 0.01
+# ε over the rms height with which a film must be sealed: with a larger one on a coarse network the
+# fluid may not reach a channel that it would open.
+SEALED = 5e-4
 # Samples of the first contact, and nodes of the first network, but every fourth sample at least:
 # little beside one contact. Nodes of the last network, at about 1 kB each.
 FIRST_NODES, MOST_NODES = 30_000, 2_000_000

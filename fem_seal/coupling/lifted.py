@@ -16,7 +16,7 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import INNER, MOST_FAILED, MOST_NODES, MOST_STEPS
+from fem_seal.coupling.constants import INNER, MOST_FAILED, MOST_NODES, MOST_STEPS, SEALED
 from fem_seal.coupling.newton import Steps, equilibrium
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
@@ -152,9 +152,7 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps) -> Steps
         if start is None:
             break
         before, change = change, steps.point.error_of(start)
-        # The changes of all stages to come fall by a ratio r: they are 1/(1 - r) times this one.
-        ratio = min(change / before, 0.9) if 0 < before < inf else 0.5
-        to_come = change / (1 - ratio)
+        to_come = _sum_to_come(change, before)
         error = (max(to_come, moved) if steps.difficult else to_come) + start.by_epsilon
         little = error <= allowed and start.keeps_load(allowed)
         if little and not (steps.point.sealed or start.sealed or steps.failure):
@@ -164,7 +162,10 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps) -> Steps
             change = inf  # the change of the next stage contains that of this one
             continue
         exact = steps.difficult or start.problem is not problem
-        steps = equilibrium(start, INNER * allowed if exact else allowed).after(steps)
+        found = equilibrium(start, INNER * allowed if exact else allowed)
+        if found.failure and found.point.sealed and _stays_sealed(steps.point, problem):
+            break  # the sealed equilibrium stands: this stage looked for one that leaks
+        steps = found.after(steps)
         moved = spread(steps.point.flow.conductance, start.flow.conductance)
         # No state has fewer samples than all.
         if start.problem is problem:
@@ -180,25 +181,42 @@ def _further_stages(problem: LiftProblem, allowed: float, steps: Steps) -> Steps
     return replace(steps, change=change, error=error, failure=steps.failure or over)
 
 
+def _sum_to_come(change: float, before: float) -> float:
+    """Sum of the changes of a stage and of all after it, from that of the stage before.
+
+    They fall by a ratio r: the sum is 1/(1 - r) times the first.
+    """
+    ratio = min(change / before, 0.9) if 0 < before < inf else 0.5
+    return change / (1 - ratio)
+
+
 def _leaks_nothing(point: LiftPoint, problem: LiftProblem) -> bool:
     """Whether a film on all samples leaks so little that it counts as sealed."""
     return point.problem is problem and point.flow.conductance <= problem.negligible
 
 
+def _stays_sealed(point: LiftPoint, problem: LiftProblem) -> bool:
+    """Whether a film on all samples is sealed, and stays so under the most fluid pressure."""
+    return point.problem is problem and point.sealed and point.opened is None
+
+
 def _next_stage(problem: LiftProblem, allowed: float, steps: Steps) -> LiftPoint | None:
     """The first point of the next stage, None if it has none.
 
-    It has none where the film stays sealed or leaks next to nothing, and where its network would be
-    too large.
+    It has none where the film stays sealed with a small ε or leaks next to nothing, and where its
+    network would be too large.
     """
     point, chain = steps.point, problem.chain
     if _leaks_nothing(point, problem):
         return None
     following = chain[min(chain.index(point.problem) + 1, len(chain) - 1)]
-    sealed = point.sealed and point.problem is problem
-    if sealed and point.opened is None:
+    sealed, least = point.sealed and point.problem is problem, SEALED * problem.roughness
+    stays_sealed = _stays_sealed(point, problem)
+    if stays_sealed and (point.epsilon <= least or problem.never_opens):
         return None
     network, epsilon = point.finer(allowed, following)
+    if stays_sealed:
+        epsilon = least
     # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's steps.
     lost = epsilon**3 < float_info.epsilon * problem.roughness**3
     if (sealed and lost) or len(network.free) > MOST_NODES:
