@@ -5,9 +5,8 @@ are off. They hold where contacts are open: next to closing the lift takes sever
 and a patch that is sealed needs no flow at all.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from math import ceil, inf, log2, pi, prod, sqrt
 from time import thread_time
 
@@ -31,12 +30,12 @@ from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS
 
-# CPU time on the machine of the laws [s] of an FFT of 512² samples and of compiling `STATEMENTS`. A
-# machine that takes longer for the first is as much slower in contacts, for the second in all else:
-# neighbours who use the memory slow transforms three times as much as flows.
-FFT, COMPILE = 1.8e-3, 4.6e-3
+# A machine is as many times slower than that of the laws as it takes longer to compile STATEMENTS.
+# An FFT of 512² samples told less: others who used the memory slowed it 3.2 times, and a contact of
+# 4096² samples with its flow 1.8 times.
+COMPILE = 4.6e-3  # CPU time on that machine [s]
 STATEMENTS = "name = [function(argument) for argument in arguments if argument]\n" * 200
-TRIED = 0.1  # CPU seconds for which each of the two is repeated
+TRIED = 0.1  # CPU seconds for which that is repeated
 # CPU time and memory [s, bytes] of importing what a stage needs.
 CONTACT_IMPORTS = 1.1, 0.95e8
 FLOW_IMPORTS = 0.75, 0.8e8
@@ -267,24 +266,11 @@ def _shortest(field: GridField) -> float:
 @cache
 def _pace() -> float:
     """CPU time on this machine over that of the laws."""
-    return _least_seconds(partial(compile, STATEMENTS, "statements", "exec")) / COMPILE
-
-
-@cache
-def _of_transforms() -> float:
-    """`_pace` of FFTs over that of all else."""
-    from scipy.fft import rfft2
-
-    return _least_seconds(partial(rfft2, np.ones((512, 512)))) / FFT / _pace()
-
-
-def _least_seconds(work: Callable[[], object]) -> float:
-    """Least CPU time of some work [s] that is repeated for `TRIED` seconds."""
     least, end = inf, thread_time() + TRIED
     while (start := thread_time()) < end:
-        work()
+        compile(STATEMENTS, "statements", "exec")
         least = min(least, thread_time() - start)
-    return least
+    return least / COMPILE
 
 
 def _advice(scene: Scene, seconds: float, memory: float) -> str:
@@ -309,7 +295,7 @@ def contact_seconds(samples: float) -> float:
     iterations = 4 + 0.6 * samples**0.25
     # Arrays that leave the cache of the processor cost more.
     out_of_cache = 1 + 0.22 * max(0.0, log2(samples / 2**20))
-    return 0.067e-6 * _of_transforms() * out_of_cache * iterations * samples
+    return 0.067e-6 * out_of_cache * iterations * samples
 
 
 def flow_seconds(samples: float, channels: float, rtol: float) -> float:

@@ -23,8 +23,7 @@ def pressed(sections):
 
 def without_clock(monkeypatch):
     """The machine of the laws, so that predictions of two scenes compare."""
-    for pace in ("_pace", "_of_transforms"):
-        monkeypatch.setattr(f"fem_seal.prediction.{pace}", lambda: 1.0)
+    monkeypatch.setattr("fem_seal.prediction._pace", lambda: 1.0)
 
 
 def test_a_dry_run_solves_and_writes_nothing(small_scene, tmp_path, capsys, monkeypatch, here):

@@ -72,8 +72,7 @@ def main() -> None:
     times, memories = [], []
     print("seconds  predicted  factor  GB    predicted  factor  scene")
     for scene, settings in cases():
-        for pace in (prediction._pace, prediction._of_transforms):
-            pace.cache_clear()
+        prediction._pace.cache_clear()
         said = prediction.predicted(Scene.from_file(SCENES / scene, settings))
         if said.seconds > most:
             continue
