@@ -14,8 +14,8 @@ from fem_seal import cli
 PAGE = (ROOT / "docs" / "guide" / "first-verdict.md").read_text(encoding="utf-8")
 # Commands, indented by four, and blocks: what one prints, or what the reader puts into the scene.
 PARTS = re.findall(r"^    ((?:cp|fem-seal) [^\n]*)$|^```(text|toml)\n(.*?)^```", PAGE, re.M | re.S)
-# Without pictures of a patch, which test_cli.py draws; and with the fewest patches that tell of
-# their scatter: what they leak lies within the same range.
+# The patch draws no pictures, which test_cli.py does. The seal has the fewest patches whose scatter
+# is estimated; its range overlaps that of the page.
 CHEAPER = {
     "fem-seal run map.toml": ("--set", "output.products=['contact', 'leak_rate']"),
     "fem-seal run ring.toml": ("--set", "seal.patches=4"),

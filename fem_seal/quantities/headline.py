@@ -59,7 +59,8 @@ class Headline:
     unit: str = "m^3/s"  #: of the three numbers
 
     def __post_init__(self) -> None:
-        if self.lower is not None and not 0 <= self.lower <= (self.upper or inf):
+        most = inf if self.upper is None else self.upper
+        if self.lower is not None and not 0 <= self.lower <= most:
             raise Inconsistent(f"ends of the leak rate: {self.lower} and {self.upper} m^3/s")
 
     def __str__(self) -> str:

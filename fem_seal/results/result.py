@@ -27,7 +27,8 @@ from fem_seal.results.records import (
     SealRecord,
 )
 from fem_seal.scene import Flow, Scene
-from fem_seal.scene.fluid import with_ambient_pressure
+from fem_seal.scene.contact import ITERATION
+from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import explain
 from fem_seal.surface import MapStatistics
 from fem_seal.tables import html_table
@@ -186,8 +187,26 @@ class Result(Record):
 
     def scene(self) -> Scene:
         """Rebuild the scene that gave this result."""
-        scene = with_ambient_pressure(self.provenance.scene)
+        scene = _of_present_version(self.provenance.scene)
         return Scene.from_mapping(scene, source="scene of the result")
+
+
+def _of_present_version(scene: dict[str, Any]) -> dict[str, Any]:
+    """The scene of an earlier version, which took less and ignored more.
+
+    The ambient pressure could be left out: it was the outlet's. Without an elastic contact it was
+    ignored, and so were the settings of the contact's iteration; both are refused now.
+    """
+    contact, flow = scene.get("contact") or {}, scene.get("flow", {})
+    if contact.get("model") == "gfmd":
+        outlet = flow.get("outlet_pressure")
+        if ambient_is_open(outlet, flow.get("ambient_pressure")):
+            return {**scene, "flow": {**flow, "ambient_pressure": outlet}}
+        return scene
+    present = {**scene, "flow": {**flow, "ambient_pressure": None}}
+    if contact:
+        present["contact"] = {name: contact[name] for name in contact if name not in ITERATION}
+    return present
 
 
 def _of_schema_1(data: dict[str, Any]) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """The section of the fluid: a liquid, or an isothermal ideal gas."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -119,17 +119,6 @@ def _liquid(flow: Flow) -> LiquidDrive:
         raise ContradictionError("flow.pressure_drop is missing: a leak rate needs it")
     inlet, outlet = flow.both_pressures("without flow.pressure_drop a leak rate")
     return LiquidDrive(inlet - outlet, outlet)
-
-
-def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Add the ambient pressure to the scene of an earlier version, which could leave it out."""
-    flow = scene.get("flow", {})
-    outlet = flow.get("outlet_pressure")
-    if scene.get("contact", {}).get("model") != "gfmd":
-        return scene
-    if not ambient_is_open(outlet, flow.get("ambient_pressure")):
-        return scene
-    return {**scene, "flow": {**flow, "ambient_pressure": outlet}}
 
 
 def ambient_is_open(outlet: float | None, ambient: float | None) -> bool:

@@ -96,7 +96,7 @@ class SectionType(ModelMetaclass):
 class Section(BaseModel, metaclass=SectionType):
     """Base class of the sections: frozen, no unknown fields, no NaN."""
 
-    #: Whether a message names the section; those of a Scene name it with each field.
+    #: whether a message names the section; a Scene's messages name it before each field anyway
     named_in_messages: ClassVar[bool] = True
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 

@@ -32,7 +32,7 @@ class Waves:
 class SurfaceSection(Section):
     """Base class of the kinds of surface: what the steps, checks and texts ask of each."""
 
-    #: fields to which all heights are proportional; [tolerances] scales those that are set
+    #: fields to which all heights are proportional; an error of the heights changes those given
     proportional: ClassVar[tuple[str, ...]]
     #: field whose values make other patches of the same surface; None if there is one patch only
     seed_field: ClassVar[str | None] = None

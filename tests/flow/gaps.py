@@ -108,7 +108,7 @@ def areas_and_slopes(field: FlowField) -> tuple[np.ndarray, np.ndarray]:
     return np.abs(np.linalg.det(sides)) / 2, slope
 
 
-# --- random contact: of the open samples, those that each leaves open ----------------------------
+# --- random contact: each takes open samples and returns which of them stay open -----------------
 
 
 def scattered(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -194,3 +194,16 @@ def test_an_older_result_without_ambient_pressure_is_rebuilt(tmp_path):
     older["provenance"]["scene"]["flow"].pop("ambient_pressure")
     file.write_text(json.dumps(older))
     assert Result.from_folder(folder).scene().gauge_pressures == (1e5, 0.0)
+
+
+def test_an_older_result_with_fields_that_were_ignored_is_rebuilt(tmp_path):
+    """A bearing contact took settings of an iteration, and an ambient pressure, without a word."""
+    folder, bearing = tmp_path / "out", {"model": "bearing", "area_fraction": 0.1}
+    given = scene(load=bearing, flow=VACUUM)
+    run(given, folder)
+    file = folder / "result.json"
+    older = json.loads(file.read_text())
+    older["provenance"]["scene"]["contact"] |= {"tolerance": 1e-20, "threads": 2}
+    older["provenance"]["scene"]["flow"]["ambient_pressure"] = 1e5
+    file.write_text(json.dumps(older))
+    assert Result.from_folder(folder).scene().to_mapping() == given.to_mapping()
