@@ -31,8 +31,8 @@ from fem_seal.upscaling.seal_flow import seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS
 
 # A machine is as many times slower than that of the laws as it takes longer to compile STATEMENTS.
-# While others used the same memory, compiling took 2.0 times as long and a contact of 4096² samples,
-# with its flow, 1.8 times. An FFT of 512² samples took 3.2 times as long: it would predict too much.
+# While others used the same memory, compiling took 2.0 times as long, and a contact of 4096²
+# samples with its flow 1.8 times. An FFT of 512² samples took 3.2 times: it would predict too much.
 COMPILE = 4.6e-3  # CPU time on that machine [s]
 STATEMENTS = "name = [function(argument) for argument in arguments if argument]\n" * 200
 TRIED = 0.1  # CPU seconds for which that is repeated
