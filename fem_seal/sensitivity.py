@@ -123,7 +123,7 @@ def _point(
     none = np.zeros(contact.gap.shape)
     point = LiftPoint(problem, problem.first_network, epsilon, none, contact)
     # The links that dissipate most are halved until they are half as long as the samples are apart.
-    for _ in range(1 - problem.first_level if problem.refines else 0):
+    for _ in range(1 + problem.doublings if problem.refines else 0):
         point = replace(point, network=point.network.refined(point.flow.dissipation, HALVED))
     return point
 
@@ -169,7 +169,7 @@ class ByLoad:
         """∂ ln Q/∂P [1/Pa] on the network; of a dry contact on a coarse one."""
         if self.lifted is not None:
             return float(np.vdot(self._point.flow.log_rate_by_gap, self.gap))
-        problem, gap, every = self.problem, self.contact.gap, 2**-self.problem.first_level
+        problem, gap, every = self.problem, self.contact.gap, 2**self.problem.doublings
         dx, dy = gap.spacing
         coarse = GridField(gap.values[::every, ::every], (every * dx, every * dy), gap.periodic)
         network = Network.uniform(problem.film(coarse), 0)

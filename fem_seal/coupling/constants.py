@@ -1,16 +1,17 @@
-"""Parameters of Newton's method for contact and flow; all else follows from the problem."""
+"""Numbers that rule Newton's method for contact and flow."""
 
-# An inner solve leaves a tenth of the error that the outer one leaves: GMRES a tenth of F in
-# Newton's step, the tangents of contact and flow a tenth of that. λ, which measures the errors of
-# steps, has a tenth of theirs; and the stages of a thinned problem, or after difficult steps, end
-# at a tenth of the error that is allowed. The triangles that are not halved hold a tenth of the
-# network's error. No less than a tenth of the allowed error is claimed: contacts are no more exact.
+# An inner solve leaves a tenth of what the outer one leaves:
+# * GMRES leaves a tenth of F in Newton's step, the tangents of contact and flow a tenth of that;
+# * λ, which measures the errors of steps, has a tenth of theirs;
+# * the stages of a thinned problem, or after difficult steps, end at a tenth of the allowed error;
+# * the triangles that are not halved hold a tenth of the network's error;
+# * a tenth of the allowed error is the least that is claimed: contacts are no more exact.
 INNER = 0.1
 # Steps of Newton's method in a stage, and of GMRES in a step: most scenes need two to five. Half as
 # many stages.
 MOST_STEPS = 20
-# Stages without an equilibrium after which finer ones are not tried. Where six had none, a later
-# one had.
+# After so many stages without an equilibrium no finer one is tried. In one scene six had none,
+# and the seventh had.
 MOST_FAILED = 8
 # Parts of a side of the patch, in each of which errors have a sign of their own.
 PARTS = 4

@@ -52,7 +52,7 @@ def gmres(
     basis, hessenberg = [b / size], np.zeros((most + 1, most))
     residuals: list[float] = []
     for k in range(most):
-        following = apply(basis[k])
+        following = apply(basis[k]).copy()  # it may return its argument
         rounding = np.finfo(float).eps * np.linalg.norm(following)
         for i, vector in enumerate(basis):
             hessenberg[i, k] = np.vdot(vector, following)

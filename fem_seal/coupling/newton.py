@@ -41,8 +41,8 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
 
     A step is halved while |F| does not fall. F has kinks where samples open or close, so that |F|
     may have to rise before it falls: of all tried parts the one with the least |F| is taken. On the
-    way from an unstable state |F| rises: the first step away is taken whole, each later one half as
-    long, lest they lead back and forth. After 1/32 of one the steps have come to no end.
+    way from an unstable state |F| rises: at most six steps lead away from such states, the first
+    whole, each later one half as long, lest they lead back and forth.
 
     Parameters
     ----------

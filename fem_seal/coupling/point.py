@@ -128,12 +128,7 @@ class LiftPoint:
             most,
         )
 
-    @cached_property
-    def image(self) -> "LiftPoint":
-        """The point on as few samples as show its film: λ is solved there."""
-        return next(point for point in map(self.on, self.problem.chain) if point.shows(self))
-
-    def on(self, problem: LiftProblem) -> "LiftPoint":
+    def thinned_to(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""
         if problem is self.problem:
             return self
@@ -146,15 +141,24 @@ class LiftPoint:
         below = self.pressure[::every, ::every]
         return LiftPoint(problem, problem.first_network, self.epsilon, below, contact)
 
-    def shows(self, other: "LiftPoint") -> bool:
-        """Whether λ of this point serves another one, whose ln Q it has to first order."""
+    def conducts_like(self, other: "LiftPoint") -> bool:
+        """Whether ln Q of both differ so little that λ of one may be used for the other."""
         return spread(self.flow.conductance, other.flow.conductance) <= FIRST_ORDER
 
     @cached_property
     def _adjoint(self) -> LinearSolution:
-        # Solved more exactly than Newton's step, which the next step mends. λ is large next to
-        # closing: what GMRES leaves of the right side, times the step, is an error of λ·F.
-        return self.image.adjoint(INNER**2, MOST_STEPS)
+        """λ of the thinned problem with the fewest samples whose film conducts like this one.
+
+        It may be unstable with fewer samples and stable with all: then more samples are taken.
+        """
+        for point in map(self.thinned_to, self.problem.chain):  # this point is the last one
+            if point.conducts_like(self):
+                # No later step corrects an error of λ. Next to closing λ is large: what GMRES
+                # leaves of its right side, times the step, is an error of λ·F.
+                adjoint = point.adjoint(INNER**2, MOST_STEPS)
+                if not adjoint.unstable:
+                    break
+        return adjoint
 
     def solved(
         self, right_side: np.ndarray, tolerance: float, most: int, *, to_stable: bool = False
@@ -210,27 +214,38 @@ class LiftPoint:
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
         if not problem.refines:
             return problem.first_network if more else self.network, epsilon
-        # λ of an image weighs the pressure at its samples alone.
-        weight, of_image = np.zeros_like(self.pressure), self._adjoint.x
-        every = self.problem.every(of_image)
-        weight[::every, ::every] = of_image
+        # λ of a thinned problem weighs the pressure at its samples alone.
+        weight, of_samples = np.zeros_like(self.pressure), self._adjoint.x
+        every = self.problem.every(of_samples)
+        weight[::every, ::every] = of_samples
         by_links, past_legs = self.flow.by_parts(self.by_u * weight, INNER**2)
         also = past_legs > DIAGONAL * allowed
         varies, film = self.flow.varies, problem.touching_film
         return self.network.refined(by_links, 1 - INNER, varies, also, film), epsilon
 
-    def error_of(self, flow: "LiftPoint") -> float:
-        """Error of ln Q by another flow, here or on more samples: λ·F; infinite if unknown."""
-        known = self._adjoint.converged and (flow.problem is self.problem or self.shows(flow))
-        if not known:
+    def error_by(self, other: "LiftPoint") -> float:
+        """Error of ln Q by the flow of another point, here or on more samples.
+
+        It is λ·F of the other point; infinite if λ is not known.
+        """
+        return self._weighed(other, 0.0)
+
+    def change_by(self, other: "LiftPoint") -> float:
+        """Change of ln Q from the flow of this point to that of another one, as of `error_by`."""
+        every = self.problem.every(self._adjoint.x)
+        return self._weighed(other, self.residual[::every, ::every])
+
+    def _weighed(self, other: "LiftPoint", less: np.ndarray | float) -> float:
+        here = other.problem is self.problem
+        if not (self._adjoint.converged and (here or self.conducts_like(other))):
             return np.inf
-        every = flow.problem.every(self._adjoint.x)
-        return not_by_chance(self._adjoint.x * flow.residual[::every, ::every])
+        every = other.problem.every(self._adjoint.x)
+        return not_by_chance(self._adjoint.x * (other.residual[::every, ::every] - less))
 
     def settled(self, tolerance: float) -> bool:
         """Whether λ says that a step would change ln Q, and the solid's load, by little."""
         return (
-            self.error_of(self) <= tolerance
+            self.error_by(self) <= tolerance
             and self.keeps_load(tolerance)
             and not self._adjoint.unstable
         )
@@ -302,13 +317,17 @@ class FloatingPoint(LiftPoint):
         """Whether the fluid carries the load."""
         return abs(self._lacking) <= INNER * tolerance * self.problem.drop
 
-    def error_of(self, flow: LiftPoint) -> float:
-        """Error of ln Q by another flow: the change by its first step."""
-        return flow.step.log_rate
+    def error_by(self, other: LiftPoint) -> float:
+        """Error of ln Q by the flow of another point: what its first step changes."""
+        return other.step.log_rate
+
+    def change_by(self, other: LiftPoint) -> float:
+        """The same: this point is an equilibrium."""
+        return self.error_by(other)
 
     def settled(self, tolerance: float) -> bool:
         """Whether the next step changes ln Q, and the load, by little."""
-        return self.error_of(self) <= tolerance and self.keeps_load(tolerance)
+        return self.error_by(self) <= tolerance and self.keeps_load(tolerance)
 
     def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
         """G' of a change of the pressure at a fixed level."""

@@ -153,23 +153,23 @@ class LiftProblem(ABC):
         return slope
 
     @cached_property
-    def first_level(self) -> int:
-        """Level of the coarsest network on which the fluid's pressure is solved."""
-        shape, level = self.height.shape, 0
+    def doublings(self) -> int:
+        """How often the triangles of the first network are doubled, from one sample on."""
+        shape, doublings = self.height.shape, 0
         while (
-            level > -2
-            and self.height.values.size * 4**level > FIRST_NODES
-            and all(n % 2 ** (1 - level) == 0 for n in shape)
+            doublings < 2
+            and self.height.values.size > FIRST_NODES * 4**doublings
+            and all(n % 2 ** (doublings + 1) == 0 for n in shape)
         ):
-            level -= 1
-        return level
+            doublings += 1
+        return doublings
 
     @property
     def first_network(self) -> Network:
-        """The network of that level; that of finite differences is never refined."""
+        """The coarsest network of the flow; that of finite differences is never refined."""
         if not self.refines:
             return Network.of_stencil(self.touching_film, self.links)
-        return Network.uniform(self.touching_film, self.first_level)
+        return Network.uniform(self.touching_film, -self.doublings)
 
     @cached_property
     def thinned(self) -> "LiftProblem | None":
@@ -194,11 +194,13 @@ class LiftProblem(ABC):
         return self.height.shape[0] // len(thinned)
 
     def interpolated(self, values: np.ndarray) -> np.ndarray:
-        """Values of a thinned problem, interpolated linearly between its samples."""
+        """Fluid pressure [Pa] of a thinned problem, interpolated linearly between its samples."""
         step, shape = np.diag([1 / self.every(values)] * 2), self.height.shape
-        between: np.ndarray = affine_transform(
-            values, step, output_shape=shape, order=1, mode="nearest"
-        )
+        periodic = self.touching_film.sides == "periodic"
+        beyond = values[:, :1] if periodic else values[:, -1:]
+        values = np.hstack([values, beyond])
+        values = np.vstack([values, np.full_like(values[:1], self.outlet)])
+        between: np.ndarray = affine_transform(values, step, output_shape=shape, order=1)
         return between
 
     @property

@@ -18,6 +18,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from fem_seal.errors import NotConverged
 from fem_seal.network.network import Network
 
 # Right side and relative tolerance -> solution.
@@ -28,12 +29,18 @@ EXACT = 1e-6  # relative tolerance of the pressure
 
 def eliminated(matrix: sparse.csr_array) -> Solve:
     """Solver of a symmetric matrix by elimination, exact at any tolerance."""
-    factors = splu(
-        sparse.csc_matrix(matrix),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
+    try:
+        factors = splu(
+            sparse.csc_matrix(matrix),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError as error:  # SciPy's of a singular matrix
+        raise NotConverged(
+            "the fluid's pressure cannot be solved: its conductances are so far apart that the "
+            "matrix is singular in double precision"
+        ) from error
     return lambda right_side, tolerance: factors.solve(right_side)
 
 

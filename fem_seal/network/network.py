@@ -85,16 +85,18 @@ class Network:
         )
 
     @classmethod
-    def uniform(cls, film: GridFilm, level: int) -> "Network":
-        """A network with 2^level times as many nodes a side as the contact has samples.
+    def uniform(cls, film: GridFilm, halvings: int) -> "Network":
+        """A network whose triangles are 2^-halvings samples wide.
 
-        For a negative level the number of samples must be divisible by 2^-level.
+        For negative halvings the number of samples must be divisible by this width.
         """
         linear = film.representation == "linear"
         squares = tuple(n - (linear and not film.gap.periodic) for n in film.gap.shape)
-        mesh = uniform_mesh((squares[0], squares[1]), 2 ** max(-level, 0), film.sides == "periodic")
-        if level > 0:
-            mesh = _halved(mesh, np.full(len(mesh.cells), 2 * level, dtype=np.int8))
+        mesh = uniform_mesh(
+            (squares[0], squares[1]), 2 ** max(-halvings, 0), film.sides == "periodic"
+        )
+        if halvings > 0:
+            mesh = _halved(mesh, np.full(len(mesh.cells), 2 * halvings, dtype=np.int8))
         return cls.on_mesh(film, mesh)
 
     @classmethod

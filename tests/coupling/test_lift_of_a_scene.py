@@ -224,7 +224,7 @@ def test_threshold_of_a_lifted_contact():
 
 def test_an_error_of_the_lift_that_is_not_known(monkeypatch):
     """Where no finer network can be made, nothing says how far the leak rate is off: no numbers."""
-    monkeypatch.setattr(import_module("fem_seal.coupling.lifted"), "MOST_NODES", 1)
+    monkeypatch.setattr(import_module("fem_seal.coupling.stages"), "MOST_NODES", 1)
     result = solve(scene()).result()
     assert (result.converged, result.lift.lowest, result.lift.highest) == (False, 0.0, None)
     assert (result.headline.lower, result.headline.upper) == (None, None)

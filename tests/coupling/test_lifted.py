@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from lifted_scenes import E_STAR, problem_of, scene
+from scipy import sparse
 
 import fem_seal as fs
 from fem_seal.contact import press
@@ -14,9 +15,10 @@ from fem_seal.coupling import lifted
 from fem_seal.coupling.krylov import gmres
 from fem_seal.coupling.newton import equilibrium, newton
 from fem_seal.coupling.point import FloatingPoint, LiftPoint, not_by_chance
-from fem_seal.errors import Inconsistent
+from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.lifting import SceneLift
+from fem_seal.network.film_pressure import eliminated
 from fem_seal.network.network import Network
 from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
@@ -125,7 +127,7 @@ def test_stages_end_with_the_least_epsilon(monkeypatch, failure):
 
     Four stages without an equilibrium, if no more are allowed, are the last ones.
     """
-    module = import_module("fem_seal.coupling.lifted")
+    module = import_module("fem_seal.coupling.stages")
     monkeypatch.setattr(module, "MOST_FAILED", 4)
     problem = problem_of(scene(n=16, load=5e5, inlet=3e5, seed=2))
     epsilons = []
@@ -154,7 +156,7 @@ def test_difficult_stages_claim_no_less_than_they_have_changed(monkeypatch):
         changes.append(abs(np.log(steps.point.flow.conductance / point.flow.conductance)))
         return replace(steps, difficult=True)
 
-    monkeypatch.setattr(import_module("fem_seal.coupling.lifted"), "equilibrium", difficult)
+    monkeypatch.setattr(import_module("fem_seal.coupling.stages"), "equilibrium", difficult)
     state = lifted(problem, 0.05, start=np.full(problem.height.shape, problem.outlet))
     assert state.converged
     assert len(changes) > 1
@@ -165,7 +167,7 @@ def test_difficult_stages_claim_no_less_than_they_have_changed(monkeypatch):
 def test_the_second_start_goes_on_if_the_first_has_lost_its_equilibrium(monkeypatch, lost):
     """The next stages of both are then not the same, although their first ones are."""
     module, ends = import_module("fem_seal.coupling.lifted"), []
-    further = module._further_stages
+    further = module.further_stages
 
     def marked(point, *arguments):
         return replace(equilibrium(point, *arguments), lost=lost)
@@ -174,8 +176,8 @@ def test_the_second_start_goes_on_if_the_first_has_lost_its_equilibrium(monkeypa
         ends.append(further(*arguments))
         return ends[-1]
 
-    monkeypatch.setattr(module, "equilibrium", marked)
-    monkeypatch.setattr(module, "_further_stages", counted)
+    monkeypatch.setattr(import_module("fem_seal.coupling.stages"), "equilibrium", marked)
+    monkeypatch.setattr(module, "further_stages", counted)
     lifted(problem_of(scene(3e5, 2.5e5)), 0.05)
     assert len(ends) == 1 + lost
 
@@ -211,6 +213,53 @@ def test_a_thinned_problem_leads_to_the_same_state(monkeypatch, load):
     apart = abs(np.log(every.leak_rate.value / thinned.leak_rate.value))
     # Each flow is known to half of rtol.
     assert apart <= every.error + thinned.error + 0.05
+
+
+def test_fewer_samples_that_alone_are_unstable_do_not_keep_the_steps_going(monkeypatch):
+    """λ is then that of more samples. README's scene on 512², 0.22 MPa, took all 20 steps."""
+    monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", 1500)
+    problem = problem_of(scene(1.2e5, 6e4, n=16).with_({"surface.shape": [64, 64]}))
+    adjoint, samples = LiftPoint.adjoint, []
+
+    def judged(point, *arguments):
+        samples.append(point.pressure.shape)
+        return replace(adjoint(point, *arguments), unstable=point.problem is not problem)
+
+    monkeypatch.setattr(LiftPoint, "adjoint", judged)
+    pressure, epsilon = np.zeros((64, 64)), 0.02 * problem.roughness
+    network, contact = problem.first_network, problem.contact_under(pressure)
+    assert not newton(LiftPoint(problem, network, epsilon, pressure, contact), 0.025).failure
+    assert samples[-2:] == [(32, 32), (64, 64)]
+
+
+def test_the_pressure_of_fewer_samples_is_interpolated_between_inlet_and_outlet(monkeypatch):
+    """Linear from the inlet to the outlet, and a cosine around: to its second difference."""
+    monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", 500)
+    problem = problem_of(scene())
+    x, y = np.meshgrid(*[np.arange(32) / 32] * 2, indexing="ij")
+    pressure = problem.inlet + (problem.outlet - problem.inlet) * x
+    np.testing.assert_allclose(problem.interpolated(pressure[::2, ::2]), pressure, rtol=1e-12)
+    wave = (1 - x) * np.cos(2 * np.pi * y)
+    error = np.abs(problem.interpolated(wave[::2, ::2]) - wave).max()
+    assert error <= (2 * np.pi * 2 / 32) ** 2 / 8  # h² f''/8 with h = 2/32
+
+
+def test_gmres_leaves_what_the_operator_returns():
+    """The identity returns its argument, which belongs to the basis."""
+    b = np.arange(1.0, 4.0)
+    np.testing.assert_allclose(gmres(lambda x: x, b, 1e-12, 9).x, b, rtol=1e-15)
+
+
+def test_a_tolerance_that_is_no_number_is_refused():
+    """Before anything is solved."""
+    with pytest.raises(InvalidInput, match="rtol = nan"):
+        lifted(problem_of(scene()), np.nan)
+
+
+def test_a_singular_matrix_is_said_to_be_none_that_can_be_solved():
+    """SciPy's words say nothing about a film."""
+    with pytest.raises(NotConverged, match="conductances are so far apart"):
+        eliminated(sparse.csr_array((2, 2)))
 
 
 def test_changes_in_several_places_do_not_cancel():
@@ -572,7 +621,7 @@ def test_a_step_that_is_not_solved_tells_no_error_of_a_solid_that_floats(monkeyp
         return replace(gmres(*arguments, **settings), converged=solved)
 
     monkeypatch.setattr(import_module("fem_seal.coupling.point"), "gmres", solution)
-    assert np.isfinite(point.error_of(replace(point))) == solved
+    assert np.isfinite(point.error_by(replace(point))) == solved
 
 
 def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_level():

@@ -1,0 +1,181 @@
+"""Stages of the search for an equilibrium: finer networks, a smaller ε, and more samples.
+
+The flow at the beginning of a stage tells by how much the fluid's pressure of the stage before is
+wrong. The stages end when all that further ones would change is little, or when there is none.
+"""
+
+from dataclasses import replace
+from math import inf
+from sys import float_info
+from time import perf_counter
+
+import numpy as np
+
+from fem_seal.contact.state import ContactState
+from fem_seal.coupling.constants import INNER, MOST_FAILED, MOST_NODES, MOST_STEPS, SEALED
+from fem_seal.coupling.newton import Steps, equilibrium
+from fem_seal.coupling.point import LiftPoint
+from fem_seal.coupling.problem import LiftProblem
+from fem_seal.coupling.state import spread
+
+
+def first_stage(
+    problem: LiftProblem,
+    allowed: float,
+    pressure: np.ndarray,
+    contact: ContactState | None = None,
+) -> Steps:
+    """The equilibrium of a coarse network, and of few samples on large grids.
+
+    It starts from a fluid pressure (nx, ny) [Pa] and the contact under it, if that is known.
+    """
+    thinned = problem.chain[0]
+    # A gap of the rms height that ε makes wider has a larger ln g³, by what is allowed.
+    epsilon = allowed / 3 * problem.roughness
+    every = problem.every(thinned.height.values)
+    start = None if contact is None else contact.pressure.values[::every, ::every]
+    pressure = pressure[::every, ::every]
+    pressed = thinned.contact_under(pressure, start)
+    point = LiftPoint(thinned, thinned.first_network, epsilon, pressure, pressed)
+    return equilibrium(point, allowed)
+
+
+def further_stages(problem: LiftProblem, allowed: float, steps: Steps) -> Steps:
+    """Go on from the equilibrium of the first stage."""
+    stages = _Stages(problem, allowed, steps)
+    for _ in range(MOST_STEPS // 2):
+        start = stages.next_start()
+        if start is None:
+            break
+        stages.estimate(start)
+        goes_on = stages.accept(start) if stages.suffices(start) else stages.solve(start)
+        if not goes_on:
+            break
+    return stages.result()
+
+
+class _Stages:
+    """Where the stages are, and by how much ln Q may still be wrong.
+
+    Parameters
+    ----------
+    problem
+        On all samples.
+    allowed
+        Error of ln Q at which the stages end.
+    steps
+        Those that have led to the equilibrium of the last stage.
+    """
+
+    def __init__(self, problem: LiftProblem, allowed: float, steps: Steps):
+        self._problem, self._allowed, self._steps = problem, allowed, steps
+        self._change = inf  # of ln Q, by the flow of the last stage
+        self._by_network = inf  # the same, of the last stage that had no more samples
+        self._moved = 0.0  # ln Q, by Newton's steps of the last stage
+        self._error = inf  # of ln Q, by all stages to come
+        self._over = ""  # why no stage is begun though there is one
+        self._began = 0.0  # time at which the last one began [s]
+
+    @property
+    def _on_all_samples(self) -> bool:
+        return self._steps.point.problem is self._problem
+
+    @property
+    def _sealed(self) -> bool:
+        """Whether the film is sealed, on all samples."""
+        return self._on_all_samples and self._steps.point.sealed
+
+    @property
+    def _stays_sealed(self) -> bool:
+        """Whether it is, and stays so under the most fluid pressure."""
+        return self._sealed and self._steps.point.opened is None
+
+    @property
+    def _leaks_nothing(self) -> bool:
+        """Whether the film leaks, on all samples, so little that it counts as sealed."""
+        point, problem = self._steps.point, self._problem
+        return point.problem is problem and point.flow.conductance <= problem.negligible
+
+    def next_start(self) -> LiftPoint | None:
+        """The first point of the next stage, None if it has none.
+
+        It has none where the film stays sealed with a small ε or leaks next to nothing, and where
+        its network would be too large.
+        """
+        self._began = perf_counter()
+        if self._over or self._leaks_nothing:
+            return None
+        problem, chain, point = self._problem, self._problem.chain, self._steps.point
+        least, stays_sealed = SEALED * problem.roughness, self._stays_sealed
+        if stays_sealed and (point.epsilon <= least or problem.never_opens):
+            return None
+        # All samples are taken at once where fewer leave hardly any error.
+        more = len(chain) if self._error <= INNER * self._allowed else 1
+        following = chain[min(chain.index(point.problem) + more, len(chain) - 1)]
+        network, epsilon = point.finer(self._allowed, following)
+        if stays_sealed:
+            epsilon = least
+        # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's
+        # steps.
+        lost = epsilon**3 < float_info.epsilon * problem.roughness**3
+        if (self._sealed and lost) or len(network.free) > MOST_NODES:
+            return None
+        if following is point.problem:
+            return replace(point, network=network, epsilon=epsilon)
+        pressure = following.interpolated(point.pressure)
+        pressed = following.contact_under(pressure)
+        return LiftPoint(following, network, epsilon, pressure, pressed)
+
+    def estimate(self, start: LiftPoint) -> None:
+        """Estimate the error of ln Q by the flow of the next stage's first point.
+
+        The changes by finer networks fall by a ratio r: those after this one sum up to r/(1 - r)
+        times it. After difficult steps a stage moves ln Q by more than its first order.
+        """
+        point, ratio = self._steps.point, 0.5
+        self._change = point.change_by(start)
+        if start.problem is point.problem:
+            if 0 < self._by_network < inf:
+                ratio = min(self._change / self._by_network, 0.9)
+            self._by_network = self._change
+        least = self._moved if self._steps.difficult else 0.0
+        error = point.error_by(start) + ratio / (1 - ratio) * self._change
+        self._error = max(error, least) + start.by_epsilon
+
+    def suffices(self, start: LiftPoint) -> bool:
+        """Whether the first point of a stage is an equilibrium without a step."""
+        point, little = self._steps.point, self._error <= self._allowed
+        if not (little and start.keeps_load(self._allowed)):
+            return False
+        return not (point.sealed or start.sealed or self._steps.failure)
+
+    def accept(self, start: LiftPoint) -> bool:
+        """Take the first point of a stage as its equilibrium; whether there are more stages."""
+        self._steps = Steps(start, (start.size,), False, "").after(self._steps)
+        return not self._on_all_samples
+
+    def solve(self, start: LiftPoint) -> bool:
+        """Take Newton's steps from the first point of a stage; whether there may be more stages."""
+        problem = self._problem
+        exact = self._steps.difficult or start.problem is not problem
+        found = equilibrium(start, INNER * self._allowed if exact else self._allowed)
+        if found.failure and found.point.sealed and self._stays_sealed:
+            return False  # the sealed equilibrium stands: this stage looked for one that leaks
+        self._steps = found.after(self._steps)
+        self._moved = spread(self._steps.point.flow.conductance, start.flow.conductance)
+        if self._on_all_samples:  # no state has fewer
+            # The next network has four times the nodes.
+            time = 4 * (perf_counter() - self._began)
+            self._over = problem.limits.exceeded(problem.began, 1.0, time)
+        return not self._on_all_samples or self._steps.lost < MOST_FAILED
+
+    def result(self) -> Steps:
+        """The steps of all stages, with the error that they leave."""
+        steps, error = self._steps, self._error
+        if self._leaks_nothing:
+            error = inf  # the stages to come were not solved
+        if steps.failure:
+            error = max(error, steps.point.step.log_rate)
+        error = max(error, INNER * self._allowed)  # the contacts are no more exact
+        failure = steps.failure or self._over
+        return replace(steps, change=self._change, error=error, failure=failure)
