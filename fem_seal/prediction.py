@@ -41,8 +41,7 @@ CONTACT_IMPORTS = 1.1, 0.95e8
 FLOW_IMPORTS = 0.75, 0.8e8
 PICTURE_IMPORTS = 5.0, 8.8e8
 SEAL_PICTURES = 2.2, 1.7e8  # no flow is drawn
-# CPU time of a flow that follows the grid [s/sample].
-OF_SAMPLE = {"finite-difference": 4e-6, "uniform": 12e-6}
+OF_DIFFERENCES = 4e-6  # CPU time of a flow by finite differences [s/sample]
 BY_AREA = 1.2  # time of the search for a contact area, over that of a contact under its pressure
 # Time of the entry "contact area", over that of the contact, or of the flow that lifts it.
 OF_CONTACT, OF_LIFT = 0.5, 0.2
@@ -113,6 +112,13 @@ def predicted(
     """
     if scene.shape is not None:
         raise InvalidInput("time and memory of a [shape] depend on its mesh and are not predicted")
+    if scene.flow.method == "uniform" and scene.solves_flow:
+        raise InvalidInput(
+            "time and memory of flow.method = 'uniform' depend on how smooth the gap is, and are "
+            "not predicted: each mesh has four times the unknowns of the last, and "
+            "flow.max_unknowns, flow.max_seconds or flow.max_memory ends them; 'adaptive' needs "
+            "fewer unknowns for the same flow.rtol"
+        )
     shape, channels = _grid(scene, surface)
     samples, pace = prod(shape), _pace()
     stages = _stages(_Laws(scene, channels), shape)
@@ -222,8 +228,9 @@ class _Laws:
     def flow(self, samples: float, rtol: float) -> float:
         """Time of the flow, and of its equilibrium with the contact."""
         scene, lifted = self.scene, self.scene.lift == "resolved"
-        each = OF_SAMPLE.get(scene.flow.method, 0.0) * samples
-        each = each or flow_seconds(samples, self.channels, rtol)
+        by_differences = scene.flow.method == "finite-difference"
+        bounded = flow_seconds(samples, self.channels, rtol)
+        each = OF_DIFFERENCES * samples if by_differences else bounded
         # A gas that slips takes two flows.
         each = 2 * each if lifted or scene.slip is not None else each
         return (each + LIFT_OF_SAMPLE * samples * lifted) / sqrt(parallel.processes())

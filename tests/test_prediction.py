@@ -96,3 +96,11 @@ def test_a_shape_is_not_predicted():
     scene = Scene.from_file(Path(__file__).parents[1] / "demos/scenes/flange.toml")
     with pytest.raises(InvalidInput, match="mesh"):
         predicted(scene)
+
+
+def test_uniform_refinement_is_not_predicted(small_scene):
+    scene = pressed(small_scene).with_({"flow.method": "uniform"})
+    with pytest.raises(InvalidInput, match=r"flow\.max_unknowns, .* ends them"):
+        predicted(scene)
+    # Its contact alone is solved without a flow.
+    predicted(scene.with_({"output.products": ["contact"]}))

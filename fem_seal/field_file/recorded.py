@@ -14,6 +14,11 @@ Pair = tuple[float, float]
 
 # Relative difference above which lengths contradict each other. Single precision rounds at 6e-8.
 SAME_LENGTH = 1e-6
+# Distances of points [m] below a hundredth of an atom, and rms slopes out of all proportion: a
+# wrong unit.
+FINEST, FLATTEST, STEEPEST = 1e-12, 1e-6, 10.0
+SIZE = 'size, such as size = ["1 mm", "1 mm"] (number of points times their distance)'
+SIZE_OPTION = 'or by --size "1 mm,1 mm"'
 LONGEST = 1e100  # largest spacing [m], and 1 over the smallest; squares of others may overflow
 
 # "A" is the ångström to SurfaceTopography and Gwyddion, and the ampere to a units library.
@@ -117,12 +122,22 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
             f"{spacing} m"
         )
     # A single multiplication, so that heights in nm and in m differ by one rounding.
-    return FieldMap(
-        recorded.values * scale if scale != 1 else recorded.values,
-        spacing,
-        _periodic(recorded, stated, path),
-        recorded.contact,
-    )
+    values = recorded.values * scale if scale != 1 else recorded.values
+    if recorded.spacing is not None and recorded.length_unit is None and stated.size is None:
+        slope = _rms_slope(values, spacing)
+        if min(spacing) < FINEST or (slope > 0 and not FLATTEST < slope < STEEPEST):
+            raise InvalidInput(
+                f"x and y of {path} have no unit, and in {stated.unit!r}, the unit of its values, "
+                f"its points are {min(spacing):.2g} m apart and its rms slope is {slope:.2g}; "
+                f"check the unit, and give its {SIZE}, {SIZE_OPTION}"
+            )
+    return FieldMap(values, spacing, _periodic(recorded, stated, path), recorded.contact)
+
+
+def _rms_slope(values: np.ndarray, spacing: Pair) -> float:
+    slopes = np.concatenate([(np.diff(values, axis=k) / spacing[k]).ravel() for k in (0, 1)])
+    known = slopes[np.isfinite(slopes)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else 0.0
 
 
 def metres_in(recorded: str | None, stated: str | None, what: str) -> float:
@@ -147,14 +162,20 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
     if recorded.spacing is None:
         if stated.size is None:
             raise InvalidInput(
-                f'{path} does not say its lengths; give its size, such as size = ["1 mm", "1 mm"] '
-                f'(number of points times their distance), or by --size "1 mm,1 mm"'
+                f"{path} does not say its lengths; give its {SIZE}, {SIZE_OPTION}"
                 f"{recorded.length_hint}"
             )
         return stated.size[0] / nx, stated.size[1] / ny
-    unit = stated.unit if recorded.length_unit is None else None
-    scale = metres_in(recorded.length_unit, unit, f"the lengths of {path}")
-    spacing = float(recorded.spacing[0]) * scale, float(recorded.spacing[1]) * scale
+    dx, dy = float(recorded.spacing[0]), float(recorded.spacing[1])
+    if recorded.length_unit is not None:
+        scale = metres_in(recorded.length_unit, None, f"the lengths of {path}")
+    elif stated.size is not None and dx > 0:
+        scale = stated.size[0] / (nx * dx)
+    elif stated.unit is not None:
+        scale = in_si(stated.unit, "m", f"the lengths of {path}")
+    else:
+        raise InvalidInput(f"the lengths of {path} have no unit; give its {SIZE}, {SIZE_OPTION}")
+    spacing = dx * scale, dy * scale
     size = nx * spacing[0], ny * spacing[1]
     if stated.size is not None and not all(
         isclose(a, b, rel_tol=SAME_LENGTH) for a, b in zip(size, stated.size, strict=True)

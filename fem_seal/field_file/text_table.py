@@ -7,7 +7,7 @@ of the header. Here these are chosen such that most lines can be read.
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +56,7 @@ class Layout:
 
     separator: str | None  #: separator of numbers; None: blanks
     decimal: str  #: decimal mark, "." or ","
+    indent: int = 0  #: number of tabs before the first column
 
     def cells(self, line: str) -> list[str]:
         """Texts between the separators of a line, without blanks and quotes around them."""
@@ -64,7 +65,8 @@ class Layout:
             line = _ASIDE.sub("", line)
         if self.separator is None:
             return _NO_DATA.sub("nodata", line).split()
-        return [cell.strip() for cell in line.split(self.separator)]
+        cells = [cell.strip() for cell in line.split(self.separator)]
+        return cells if any(cells[: self.indent]) else cells[self.indent :]
 
     def number(self, cell: str) -> float | None:
         """The number of a cell, NaN for a mark of a missing point, and None for other text."""
@@ -157,10 +159,13 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
     used = [line for line in lines if line.strip() and not is_comment(line)]
     if not used:
         raise InvalidInput(f"{path} holds no numbers: it is empty, or has comments only")
-    used = used[:: -(-len(used) // SAMPLE)]
+    every, used = used, used[:: -(-len(used) // SAMPLE)]
     readings: list[tuple[int, int, Layout]] = []
     for layout in LAYOUTS:
-        rows = [cells for cells in map(layout.cells, used) if _is_data(layout.numbers(cells))]
+        rows = _rows(layout, used)
+        if layout.separator == "\t" and rows and not any(cells[0] for cells in rows):
+            layout = replace(layout, indent=_indent(layout, every))
+            rows = _rows(layout, used)
         # A separator at the end of every line begins no column.
         lengths = Counter(
             len(cells) for cells in rows if width in (None, len(cells), _filled(cells))
@@ -189,6 +194,22 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
             "stand between numbers; put semicolons between numbers, or write decimal points"
         )
     return layout, columns
+
+
+def _rows(layout: Layout, lines: list[str]) -> list[list[str]]:
+    """Cells of the lines that hold numbers."""
+    return [cells for cells in map(layout.cells, lines) if _is_data(layout.numbers(cells))]
+
+
+def _indent(layout: Layout, lines: list[str]) -> int:
+    """Number of tabs with which all lines begin, from the first line of numbers on.
+
+    They are blanks before the lines, as many programs write. Commas and semicolons are not: they
+    begin with a column of missing points.
+    """
+    first = next(k for k, line in enumerate(lines) if _is_data(layout.row(line)))
+    blanks = (line[: len(line) - len(line.lstrip())] for line in lines[first:])
+    return min(before.count("\t") for before in blanks)
 
 
 def _filled(cells: Sequence[str]) -> int:

@@ -125,6 +125,8 @@ def leak_rate(
     if reason:
         missed = result.refined_bounds if decide is None else result.bounds
         reason = f"{reason}; {criterion.missed(*missed)}"
+        if method == "uniform":
+            reason += "; method = 'adaptive' needs fewer unknowns"
     return replace(result, converged=not reason, reason=reason, field=drawn)
 
 

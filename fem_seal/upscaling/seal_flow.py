@@ -121,6 +121,12 @@ def seal_flow(
         return lifted_off(profile, ends)
     if profile.highest - ends.inlet >= table.sealing_load:
         return _sealed(table, profile, ends)
+    if table.sealing_load == table.loads[0]:
+        raise InvalidInput(
+            f"the smallest load of the conductivity table, {table.loads[0]:g} Pa, seals, and the "
+            f"seal has at most {profile.highest - ends.inlet:g} Pa where the fluid has the inlet's "
+            "pressure; the table needs a load there at which the patch leaks"
+        )
     # A uniform profile is solved in one cell.
     x = profile.nodes if is_uniform(profile) else _places(profile, cells // COARSE)
     middle, lengths = profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x))

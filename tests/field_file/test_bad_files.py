@@ -83,7 +83,21 @@ CASES = {
         "a.h5",
         lambda p: layouts.plain_h5(p, "gap", GAP, SPACING, "m"),
         Stated(),
-        "the lengths of .*a.h5 have no unit; say it in the scene",
+        "the lengths of .*a.h5 have no unit; give its size",
+    ),
+    "unit of x by six decades": (
+        "a.h5",
+        lambda p: layouts.plain_h5(p, "gap", GAP, SPACING, None),
+        Stated(unit="um"),
+        "no unit, and in 'um', the unit of its values, its points are .*e-13 m apart",
+    ),
+    "unit of x by three decades": (
+        "a.txt",
+        lambda p: p.write_text(
+            "".join(f"{i / 1000} {j / 1000} {z}\n" for (i, j), z in np.ndenumerate(GAP * 1e6))
+        ),
+        Stated(unit="um"),
+        r"its rms slope is [\de+.]+; check the unit",
     ),
     "no size": of_npy("does not say its lengths; give its size", GAP, Stated(unit="um")),
     "unit of another kind": of_h5("in 'kg', which is no", unit="kg"),

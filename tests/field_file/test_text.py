@@ -22,6 +22,10 @@ def matrix(separator=" ", decimal=".", missing="NaN", values=HEIGHTS, end=""):
     return "".join(separator.join(map(cell, row)) + end + "\n" for row in values)
 
 
+def indented(text, blanks):
+    return "".join(blanks + line for line in text.splitlines(keepends=True))
+
+
 def points(separator=" ", decimal=".", missing="NaN", order=(0, 1, 2), unit=1):
     """List of x, y and height; coordinates in µm over a unit."""
     lines = (
@@ -51,6 +55,9 @@ UNIT = Stated(unit="um")
 FILES = {
     "tabs": (matrix("\t"), SAID),
     "tabs and nothing for a missing point": (matrix("\t", missing=""), SAID),
+    "tabs before all lines": (indented(matrix("\t", missing=""), "\t\t"), SAID),
+    "a list with blank and tab before": (indented(points("\t"), "  \t"), UNIT),
+    "a list in mm without a unit": (points(unit=1e-3), SAID),
     "commas": (matrix(",", missing=""), SAID),
     "commas at the end of lines": (matrix(",", missing="BAD", end=","), SAID),
     "decimal commas": (matrix(";", ","), SAID),
@@ -275,6 +282,8 @@ def test_a_row_or_column_without_any_point(tmp_path, where):
     for missing, separator in cases:
         if missing == "" and where == np.s_[:, -1]:
             continue  # a separator at the end of every line begins no column
+        if (missing, separator, where) == ("", "\t", np.s_[:, 0]):
+            continue  # a tab at the beginning of every line is a blank before it
         (tmp_path / "a.txt").write_text(matrix(separator, missing=missing, values=values))
         field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
         np.testing.assert_allclose(field.values, values * 1e-6, rtol=1e-15)

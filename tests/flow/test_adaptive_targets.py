@@ -64,6 +64,7 @@ def test_adaptive_needs_a_fraction_of_the_uniform_mesh_near_percolation():
     assert adaptive.levels[-1].half_width <= half_width
     # The advantage grows with the size: a constriction is a point in ever more channel.
     assert 5 * adaptive.unknowns < uniform.unknowns
+    assert "'adaptive' needs fewer" in uniform.reason
     # Same gap, two certificates: they must have the leak rate in common.
     assert max(adaptive.lower, uniform.lower) <= min(adaptive.upper, uniform.upper)
 

@@ -289,6 +289,10 @@ def test_bounds_that_scatter_are_widened_until_they_fall():
             lambda: seal_flow(constant(), uniform(1e6, 1e-3), STRIP, BAR),
             "0.001 m long and the leak path 0.002 m",
         ),
+        *(
+            (lambda P=P: seal_flow(exact_table([2e6], [0]), P, STRIP, BAR), "2e.06 Pa, seals, and")
+            for P in (uniform(1e6, 2e-3), Hertz(1e6, 2e-3))
+        ),
     ],
 )
 def test_bad_input(make, words):
