@@ -7,6 +7,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import GAP_NAMES, FieldMap, Stated, read_map
 from fem_seal.grid import GridField
+from fem_seal.registry import require_positive
 
 
 def load_gap(
@@ -31,6 +32,8 @@ def load_gap(
         If the file is missing or cannot be read, an array is missing or of the wrong shape or
         type, the unit or size is unknown, or the gap is negative or not finite.
     """
+    if contact_below is not None:
+        require_positive(contact_below=contact_below)
     field = read_map(path, GAP_NAMES, stated)
     values = np.where(_in_contact(field, contact_below, Path(path)), 0.0, field.values)
     try:

@@ -75,7 +75,9 @@ class FacetTag(IntEnum):
 
 def require_enclosed(value: float, lower: float, upper: float) -> None:
     """Raise Inconsistent if bounds of a leak rate [m³/s] cross, or do not hold its value."""
-    if not 0 <= lower <= upper:
+    if not lower >= 0:
+        raise Inconsistent(f"the lower bound, {lower:.6e} m^3/s, is no number of at least 0")
+    if not lower <= upper:
         raise Inconsistent(
             f"the bounds cross: lower {lower:.6e} > upper {upper:.6e} m^3/s; "
             "this is a defect of the solver, please report the gap"
@@ -147,13 +149,14 @@ class LeakRate:
 
     def __post_init__(self) -> None:
         require_known(get_args(FlowState), self.state, "state")
-        if self.value < 0 or (self.state == "sealed" and self.value > 0):
+        if not self.value >= 0 or (self.state == "sealed" and self.value > 0):
             raise Inconsistent(f"{self.state}, and the leak rate is {self.value:.6e} m^3/s")
         if self.converged == bool(self.reason):
             raise Inconsistent(f"converged = {self.converged}, and the reason is {self.reason!r}")
-        if self.lower is None:
-            return
-        require_enclosed(self.value, *self.bounds)
+        if (self.lower is None) != (self.upper is None):
+            raise Inconsistent(f"one bound without the other: {self.lower} and {self.upper} m^3/s")
+        if self.lower is not None:
+            require_enclosed(self.value, *self.bounds)
 
     @property
     def bounds(self) -> tuple[float, float]:

@@ -33,4 +33,4 @@ def require_not_negative(**values: float) -> None:
     """Raise InvalidInput if one of the named values is not a number of at least 0."""
     for name, value in values.items():
         if not (isinstance(value, Real) and isfinite(value) and value >= 0):
-            raise InvalidInput(f"{name} = {value!r} must not be negative, in SI units")
+            raise InvalidInput(f"{name} = {value!r} must be a finite number >= 0, in SI units")

@@ -307,14 +307,14 @@ def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak
 
 
 def require_shared(scene: Scene, work: Work | None) -> None:
-    """Refuse, before the work, patches of a seal that cannot be read, and jobs without a seal."""
+    """Refuse, before the work, patches of a seal that cannot be read, and `work` without a seal."""
     if scene.seal is not None:
         profile_of(scene)
         realizations(scene)
-    elif work is not None and (work.jobs or 1) > 1:
+    elif work is not None and ((work.jobs or 1) > 1 or work.memory is not None):
         raise InvalidInput(
-            f"jobs = {work.jobs} (--jobs) distributes the patches of a [seal], and this scene has "
-            "none; leave it out, or start the command by mpirun"
+            "--jobs and --memory (`work`) distribute the patches of a [seal], and this scene has "
+            "none; leave them out, or start the command by mpirun; flow.max_memory limits a flow"
         )
 
 

@@ -141,14 +141,18 @@ class RateUnit:
                 "or 'l/min': the volume of a gas is that at fluid.reference_temperature and "
                 "fluid.reference_pressure (0 degC and 1 atm, if the scene names no others)"
             )
+        import pint
+
+        registry = _registry()
         try:
             unit = _parsed(text)
-        except ValueError:
+            root = registry.get_root_units(unit)[1]  # of angles and bytes as well, see `_convert`
+        except (pint.PintError, *_NO_UNIT):
             raise ValueError(f"has an unknown unit; it {_RATE_EXPECTED}") from None
         for kind, si in RATES.items():
             si = si.replace(" ", "*")
-            if unit.is_compatible_with(si):
-                return cls(text.strip(), kind, float(_registry().Quantity(1, unit).m_as(si)))
+            if root == registry.get_root_units(si)[1]:
+                return cls(text.strip(), kind, float(registry.Quantity(1, unit).m_as(si)))
         raise ValueError(f"does not measure a leak rate; it {_RATE_EXPECTED}")
 
 

@@ -171,7 +171,10 @@ REFUSED = {
     "run wedge.npz": "wedge.npz",
     "run .": "",
     "run map.csv": "fem-seal new map.csv writes a scene",
-    "run scene.toml --jobs 2": "jobs = 2 (--jobs) distributes the patches of a [seal]",
+    "run scene.toml --jobs 2": "distribute the patches of a [seal], and this scene has none",
+    "run scene.toml --memory 1": "distribute the patches of a [seal], and this scene has none",
+    "run scene.toml --memory nan": "memory = nan GB must be finite and above 0 (--memory)",
+    "sweep scene.toml --vary flow.rtol=0.1,0.2 --memory inf": "must be finite and above 0",
     "mesh scene.toml": "has no [shape]",
     "surface gap.toml": "a gap in place of a surface",
     "study trade ring.toml --out out": "take [shape] out of the scene",
@@ -197,6 +200,9 @@ REFUSED = {
     "leak wedge.npz --unknown": "--unknown",
     "leak wedge.npz --visc=1": "there is no option --visc; did you mean --viscosity?",
     "leak wedge.npz --kind gas": "a gas needs its viscosity",
+    "leak wedge.npz --kind gas --viscosity=2e-5 --molar-mass=0.029 --temperature=293": (
+        "flow.inlet_pressure is missing"
+    ),
     "leak wedge.npz --rtol small": "small",
     "leak wedge.npz --sides open": "open",
     "leak wedge.npz --strict": "limit",

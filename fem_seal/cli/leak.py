@@ -90,7 +90,7 @@ def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
         if given["fluid.kind"] == "gas":
             raise InvalidInput("a gas needs its viscosity, such as --viscosity '18 uPa s'")
         assumed.append(f"viscosity {with_prefix(VISCOSITY, 'Pa s')} (--viscosity)")
-    if not any(given[f"flow.{drive}"] for drive in DRIVES):
+    if given["fluid.kind"] != "gas" and not any(given[f"flow.{drive}"] for drive in DRIVES):
         data["flow"] = {"pressure_drop": PRESSURE_DROP}
         assumed.append(f"pressure drop {with_prefix(PRESSURE_DROP, 'Pa')} (--pressure-drop)")
     for option, name, field in _fields():

@@ -134,7 +134,7 @@ def work_of(options: argparse.Namespace) -> "Work":
     """Distribution of points over processes, from the options of `add_jobs` or `add_work`."""
     from fem_seal.points import Work
 
-    memory = None if options.memory is None else int(1e9 * options.memory)
+    memory = None if options.memory is None else 1e9 * options.memory
     shared = {name: vars(options)[name] for name in ("part", "gather") if name in options}
     return Work(options.jobs, memory=memory, **shared)
 

@@ -173,7 +173,7 @@ def _by_executor(chains: Sequence[Chain], executor: Executor, poll: Callable[[],
 
 
 def _by_workers(
-    chains: Sequence[Chain], jobs: int, poll: Callable[[], int], memory: int | None, need: int
+    chains: Sequence[Chain], jobs: int, poll: Callable[[], int], memory: float | None, need: int
 ) -> Failures:
     """Compute chains in workers of this machine.
 

@@ -31,7 +31,7 @@ def farm(
     compute: Callable[[Item], T],
     jobs: int,
     poll: Callable[[], int],
-    memory: int | None = None,
+    memory: float | None = None,
     need: int = UNKNOWN_POINT,
 ) -> tuple[list[T], list[Item]]:
     """Compute chains in processes of this machine.
@@ -72,7 +72,7 @@ def farm(
             resident = [size.resident for size in used]
             left = available_memory()
             if memory is not None:
-                left = min(left, memory - sum(resident))
+                left = min(left, int(memory) - sum(resident))
             most = max(int(_SPARE * largest), 0 if finished else need)
             while waiting and len(running) < min(jobs, processes_that_fit(most, resident, left)):
                 if not idle:

@@ -2,6 +2,7 @@
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from math import inf
 
 from fem_seal import parallel
 from fem_seal.errors import InvalidInput
@@ -46,7 +47,7 @@ class Work:
     #: whether to compute nothing, and to make the table of the points computed so far
     gather: bool = False
     #: most memory of all jobs together [bytes]; the available memory of the machine if left out
-    memory: int | None = None
+    memory: float | None = None
 
     def __post_init__(self) -> None:
         (k, n), jobs = self.part, 1 if self.jobs is None else self.jobs
@@ -54,8 +55,9 @@ class Work:
             raise InvalidInput(f"jobs = {self.jobs} must be at least 1 (--jobs)")
         if not 1 <= k <= n:
             raise InvalidInput(f"part = {k}/{n} must be K/N with 1 <= K <= N (--part)")
-        if self.memory is not None and self.memory <= 0:
-            raise InvalidInput(f"memory = {self.memory / 1e9:g} GB must be above 0 (--memory)")
+        if self.memory is not None and not 0 < self.memory < inf:
+            gigabytes = self.memory / 1e9
+            raise InvalidInput(f"memory = {gigabytes:g} GB must be finite and above 0 (--memory)")
         if jobs > 1 and parallel.processes() > 1:
             raise InvalidInput(
                 f"jobs = {jobs} (--jobs): each point is then solved by one process; start the "

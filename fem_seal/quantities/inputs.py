@@ -153,7 +153,9 @@ def _entry(
     if leak.state == "sealed":
         return entry(1.0, None, caution=True, upper_rate=most)
     least = closed.bounds[0] if closed.state == "leaking" else 0.0
-    return entry(min(1.0, least / leak.value), max(1.0, most / leak.value))
+    lower, upper = leak.bounds
+    # The bounds of the flow multiply these factors: a product is then the bound of the corner.
+    return entry(min(1.0, least / lower) if lower else 1.0, max(1.0, most / upper))
 
 
 def input_shares(

@@ -5,7 +5,7 @@ from math import expm1, log, sinh, sqrt
 
 from fem_seal.digits import in_digits, rounded_down, rounded_up
 from fem_seal.errors import present
-from fem_seal.leak_rate import LeakRate, relative_width
+from fem_seal.leak_rate import FlowState, LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
     CONTACT_AREA,
     CONTACT_GRID,
@@ -19,7 +19,7 @@ from fem_seal.quantities.error_budget import (
     entry_words,
     may_open,
 )
-from fem_seal.quantities.headline import Shown, headline
+from fem_seal.quantities.headline import Headline, Shown, headline
 from fem_seal.units import StatedRate
 
 ZERO = "; zero holds only for what is covered"
@@ -76,40 +76,41 @@ def verdict(
     if limit is None or limit_solved is None:
         why = {"leaking": "; no limit was given", "sealed": ZERO}.get(leak.state, "")
         return Verdict(leak.state, f"{leak.state}: {head}{why}{open_points}")
-    limit_text = f"{in_digits(limit.number, 6)} {limit.unit.name}"
     allowed = f"{shown.text(limit_solved)} allowed"
+    decision, comparison = _compared(leak.state, head, limit_solved, allowed)
+    needed: Needed = (None, None)
+    if decision == "undecided" and leak.state == "sealed":
+        opening = _sentences([entry for entry in rest if may_open(entry)])
+        comparison = f"{opening}; {allowed}"
+    elif decision == "undecided":
+        if advice is None:
+            others = (*(entry for entry in budget if entry.key == SLIP_INTERVAL), *rest)
+            fixed = tuple(entry for entry in others if not entry.per_rtol)
+            per_rtol = sum(entry.per_rtol for entry in others)
+            needed = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
+            advice = _advice(leak, head, needed, limit_solved, fixed, by_total, decides)
+        comparison = f"{comparison}; {advice}"
     both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]
     counting = f", counting {entry_words(both, 3)}" if both and leak.state == "leaking" else ""
+    sentence = f"{decision}: {head}; {comparison}{counting}{open_points}"
+    limit_text = f"{in_digits(limit.number, 6)} {limit.unit.name}"
+    return Verdict(decision, sentence, limit_text, *needed, comparison)
 
-    def decided(decision: str, comparison: str, needed: Needed = (None, None)) -> Verdict:
-        sentence = f"{decision}: {head}; {comparison}{counting}{open_points}"
-        return Verdict(decision, sentence, limit_text, *needed, comparison)
 
+def _compared(state: FlowState, head: Headline, limit: float, allowed: str) -> tuple[str, str]:
+    """Decision, and how the ends of the headline compare with the limit [m³/s]."""
     low, high = head.lower, head.upper
-    if leak.state == "lifted off":
-        return decided("above limit", allowed)
+    if state == "lifted off":
+        return "above limit", allowed
     if high == 0:
-        return decided("within limit", f"{allowed}{ZERO}")
-    if high is not None and high <= limit_solved:
-        share = rounded_up(100 * high / limit_solved)
-        return decided("within limit", f"at most {share} % of the {allowed}")
-    if low is not None and low > limit_solved:
-        times = rounded_down(low / limit_solved)
-        return decided("above limit", f"at least {times} times the {allowed}")
-    if leak.state == "sealed":
-        opening = _sentences([entry for entry in rest if may_open(entry)])
-        return decided("undecided", f"{opening}; {allowed}")
-    needed: Needed = (None, None)
-    if advice is None:
-        others = (*(entry for entry in budget if entry.key == SLIP_INTERVAL), *rest)
-        fixed = tuple(entry for entry in others if not entry.per_rtol)
-        per_rtol = sum(entry.per_rtol for entry in others)
-        needed = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
-        advice = _advice(leak, *needed, limit_solved, fixed, by_total, decides)
-    per_cent = 100 / limit_solved
+        return "within limit", f"{allowed}{ZERO}"
+    if high is not None and high <= limit:
+        return "within limit", f"at most {rounded_up(100 * high / limit)} % of the {allowed}"
+    if low is not None and low > limit:
+        return "above limit", f"at least {rounded_down(low / limit)} times the {allowed}"
+    per_cent = 100 / limit
     share = ends_words(low and per_cent * low, high and per_cent * high)
-    share = f"{share} % of the " if share else ""
-    return decided("undecided", f"{share}{allowed}; {advice}", needed)
+    return "undecided", f"{share} % of the {allowed}" if share else allowed
 
 
 def what_would_decide(
@@ -144,8 +145,8 @@ def what_would_decide(
 
 def _advice(
     leak: LeakRate,
-    rtol: float | None,
-    unknowns: int | None,
+    head: Headline,
+    needed: Needed,
     limit: float,
     rest: ErrorBudget,
     by_total: bool,
@@ -153,10 +154,11 @@ def _advice(
 ) -> str:
     """Advice for an undecided verdict: a setting that might decide it, or why none can.
 
-    `rest` are the entries that flow.rtol does not narrow. A scene with a total error, `by_total`,
-    takes no flow.rtol, and one whose flow `decides` needs none.
+    `needed` is what would decide by the flow alone, `rest` are the entries that flow.rtol does not
+    narrow. A scene with a total error, `by_total`, takes no flow.rtol, and one whose flow `decides`
+    needs none.
     """
-    low, high = leak.bounds
+    (low, high), (rtol, unknowns) = leak.bounds, needed
     if low == 0:
         return (
             "there is no lower bound yet, allow more unknowns, time or memory (flow.max_unknowns, "
@@ -176,7 +178,7 @@ def _advice(
     inputs = next((entry for entry in counted if entry.key == INPUTS), None)
     sides = [(e.lower, e.upper)[value < limit] for e in counted if e is not inputs]
     if inputs is not None and None not in sides:
-        return _narrower(inputs, value, limit, combined(rest))
+        return _narrower(inputs, limit, head.upper if value < limit else head.lower)
     if rtol is not None and unknowns is not None and not by_total:
         if decides:
             return (
@@ -191,17 +193,16 @@ def _advice(
     return "the best estimate is the limit itself"
 
 
-def _narrower(
-    inputs: Uncertainty, value: float, limit: float, factors: tuple[float | None, float | None]
-) -> str:
+def _narrower(inputs: Uncertainty, limit: float, end: float | None) -> str:
     """Advice on the input that matters most: how well it must be known to decide.
 
-    The logarithms of the entry's factors are taken as proportional to the tolerances.
+    `end` is that of the headline which is beyond the limit [m³/s]. The logarithms of the entry's
+    factors are taken as proportional to the tolerances.
     """
     name, part, share = present(inputs.largest, "input that matters most")
-    side, whole = (inputs.upper, factors[1]) if value < limit else (inputs.lower, factors[0])
-    if side and whole:
-        own, excess = share * abs(log(side)), abs(log(whole)) - abs(log(limit / value))
+    if end:
+        side = inputs.upper if end > limit else inputs.lower
+        own, excess = share * abs(log(side or 1.0)), abs(log(end / limit))
         if 0 < excess < own:
             needed = rounded_down(100 * part * (1 - excess / own), 2)
             return f"{name} to ±{needed} % in place of ±{in_digits(100 * part, 2)} % might decide"

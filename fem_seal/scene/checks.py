@@ -263,8 +263,9 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
     for name in given:
         section, _, key = name.partition(".")
         known = scene.surface if name == "heights" else getattr(scene, section)
-        if known is None or (key and getattr(known, key) is None):
-            yield f"tolerances.{name} is of an input that the scene does not give; leave it out"
+        rigid = scene.contact is not None and not scene.contact.is_elastic
+        if known is None or (key and getattr(known, key) is None) or (section == "solid" and rigid):
+            yield f"tolerances.{name} is of an input that the scene does not use; leave it out"
     for name, tolerance in given.items():
         if tolerance.amount is not None and scene.value_of(name) == 0:
             yield (

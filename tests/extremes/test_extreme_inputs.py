@@ -73,8 +73,11 @@ def test_what_is_no_positive_number_is_refused(name, bad):
     ("option", "message"),
     [
         # A negative margin would narrow the bounds of a decision.
-        (lambda: {"margin": -1.0}, "margin = -1.0 must not be negative"),
-        (lambda: {"limits": Limits(unknowns=-3)}, "unknowns = -3 must not be negative"),
+        (lambda: {"margin": -1.0}, "margin = -1.0 must be a finite number >= 0"),
+        (
+            lambda: {"limits": Limits(unknowns=-3)},
+            "unknowns = -3 must be a finite number >= 0",
+        ),
         (lambda: {"tuning": Tuning(theta=5)}, "theta = 5 must lie between 0 and 1"),
         (lambda: {"tuning": Tuning(cut=2)}, "cut = 2 must lie between 0 and 1"),
         (lambda: {"tuning": Tuning(ceiling=np.nan)}, "ceiling = nan must be above 0"),

@@ -65,6 +65,9 @@ def test_factors_out_of_order_are_refused(lower, upper):
     ("make", "message"),
     [
         (lambda: LeakRate("leaking", "uniform", 2.0, 3.0, 1.0), "bounds cross"),
+        (lambda: LeakRate("leaking", "uniform", 2.0, -0.5, 3.0), "is no number of at least 0"),
+        (lambda: LeakRate("leaking", "uniform", 2.0, None, 3.0), "one bound without the other"),
+        (lambda: LeakRate("leaking", "uniform", np.nan), "leaking, and the leak rate is nan"),
         (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
         (lambda: LeakRate("leaking", "uniform", 1.0, reason="time"), "converged = True, and the"),
         (lambda: Headline(1.0, 2.0, 1.0, ""), "ends of the leak rate: 2.0 and 1.0"),

@@ -211,8 +211,10 @@ BAD = {
         "tolerances.contact.pressure=1 um": "not in a unit of Pa",
         "tolerances.contact.pressure=0.1": "'10 %'",
         "tolerances.heights=1 um": "'10 %'",
-        "tolerances.flow.inlet_pressure=1 %": "the scene does not give",
-        "tolerances.seal.line_load=1 %": "the scene does not give",
+        "tolerances.flow.inlet_pressure=1 %": "the scene does not use",
+        "tolerances.seal.line_load=1 %": "the scene does not use",
+        "flow.lift= & contact.model=bearing & contact.pressure= & contact.mean_gap=3 um & "
+        "tolerances.solid.contact_modulus=5 %": "the scene does not use",
         # Higher ridges across the flow close the film, along it they open it: K is the mean of g³.
         "flow.lift=none & contact.pressure= & contact.mean_gap=3 um & tolerances.heights=5 %": (
             "may open or close the film"

@@ -98,6 +98,16 @@ def test_units_of_leak_rates(unit, kind, size):
     assert rate_unit.size == pytest.approx(size, rel=4e-16)
 
 
+@pytest.mark.parametrize(
+    ("unit", "message"),
+    [("dB ml/h", "unknown unit"), *((f"{word} ml/h", "does not") for word in ("byte", "deg"))],
+)
+def test_units_that_measure_no_leak_rate(unit, message):
+    """Pint gives a byte and an angle no dimension, and has no logarithm of a volume."""
+    with pytest.raises(ValueError, match=message):
+        RateUnit.parse(unit)
+
+
 @pytest.mark.parametrize("unit", ["slm", "slpm", "sccm", "Nl/min", "std cm^3/min"])
 def test_units_of_standard_conditions_are_refused(unit):
     """Pint's slm is 1.68875 Pa m³/s: with the pressure times volume of a gas of 20 degC, a mass
