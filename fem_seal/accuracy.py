@@ -271,7 +271,7 @@ def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
     if not contact.is_elastic:
         return part * present(patch.contact, "contact").contact_area_fraction >= sealing
     load = present(patch.carried_load, "load")
-    inlet, outlet = scene.gauge_pressures
+    inlet, outlet = scene.flow.gauge_pressures
     if scene.lift != "resolved":
         rest = load - max(inlet, 0.0)
         lifted = contact.pressure is not None and rest >= sealing

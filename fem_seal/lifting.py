@@ -84,7 +84,7 @@ def lifting_problem(
         from fem_seal.flow.linear import by_multigrid
 
         solver = partial(by_multigrid, eliminated=eliminated, report=report)
-    inlet, outlet = scene.gauge_pressures
+    inlet, outlet = scene.flow.gauge_pressures
     return SceneLift(
         height=surface,
         contact_modulus=present(scene.solid, "[solid]").elastic.contact_modulus,

@@ -319,7 +319,7 @@ def flow_seconds(samples: float, channels: float, rtol: float) -> float:
 def loads_of(scene: Scene, surface: GridField) -> float:
     """Net loads of a patch of a seal: those that its leak rate needs with a K of the usual fall."""
     seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
-    ends = EndPressures.of(scene.drive, scene.gauge_pressures)
+    ends = EndPressures.of(scene.drive, scene.flow.gauge_pressures)
     decisive = profile.highest - ends.inlet
     if decisive <= 0:
         return 1.0

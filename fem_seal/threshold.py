@@ -103,7 +103,7 @@ def threshold(patch: Patch) -> Threshold | None:
     if dry is None or dry.pressure_sealed is None or patch.lift == "none":
         return dry
     # The fluid carries at least the outlet's pressure and at most the inlet's.
-    inlet, outlet = patch.scene.gauge_pressures
+    inlet, outlet = patch.scene.flow.gauge_pressures
     return replace(
         dry,
         pressure_leaking=present(dry.pressure_leaking, "pressure") + outlet,

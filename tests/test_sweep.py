@@ -167,6 +167,16 @@ def test_another_sweep_is_refused(tmp_path, capsys):
     assert next(iter(rows(tmp_path / "out")[0])) == "flow.rtol"
 
 
+def test_a_field_of_some_points_only(tmp_path, capsys):
+    """The message names a point that has no use for it and the remedy, which works."""
+    assert run("--vary", "contact.model=gfmd,bearing", "--set", "contact.tolerance=1e-5") == 2
+    refusal = capsys.readouterr().err
+    assert "1 of 2 points cannot be computed, such as contact.model=bearing: " in refusal
+    (tmp_path / "table.csv").write_text("contact.model,contact.tolerance\ngfmd,1e-5\nbearing,\n")
+    assert run("--points", "table.csv", "--out", "out") == 0
+    assert len(rows(tmp_path / "out")) == 2
+
+
 def test_damaged_sweep(tmp_path):
     vary = ("--vary", "contact.area_fraction=0.1,0.2", "--out", "out")
     assert run(*vary) == 0

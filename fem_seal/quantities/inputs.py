@@ -70,7 +70,7 @@ def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRa
 def _may_float(patch: Patch) -> bool:
     """Whether the fluid may carry all of a load of [tolerances] on a solid that is uncertain."""
     opened = corner(patch.scene, 1)
-    load, (inlet, _) = opened.load, opened.gauge_pressures
+    load, (inlet, _) = opened.load, opened.flow.gauge_pressures
     uncertain = not patch.scene.tolerated.keys().isdisjoint(STIFFNESSES)
     return uncertain and load.kind == "pressure" and load.value <= inlet
 

@@ -46,7 +46,7 @@ def lift_entry(patch: Patch) -> Uncertainty | None:
 def _neglected(patch: Patch) -> Uncertainty | None:
     """Entry of a fluid pressure that is left out."""
     contact = present(patch.scene.contact, "[contact]")
-    inlet, outlet = patch.scene.gauge_pressures
+    inlet, outlet = patch.scene.flow.gauge_pressures
     load = patch.elastic.mean_pressure if contact.pressure is None else contact.pressure
     lifts, presses = (pressure > NEGLIGIBLE_PRESSURE * load for pressure in (inlet, -outlet))
     if not lifts and not presses:
@@ -100,7 +100,7 @@ def _closed(patch: Patch, load: float, outlet: float) -> tuple[list[str], float 
 def _resolved(patch: Patch) -> Uncertainty:
     """Entry of the equilibrium of contact and flow."""
     state, value = present(patch.lifted, "lifted state"), patch.leak_rate.value
-    inlet = _pressure(patch.scene.gauge_pressures[0])
+    inlet = _pressure(patch.scene.flow.gauge_pressures[0])
     if state.state == "lifted off":
         load = _pressure(present(patch.carried_load, "load"))
         why = (
@@ -158,7 +158,7 @@ def lift_range(patch: Patch) -> tuple[LeakRate, LeakRate]:
     fluid pressure between the two lies between them (for a half-space under a mean pressure). The
     second is "lifted off" if the inlet's pressure is not below the load.
     """
-    load, (inlet, outlet) = patch.load.value, patch.scene.gauge_pressures
+    load, (inlet, outlet) = patch.load.value, patch.scene.flow.gauge_pressures
 
     def under(pressure: float) -> LeakRate:
         """Leak rate of the dry contact under a mean pressure [Pa]."""

@@ -60,6 +60,8 @@ def _sentence(error: "ErrorDetails", root: type[BaseModel]) -> str:
             return f"{where} is a {type(given).__name__}, which does not belong there"
         case "model_type" | "model_attributes_type":
             return f"{where} = {given!r} should be a table of keys, [{where}]"
+        case "greater_than_equal":  # pydantic writes 1e-13 with thirteen decimals
+            return f"{where} = {given!r} should be greater than or equal to {error['ctx']['ge']:g}"
         case "value_error":
             return f"{where} = {given!r} {error['ctx']['error']}"
     text = error["msg"].removeprefix("Input ").replace("Tuple should", "should")

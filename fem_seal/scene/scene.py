@@ -263,11 +263,6 @@ class Scene(Section):
         return float(min(value) if isinstance(value, tuple) else value)
 
     @property
-    def gauge_pressures(self) -> tuple[float, float]:
-        """Pressures of inlet and outlet above ambient [Pa]; for scenes that need the flow."""
-        return self.flow.gauge_pressures
-
-    @property
     def lift(self) -> Lift:
         """Model of the fluid's pressure on the solid: "none", "range" or "resolved".
 
@@ -284,7 +279,7 @@ class Scene(Section):
         if not pressed or self.shape is not None or self.seal is not None:
             return "none"
         # Without load the solids only touch, unless the fluid lifts them off.
-        touches = present(contact, "[contact]").pressure == 0 and self.gauge_pressures[0] <= 0
+        touches = present(contact, "[contact]").pressure == 0 and self.flow.gauge_pressures[0] <= 0
         return "none" if touches else "resolved"
 
     @property

@@ -81,11 +81,9 @@ def sweep(
     tasks_of: dict[str, ScenePoint] = {}
     digest_of = cache(digest_or_none)  # for this sweep: the next one may find another file
     equal = []
-    keys, text = points[0], scene_text(path)
-    for values in points[1]:
-        scene = Scene.from_text(text, path, [*overrides, *map("{}={}".format, keys, values)])
+    keys = points[0]
+    for label, values, scene in _scenes(path, points, overrides):
         require_trusted(scene, trust)
-        label = ", ".join(map("{}={}".format, keys, values))
         task = ScenePoint(name_of(scene, digest_of), label, values, scene, trust)
         if (first := tasks_of.setdefault(task.name, task)) is not task:
             equal.append(f"{label} is the same scene as {first.label}: one point of both")
@@ -128,6 +126,31 @@ def sweep(
     failures = sum(not point.converged for point in own)
     missing = len(tasks) - len(own)
     return Tally(len(tasks), outcome.computed, failures, missing, tuple(table), tuple(equal))
+
+
+def _scenes(
+    path: Path, points: Points, overrides: Sequence[str]
+) -> list[tuple[str, tuple[str, ...], Scene]]:
+    """Each point with its label and scene; InvalidInput if one of them is not a valid scene."""
+    keys, text = points[0], scene_text(path)
+    scenes, refused = [], {}
+    for values in points[1]:
+        changes = list(map("{}={}".format, keys, values))
+        label = ", ".join(changes)
+        try:
+            scenes.append((label, values, Scene.from_text(text, path, [*overrides, *changes])))
+        except InvalidInput as error:
+            refused[label] = error
+    if refused:
+        label, first = next(iter(refused.items()))
+        if not scenes:
+            raise first
+        raise InvalidInput(
+            f"{len(refused)} of {len(points[1])} points cannot be computed, such as {label}: "
+            f"{first}; where only some points need a field, take a table of --points, which may "
+            "leave its cell empty"
+        )
+    return scenes
 
 
 def _expected(tasks: Sequence[ScenePoint]) -> Expected | None:

@@ -115,7 +115,7 @@ def under_less_load(
         return seal
     start, scene = perf_counter(), patch.scene
     highest = profile_of(scene)[0].highest
-    inlet = EndPressures.of(scene.drive, scene.gauge_pressures).inlet
+    inlet = EndPressures.of(scene.drive, scene.flow.gauge_pressures).inlet
     loads = [(inlet + (highest - inlet) * STEP**n) / highest for n in range(1, LOWER_LOADS + 2)]
     enough = len(seal.patches) >= LEAST_LEAKING
     with ExitStack() as held:
@@ -166,7 +166,7 @@ def solve_seal(
     scene, seal = patch.scene, present(patch.scene.seal, "[seal]")
     profile, path = profile_of(scene)
     profile, rtol = profile.times(part), seal.rtol if part == 1 else max(seal.rtol, LOOSE)
-    ends = EndPressures.of(scene.drive, scene.gauge_pressures)
+    ends = EndPressures.of(scene.drive, scene.flow.gauge_pressures)
     size = _size_of_patch(patch)
     if profile.highest <= ends.inlet:
         lifted = PatchFlow(None, lifted_off(profile, ends))

@@ -57,7 +57,7 @@ class PatchTask(Task[SolvedPatch]):
         """Conductivity of the patch, refined in load; nothing is handed on to the next one."""
         seal, (profile, path) = present(self.scene.seal, "[seal]"), profile_of(self.scene)
         profile = profile.times(self.part)
-        ends = EndPressures.of(self.scene.drive, self.scene.gauge_pressures)
+        ends = EndPressures.of(self.scene.drive, self.scene.flow.gauge_pressures)
         table_report = _TableReport(report)
         patch = Patch(self.scene, table_report, comm=comm)
         loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)

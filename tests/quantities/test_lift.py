@@ -176,10 +176,11 @@ VACUUM = {"inlet_pressure": "1 bar", "outlet_pressure": 0}
 
 
 def test_gauge_pressures_of_a_vacuum():
-    assert scene(flow={**VACUUM, "ambient_pressure": "1 bar"}).gauge_pressures == (0.0, -1e5)
-    assert scene(flow={**VACUUM, "ambient_pressure": 0}).gauge_pressures == (1e5, 0.0)
+    assert scene(flow={**VACUUM, "ambient_pressure": "1 bar"}).flow.gauge_pressures == (0.0, -1e5)
+    assert scene(flow={**VACUUM, "ambient_pressure": 0}).flow.gauge_pressures == (1e5, 0.0)
     # Left out, it is the outlet's.
-    assert scene(flow={"inlet_pressure": 3e5, "outlet_pressure": 1e5}).gauge_pressures == (2e5, 0.0)
+    flow = scene(flow={"inlet_pressure": 3e5, "outlet_pressure": 1e5}).flow
+    assert flow.gauge_pressures == (2e5, 0.0)
     # Without an elastic contact it changes nothing, and need not be named.
     given = {"model": "bearing", "area_fraction": 0.1}
     assert scene(load=given, flow=VACUUM).flow.ambient_pressure is None
@@ -193,7 +194,7 @@ def test_an_older_result_without_ambient_pressure_is_rebuilt(tmp_path):
     older = json.loads(file.read_text())
     older["provenance"]["scene"]["flow"].pop("ambient_pressure")
     file.write_text(json.dumps(older))
-    assert Result.from_folder(folder).scene().gauge_pressures == (1e5, 0.0)
+    assert Result.from_folder(folder).scene().flow.gauge_pressures == (1e5, 0.0)
 
 
 def test_an_older_result_with_fields_that_were_ignored_is_rebuilt(tmp_path):
