@@ -9,6 +9,7 @@ Names are loaded when they are first used, so that `import fem_seal` costs nothi
 """
 
 from importlib import import_module
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
 from fem_seal.errors import (
@@ -67,11 +68,8 @@ _NAMES = {
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 _ERRORS = ("FemSealError", "Inconsistent", "InvalidInput", "MissingPackage", "NotConverged")
-# The library: contact, film, mesh and flow without a scene.
-_PACKAGES = (
-    *("contact", "coupling", "field_file", "film", "finite_difference", "flow", "mesh", "points"),
-    *("quantities", "render", "results", "surface", "sweep", "theory", "upscaling", "verification"),
-)
+# The library: contact, film, mesh and flow without a scene, and all other packages.
+_PACKAGES = tuple(module.name for module in iter_modules(__path__) if module.ispkg)
 
 __all__ = sorted([*_HOMES, *_ERRORS])
 

@@ -18,7 +18,7 @@ from fem_seal.area_error import area_error
 from fem_seal.coupling import allowed_error
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
-from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids
+from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids, sealed_under
 from fem_seal.leak_rate import EstimatedError, LeakRate
 from fem_seal.patch import Known, Patch
 from fem_seal.progress import Report, silent
@@ -280,8 +280,7 @@ def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
         return True
     if part * load - outlet < sealing:
         return False
-    lighter = patch.pressed_by(part * load, patch.lift)
-    return lighter.leak_rate.state == "sealed" and lighter.leak_rate.converged
+    return sealed_under(patch, part)
 
 
 def flow_log_error(leak: LeakRate) -> float:
@@ -297,18 +296,24 @@ def relative_error(log_error: float) -> float:
     return expm1(log_error) if log_error < 700 else inf
 
 
+def error_words(error: float | None) -> str:
+    """An estimate of a relative error; one of 100 % or more as the factor 1 + error."""
+    if error is None:
+        return "not known"
+    return f"about {per_cent(error)}" if error < 1 else f"about a factor of {1 + error:.2g}"
+
+
 def _missed(total: float, grid: _Refined) -> str:
-    log_error, also = grid.contact, "" if grid.area_error is None else " and the area's"
+    size, also = _known(grid.contact), "" if grid.area_error is None else " and the area's"
     nx, ny = grid.trials[-1].samples
-    size = f"about {per_cent(relative_error(log_error))}" if log_error < inf else "not known"
     return (
-        f"the contact grid's{also} part of the error is {size} on {nx} x {ny}, "
+        f"the contact grid's{also} part of the error is {error_words(size)} on {nx} x {ny}, "
         f"the finest that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"
     )
 
 
 def _missed_by_lift(total: float, log_error: float) -> str:
     return (
-        f"the lift's part of the error is about {per_cent(relative_error(log_error))}; together "
+        f"the lift's part of the error is {error_words(_known(log_error))}; together "
         f"with those of contact grid and flow it is above accuracy.total = {total:g}"
     )

@@ -98,6 +98,8 @@ def _main() -> None:
             answer = function()
         except FemSealError as error:
             answer = error
+        except MemoryError:
+            sys.exit(1)  # The first process computes it when its own work has ended.
         pickle.dump((answer, peak_memory()), stdout)
 
 

@@ -59,7 +59,7 @@ def in_digits(number: float, digits: int = 4) -> str:
 
 def number_of(count: int, noun: str) -> str:
     """Write a number of things, "1 patch", "4 patches"."""
-    return f"{count} {noun}" + ("" if count == 1 else "es" if noun.endswith("ch") else "s")
+    return f"{count} {noun}" + ("" if count == 1 else "es" if noun.endswith(("ch", "sh")) else "s")
 
 
 def per_cent(fraction: float) -> str:
@@ -70,7 +70,7 @@ def per_cent(fraction: float) -> str:
 
 def with_error(number: float, error: float) -> str:
     """Write a number with its standard deviation to two digits, "0.811 ± 0.040"."""
-    if not 0 < error < math.inf:
+    if not abs(number) * 10.0**-_MOST < error < math.inf:
         return f"{number:.4g} ± {error:.2g}"
     decimals = max(0, 1 - math.floor(math.log10(error)))
     return f"{number:.{decimals}f} ± {error:.{decimals}f}"

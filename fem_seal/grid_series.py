@@ -95,7 +95,7 @@ class OnGrid:
         if state is not None and not state.converged:
             low, high = state.lowest, state.highest
         gap = 0.0 if tightest is None else tightest.gap
-        by_area = present(patch.scene.contact, "[contact]").area_fraction is not None
+        by_area = patch.load.kind == "area_fraction"
         return cls(
             low,
             high,
@@ -119,12 +119,12 @@ class OnHalf:
         coarse = present(on_half(patch), "coarser grid")
         if coarse.lifted_off:
             return cls(None, False)
-        return cls(OnGrid.of(coarse), less and coarse.sealed and _stays_sealed(coarse))
+        return cls(OnGrid.of(coarse), less and coarse.sealed and sealed_under(coarse, STILL_SEALED))
 
 
-def _stays_sealed(patch: Patch) -> bool:
-    load = STILL_SEALED * present(patch.carried_load, "load")
-    lighter = patch.pressed_by(load, patch.lift)
+def sealed_under(patch: Patch, part: float) -> bool:
+    """Whether a patch is sealed, and its lift has settled, under a part of its load."""
+    lighter = patch.pressed_by(part * present(patch.carried_load, "load"), patch.lift)
     return lighter.state == "sealed" and (lighter.lifted is None or lighter.lifted.converged)
 
 

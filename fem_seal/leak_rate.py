@@ -1,6 +1,7 @@
 """LeakRate: the result of every flow solver, by finite elements or finite differences."""
 
-from dataclasses import dataclass, field
+import dataclasses
+from dataclasses import dataclass
 from enum import IntEnum
 from math import inf, log
 from typing import Literal, TypeAlias, get_args
@@ -45,10 +46,10 @@ class Level:
     upper: float
     #: iterations and time by stage ("primal", "dual", "mesh", ...). The time to choose the cells to
     #: refine belongs to the finer level
-    iterations: dict[str, int] = field(default_factory=dict)
-    seconds: dict[str, float] = field(default_factory=dict)
+    iterations: dict[str, int] = dataclasses.field(default_factory=dict)
+    seconds: dict[str, float] = dataclasses.field(default_factory=dict)
     #: relative error of the energy after each iteration, by stage
-    residuals: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    residuals: dict[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
 
     @property
     def half_width(self) -> float:
@@ -136,12 +137,12 @@ class LeakRate:
     #: correction lowers that further
     inflow: float = 0.0
     outflow: float = 0.0
-    levels: tuple[Level, ...] = field(default=(), repr=False)  #: refinement history
+    levels: tuple[Level, ...] = dataclasses.field(default=(), repr=False)  #: refinement history
     #: of the iteration of finite differences for "slip": largest change of the pressures over the
     #: inlet's in each step
-    residuals: dict[str, tuple[float, ...]] = field(default_factory=dict, repr=False)
+    residuals: dict[str, tuple[float, ...]] = dataclasses.field(default_factory=dict, repr=False)
     #: flow on the last mesh, if the caller of the solver wanted it
-    field: FlowField | None = field(default=None, repr=False)
+    field: FlowField | None = dataclasses.field(default=None, repr=False)
     #: for a gas with slip: factors <= 1 and >= 1 from the bounds at the mean pressure to `lower`
     #: and `upper`, because the pressure at each place is only known to lie in an interval.
     #: Refinement does not narrow them. The levels hold the bounds at the mean pressure

@@ -119,9 +119,9 @@ def cores() -> int:
     """Cores for one process of this run: those it may use, over the processes; at least 1.
 
     Those of processes that wait in `on_root` count for the one that computes. OMP_NUM_THREADS,
-    where set, is an upper limit.
+    where set, is an upper limit; of "2,1", for nested threads, the first number.
     """
-    stated = os.environ.get("OMP_NUM_THREADS", "")
+    stated = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
     limit = int(stated) if stated.isdecimal() and int(stated) else sys.maxsize
     started = _started()
     share = _sharing or (1 if started is None else started.size)

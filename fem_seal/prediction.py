@@ -63,7 +63,8 @@ USUAL = 8.0  # longest waves along a side of a map, where nobody says how many
 # SEALING E* h'rms; patches that leak are sealed at LEAST_LEAKING of their decisive load at least.
 EXPONENT, SEALING, LEAST_LEAKING = 3.3, 0.2, 1.03
 MODEL_LOADS, MODEL_CELLS = 60, 200  # of the table and the path of that K
-OF_DEMAND = 1.4  # intervals between loads over those of a table that is known beforehand
+# A table that is refined on the way needs so many times the intervals of one whose K is known.
+OF_DEMAND = 1.4
 # There is advice from this time [s], or from this part of the available memory, on.
 LONG = 600.0
 MANY = 0.8

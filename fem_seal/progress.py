@@ -8,6 +8,7 @@ from threading import Event, Thread
 from time import monotonic
 
 from fem_seal import parallel
+from fem_seal.digits import in_digits
 from fem_seal.errors import printable
 
 # Function of stage and detail, such as ("contact", "iteration 40, certificate 3e-05").
@@ -54,10 +55,10 @@ class Pace:
 
 
 def duration(seconds: float) -> str:
-    """Time in words, in one unit."""
+    """Time in words, in one unit and to two digits."""
     for unit, length in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 1.5 * length:
-            return f"{seconds / length:.0f} {unit}"
+            return f"{in_digits(seconds / length, 2)} {unit}"
     return f"{seconds:.0f} s"
 
 

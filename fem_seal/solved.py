@@ -256,7 +256,8 @@ def answer(
     Patch and choice are as of `accuracy.chosen_patch`. The solved patches of a [seal] are shared
     among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
-    start, scene, contact = perf_counter(), patch.scene, patch.contact
+    start, scene = perf_counter(), patch.scene
+    contact = patch.contact  # computes surface and contact
     estimated = isinstance(contact, ContactState) and scene.leaks == "patch" and is_estimated(scene)
     # The dry contact uses all cores, a flow only one: half of the samples are solved beside it.
     with half_beside(patch) if estimated else nullcontext():

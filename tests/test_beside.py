@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 from math import hypot
+from pathlib import Path
 
 import pytest
 from project import scene_of_samples
@@ -41,8 +42,11 @@ def test_its_error_is_raised_here():
         Beside(require_known, {"known": 1}, "other", "name")()
 
 
-def test_a_killed_process_is_made_up_for():
-    assert Beside(_killed_elsewhere, TESTING)() == TESTING
+@pytest.mark.parametrize("ended", ["killed", "no memory"])
+def test_an_ended_process_is_made_up_for(ended, capfd, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))  # of the function below
+    assert Beside(_ended_elsewhere, TESTING, ended)() == TESTING
+    assert capfd.readouterr().err == ""
 
 
 def test_it_ends_with_what_it_stands_beside(beside_always, monkeypatch):
@@ -54,8 +58,10 @@ def test_it_ends_with_what_it_stands_beside(beside_always, monkeypatch):
     assert process.returncode == -signal.SIGKILL
 
 
-def _killed_elsewhere(process):
+def _ended_elsewhere(process, how):
     if os.getpid() != process:
+        if how == "no memory":
+            raise MemoryError
         os.kill(os.getpid(), signal.SIGKILL)
     return process
 

@@ -79,6 +79,7 @@ def test_prefixes(number, unit, text):
         (0.81062, 0.00412, "0.8106 ± 0.0041"),
         (123.4, 25.0, "123 ± 25"),
         (0.8, 0.0, "0.8 ± 0"),
+        (0.8, 1e-20, "0.8 ± 1e-20"),
     ],
 )
 def test_two_digits_of_a_standard_deviation(number, error, text):
@@ -118,8 +119,8 @@ def test_number_without_zeros(number, text):
 
 
 def test_words_with_numbers():
-    assert [number_of(n, noun) for n, noun in ((1, "patch"), (2, "patch"), (4, "seed"))] == [
-        *("1 patch", "2 patches", "4 seeds")
+    assert [number_of(n, noun) for n, noun in ((1, "patch"), (2, "mesh"), (4, "seed"))] == [
+        *("1 patch", "2 meshes", "4 seeds")
     ]
     assert [per_cent(part) for part in (0.0412, 0.985, 0.995)] == ["4.1 %", "98 %", "100 %"]
     assert (rounded_down(1.23456), rounded_up(1.23456)) == ("1.234", "1.235")

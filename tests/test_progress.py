@@ -64,7 +64,7 @@ def test_silent_on_quick_computations(monkeypatch, stream):
         (0, 50.0, "0 of 8 patches done, about 30 s left"),
         (2, 10.0, "2 of 8 patches done, about 30 s left"),
         (2, 40.0, "2 of 8 patches done, about 2 min left"),
-        (1, 1850.0, "1 of 8 patches done, about 4 h left"),
+        (1, 1850.0, "1 of 8 patches done, about 3.6 h left"),
         (8, 99.0, "8 of 8 patches done"),
     ],
 )
@@ -85,4 +85,4 @@ def test_pace(done, seconds, text, monkeypatch):
     assert heard == [(f"{text}: patch 3 of 8", "iteration 2"), (text, "")]
     now[0] += 10.0
     pace("", "")
-    assert heard[-1][0] == text.replace("30 s", "20 s")
+    assert heard[-1][0] == text.replace("30 s", "20 s").replace("2 min", "1.8 min")

@@ -93,8 +93,8 @@ def parser(words: Sequence[str] = ("leak",)) -> argparse.ArgumentParser:
         prog="fem-seal",
         description="How much leaks through a rough contact, and how sure are we?",
         epilog="Start with fem-seal run demos/scenes/first.toml. Exit status: 0 done, 2 bad "
-        "input, 3 not converged (the best bounds are written), 4 with --strict: above the limit "
-        "or undecided, 130 interrupted.",
+        "input, 3 not converged (bounds of a flow are written, of a contact nothing), 4 with "
+        "--strict: above the limit or undecided, 130 interrupted.",
     )
     top.add_argument("--version", action="version", version=f"fem-seal {__version__}")
     subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)

@@ -1,7 +1,6 @@
 """fem-seal sweep: a scene over the values of some of its fields."""
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
@@ -11,6 +10,7 @@ from fem_seal.cli.options import (
     add_scene,
     add_trust,
     add_work,
+    default_folder,
     file_path,
     work_of,
 )
@@ -52,14 +52,15 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         action="store_true",
         help="draw sweep.png: leak rates with their bounds against what varies",
     )
-    add_output(command, "results/NAME-sweep for NAME.toml; done points are kept")
+    add_output(command, "results/NAME-sweep for NAME.toml, with each --set; done points are kept")
     command.set_defaults(command=_sweep)
 
 
 def _sweep(options: argparse.Namespace) -> int:
     from fem_seal.sweep import combinations, read_points, sweep
 
-    out = options.out or Path("results") / f"{options.scene.stem}-sweep"
+    folder = default_folder(options.scene, options.overrides)
+    out = options.out or folder.with_name(f"{folder.name}-sweep")
     if options.points is not None:
         points = read_points(options.points)
     else:

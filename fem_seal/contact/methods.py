@@ -9,6 +9,7 @@ from fem_seal.contact.damped import damped, fista
 from fem_seal.contact.free_set_cg import free_set_cg
 from fem_seal.contact.polonsky_keer import polonsky_keer
 from fem_seal.contact.problem import Iterate, Iterates, Measures, Problem
+from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput, NotConverged, present
 from fem_seal.registry import require_known
 
@@ -124,11 +125,12 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
         stalled = len(residuals) - best_at > PATIENCE
         if iterate.iteration >= limit or stalled or np.isnan(iterate.certificate):
             break
+    steps = number_of(iterate.iteration, "iteration")
     if np.isnan(iterate.certificate):
         raise NotConverged(
-            f"contact by {stopping.solver}: the certificate is not a number after "
-            f"{iterate.iteration} iterations, since numbers overflowed; check the units of load, "
-            "modulus and heights, or take another solver"
+            f"contact by {stopping.solver}: the certificate is not a number after {steps}, since "
+            "numbers overflowed; check the units of load, modulus and heights, or take another "
+            "solver"
         )
     why = "its error no longer falls" if stalled else "that is the limit"
     measured = ", ".join(
@@ -137,6 +139,6 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
     remedy = "loosen the tolerance" if "certificate" in missed else "take another solver"
     remedy += "" if stalled else " or raise max_iterations"
     raise NotConverged(
-        f"contact by {stopping.solver}: {measured} after {iterate.iteration} iterations ({why}), "
+        f"contact by {stopping.solver}: {measured} after {steps} ({why}), "
         f"best certificate {min(residuals):.1e}; {remedy}"
     )

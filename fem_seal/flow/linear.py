@@ -15,13 +15,14 @@ diagonal: constants would no longer be near-null vectors.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from math import fsum
 from weakref import finalize
 
 import numpy as np
 from scipy import sparse
 
+from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import HAS_HYPRE, MPI, PETSc
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.integrals import AT_ONCE, batch
@@ -292,18 +293,30 @@ def preconditioned_cg(matrix: PETSc.Mat) -> PETSc.KSP:
     """CG for a matrix, with a preconditioner that is set up at the first solve."""
     solver = PETSc.KSP().create(matrix.comm)
     solver.setOptionsPrefix(_PREFIX)
-    options, name = PETSc.Options(_PREFIX), preconditioner()
-    for option, value in _OPTIONS.get(name, {}).items():
-        options[option] = value
+    of_user, name = _stated_options(), preconditioner()
+    usual = dict(_OPTIONS.get(name, {}))
     if name == "gamg":
         # It smooths with an eigenvalue that CG estimates, which may break down on few unknowns.
-        options["pc_gamg_agg_nsmooths"] = int(matrix.size[0] > UNSMOOTHED_UNKNOWNS)
+        usual["pc_gamg_agg_nsmooths"] = int(matrix.size[0] > UNSMOOTHED_UNKNOWNS)
+    for option in usual.keys() - of_user:
+        PETSc.Options(_PREFIX)[option] = usual[option]
     solver.setOperators(matrix)
     solver.setType("cg")
     solver.setNormType(PETSc.KSP.NormType.NATURAL)
-    solver.getPC().setType(name)
+    try:
+        solver.getPC().setType(name)
+    except PETSc.Error:
+        raise InvalidInput(
+            f"PETSC_OPTIONS: -fem_seal_pc_type {name} is no preconditioner of this PETSc"
+        ) from None
     solver.setFromOptions()
     return solver
+
+
+@cache
+def _stated_options() -> frozenset[str]:
+    """Options of this solver that the user has set, asked for before the solver sets its own."""
+    return frozenset(PETSc.Options(_PREFIX).getAll())
 
 
 def minimise_by_cg(
@@ -387,9 +400,13 @@ def by_multigrid(
     solver.setNormType(PETSc.KSP.NormType.PRECONDITIONED)
     solver.setConvergenceHistory(reset=True)
     x, b = whole.createVecs()
+    elimination: _Solve | None = None  # from the first breakdown on
 
     def solve(right_side: np.ndarray, tolerance: float) -> np.ndarray:
-        """Solution by CG, or by elimination where CG breaks down."""
+        """Solution by CG, or by elimination once CG has broken down."""
+        nonlocal elimination
+        if elimination is not None:
+            return elimination(right_side, tolerance)
         b.setArray(right_side)
         solver.setTolerances(rtol=tolerance, atol=0.0, max_it=2 * MAX_ITERATIONS)
         solver.solve(b, x)
@@ -403,7 +420,8 @@ def by_multigrid(
             f"the multigrid solver broke down on {len(right_side)} unknowns of the film's "
             "pressure; elimination, as exact but slower, takes its place",
         )
-        return eliminated(matrix)(right_side, tolerance)
+        elimination = eliminated(matrix)
+        return elimination(right_side, tolerance)
 
     # Free the memory with the function: petsc4py would defer it.
     finalize(solve, _destroy, solver, whole, x, b).atexit = False

@@ -24,10 +24,11 @@ class Constriction:
     #: gap at this position [m]. A uniform lowering of the counter-face by this much seals the film
     gap: float
     #: width of the channel at this position, from contact or wall to contact or wall [m]; None
-    #: without contact
+    #: where neither lies on both sides
     width: float | None
     #: part of the dissipation inside the disc of radius `width` around the position. With a single
-    #: channel this is the part of the pressure drop lost there. None without width or flow
+    #: channel this is the part of the pressure drop lost there. None without width or flow, and
+    #: where the disc is no small part of the film: twice the width is above the film's length
     pressure_share: float | None
 
 
@@ -44,13 +45,13 @@ def constriction(
         return None
     period = np.inf
     if isinstance(film, GridFilm):
-        width = channel_width(film.sites, tightest.position)
+        width, length = channel_width(film.sites, tightest.position), film.size[0]
         if film.sides == "periodic":
             period = film.size[1]
     else:
-        width = _width_on_mesh(film, tightest.position)
+        width, length = _width_on_mesh(film, tightest.position), np.ptp(film.mesh.xy, axis=0).min()
     share = None
-    if width is not None and field is not None and potential is not None:
+    if width is not None and 2 * width < length and field is not None and potential is not None:
         share = share_within(field, potential, tightest.position, width, period)
     return Constriction(*tightest.position, tightest.gap, width, share)
 

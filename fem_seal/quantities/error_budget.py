@@ -111,7 +111,13 @@ def ends_words(low: float | None, high: float | None, digits: int = 4) -> str:
 
 
 def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> str:
-    """Text of two factors, rounded outwards; None or `USELESS` ones are unbounded."""
+    """Text of two factors, rounded outwards; None or `USELESS` ones are unbounded.
+
+    Of factors that differ from 1 by less than their digits show, the difference: "1 ± 2e-9".
+    """
+    error = 0.0 if lower is None or upper is None else max(1 - lower, upper - 1)
+    if 0 < error < 10.0**-digits:
+        return f"1 ± {rounded_up(error, 1)}"
     low = None if lower is None or lower < 1 / USELESS else lower
     high = None if upper is None or upper > USELESS else upper
     return ends_words(low, high, digits) or "any factor"

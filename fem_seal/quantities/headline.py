@@ -80,7 +80,7 @@ def headline(leak: LeakRate, budget: ErrorBudget, shown: Shown = SI) -> Headline
         words = f"{in_digits(leak.value * shown.per_solved)} {shown.unit}, without bounds"
         return Headline(leak.value, None, None, words)
     (lower, upper), (least, most) = leak.bounds, combined(beside_flow(budget))
-    low = least * lower or None if least is not None else None
+    low = least * lower if least and lower else None
     high = None if most is None else most * upper
     words = (
         f"{_all_errors(leak.value, low, high, budget, shown)}; {_flow_alone(leak, budget, shown)}"

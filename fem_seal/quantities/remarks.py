@@ -45,8 +45,9 @@ def cautions(
     if shape is None or not shape.own_gap:
         gap, film = patch.grid_gap, patch.film
         length = film.size[0] if isinstance(film, GridFilm) else gap.size[0]
+        floats = patch.lifted is not None and patch.lifted.floats  # on a thick film, in any unit
         slope = steep(slope_between_samples(gap), "the gap")
-        thick = slope or _thickness(float(gap.values.mean()), length)
+        thick = slope or (None if floats else _thickness(float(gap.values.mean()), length))
         sentences.extend(filter(None, (_contact(patch, gap), _peak(patch), thick)))
     elif isinstance(film := patch.film, MeshFilm):
         thick = _thickness(film.mean_gap, float(np.ptp(film.mesh.xy, axis=0).min()))

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from fem_seal.accuracy import Choice
+from fem_seal.accuracy import Choice, error_words
 from fem_seal.digits import (
     bracket_digits,
     in_digits,
@@ -173,11 +173,10 @@ def accuracy_words(accuracy: Choice, state: FlowState) -> str:
     if state == "sealed":
         return f"{chosen}, sealed"
     grid, flow = accuracy.contact_error, accuracy.flow_error
-    contact = "unknown" if grid is None else f"about {per_cent(grid)}"
     bound = "unknown" if flow is None else f"at most {per_cent(flow)}"
-    text = f"{chosen} (error {contact}), flow.rtol = {accuracy.rtol:.2g} ({bound})"
+    text = f"{chosen} (error {error_words(grid)}), flow.rtol = {accuracy.rtol:.2g} ({bound})"
     for name, error in (("area", accuracy.area_error), ("lift", accuracy.lift_error)):
-        text += "" if error is None else f", {name} (about {per_cent(error)})"
+        text += "" if error is None else f", {name} ({error_words(error)})"
     return text
 
 

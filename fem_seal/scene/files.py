@@ -1,5 +1,6 @@
 """Reading TOML, and single fields from the command line."""
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -84,15 +85,14 @@ def replaced(
 
 
 def _value(text: str) -> object:
-    """TOML value, or the text itself, since a shell removes the quotes of "5 um", also in lists."""
-    value = _toml_or_text(text)
-    if value is text and text.startswith("[") and text.endswith("]"):
-        return [_toml_or_text(part.strip()) for part in text[1:-1].split(",")]
-    return value
+    """TOML value, or the text itself, since a shell removes the quotes of "5 um".
 
-
-def _toml_or_text(text: str) -> object:
+    The same for the parts of a list, and of the lists in it.
+    """
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
-        return text
+        if not re.fullmatch(r"\[([^][]|\[[^][]*])*]", text):
+            return text
+    # A comma of an inner list has a "]" behind it, and no "[" before that.
+    return [_value(part.strip()) for part in re.split(r",(?![^[]*])", text[1:-1])]

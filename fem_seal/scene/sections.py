@@ -173,7 +173,7 @@ class Accuracy(Section):
         None, gt=0, lt=1, description="largest relative error of the leak rate"
     )
     max_refinement: Count = Field(
-        4, description="finest contact grid tried, in multiples of the samples of the surface"
+        4, description="most times the samples of the surface; grids of 2, 4, ... times are tried"
     )
     contact_grid: Truth = Field(
         True, description="whether half of the samples say what the grid of the contact changes"

@@ -130,6 +130,7 @@ def _on_maps(heights: FieldMap, plan: Preparation) -> Iterator[tuple[str, FieldM
         heights = cropped(heights, plan.crop)
         yield "crop", heights
     if plan.outliers is not None:
+        require_known(("missing",), plan.outliers, "outliers")
         heights = without_outliers(heights)
         yield f"outliers {plan.outliers}", heights
     # Filled points are no measurements: the trend is that of the others, and holes at a tilted

@@ -55,7 +55,7 @@ def test_threads_left_out(monkeypatch):
     usable = len(os.sched_getaffinity(0))
     assert HalfSpace((512, 512), (1.0, 1.0)).threads == usable
     assert HalfSpace((64, 64), (1.0, 1.0)).threads == 1
-    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    monkeypatch.setenv("OMP_NUM_THREADS", "1,2")  # of nested threads
     assert HalfSpace((512, 512), (1.0, 1.0)).threads == 1
 
 

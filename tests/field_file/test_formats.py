@@ -79,6 +79,8 @@ def test_contact_below(tmp_path):
     assert np.array_equal(load_gap(tmp_path / "gap.txt", said, contact_below=1e-12).values, GAP)
     with pytest.raises(InvalidInput, match="negative at 2 of 24"):
         load_gap(tmp_path / "gap.txt", said, contact_below=1e-13)
+    with pytest.raises(InvalidInput, match="contact_below = nan must be a positive number"):
+        load_gap(tmp_path / "gap.txt", said, contact_below=np.nan)
 
 
 @pytest.mark.parametrize("unit", ["um", "nm", "A", "m"])

@@ -9,6 +9,7 @@ from project import leak_rate, scene_of_samples
 from sample_gaps import FLUID
 from scipy import sparse
 
+from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import HAS_HYPRE, PETSc
 from fem_seal.film import GridFilm
 from fem_seal.flow import linear
@@ -66,6 +67,19 @@ def test_without_hypre_gamg_takes_its_place(has_hypre, name, monkeypatch):
     matrix = PETSc.Mat().createAIJ((2, 2), nnz=1, comm=PETSc.COMM_SELF)
     solver = linear.preconditioned_cg(matrix)
     assert solver.getPC().getType() == linear.preconditioner() == name
+
+
+def test_options_of_the_user_stay(gamg, monkeypatch):
+    """What PETSC_OPTIONS says comes first; a preconditioner that PETSc lacks is named."""
+    options, matrix = PETSc.Options("fem_seal_"), PETSc.Mat().createAIJ((2, 2), nnz=1)
+    monkeypatch.setattr(linear, "_stated_options", lambda: {"pc_gamg_threshold"})
+    options["pc_gamg_threshold"] = 0.5
+    linear.preconditioned_cg(matrix)
+    assert options.getReal("pc_gamg_threshold") == 0.5
+    options.delValue("pc_gamg_threshold")
+    options["pc_type"] = "bogus"
+    with pytest.raises(InvalidInput, match="-fem_seal_pc_type bogus is no preconditioner"):
+        linear.preconditioned_cg(matrix)
 
 
 def test_the_result_names_the_preconditioner(gamg):

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 from lifted_scenes import problem_of, scene
+from scipy import sparse
 
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.film import GridFilm
@@ -16,6 +17,7 @@ from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL
 from fem_seal.network.film_pressure import EXACT, FilmPressure, eliminated
 from fem_seal.network.network import Network
+from fem_seal.progress import NOTE
 
 SHAPE = 16, 24
 FILMS = [(sides, kind) for sides in ("wall", "periodic") for kind in ("linear", "constant")]
@@ -214,3 +216,18 @@ def test_a_uniform_fluid_pressure_only_opens():
     point = LiftPoint(problem, problem.first_network, 0.0, none, problem.contact_under(none))
     lifted = point.gap_change(np.ones((32, 32)), 1e-10)
     assert lifted.min() >= -1e-3 * lifted.max()
+
+
+def test_after_a_breakdown_the_factors_are_kept():
+    """CG breaks down on an indefinite matrix; its elimination is made once, and said once."""
+    made, said = [], []
+
+    def counted(matrix):
+        made.append(matrix)
+        return eliminated(matrix)
+
+    matrix = sparse.csr_array(np.array([[1.0, 2.0], [2.0, 1.0]]))
+    solve = by_multigrid(matrix, counted, lambda stage, detail: said.append(stage))
+    for right_side in np.eye(2):
+        np.testing.assert_allclose(matrix @ solve(right_side, 1e-9), right_side, atol=1e-12)
+    assert len(made) == said.count(NOTE) == 1

@@ -91,6 +91,15 @@ def test_no_contact_no_width():
     assert (found.gap, found.width, found.pressure_share) == (1e-6, None, None)
 
 
+def test_no_share_of_a_film_without_a_tight_place():
+    """Between walls the disc of a uniform film covers most of it."""
+    film = GridFilm(GridField(np.full((9, 9), 1e-6), SPACING))
+    field = leak_rate(film, viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True).field
+    found = constriction(film, field, field.pressure)
+    assert found.width == pytest.approx(film.size[1], rel=1e-6)
+    assert found.pressure_share is None
+
+
 def neck(height):
     """A wall across the flow with one hole of so much height, five samples wide."""
     gap = np.full((65, 65), 1e-6)

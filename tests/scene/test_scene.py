@@ -16,6 +16,7 @@ from fem_seal.patch import SURFACES, Patch
 from fem_seal.quantities.of_patch import QUANTITIES, Quantities
 from fem_seal.quantities.uncertainties import ASSUMPTIONS
 from fem_seal.scene import Contact, Flow, Scene, Solid
+from fem_seal.scene.files import override
 from fem_seal.scene.scene import KINDS
 from fem_seal.scene.sections import Product
 from fem_seal.steps import CONTACTS, FLOWS
@@ -195,6 +196,8 @@ def test_a_list_without_the_quotes_the_shell_has_eaten(small_scene, tmp_path):
         changed.output.products
         == Scene.from_file(path, ['output.products=["leak_rate","contact"]']).output.products
     )
+    crop = override({}, "surface.crop=[[0 um,20 um], [0 um,3]]")["surface"]["crop"]
+    assert crop == [["0 um", "20 um"], ["0 um", 3]]
 
 
 def test_paths_count_from_the_scene_file(small_scene, tmp_path, here):
