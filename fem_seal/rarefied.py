@@ -147,17 +147,17 @@ def _flow_rate(delta: float, accommodation: float, cells: int) -> float:
     depth = delta * width[:, None] / velocity
     absorbed = -np.expm1(-depth)
     passed = absorbed / depth  # mean of Z over the cell, for a Z of 1 that enters it
-    # Sweep along c_x > 0. Due to u = 1 in cell j only: Z that enters cell k, and its mean there
+    # Sweep along c_x > 0. Due to u = 1 in cell j only: Z that enters cell k > j, and its mean there
     # over all velocities.
-    entering = np.zeros((len(velocity), cells))
+    entering = np.empty((cells, len(velocity)))
     mean = np.diag((1 - passed) @ weight)
     for k in range(cells):
-        mean[k] += (weight * passed[k]) @ entering
-        entering *= 1 - absorbed[k, :, None]
-        entering[:, k] += absorbed[k]
+        mean[k, :k] += entering[:k] @ (weight * passed[k])
+        entering[:k] *= 1 - absorbed[k]
+        entering[k] = absorbed[k]
     of_wall = np.exp(-delta * edges[:-1, None] / velocity) * passed
     of_wall /= 1 - r * np.exp(-delta / velocity)
-    mean += (r * weight * of_wall) @ entering
+    mean += (r * weight * of_wall) @ entering.T
     mean = mean + mean[::-1, ::-1]
     if delta <= 1:
         known, source = 0.0, mean.sum(axis=1) / (2 * delta)
