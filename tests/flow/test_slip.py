@@ -65,8 +65,7 @@ def test_uniform_channel(law, representation, p_out, B):
 
 
 @LAWS
-@pytest.mark.parametrize("p_out", [0.0, 1.9])
-@pytest.mark.parametrize("B", [1e-7, 0.1, 10.0, 1e9])
+@pytest.mark.parametrize(("B", "p_out"), [(1e-7, 0.0), (0.1, 0.0), (10.0, 1.9), (1e9, 0.0)])
 def test_layers_in_series(law, p_out, B):
     """Enclosed at all Knudsen numbers. To first order nothing is open in both limits, where the
     flow is linear in p² or in p; of the kinetic law no more than ±6 % (±2.2 % was seen)."""
@@ -111,8 +110,7 @@ def test_checkerboard_in_both_limits(B, power):
 
 
 @LAWS
-@pytest.mark.parametrize("aspect", [0.2, 5.0])
-@pytest.mark.parametrize("B", [1e-3, 0.3, 1e7])
+@pytest.mark.parametrize(("B", "aspect"), [(1e-3, 0.2), (0.3, 5.0), (1e7, 0.2)])
 def test_linear_gap_that_touches_along_the_flow(law, aspect, B):
     """At nearly one pressure p is linear: Σ dy mean 𝒦 of the profile is exact. The lower bound
     rests on power traces for all powers of the gap at the contact."""
@@ -129,9 +127,7 @@ def test_linear_gap_that_touches_along_the_flow(law, aspect, B):
     assert found.converged
 
 
-@pytest.mark.parametrize(
-    "law", [FIRST_ORDER, kinetic(LEAST_ACCOMMODATION)], ids=["first order", "kinetic"]
-)
+@pytest.mark.parametrize("law", [FIRST_ORDER, MIRRORS], ids=["first order", "kinetic"])
 @pytest.mark.parametrize(
     ("B", "p_out", "shape"), [(1e-2, 0.5, False), (3.0, 0.0, True), (1e4, 0.0, False)]
 )
@@ -177,7 +173,7 @@ def check_random(seed: int, law) -> LeakRate:
 
 
 @LAWS
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_random_gaps_enclose_the_nonlinear_solution(law, seed):
     check_random(seed, law)
 
