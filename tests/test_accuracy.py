@@ -232,15 +232,14 @@ def test_the_total_error_is_kept(accurate_scene, seed):
     assert parts <= log1p(0.2) * (1 + 1e-9)
 
 
-@pytest.mark.parametrize(("seed", "pressure"), [(35, "0.22 MPa"), (22, "0.24 MPa")])
-def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path, seed, pressure):
+def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path):
     """64² samples and coarser are sealed, 128² leak: undecided, or the finer grid's answer.
 
     Far above the load that seals, and only there, the same surface is within a limit.
     """
     scene = FIRST | {
-        "surface": FIRST["surface"] | {"seed": seed},
-        "contact": {"pressure": pressure},
+        "surface": FIRST["surface"] | {"seed": 22},
+        "contact": {"pressure": "0.24 MPa"},
         "limit": {"leak_rate": "1e-17 ml/h"},
         "accuracy": {"total": 0.1, "max_refinement": 1},
     }

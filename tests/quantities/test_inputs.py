@@ -23,6 +23,7 @@ SMALL = [
     "surface.shape=[48, 48]",
     "surface.short_wavelength=12 um",
     "output.products=['leak_rate']",
+    "accuracy.contact_grid=false",
 ]
 DRY, LIFTED = "flow.lift=none", "flow.lift=resolved"
 KNOWN = [
@@ -59,7 +60,7 @@ def test_corners_by_hand():
 
     No other entry is counted here, and the bounds of the flow count once.
     """
-    settings = [DRY, "flow.pressure_drop=10 Pa", "accuracy.contact_grid=false", "flow.rtol=0.1"]
+    settings = [DRY, "flow.pressure_drop=10 Pa", "flow.rtol=0.1"]
     solved = solve(scene(*settings, "contact.pressure=0.1 MPa", *KNOWN))
     closed = ("0.11 MPa", "8 MPa", 0.95, "1.03 mPa s")
     opened = ("0.09 MPa", "12 MPa", 1.05, "0.97 mPa s")
@@ -73,7 +74,7 @@ def test_corners_by_hand():
             f"surface.rms_slope={slope!r}",
             f"fluid.viscosity={viscosity}",
         )
-        ends.append(solve(by_hand).leak_rate)
+        ends.append(Patch(by_hand).leak_rate)
     assert entry(solved).kind == "estimated"
     assert ends[0].lower > 0
     # The contacts start elsewhere, and agree to their certificate, 1e-6, of which Q makes 1e-5.
@@ -121,7 +122,7 @@ def test_random_inputs_lie_inside(box, draws):
             f"flow.pressure_drop={drop * to['flow.pressure_drop']}",
             f"surface.rms_slope={slope!r}",
         )
-        leak = solve(drawn).leak_rate
+        leak = Patch(drawn).leak_rate
         assert low <= leak.lower
         assert leak.upper <= high
 
@@ -144,7 +145,7 @@ def test_sealed_by_a_load_that_may_be_less():
     """A sealed state gets the leak rate of its open corner, to the certificates of two contacts."""
     settings = [DRY, "contact.pressure=0.4 MPa", "tolerances.contact.pressure=60 %"]
     solved = solve(scene(*settings))
-    opened = solve(scene(DRY, "contact.pressure=0.16 MPa")).leak_rate
+    opened = Patch(scene(DRY, "contact.pressure=0.16 MPa")).leak_rate
     assert solved.state == "sealed"
     assert entry(solved).upper is None
     assert entry(solved).upper_rate == pytest.approx(opened.upper, rel=1e-5)
@@ -155,9 +156,9 @@ def test_sealed_by_a_load_that_may_be_less():
 def test_the_tolerance_that_decides():
     """An undecided verdict names the tolerance that decides, and that one does decide."""
     # So small a pressure drop that the fluid's pressure on the solid makes no difference.
-    drop, grid = "flow.pressure_drop=10 Pa", "accuracy.contact_grid=false"
-    limit = f"{1.5 * solve(scene(DRY, drop, grid)).leak_rate.value!r} m^3/s"
-    settings = [DRY, drop, grid, f"limit.leak_rate={limit}"]
+    drop = "flow.pressure_drop=10 Pa"
+    limit = f"{1.5 * Patch(scene(DRY, drop)).leak_rate.value!r} m^3/s"
+    settings = [DRY, drop, f"limit.leak_rate={limit}"]
     wide = solve(scene(*settings, "tolerances.contact.pressure=20 %")).verdict
     assert wide.decision == "undecided"
     assert "contact.pressure to ±" in wide.sentence
@@ -207,7 +208,7 @@ def test_a_stiffer_solid_may_leak_less():
 
 def test_a_load_that_may_not_exceed_the_pressure_of_the_fluid():
     """The dry contact keeps the limit under the load less 0.14 MPa, not under nine tenths of it."""
-    settings = [DRY, "flow.pressure_drop=0.14 MPa", "accuracy.contact_grid=false"]
+    settings = [DRY, "flow.pressure_drop=0.14 MPa"]
     settings += ["contact.pressure=0.15 MPa", "limit.leak_rate=1e-9 m^3/s"]
     known = solve(scene(*settings))
     assert known.verdict.decision == "within limit"
@@ -253,6 +254,7 @@ def test_shares_under_a_cylinder():
         {
             "contact.pressure": None,
             "flow.lift": None,
+            "accuracy": None,
             "seal": seal | {"cylinder_radius": "5 mm"},
             "output.products": ["seal"],
             "tolerances": dict(zip(("seal", "solid", "fluid"), known, strict=True))
