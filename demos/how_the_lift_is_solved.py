@@ -46,8 +46,7 @@ def both(load: float, n: int) -> tuple[LiftedState, LiftedState]:
     scene = Scene.from_file(SCENE, settings)
     surface = Patch(scene).surface
     problem = lifting_problem(scene, scene.load, scene.flow_settings, surface, silent)
-    # The fluid must leave some load to the solid.
-    ends = problem.outlet, min(problem.inlet, 0.95 * load)
+    ends = problem.outlet, problem.largest_start
     low, high = (
         lifted(problem, TOLERANCE, start=np.full(surface.shape, pressure)) for pressure in ends
     )

@@ -60,8 +60,8 @@ KEPT_OF_SAMPLE = 370  # [bytes/sample]
 OF_WAVES = 0.91  # d ln(channels) over d ln(shortest waves along a side)
 USUAL = 8.0  # longest waves along a side of a map, where nobody says how many
 # K of a patch falls as (1 - w/w_c)^EXPONENT with the net load w, which seals it at about w_c =
-# SEALING E* h'rms; patches that leak are sealed at LEAST_LEAKING of their decisive load at least.
-EXPONENT, SEALING, LEAST_LEAKING = 3.3, 0.2, 1.03
+# SEALING E* h'rms; patches that leak are sealed at LEAST_SEALING of their decisive load at least.
+EXPONENT, SEALING, LEAST_SEALING = 3.3, 0.2, 1.03
 MODEL_LOADS, MODEL_CELLS = 60, 200  # of the table and the path of that K
 # A table that is refined on the way needs so many times the intervals of one whose K is known.
 OF_DEMAND = 1.4
@@ -328,7 +328,7 @@ def loads_of(scene: Scene, surface: GridField) -> float:
     slope = sqrt(sum(float(np.mean(np.square(values))) for values in slopes))
     sealing = SEALING * present(scene.solid, "[solid]").E_star * slope
     # A patch that is sealed takes no load, and the others leak.
-    sealing = max(sealing, LEAST_LEAKING * decisive)
+    sealing = max(sealing, LEAST_SEALING * decisive)
     left = np.geomspace(1, 1e-3, MODEL_LOADS)
     table = ConductivityTable(sealing * (1 - left), left**EXPONENT, left**EXPONENT)
     flow = seal_flow(table, profile, path, ends, cells=MODEL_CELLS)

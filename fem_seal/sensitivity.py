@@ -31,12 +31,12 @@ from fem_seal.network.network import Network
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
 
-TOLERANCE, MOST_ITERATIONS = 1e-6, 60  # of the adjoint solves
+ADJOINT_TOLERANCE, ADJOINT_ITERATIONS = 1e-6, 60  # of the adjoint solves
 HALVED = 0.9  # part of the dissipation on the links that are halved
 # Gap that conducts in contact: part of the rms height, and at most of the critical constriction.
 EPSILON, OF_CRITICAL = 1e-4, 0.1
-ROUGHLY = 0.03  # tolerance of the linear solves of `ByLoad`
-STEP = 1e-4  # of the central differences, in ln of an input
+LOAD_TOLERANCE = 0.03  # tolerance of the linear solves of `ByLoad`
+DIFFERENCE = 1e-4  # of the central differences, in ln of an input
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,9 +84,9 @@ def sensitivity(
     point = _point(problem, epsilon, contact, lifted)
     flow, adjoint, weight = point.flow, np.zeros_like(gap), point.flow.log_rate_by_gap
     if lifted is not None:
-        adjoint = _solution(point.adjoint(TOLERANCE, MOST_ITERATIONS))
-        weight = weight + point.response_transposed(adjoint, TOLERANCE)
-    z = point.gap_change(weight, TOLERANCE)
+        adjoint = _solution(point.adjoint(ADJOINT_TOLERANCE, ADJOINT_ITERATIONS))
+        weight = weight + point.response_transposed(adjoint, ADJOINT_TOLERANCE)
+    z = point.gap_change(weight, ADJOINT_TOLERANCE)
     by_height = -problem.stiffness * problem.solid.pressure(z)
     by_input = {"heights": float(np.vdot(by_height, height.values))}
     solid = scene.solid
@@ -107,9 +107,9 @@ def sensitivity(
         return log(rate), there.pressure_of(through.on_samples, point.critical)
 
     for name in _of_fluid(scene):
-        (more, above), (less, below) = at(name, 1 + STEP), at(name, 1 - STEP)
+        (more, above), (less, below) = at(name, 1 + DIFFERENCE), at(name, 1 - DIFFERENCE)
         by_pressure = float(np.vdot(adjoint, above - below))
-        by_input[name] = (more - less + by_pressure) / (2 * STEP)
+        by_input[name] = (more - less + by_pressure) / (2 * DIFFERENCE)
     return Sensitivity(by_input, problem.field(by_height))
 
 
@@ -132,8 +132,8 @@ def _solution(solved: LinearSolution) -> np.ndarray:
     if not solved.converged:
         raise NotConverged(
             "the linear system of the sensitivity of contact and flow is not solved: "
-            f"{MOST_ITERATIONS} iterations of GMRES leave {solved.residuals[-1]:.1e} of it; try a "
-            "smaller contact.tolerance, or leave out what asks for it"
+            f"{ADJOINT_ITERATIONS} iterations of GMRES leave {solved.residuals[-1]:.1e} of it; try "
+            "a smaller contact.tolerance, or leave out what asks for it"
         )
     return solved.x
 
@@ -156,7 +156,7 @@ class ByLoad:
     @cached_property
     def gap(self) -> np.ndarray:
         """∂g/∂P (nx, ny) [m/Pa]."""
-        return self._point.gap_change(self._fluid - 1, ROUGHLY)
+        return self._point.gap_change(self._fluid - 1, LOAD_TOLERANCE)
 
     @cached_property
     def pressure(self) -> np.ndarray:
@@ -190,8 +190,8 @@ class ByLoad:
         none, point = np.zeros(self.contact.gap.shape), self._point
         if self.lifted is None or self.critical == 0:
             return none
-        at_fixed = point.response(point.gap_change(none - 1, ROUGHLY), ROUGHLY)
-        return _solution(point.solved(at_fixed, ROUGHLY, MOST_ITERATIONS)[0])
+        at_fixed = point.response(point.gap_change(none - 1, LOAD_TOLERANCE), LOAD_TOLERANCE)
+        return _solution(point.solved(at_fixed, LOAD_TOLERANCE, ADJOINT_ITERATIONS)[0])
 
 
 def _epsilon(problem: LiftProblem, critical: float) -> float:

@@ -16,7 +16,7 @@ from fem_seal.patch import Patch
 from fem_seal.steps import elastic_contact
 
 PRECISION = 1.01  # ratio of the two pressures between which an elastic contact seals
-STEP = 1.5  # ratio of pressures while only a leaking or only a sealed one is known
+LOAD_RATIO = 1.5  # ratio of pressures while only a leaking or only a sealed one is known
 LEAST_OF_FIRST = 1e-6  # the search ends below this part of the first pressure
 
 
@@ -76,9 +76,9 @@ def threshold_of_pressure(
         if leaking is not None and sealed is not None:
             pressure = sqrt(leaking.mean_pressure * sealed.mean_pressure)
         elif leaking is not None:
-            pressure = state.mean_pressure * STEP
+            pressure = state.mean_pressure * LOAD_RATIO
         else:
-            pressure = state.mean_pressure / STEP
+            pressure = state.mean_pressure / LOAD_RATIO
             if pressure < LEAST_OF_FIRST * first:
                 break  # sealed by the first touch, as by a ring
         state, contacts = press(pressure, leaking or state), contacts + 1

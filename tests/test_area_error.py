@@ -18,7 +18,7 @@ from fem_seal.coupling import lifted
 from fem_seal.patch import Known, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
-from fem_seal.sensitivity import ROUGHLY, ByLoad
+from fem_seal.sensitivity import LOAD_TOLERANCE, ByLoad
 from fem_seal.solved import solve
 
 LOAD, STEP = 1.4e5, 1e-4  # Pa, and its relative step
@@ -128,7 +128,7 @@ def test_contact_pressure_follows_the_load():
     assert np.array_equal(touches, more.film_contact.contact | less.film_contact.contact)
     off = np.linalg.norm((by.pressure - quotient)[touches])
     # The tolerance of its linear solves; the fluid's own share in it is 0.07.
-    assert off < ROUGHLY * np.linalg.norm(quotient)
+    assert off < LOAD_TOLERANCE * np.linalg.norm(quotient)
 
 
 def test_a_sealed_film_that_opens():

@@ -7,7 +7,7 @@ from project import ROOT
 
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
-from fem_seal.solved import run
+from fem_seal.solved import run, solve
 
 README = (ROOT / "README.md").read_text()
 NUMBER = r"\d[\d.]*(?:e[+-]\d+)?"
@@ -20,11 +20,11 @@ def numbers(text):
 def assert_same_leak_rate(printed, stated):
     """Value, lower, upper and half-width [%]: two certified brackets of one number overlap.
 
-    Each is 5 % wide at most, so that estimates inside them differ by less than 10 %.
+    Each value is the middle of its bracket: they differ by both half-widths at most.
     """
     assert max(printed[1], stated[1]) <= min(printed[2], stated[2])
-    assert abs(printed[0] - stated[0]) < 0.1 * stated[0]
     assert max(printed[3], stated[3]) <= 2.5
+    assert abs(printed[0] / stated[0] - 1) < 0.01 * (printed[3] + stated[3])
 
 
 def assert_same_lifted_contact(printed, stated):
@@ -59,13 +59,25 @@ def test_pictures_of_the_readme_load_at_once():
 def test_first_command_prints_what_the_readme_says(tmp_path):
     """What `make demo` prints, but for its cost and without its pictures."""
     first = ROOT / "demos" / "scenes" / "first.toml"
-    result = run(Scene.from_file(first, ["output.products=['leak_rate']"]), tmp_path / "out")
+    products = "output.products=['leak_rate']"
+    result = run(Scene.from_file(first, [products]), tmp_path / "out")
     unfolded = re.sub(r"\n {15}", " ", README)
-    said = dict(re.findall(r"^    (state|leak rate|flow|contact) +(.*)$", unfolded, re.MULTILINE))
+    labels = "state|leak rate|flow|lift|errors|contact"
+    said = dict(re.findall(rf"^    ({labels}) +(.*)$", unfolded, re.MULTILINE))
+    assert len(said) == len(labels.split("|"))
     printed = {label: text for label, text in summary_of(result) if label in said}
     assert {k: re.sub(NUMBER, "#", v) for k, v in printed.items()} == {
         k: re.sub(NUMBER, "#", v) for k, v in said.items()
     }
     assert_same_lifted_contact(numbers(printed["contact"]), numbers(said["contact"]))
     assert_same_leak_rate(numbers(printed["leak rate"]), numbers(said["leak rate"]))
+    *carried, steps, change = numbers(printed["lift"])
+    assert carried == pytest.approx(numbers(said["lift"])[:3], rel=0.01)
+    assert (steps, change < 1) == (numbers(said["lift"])[3], True)
+    # Factors of estimates follow the bounds of the flows, which are 2.5 % wide at most.
+    assert numbers(printed["errors"]) == pytest.approx(numbers(said["errors"]), rel=0.025)
+    [dry] = re.findall(rf"flow.lift=none`\), ({NUMBER}) m\^3/s would leak, an eighteenth", README)
+    leak = solve(Scene.from_file(first, [products, "flow.lift=none"])).leak_rate
+    assert leak.lower <= float(dry) <= leak.upper
+    assert round(numbers(said["leak rate"])[0] / float(dry)) == 18
     assert "fem-seal run demos/scenes/first.toml" in (ROOT / "Makefile").read_text()

@@ -41,6 +41,7 @@ def print_result(
     """Print the numbers a user asked for and give the exit status."""
     if parallel.is_root():
         if options.json:
+            # In ASCII, which a terminal of any encoding can show.
             say(json.dumps(json.loads(result.to_json()), indent=2))
         else:
             say("\n".join((*head, *summary(result, out))))

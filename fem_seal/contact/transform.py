@@ -20,7 +20,7 @@ MODES_OF = {"float64": np.complex128, "float32": np.complex64}
 # Bytes of a block of rows and of one of columns: they fit into the second cache of a core. Larger
 # and smaller ones were no faster at 2048².
 BLOCK_OF_ROWS, BLOCK_OF_COLUMNS = 2**18, 2**20
-STRIP = 4  # blocks of rows in one task of a thread
+BLOCKS_OF_TASK = 4  # blocks of rows in one task of a thread
 # Rows are padded to a multiple of this many modes, 64 or 128 bytes: transforms in single precision
 # then take 0.85 of the time, in double 0.95.
 ALIGNED = 8
@@ -96,7 +96,7 @@ class RealTransform:
             plans[0]()
             return look(self.modes[:, columns], factor)
 
-        self._passes.each(self._rows, lambda plans: plans[0](), STRIP)
+        self._passes.each(self._rows, lambda plans: plans[0](), BLOCKS_OF_TASK)
         blocks = list(zip(self._columns, factors, strict=True))
         return self._passes.each(blocks, lambda block: transform(*block[0], block[1]))
 
@@ -108,10 +108,10 @@ class RealTransform:
             self.modes[:, columns] *= factor
             plans[1]()
 
-        self._passes.each(self._rows, lambda plans: plans[0](), STRIP)
+        self._passes.each(self._rows, lambda plans: plans[0](), BLOCKS_OF_TASK)
         blocks = list(zip(self._columns, factors, strict=True))
         self._passes.each(blocks, lambda block: transform(*block[0], block[1]))
-        self._passes.each(self._rows, lambda plans: plans[1](), STRIP)
+        self._passes.each(self._rows, lambda plans: plans[1](), BLOCKS_OF_TASK)
 
 
 def _blocks(count: int, size: int) -> list[slice]:

@@ -19,6 +19,7 @@ Thomson's principle in Legendre's form gives C <= A*. Hence C <= A* <= A as quad
 two solves each.
 """
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
@@ -336,11 +337,18 @@ class LevelSolution:
             return self
         # The regularised stream function, a nearer start, is not kept with a level.
         _, guess = self.problem.mesh.first_guess()
+        begun = time.perf_counter()
         stream = self.problem.stream(guess)
         if stream is None:
             return self
+        solved = time.perf_counter()
         corrected = self.problem.corrected(self.pressure, stream)
         bounds = corrected.tightened(self.level.bounds)
-        residuals = {**self.level.residuals, "dual": stream.residuals}
-        level = replace(self.level, bounds=bounds, residuals=residuals)
+        spent = {"dual": solved - begun, "correction": time.perf_counter() - solved}
+        level = replace(
+            self.level,
+            bounds=bounds,
+            residuals=self.level.residuals | {"dual": stream.residuals},
+            seconds=self.level.seconds | spent,
+        )
         return replace(self, level=level, stream=stream, corrected=corrected)

@@ -18,6 +18,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.joints import wrongly_joined_cells
 from fem_seal.flow.solution import FlowEstimate
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.registry import require_not_negative, require_positive
 
 # Least size of a step by the error indicators, as a part of a full step, while flow through leaking
@@ -74,7 +75,7 @@ class Strategy:
     uniform: bool = False  #: halve all cells instead of the marked ones
     #: relative width (upper - lower) / √(lower upper) that the caller asks for. It decides when the
     #: true dual is solved and how large the last steps are
-    rtol: float = 0.05
+    rtol: float = FlowSettings.rtol
     #: solve the true dual on every level, so that both bounds can be watched
     every_dual: bool = False
     #: largest number of pressure unknowns of a mesh; the first mesh is solved in any case

@@ -98,16 +98,9 @@ def gap_scale(*gaps: np.ndarray) -> Scale:
     return logarithmic_scale(f"gap [{unit}]", values, GAP_DECADES, GAP_COLOURS, factor)
 
 
-def draw_gap(
-    axes: "Axes",
-    film: GridFilm,
-    scale: Scale | None,
-    *,
-    window: Window | None = None,
-    title: str = "",
-) -> None:
+def draw_gap(axes: "Axes", film: GridFilm, scale: Scale | None, *, title: str = "") -> None:
     """Draw the gap on a scale from `gap_scale`; a gap that is 0 everywhere has none."""
-    frame_film(axes, film, window, title, marked=True)
+    frame_film(axes, film, title=title, marked=True)
     gap = film.sites.on_samples(film.sites.gap)
     scale = scale or Scale("", 0.0, 1.0)
     draw_samples(axes, film, scale.paint(gap, gap > 0, CONTACT.colour))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field, PlainSerializer, PlainValidator, field_validator
 
-from fem_seal.flow_settings import LinksName, MethodName
+from fem_seal.flow_settings import FlowSettings, LinksName, MethodName
 from fem_seal.fluid import Drive
 from fem_seal.grid import GridField, Representation, Sides
 from fem_seal.limits import Limits
@@ -45,7 +45,7 @@ class Flow(Section):
     )
     # Not below 1e-9: the energies are accurate to the solver's tolerance, 1e-8.
     rtol: Number = Field(
-        0.05,
+        FlowSettings.rtol,
         ge=1e-9,
         description="largest (upper - lower) / sqrt(lower upper); of finite-difference, which has "
         "no bounds, for a lift only",

@@ -21,12 +21,12 @@ from fem_seal.surface.cell import HANN_DEPENDENCE
 
 # Ratio of the wavenumbers at the ends of a bin. The constant then differs from the mean of a power
 # law with H = 0.8 by 2 %, and by 6 % in the bins next to its cut-offs.
-BIN_RATIO = 1.25
+LINE_BIN_RATIO = 1.25
 FEWEST_SAMPLES = 16  # fewest samples of a profile
 DENSITY_ROUNDING = (
     1e-28  # densities below this part of the largest are rounding errors beyond a cut-off
 )
-DEGREES = {"mean": 0, "line": 1, "quadratic": 2}
+LINE_DEGREES = {"mean": 0, "line": 1, "quadratic": 2}
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ def profile_spectrum(
         missing = np.count_nonzero(~np.isfinite(heights))
         raise InvalidInput(f"{missing} samples of the profiles are missing; leave their ends out")
     require_positive(step=step)
-    degree, x = choose(DEGREES, detrend, "detrend"), np.linspace(-1, 1, n)
+    degree, x = choose(LINE_DEGREES, detrend, "detrend"), np.linspace(-1, 1, n)
     basis = np.polynomial.legendre.legvander(x, 0 if periodic else degree)
     heights = heights - (basis @ np.linalg.lstsq(basis, heights.T, rcond=None)[0]).T
     window = get_window("boxcar" if periodic else "hann", n)
@@ -122,7 +122,7 @@ def profile_spectrum(
 def _bounds(first: int, end: int) -> list[int]:
     """Indices of the first wave of each bin, and `end`."""
     bounds = [first]
-    while (following := max(bounds[-1] + 1, round(bounds[-1] * BIN_RATIO))) < end:
+    while (following := max(bounds[-1] + 1, round(bounds[-1] * LINE_BIN_RATIO))) < end:
         bounds.append(following)
     # A last bin of less than half of its width joins the one before.
     if len(bounds) > 1 and end - bounds[-1] < (bounds[-1] - bounds[-2]) / 2:

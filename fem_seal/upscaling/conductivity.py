@@ -17,8 +17,8 @@ MOST_TAIL = 8.0  # fall of ln K up to which it is extrapolated above the last lo
 # Exponents m and n, so that K^m is concave in the gap and K^n convex: of K ~ g³, and under slip by
 # either law, for which all m up to 0.333 and n from 0.57 on would do.
 CUBE, SLIPPING = (1 / 3, 1 / 3), (0.3, 0.6)
-# Steps inside an enclosure: K falls by about the part FALL in each; there are at most MOST_STEPS.
-FALL, MOST_STEPS = 0.002, 500
+# Steps inside an enclosure: K falls by about the part FALL in each; most of them.
+FALL, ENCLOSURE_STEPS = 0.002, 500
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Enclosure:
         """Number of steps that follow the bounds closely."""
         low, high = self.lower[-1], self.upper[0]
         fall = np.log(high / low) if low > 0 else np.inf
-        return int(np.clip(fall / FALL, 1, MOST_STEPS))
+        return int(np.clip(fall / FALL, 1, ENCLOSURE_STEPS))
 
     def lower_at(self, share: np.ndarray) -> np.ndarray:
         """Lower bound at parts 0 to 1 of the way from the lower load to the higher one."""

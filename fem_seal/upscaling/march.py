@@ -24,7 +24,7 @@ PRESSURE_ROUNDING = 1e-12  # relative rounding error of a pressure
 # Length of a step in ln Q by which an end of the searched range is moved, and most such steps.
 WIDENING, MOST_WIDENINGS = 5.0, 100
 # First step from below over the bracket, and each following one over that of the secant.
-FIRST, UNDER = 0.02, 0.9
+FIRST_STEP, UNDER = 0.02, 0.9
 RELATIVE = 4 * np.finfo(float).eps  # smallest relative tolerance that SciPy accepts
 
 
@@ -68,7 +68,7 @@ def _root(excess: Callable[[float], float], low: float, high: float) -> float:
     from scipy.optimize import toms748
 
     low, high = _widened(excess, low, -WIDENING), _widened(excess, high, WIDENING)
-    step, of_low = FIRST * (high - low), excess(low)
+    step, of_low = FIRST_STEP * (high - low), excess(low)
     while of_low < 0 and low + step < high:
         if step < UNDER * SHOOTING and excess(low + SHOOTING) >= 0:
             return low + step / UNDER

@@ -186,9 +186,9 @@ def sealed_share(sealed: int, patches: int) -> tuple[float, float]:
     return float(interval.low), float(interval.high)
 
 
-def may_conduct(leaking: float, count: PatchCount, *, seed: int = 0) -> bool:
+def may_conduct(leaking: float, count: PatchCount) -> bool:
     """Whether patches, of which a share leaks, conduct through one of many drawn blocks."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     patches = [lognormal_patches(_block(count), 0.0, leaking, rng) for _ in range(DRAWN_BLOCKS)]
     return bool((mosaic_conductivity(np.array(patches), nodes=1) > 0).any())
 

@@ -29,7 +29,7 @@ from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.profile import Profile, is_uniform
 from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow, seal_flow
 
-TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
+SEAL_TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
 MOST_LOADS = 40
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
 WIDTH = 0.22
@@ -39,11 +39,10 @@ SIMPSON = (4, 1, 1)  # weights of the value and of both bounds
 # Tolerance of a flow over that of the flow at the decisive load. At least, since many flows miss
 # the tolerance by a tenth on the mesh of another load, and the next mesh costs as much again; and
 # at most, where the influence is small.
-STARTED, LOOSEST = 1.15, 3.0
-FIRST = 1.4  # the same for the other first loads
+STARTED, LOOSEST_LATER = 1.15, 3.0
+OTHERS = 1.4  # the same for the other first loads
 # The load from which on a sealed patch is sealed is known to this part of the highest one.
 SEALED_LOAD_KNOWN = 1 / 16
-RAISE_RTOL = "raise seal.rtol"  # where no other remedy helps
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ def refined_table(
     path: LeakPath,
     ends: EndPressures,
     *,
-    tolerance: float = TOLERANCE,
+    tolerance: float = SEAL_TOLERANCE,
     most_loads: int = MOST_LOADS,
     max_seconds: float | None = None,
     progress: Callable[[str], None] = lambda state: None,
@@ -89,7 +88,7 @@ def refined_table(
     started = perf_counter()
     # Under a uniform pressure no net load is below the decisive one.
     span = (decisive if is_uniform(profile) else 0.0), profile.highest - ends.outlet
-    first = {decisive: 1.0} | {0.5 * (decisive + end): FIRST for end in span if end != decisive}
+    first = {decisive: 1.0} | {0.5 * (decisive + end): OTHERS for end in span if end != decisive}
     progress(f"its first {len(first)} net loads")
     table = patch.table(first)
     while True:
@@ -114,7 +113,7 @@ def refined_table(
             if patch.reasons:
                 reason = f"{patch.reasons[0]}; raise that limit"
             elif flow.lower > 0 and _errors(table, flow)[1] >= tolerance:
-                reason = f"its bounds at the net loads are no narrower; {RAISE_RTOL}"
+                reason = "its bounds at the net loads are no narrower"
             else:
                 reason = f"it may take {most_loads} net loads; raise seal.max_loads"
             return PatchFlow(table, flow, False, reason)
@@ -181,7 +180,7 @@ def _marked(
 def _halved(table: ConductivityTable, span: tuple[float, float], k: int) -> dict[float, float]:
     """The middle of interval k; the first one lies below the loads of the table."""
     below, above = np.concatenate([span[:1], table.loads, span[1:]])[k : k + 2].tolist()
-    return {0.5 * (below + above): FIRST}
+    return {0.5 * (below + above): OTHERS}
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,7 +234,7 @@ class _Demand:
         nodes = np.concatenate([span[:1], loads, span[1:]])
         share = np.diff(self._up_to(self.influence, nodes))
         influence = np.maximum(0.5 * (share[1:] + share[:-1]), np.finfo(float).tiny)
-        looser = np.clip((loads.size * influence) ** -0.5, STARTED, LOOSEST)
+        looser = np.clip((loads.size * influence) ** -0.5, STARTED, LOOSEST_LATER)
         return dict(zip(loads.tolist(), looser.tolist(), strict=True))
 
     def _up_to(self, of_parts: np.ndarray, loads: np.ndarray) -> np.ndarray:

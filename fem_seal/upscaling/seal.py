@@ -32,14 +32,14 @@ from fem_seal.upscaling.mosaic import (
     sealed_share,
 )
 from fem_seal.upscaling.realizations import realizations
-from fem_seal.upscaling.refined_table import RAISE_RTOL, PatchFlow
+from fem_seal.upscaling.refined_table import PatchFlow
 from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
 
 # A sealed seal is tried under lower loads, until its patches leak.
 LOWER_LOADS = 4  # at most
-STEP = 0.8  # net load over the one before
+NEXT_LOAD = 0.8  # net load over the one before
 LOOSE = 1.0  # (upper - lower)/√(lower upper) of the leak rate under them
 
 
@@ -116,11 +116,13 @@ def under_less_load(
     start, scene = perf_counter(), patch.scene
     highest = profile_of(scene)[0].highest
     inlet = EndPressures.of(scene.drive, scene.flow.gauge_pressures).inlet
-    loads = [(inlet + (highest - inlet) * STEP**n) / highest for n in range(1, LOWER_LOADS + 2)]
+    *tried, next_part = [
+        (inlet + (highest - inlet) * NEXT_LOAD**n) / highest for n in range(1, LOWER_LOADS + 2)
+    ]
     enough = len(seal.patches) >= LEAST_LEAKING
     with ExitStack() as held:
         folder = folder or held.enter_context(temporary_folder())
-        for part in loads[:-1]:
+        for part in tried:
             # Times differ from process to process.
             late = parallel.on_root(lambda: perf_counter() - start > seconds, patch.comm)
             if late or not enough:
@@ -134,7 +136,7 @@ def under_less_load(
                 leaking = sum(patch.seal_flow.state == "leaking" for patch in lowered.patches)
                 at_most = lowered.interval[1] * beside
                 return replace(seal, lowered=LoweredSeal(part, leaking, at_most))
-    return replace(seal, lowered=LoweredSeal(loads[-1]))
+    return replace(seal, lowered=LoweredSeal(next_part))
 
 
 def solve_seal(
@@ -259,8 +261,7 @@ def _missed(patches: tuple[PatchFlow, ...], lower: float, upper: float, rtol: fl
     if lower > 0:
         # The flows take the part OF_FLOWS of any tolerance, the loads no more than they do now.
         width = rounded_up(relative_width(lower, upper) / (1 - OF_FLOWS), 2)
-        told = patches[number].reason.endswith(RAISE_RTOL)
-        content = f" to {width}" if told else f", or be content with seal.rtol = {width}"
+        content = f"; it would keep seal.rtol = {width}"
     return (
         f"the leak rate of the seal is known to ±{reached}, and seal.rtol = {rtol:g} asks for "
         f"±{asked}: patch {number + 1} of {len(patches)} got to ±{worst}, since "

@@ -29,7 +29,6 @@ from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.refined_table import STARTED, PatchFlow, refined_table
 from fem_seal.upscaling.scene_profile import profile_of
 
-PATCHES = "patches"  # name of the points in the progress
 OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
 
 
@@ -161,7 +160,7 @@ def solved_patches(
     points = PointFolder(folder, SolvedPatch)
     chains: list[Chain[SolvedPatch]] = [Chain(points, (task,)) for task in tasks]
     outcome = compute_points(
-        chains, work, report=like.report, name=PATCHES, each=each, comm=like.comm
+        chains, work, report=like.report, name="patches", each=each, comm=like.comm
     )
     for error in outcome.failures.values():
         raise error

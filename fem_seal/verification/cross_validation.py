@@ -213,7 +213,7 @@ def _rows(series: Series, reference: Reference, expected: float | None) -> Itera
                 value=answer.value,
                 error=errors[k],
                 band=band,
-                order=_observed(errors[k - 1], errors[k], reference) if k else None,
+                order=_observed(errors[k - 1], errors[k], doubt) if k else None,
                 expected=None if name.startswith("adaptive") else expected,
                 effectivity=effectivity,
                 distance=distance,
@@ -241,10 +241,9 @@ def _half_width(answer: Answer, group: Sequence[Answer]) -> float | None:
     return relative_half_width(sides["below"], sides["above"])
 
 
-def _observed(coarse: float, fine: float, reference: Reference) -> float | None:
+def _observed(coarse: float, fine: float, doubt: float) -> float | None:
     """Order of convergence from the errors on a grid and on one of half the spacing."""
-    half_width = relative_half_width(reference.lower, reference.upper)
-    if min(abs(coarse), abs(fine)) <= max(EXACT, half_width):
+    if min(abs(coarse), abs(fine)) <= max(EXACT, doubt):
         return None
     return log2(abs(coarse / fine))
 

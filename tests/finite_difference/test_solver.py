@@ -72,9 +72,12 @@ def observed_orders(errors):
 
 @pytest.mark.parametrize(("links", "order"), [(rule, 2) for rule in RULES if rule != "harmonic"])
 def test_order_in_the_cosine_channel(links, order):
-    """Each rule adds a term in g'² of second order to the mean of g^-3, which is spectral here."""
+    """Each rule adds a term in g'² of second order to the mean of g^-3, which is spectral here.
+
+    The next term is of the order of (2π/128)² of it, 0.0024: 0.0035 of an order.
+    """
     errors = [cosine_channel_error(links, 0.9, n) for n in (128, 256, 512)]
-    assert observed_orders(errors) == approx([order, order], abs=0.1)
+    assert observed_orders(errors) == approx([order, order], abs=0.0035)
 
 
 def checkerboard_errors(links, sides):
@@ -152,21 +155,28 @@ def test_an_unknown_mean_along_links_is_refused():
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
 def test_node_pressure_balances_the_conductance(sides, representation):
-    """Power p·L·p of the sparse solve is that of the elimination, which shares no arithmetic.
+    """Power Σ c (Δp)² of the sparse solve is Q Δp by the elimination, which shares no arithmetic.
 
-    Flow out of the inlet, from the pressures alone, is the leak rate to rounding of the solve.
+    So is what flows out of the inlet's nodes. Nodes that no chain of links joins to both ends have
+    no pressure.
     """
     rng = np.random.default_rng(5)
     values = np.maximum(rng.random((16, 16)) - 0.3, 0)
     film = GridFilm(GridField(values, (1.0, 1.0), periodic=True), sides, representation)
     leak = by_differences(film, FlowSettings(viscosity=1 / 12, pressure_drop=3.0))
     assert leak.value > 0
-    stencil = flow_grid(film, 1 / 12, "linear-gap").stencil
+    grid = flow_grid(film, 1 / 12, "linear-gap")
     pressure = node_pressure(film, 3.0)
     if film.sites.seam:
         pressure = pressure[:, :-1]
-    first = 0 if representation == "linear" else -1
-    below = 3.0 if representation == "linear" else pressure[0]
-    above = pressure[1] if representation == "linear" else 3.0
-    drops = (below - above) if first == 0 else (above - below)
-    np.testing.assert_allclose(np.nansum(stencil.x[0] * drops), leak.value, rtol=1e-9)
+    if representation == "constant":  # both ends are nodes of their own
+        pressure = np.pad(pressure, ((1, 1), (0, 0)), constant_values=((3.0, 0.0), (0, 0)))
+    inner = slice(1, -1)
+    np.testing.assert_array_equal(np.isnan(pressure[inner]), ~grid.carrying[inner])
+    p, joined = pressure.ravel(), grid.carrying.ravel()
+    one, other, conductance = grid.stencil.links()
+    kept = joined[one] & joined[other] & (conductance > 0)
+    drop = (p[one] - p[other])[kept]
+    flow = conductance[kept] * drop
+    assert (flow * drop).sum() == approx(3.0 * leak.value, rel=1e-9)
+    assert flow[one[kept] < pressure.shape[1]].sum() == approx(leak.value, rel=1e-9)

@@ -133,5 +133,5 @@ def test_share_is_seen_through_the_seam():
         field = leak_rate(film, viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True).field
         found = constriction(film, field, field.pressure)
         shares.append(found.pressure_share)
-    assert shares[1] == pytest.approx(shares[0], abs=0.01)
-    assert shares[0] > 0.99
+    # As above: all but one part in a hundred of the pressure.
+    assert min(shares) > 0.99
