@@ -63,7 +63,10 @@ def interpret(arrays: NamedArrays, names: tuple[str, ...]) -> Recorded:
     if name is None:
         possible = " or ".join(map(repr, names))
         held = ", ".join(sorted(arrays.held)) or "nothing"
-        raise InvalidInput(f"{arrays.path} has no array {possible}; it holds {held}")
+        hint = "; array (--array) names another one"
+        if "heights" in names and "gap" in arrays.held:
+            hint = "; the leak rate of a gap is computed by fem-seal leak, or a scene with [gap]"
+        raise InvalidInput(f"{arrays.path} has no array {possible}; it holds {held}{hint}")
     samples = arrays.variables[name]
     attributes = dict(arrays.attributes) | _tamaas_attributes(arrays)
     tamaas = "system_size" in attributes

@@ -76,6 +76,8 @@ def _named(read: Callable[[Path, Names], NamedArrays], path: Path, names: Names)
 
 
 def _instrument(path: Path, names: Names) -> Recorded:
+    if path.suffix.lower() == ".toml":
+        raise InvalidInput(f"{path} is a scene, and not a map; fem-seal run {path} computes it")
     if path.suffix.lower() in TEXT_ENDINGS and is_text(path):
         return replace(read_text(path), measured=True)
     # Instruments name their channels; without a name in the scene the default channel is read.

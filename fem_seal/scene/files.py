@@ -42,6 +42,11 @@ def _no_scene(path: Path, reason: str) -> InvalidInput:
     """Error for a file that is no scene, with the command that takes a map."""
     if path.suffix.lower() == ".toml":
         return InvalidInput(f"{path} is not a TOML scene file: {reason}")
+    if path.name == "result.json":
+        return InvalidInput(
+            f"{path} is a result, and not a TOML scene file: fem-seal report {path.parent} and "
+            f"fem-seal render {path.parent} show it"
+        )
     return InvalidInput(
         f"{path} is not a TOML scene file: of heights, fem-seal new {path} writes a scene and "
         f"fem-seal surface {path} shows them; of a gap, fem-seal leak {path} computes the leak rate"

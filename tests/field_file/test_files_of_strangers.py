@@ -259,6 +259,16 @@ def test_deep_scene(case, tmp_path, refused):
     assert "scene.toml is not a TOML scene file" in refused("run", tmp_path / "scene.toml")
 
 
+def test_a_file_of_another_kind(small_scene, tmp_path, refused):
+    """The message names the command that takes it."""
+    scene = write_toml(tmp_path / "scene.toml", small_scene)
+    (tmp_path / "result.json").write_text("{}")
+    np.savez(tmp_path / "gap.npz", gap=GAP, spacing=(1e-6, 1e-6))
+    assert "fem-seal run" in refused("leak", scene)
+    assert "fem-seal report" in refused("run", tmp_path / "result.json")
+    assert "fem-seal leak" in refused("surface", tmp_path / "gap.npz")
+
+
 @pytest.mark.parametrize("value", ["[" * 3000, "1" * 5000], ids=["nested", "digits"])
 def test_values_that_choke_a_parser(value, small_scene, tmp_path, refused):
     scene = write_toml(tmp_path / "scene.toml", small_scene)
