@@ -99,7 +99,7 @@ class Prediction:
         nx, ny = self.samples
         patches = "" if self.patches == 1 else f"{self.patches} patches of "
         shared = "" if self.jobs == 1 else f" in {self.jobs} processes"
-        parts = ", ".join(f"{name} {_short(seconds)}" for name, seconds in self.parts.items())
+        parts = ", ".join(f"{name} {duration(seconds)}" for name, seconds in self.parts.items())
         words = (
             f"{patches}{nx} x {ny} samples{shared}: about {duration(self.seconds)} ({parts}) and "
             f"{self.memory / 1e9:.1f} GB"
@@ -241,11 +241,6 @@ class _Laws:
         # A gas that slips takes two flows.
         each = 2 * each if lifted or scene.slip is not None else each
         return (each + LIFT_OF_SAMPLE * samples * lifted) / sqrt(parallel.processes())
-
-
-def _short(seconds: float) -> str:
-    """Time of a part in words, with a decimal where it is short."""
-    return duration(seconds) if seconds >= 10 else f"{seconds:.1f} s"
 
 
 def _grid(scene: Scene, surface: GridField | None) -> tuple[tuple[int, int], float]:

@@ -59,7 +59,7 @@ def duration(seconds: float) -> str:
     for unit, length in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 1.5 * length:
             return f"{in_digits(seconds / length, 2)} {unit}"
-    return f"{seconds:.0f} s"
+    return f"{in_digits(seconds, 2)} s"
 
 
 class Display:

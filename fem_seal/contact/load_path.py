@@ -8,7 +8,7 @@ import numpy as np
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import USUAL_STOPPING, ContactStopping
 from fem_seal.contact.settings import ElasticSolid, Load
-from fem_seal.contact.solve import FirstGuess, load_to, start_pressure
+from fem_seal.contact.solve import load_to
 from fem_seal.contact.state import ContactState
 from fem_seal.grid import GridField
 
@@ -25,24 +25,18 @@ def load_path(
     solid: ElasticSolid,
     loads: Iterable[Load],
     stopping: ContactStopping = USUAL_STOPPING,
-    start: FirstGuess | None = None,
 ) -> Iterator[ContactState]:
     """Yield the contact under one load after the other, all of one kind, near to their neighbours.
 
     Each load starts from a linear extrapolation of the last two states. In it open samples have a
     negative pressure proportional to their gap, so that it predicts which open samples will touch
     and which pressed samples will open. The states are those of `press`, since an elastic contact
-    has no memory; only the work is less. To resume a path, pass the remaining loads, and the last
-    state as `start`.
+    has no memory; only the work is less.
     """
     pair, predictor = ContactPair.prepared(height, solid), Predictor()
-    first = start_pressure(start, height.shape)
     for load in loads:
         spent = pair.half_space.pairs
-        guess = predictor.start(load)
-        if guess is None and first is not None:
-            guess = pair.complementary(first)
-        state = load_to(pair, load, stopping, guess)
+        state = load_to(pair, load, stopping, predictor.start(load))
         predictor.remember(load, state)
         yield replace(state, fft_pairs=pair.half_space.pairs - spent)
 

@@ -189,7 +189,8 @@ def _advice(
     if open_entries(rest):
         return _sentences(open_entries(rest))
     if counted:
-        return f"no flow.rtol decides it while {_names(counted)} may change the leak rate so much"
+        names = " and ".join(entry.name for entry in counted)
+        return f"no flow.rtol decides it while {names} may change the leak rate so much"
     return "the best estimate is the limit itself"
 
 
@@ -212,10 +213,6 @@ def _narrower(inputs: Uncertainty, limit: float, end: float | None) -> str:
 def open_entries(rest: ErrorBudget) -> list[Uncertainty]:
     """List the entries that leave a side unbounded."""
     return [entry for entry in rest if entry.counted and None in (entry.lower, entry.upper)]
-
-
-def _names(entries: list[Uncertainty]) -> str:
-    return " and ".join(entry.name for entry in entries)
 
 
 def _sentences(entries: list[Uncertainty]) -> str:

@@ -102,8 +102,8 @@ def test_progress_hears_every_iteration(rough):
     [
         ({"pressure": None}, "exactly one load.*none"),
         ({"mean_gap": 1e-6}, "pressure, mean_gap"),
-        ({"pressure": -1.0}, "pressure must not be negative"),
-        ({"pressure": float("nan")}, "pressure must be finite"),
+        ({"pressure": -1.0}, "pressure = -1.0 must be a finite number >= 0"),
+        ({"pressure": float("nan")}, "pressure = nan must be a finite number >= 0"),
         ({"pressure": None, "area_fraction": 1.0}, "area_fraction"),
         ({"pressure": None, "area_fraction": -0.1}, "area_fraction"),
         ({"pressure": None, "mean_gap": 0.0}, "mean_gap"),

@@ -46,13 +46,6 @@ def test_other_loads(rough):
     assert gaps == pytest.approx(wanted, rel=MEAN_GAP_TOLERANCE)
 
 
-def test_resumed(rough):
-    whole = list(load_path(rough, SOLID, under(PRESSURES[:4])))
-    rest = list(load_path(rough, SOLID, under(PRESSURES[2:4]), start=whole[1]))
-    for one, other in zip(whole[2:], rest, strict=True):
-        assert np.count_nonzero(one.contact != other.contact) <= 1
-
-
 def test_failure_is_raised(rough):
     path = load_path(rough, SOLID, under(PRESSURES), ContactStopping(max_iterations=1))
     with pytest.raises(NotConverged):

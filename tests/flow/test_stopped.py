@@ -48,6 +48,14 @@ def test_the_guide_never_becomes_a_bound(opening, representation, sides):
         assert stopped.levels[-1].upper > 10 * truth.upper  # on a mesh that sees little of it
 
 
+def test_the_time_of_the_last_dual_counts():
+    """Far from the tolerance it is solved only because the refinement ends."""
+    gap = GridField(10 ** np.random.default_rng(0).uniform(-1, 0, (33, 33)), (1.0, 1.0))
+    [level] = leak_rate(GridFilm(gap), rtol=1e-3, limits=Limits(seconds=0.0), **FLUID).levels
+    assert level.lower > 0
+    assert {"regularised dual", "dual", "correction"} <= level.seconds.keys()
+
+
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
 def test_pockets_beside_a_channel(representation, sides):
