@@ -76,6 +76,18 @@ def _given_gap_entry(patch: Patch) -> Uncertainty | None:
     return Uncertainty("given_gap", "not covered", sentence)
 
 
+def _shape_entry(patch: Patch) -> Uncertainty | None:
+    shape = patch.scene.shape
+    # A straight edge and a constant gap are those of any mesh.
+    if shape is None or (shape.kind in ("rectangle", "strip") and shape.gap is not None):
+        return None
+    sentence = (
+        "edges are straight and the gap is linear between the vertices of the mesh; half of "
+        "shape.mesh_size, or a finer mesh file, shows what this changes"
+    )
+    return Uncertainty("shape", "not covered", sentence, name="mesh of the shape")
+
+
 def _one_patch_entry(patch: Patch) -> Uncertainty | None:
     if patch.scene.shape is not None and patch.scene.shape.own_gap:
         return None
@@ -112,6 +124,7 @@ SOURCES: tuple[Source, ...] = (
     lift_entry,
     slip_entry,
     _given_gap_entry,
+    _shape_entry,
     _one_patch_entry,
     _inputs_entry,
     model_entry,

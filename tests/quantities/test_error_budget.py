@@ -4,7 +4,7 @@ from math import log1p
 
 import numpy as np
 import pytest
-from project import scene_of_samples
+from project import RING, scene_of_samples
 
 from fem_seal import run
 from fem_seal.accuracy import chosen_patch
@@ -53,6 +53,18 @@ def test_products_enclose_errors_of_any_dependence():
     assert products.max() <= high
     # And no narrower factors would do: all errors may be at their ends together.
     assert combined(entries) == pytest.approx((lowers.prod(), uppers.prod()), rel=1e-14)
+
+
+@pytest.mark.parametrize("straight", [False, True])
+def test_the_mesh_of_a_shape_is_not_covered(straight):
+    """The bounds of a strip hold its exact leak rate; those of a ring are those of its polygon."""
+    strip = {"kind": "strip", "length": "5 mm", "width": "5 mm", "mesh_size": "2 mm", "gap": "3 um"}
+    solved = solve(Scene.from_mapping(RING | {"shape": strip} if straight else RING))
+    if straight:
+        exact = 3e-6**3 / 12e-3 * 1e5
+        lower, upper = solved.leak_rate.bounds
+        assert (1 - 1e-12) * lower <= exact <= (1 + 1e-12) * upper
+    assert ("mesh of the shape" in budget_words(solved.budget)) == (not straight)
 
 
 @pytest.mark.parametrize(("lower", "upper"), [(-0.1, 1.0), (2.0, 1.0), (0.5, -1.0), (np.nan, 1.0)])
