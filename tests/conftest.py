@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
-from hypothesis.internal.conjecture import providers
 
 # Modules that tests share lie beside the tests that need them most, under names that occur once
 # (test_architecture.py), and are imported by these names from everywhere.
@@ -17,7 +16,7 @@ TESTS = Path(__file__).parent
 sys.path[:0] = [str(TESTS.parent), str(TESTS)]
 sys.path[2:2] = sorted(str(path) for path in TESTS.iterdir() if path.is_dir())
 
-from project import PACKAGE, leak_scene, scene_of_samples, write_toml  # noqa: E402
+from project import leak_scene, scene_of_samples, write_toml  # noqa: E402
 
 from fem_seal import cli  # noqa: E402
 from fem_seal.render import offscreen, plot, relief  # noqa: E402
@@ -52,9 +51,6 @@ settings.register_profile(
     "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("any machine")
-# Numbers of the package's source are drawn more often. Hypothesis would read those of all modules
-# outside site-packages, where Debian has none: 600 files in each process of a fresh checkout.
-providers.is_local_module_file = lambda path: Path(path).is_relative_to(PACKAGE)
 
 # DOLFINx 0.5 to 0.7 must be imported through this module first, or VTK crashes later.
 if find_spec("dolfinx"):
