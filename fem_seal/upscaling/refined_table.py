@@ -113,7 +113,7 @@ def refined_table(
             if patch.reasons:
                 reason = f"{patch.reasons[0]}; raise that limit"
             elif flow.lower > 0 and _errors(table, flow)[1] >= tolerance:
-                reason = "its bounds at the net loads are no narrower"
+                reason = "its bounds at the net loads are no narrower; raise seal.rtol"
             else:
                 reason = f"it may take {most_loads} net loads; raise seal.max_loads"
             return PatchFlow(table, flow, False, reason)

@@ -261,7 +261,7 @@ def _missed(patches: tuple[PatchFlow, ...], lower: float, upper: float, rtol: fl
     if lower > 0:
         # The flows take the part OF_FLOWS of any tolerance, the loads no more than they do now.
         width = rounded_up(relative_width(lower, upper) / (1 - OF_FLOWS), 2)
-        content = f"; it would keep seal.rtol = {width}"
+        content = f"; seal.rtol = {width} would do"
     return (
         f"the leak rate of the seal is known to ±{reached}, and seal.rtol = {rtol:g} asks for "
         f"±{asked}: patch {number + 1} of {len(patches)} got to ±{worst}, since "
