@@ -194,13 +194,17 @@ class LiftProblem(ABC):
         return self.height.shape[0] // len(thinned)
 
     def interpolated(self, values: np.ndarray) -> np.ndarray:
-        """Fluid pressure [Pa] of a thinned problem, interpolated linearly between its samples."""
+        """Values of a thinned problem, interpolated linearly between its samples.
+
+        Those after its last row repeat it: the fluid keeps its pressure up to narrow places, and a
+        line to the outlet's pressure would be farther off.
+        """
         step, shape = np.diag([1 / self.every(values)] * 2), self.height.shape
         periodic = self.touching_film.sides == "periodic"
-        beyond = values[:, :1] if periodic else values[:, -1:]
-        values = np.hstack([values, beyond])
-        values = np.vstack([values, np.full_like(values[:1], self.outlet)])
-        between: np.ndarray = affine_transform(values, step, output_shape=shape, order=1)
+        beside = values[:, :1] if periodic else values[:, -1:]
+        between: np.ndarray = affine_transform(
+            np.hstack([values, beside]), step, output_shape=shape, order=1, mode="nearest"
+        )
         return between
 
     @property
