@@ -65,7 +65,8 @@ def lifted(
 
     ends = parallel.on_root(search, problem.comm)
     states = [_completed(problem, allowed, *end) for end in ends]
-    return states[0] if len(states) == 1 else _both(*states)
+    found = not any(state.reason for state, _ in ends)
+    return states[0] if len(states) == 1 else _both(*states, found=found)
 
 
 # What the first process sends to the others: a state without its leak rate, and the film that the
@@ -183,8 +184,11 @@ def _why_not_settled(state: LiftedState, leak: LeakRate, allowed: float, *, know
     return ""
 
 
-def _both(first: LiftedState, second: LiftedState) -> LiftedState:
-    """The second of two states, or the first alone if only that has settled."""
+def _both(first: LiftedState, second: LiftedState, *, found: bool) -> LiftedState:
+    """The second of two states, or the first alone if only that has settled.
+
+    Both are equilibria if Newton's steps have found them.
+    """
     leaks = [present(state.leak_rate, "leak rate") for state in (first, second)]
     apart = spread(*(leak.value for leak in leaks))
     widths = [spread(*leak.bounds) for leak in leaks if leak.lower]
@@ -192,7 +196,7 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
     both = replace(shown, steps=first.steps + second.steps)
     if apart <= first.error + second.error + max(widths, default=0.0):
         return both
-    settled = all(state.converged or state.state == "sealed" for state in (first, second))
+    settled = found and all(s.converged or s.state == "sealed" for s in (first, second))
     what = "have two equilibria" if settled else "come to two states, not both of them settled"
     names = [f"{leak.value:.3g} m^3/s" if leak.value else "0 (sealed)" for leak in leaks]
     opened = [present(state.contact, "contact").gap.values > 0 for state in (first, second)]
