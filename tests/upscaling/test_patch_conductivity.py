@@ -159,7 +159,7 @@ def test_bounds_that_leave_no_room_for_loads_ask_for_another_tolerance():
         patch, uniform(3e5, 2e-3), STRIP, EndPressures(1e5), tolerance=tolerance
     )
     assert not outcome.converged
-    assert outcome.reason == "its bounds at the net loads are no narrower"
+    assert outcome.reason.startswith("its bounds at the net loads are no narrower")
 
 
 def test_the_load_that_matters_leaks():
