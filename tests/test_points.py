@@ -292,14 +292,14 @@ def test_what_the_system_refuses_is_said_in_words(tmp_path):
 def test_a_point_of_another_process_is_counted(tmp_path):
     """One that was missing at the start, and has a file by its turn."""
     folder, done = PointFolder(tmp_path, int), []
-    folder.write("fail", 1)
+    folder.save("fail", 1)
     chain = chain_of(folder, fail, fine)
     assert compute_chain(chain, after_each=lambda: done.append(1)) == {}
     assert len(done) == 2
 
 
 class FullFolder(PointFolder):
-    def save(self, path, point):
+    def save(self, name, point):
         raise InvalidInput("the disk is full")
 
 

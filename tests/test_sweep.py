@@ -34,7 +34,7 @@ def run(*arguments):
 def test_an_infinite_end_survives_its_file(tmp_path):
     """The upper end of a film that may lift off; null in its place would mean "not known"."""
     folder = SweepFolder(tmp_path / "sweep", ("flow.rtol",))
-    folder.write("a" * 32, Point(("0.1",), False, "", together_lower=1e-12, together_upper=inf))
+    folder.save("a" * 32, Point(("0.1",), False, "", together_lower=1e-12, together_upper=inf))
     read = SweepFolder(tmp_path / "sweep", ("flow.rtol",)).point("a" * 32)
     assert read.together_upper == inf
 
@@ -101,7 +101,7 @@ def test_each_window_of_the_map_has_its_own_contact(tmp_path):
     windows = [(f"['{side}', '{side}']",) for side in windows]
     for point in sweep(path, (("seal.window",), windows), tmp_path / "out").table:
         alone = Patch(Scene.from_file(path, [f"seal.window={point.values[0]}"]))
-        assert point.mean_gap == pytest.approx(alone.film.mean_gap, rel=1e-12)
+        assert point.row["mean_gap"] == pytest.approx(alone.film.mean_gap, rel=1e-12)
 
 
 def recording(method, calls):

@@ -1,7 +1,6 @@
 """Data of the letter's Figs. 1 and 2: contacts of equal area in both models, and their flow."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -40,26 +39,26 @@ class PictureFolder(PointFolder[Picture]):
 
     suffix = ".npz"
 
-    def load(self, path: Path) -> Picture:
+    def load(self, name: str) -> Picture:
         """Read a picture."""
-        with np.load(path) as data:
+        with np.load(self.path_of(name)) as data:
             gap = GridField(data["gap"], tuple(data["spacing"]), bool(data["periodic"]))
             if "film_flux" not in data:
                 return Picture(gap)
             return Picture(gap, FlowField(*(data[f"film_{name}"] for name in FLOW_ARRAYS)))
 
-    def save(self, path: Path, point: Picture) -> None:
+    def save(self, name: str, point: Picture) -> None:
         """Write a picture."""
         gap = point.gap
         arrays = {"gap": gap.values, "spacing": gap.spacing, "periodic": gap.periodic}
         if point.flow is not None:
             arrays |= {f"film_{name}": getattr(point.flow, name) for name in FLOW_ARRAYS}
-        with atomic_write(path) as staged:
+        with atomic_write(self.path_of(name)) as staged:
             write_npz(staged, arrays, compressed=True)
 
     def finished(self, name: str) -> bool:
         """Whether there is a file; pictures are large, and read once, for the figures."""
-        return self.exists(name)
+        return self.path_of(name).exists()
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,7 @@ def reproduce(
         return None
     report("figures and tables", "")
     done = {
-        part: [chain.folder.load(chain.folder.path_of(chain.tasks[0].name)) for chain in of_part]
+        part: [chain.folder.load(chain.tasks[0].name) for chain in of_part]
         for part, of_part in chains.items()
     }
     rows = threshold_rows(done.get("thresholds", []))

@@ -90,15 +90,19 @@ def _cleared(chains: Sequence[Chain]) -> set[Path]:
     for chain in chains:
         for task in chain.tasks:
             if not chain.folder.finished(task.name):
-                chain.folder.remove(task.name)
-                missing.add(chain.folder.path_of(task.name))
+                path = chain.folder.path_of(task.name)
+                path.unlink(missing_ok=True)
+                missing.add(path)
     return missing
 
 
 def _without_file(chains: Sequence[Chain]) -> list[str]:
     """Names of the points that have no file."""
     return [
-        task.name for chain in chains for task in chain.tasks if not chain.folder.exists(task.name)
+        task.name
+        for chain in chains
+        for task in chain.tasks
+        if not chain.folder.path_of(task.name).exists()
     ]
 
 
@@ -139,7 +143,7 @@ def compute_chain(
                 failures[task.label] = explained(error)
             else:
                 # A folder that cannot be written keeps none of the points to come either.
-                parallel.on_root(partial(chain.folder.write, task.name, point), comm)
+                parallel.on_root(partial(chain.folder.save, task.name, point), comm)
         after_each()
     return failures
 

@@ -31,38 +31,27 @@ class PointFolder(Generic[T]):
         self.folder = folder
         self.kind: type = kind
 
-    def load(self, path: Path) -> T:
-        """Read a file; OSError if it cannot be read, ValueError if it holds no such point."""
-        point: T = _json_of(self.kind).validate_json(path.read_bytes())
-        return point
-
-    def save(self, path: Path, point: T) -> None:
-        """Write a file that appears whole or not at all."""
-        write_text(path, _json_of(self.kind).dump_json(point, indent=1).decode() + "\n")
-
     def path_of(self, name: str) -> Path:
         """Path of the file of a point."""
         return self.folder / f"{name}{self.suffix}"
 
+    def load(self, name: str) -> T:
+        """Read a point; OSError if it cannot be read, ValueError if its file holds none."""
+        point: T = _json_of(self.kind).validate_json(self.path_of(name).read_bytes())
+        return point
+
+    def save(self, name: str, point: T) -> None:
+        """Write a file that appears whole or not at all; InvalidInput if it cannot be written."""
+        text = _json_of(self.kind).dump_json(point, indent=1).decode()
+        write_text(self.path_of(name), text + "\n")
+
     def point(self, name: str) -> T | None:
         """Read a point; None if there is none or its file is damaged."""
         try:
-            return self.load(self.path_of(name))
+            return self.load(name)
         except (OSError, ValueError, InvalidInput):
             return None
 
     def finished(self, name: str) -> bool:
         """Whether a point need not be computed any more."""
         return self.point(name) is not None
-
-    def exists(self, name: str) -> bool:
-        """Whether a point has a file, damaged or not."""
-        return self.path_of(name).exists()
-
-    def write(self, name: str, point: T) -> None:
-        """Keep a point; InvalidInput if the folder cannot be written."""
-        self.save(self.path_of(name), point)
-
-    def remove(self, name: str) -> None:
-        """Remove a point, if it is there."""
-        self.path_of(name).unlink(missing_ok=True)

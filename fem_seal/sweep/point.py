@@ -7,6 +7,8 @@ from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
 
+from pydantic import ConfigDict
+
 from fem_seal import __version__
 from fem_seal.errors import NotConverged
 from fem_seal.parallel import Comm
@@ -28,10 +30,11 @@ COLUMNS = (
     *("unknowns", "converged", "reason", "seconds", "peak_memory_bytes"),
 )
 UNSETTLED = "unsettled"  # state of a point whose contact and flow reach no equilibrium
-# Parts of a result that are not numbers of the point, or are in COLUMNS under another name.
+# Parts of a result that are not numbers of the point, or are fields of it under their names.
 _LEFT_OUT = {
     *("schema_version", "leak_rate", "verdict", "levels", "files", "seconds", "provenance"),
     *("preparation", "error_budget", "headline"),
+    *("state", "converged", "reason", "contact_area_fraction"),
 }
 
 
@@ -39,7 +42,8 @@ _LEFT_OUT = {
 class Point:
     """A finished point, in SI units; None where its scene does not give the number."""
 
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 (pydantic reads it)
+    # Infinite numbers stay what they are in its file, where null would mean "not known".
+    __pydantic_config__ = ConfigDict(extra="forbid", ser_json_inf_nan="constants")
 
     values: tuple[str, ...]  #: values of the axes, as text
     converged: bool  #: whether it has a result, and no limit cut its computation short
@@ -52,14 +56,9 @@ class Point:
     together_lower: float | None = None  #: with all counted errors
     together_upper: float | None = None
     contact_area_fraction: float | None = None
-    mean_gap: float | None = None
-    mean_pressure: float | None = None
-    certificate: float | None = None
-    unknowns: int | None = None
-    seconds: float | None = None
-    peak_memory_bytes: int | None = None
     headline: str | None = None
-    #: all other numbers and texts of result.json, by names such as gas.mass_rate.value
+    #: all other numbers and texts of result.json, by names such as gas.mass_rate.value; the time is
+    #: the total
     further: dict[str, TableEntry] = field(default_factory=dict)
     again: bool = False  #: whether the cause of its failure may be gone in the next sweep
     version: str = __version__  #: of fem_seal
@@ -77,8 +76,9 @@ class Point:
         head, unsettled = result.headline, result.lift is not None and not result.lift.settled
         if unsettled:
             leak = None
-        rest = result.model_dump(exclude=_LEFT_OUT.union(COLUMNS))
+        rest = result.model_dump(exclude=_LEFT_OUT)
         quantities = rest.pop("quantities", None) or {}
+        rest["seconds"] = result.seconds["total"]
         return cls(
             values,
             result.converged,
@@ -91,12 +91,6 @@ class Point:
             together_lower=head.lower if head else None,
             together_upper=head.upper if head else None,
             contact_area_fraction=result.contact_area_fraction,
-            mean_gap=result.mean_gap,
-            mean_pressure=result.mean_pressure,
-            certificate=result.certificate,
-            unknowns=result.unknowns,
-            seconds=result.seconds["total"],
-            peak_memory_bytes=result.peak_memory_bytes,
             headline=head.sentence if head else None,
             further={
                 name: part
@@ -108,7 +102,7 @@ class Point:
     @property
     def row(self) -> dict[str, TableEntry]:
         """Cells by column: those of COLUMNS, then those that this scene gives beside them."""
-        cells = {column: getattr(self, column.replace(".", "_")) for column in COLUMNS}
+        cells = {column: getattr(self, column.replace(".", "_"), None) for column in COLUMNS}
         words = {} if self.headline is None else {"headline": self.headline}
         return cells | words | self.further
 

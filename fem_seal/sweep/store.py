@@ -1,6 +1,5 @@
 """The folder of a sweep: a file for each finished point, and the table of these points."""
 
-import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -54,18 +53,7 @@ class SweepFolder(PointFolder[Point]):
             for name in (TABLE_FILE, SUMMARY_FILE, ORIGIN_FILE):
                 (self.path / name).unlink(missing_ok=True)
             for name in self._names():
-                self.remove(name)
-
-    def load(self, path: Path) -> Point:
-        """Read the file of a point."""
-        point = super().load(path)
-        if len(point.values) != len(self.keys):
-            raise ValueError("a point of another sweep")
-        return point
-
-    def save(self, path: Path, point: Point) -> None:
-        """Write the file of a point, with infinite numbers, which pydantic writes as null."""
-        write_text(path, json.dumps(vars(point), indent=1) + "\n")
+                self.path_of(name).unlink(missing_ok=True)
 
     def finished(self, name: str) -> bool:
         """Whether a point has a result, or a failure that need not be tried again."""

@@ -117,7 +117,7 @@ def sweep(
         def gather() -> tuple[list[Point], list[Point | None]]:
             for task in tasks:
                 if error := outcome.failures.get(task.label):
-                    folder.write(task.name, failed(task.values, str(error), again=True))
+                    folder.save(task.name, failed(task.values, str(error), again=True))
             return folder.gather(order), [folder.point(name) for name in order]
 
         table, computed = parallel.on_root(gather, work.comm)

@@ -161,7 +161,7 @@ def test_fig_2_as_numbers(tmp_path):
     """
     flows, folder = {}, PictureFolder(tmp_path, Picture)
     for model in MODELS:
-        folder.write(model, picture(SMOOTH, model, 0.2, RTOL))
+        folder.save(model, picture(SMOOTH, model, 0.2, RTOL))
         measures = flows[model] = FlowMeasures.of(folder.point(model))
         total = measures.total * SMOOTH.n * PITCH
         # The energy of the pressure on the last mesh lies above the leak rate (Dirichlet's
