@@ -17,9 +17,10 @@ from fem_seal import parallel
 from fem_seal.area_error import area_error
 from fem_seal.coupling import allowed_error
 from fem_seal.digits import per_cent
+from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
 from fem_seal.errors import present
 from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids, sealed_under
-from fem_seal.leak_rate import EstimatedError, LeakRate
+from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Known, Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
@@ -28,8 +29,8 @@ from fem_seal.threshold import PRECISION, sealing_load
 
 # Samples in the shortest wave below which a sealed grid is no evidence.
 LEAST_IN_SHORTEST = 2
-UNKNOWN = EstimatedError(
-    None, None, "no coarser grid of the contact says what a finer one would change"
+UNKNOWN = estimate(
+    CONTACT_GRID, "no coarser grid of the contact says what a finer one would change"
 )
 # Part of the error budget for the contact grid: while a finer grid may follow, and on the finest.
 SHARE, LAST_SHARE = 2 / 3, 0.9
@@ -66,7 +67,7 @@ class Choice:
 def chosen_grid(
     first: Patch,
     max_refinement: int,
-    error_of: Callable[[Sequence[Patch]], EstimatedError],
+    error_of: Callable[[Sequence[Patch]], Uncertainty],
 ) -> tuple[Patch, Choice]:
     """Refine the contact grid until its error is small; flow and lift get the rest of the budget.
 
@@ -117,8 +118,8 @@ class _Refined:
 
     patch: Patch
     trials: tuple[Trial, ...]  #: grids tried, from coarse to fine
-    grid_error: EstimatedError  #: of the contact grid
-    area_error: EstimatedError | None  #: of a prescribed contact area; None without one
+    grid_error: Uncertainty  #: of the contact grid
+    area_error: Uncertainty | None  #: of a prescribed contact area; None without one
 
     @property
     def leak_rate(self) -> LeakRate:
@@ -166,7 +167,7 @@ def _solved_again(first: Patch, grid: _Refined, left: float) -> _Refined:
 def _refined(
     first: Patch,
     max_refinement: int,
-    error_of: Callable[[Sequence[Patch]], EstimatedError],
+    error_of: Callable[[Sequence[Patch]], Uncertainty],
     budget: float,
 ) -> _Refined:
     """Refine the contact grid until its errors leave a part of the budget to flow and lift.
@@ -216,7 +217,7 @@ def chosen_patch(
     settings = replace(scene.flow_settings, rtol=total)
     first = Patch(scene, report, trust=trust, flow_settings=settings, on_own_grid=True, comm=comm)
 
-    def error_of(tried: Sequence[Patch]) -> EstimatedError:
+    def error_of(tried: Sequence[Patch]) -> Uncertainty:
         """Estimated error of the leak rate on the last of some grids."""
         if tried[-1].leak_rate.state == "sealed":
             return error_of_sealed(tried, shortest)
@@ -232,7 +233,7 @@ def chosen_patch(
     return patch, choice
 
 
-def error_of_sealed(tried: Sequence[Patch], shortest: float) -> EstimatedError:
+def error_of_sealed(tried: Sequence[Patch], shortest: float) -> Uncertainty:
     """Whether a finer grid may open the last of the grids, which is sealed.
 
     Where the grid is still too coarse, a finer one may need more load to seal. That a patch is
@@ -251,13 +252,14 @@ def error_of_sealed(tried: Sequence[Patch], shortest: float) -> EstimatedError:
             "sealed on one grid only: no coarser one has two samples in the shortest wave, and "
             "a finer one may leak"
         )
-        return EstimatedError(1.0, None, sentence)
+        return estimate(CONTACT_GRID, sentence, 1.0)
     change = abs(loads[-1] / loads[-2] - 1) + PRECISION - 1
     margin = f"twice the {per_cent(change)} by which the grid moves the load that seals"
     if stays_sealed(tried[-1], 1 - 2 * change, loads[-1]):
-        return EstimatedError(1.0, 1.0, f"it stays sealed under a load that is less by {margin}")
+        sentence = f"it stays sealed under a load that is less by {margin}"
+        return estimate(CONTACT_GRID, sentence, 1.0, 1.0)
     sentence = f"a finer grid may leak: this one does under a load that is less by {margin}"
-    return EstimatedError(1.0, None, sentence)
+    return estimate(CONTACT_GRID, sentence, 1.0)
 
 
 def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:

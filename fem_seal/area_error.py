@@ -23,10 +23,10 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.contact.state import BearingState, ContactState
 from fem_seal.digits import with_prefix
+from fem_seal.error_budget import CONTACT_AREA, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import EstimatedError
 from fem_seal.lifting import lifting_problem
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -40,12 +40,12 @@ WITHOUT_NETWORK = 2.0
 LITTLE = 0.01
 
 
-def area_error(patch: Patch) -> EstimatedError | None:
+def area_error(patch: Patch) -> Uncertainty | None:
     """Estimate how far the leak rate is from that at the prescribed area; None without one."""
     if patch.scene.contact is None or patch.load.kind != "area_fraction" or patch.load.value == 0:
         return None
     if patch.lifted is not None and not patch.lifted.converged:
-        return EstimatedError(None, None, "contact and flow have not settled")
+        return estimate(CONTACT_AREA, "contact and flow have not settled")
     contact = present(patch.film_contact, "contact")
     touching, samples = int(np.count_nonzero(contact.contact)), contact.contact.size
     # Six digits take the rounding of a fraction off.
@@ -59,7 +59,7 @@ def area_error(patch: Patch) -> EstimatedError | None:
         with patch.timed("contact area"):
             reach = parallel.on_root(lambda: _reach(patch, closing, opening, critical), patch.comm)
     except NotConverged as error:
-        return EstimatedError(None, None, f"{words}; {error}")
+        return estimate(CONTACT_AREA, f"{words}; {error}")
     if sealed:
         return _of_sealed(patch, present(reach, "reach"), words)
     less, more = (reach.rate * distance / 3 for distance in (reach.closed, reach.opened))
@@ -67,7 +67,8 @@ def area_error(patch: Patch) -> EstimatedError | None:
         load = with_prefix(present(patch.carried_load, "load"), "Pa")
         words += f"; contact.pressure = {load} in place of the area leaves this out"
     # A constriction that narrows by the part x conducts as (1 - x)³.
-    return EstimatedError((1 - less) ** 3 if less < 1 else None, (1 + more) ** 3, words)
+    lower = (1 - less) ** 3 if less < 1 else None
+    return estimate(CONTACT_AREA, words, lower, (1 + more) ** 3)
 
 
 @dataclass(frozen=True)
@@ -126,18 +127,18 @@ def _smallest(values: np.ndarray, number: int) -> float:
     return float(np.partition(values, number - 1)[number - 1]) if number <= values.size else inf
 
 
-def _of_sealed(patch: Patch, reach: _Reach, words: str) -> EstimatedError:
+def _of_sealed(patch: Patch, reach: _Reach, words: str) -> Uncertainty:
     """Whether a film that is sealed as computed leaks under the load of the asked area."""
     if reach.opened == 0 or reach.stays_sealed:
         words += "; with as few as were asked for it is sealed as well"
-        return EstimatedError(1.0, 1.0, words)
+        return estimate(CONTACT_AREA, words, 1.0, 1.0)
     words += "; with fewer a path may open"
     load = (patch.carried_load or 0.0) - AREA_SAFETY * reach.opened
     if not isinstance(patch.film_contact, ContactState) or load <= 0:
-        return EstimatedError(1.0, None, words)
+        return estimate(CONTACT_AREA, words, 1.0)
     lighter = patch.pressed_by(load, patch.lift)
     leak, lifted = lighter.leak_rate, lighter.lifted
     most = leak.value if leak.upper is None else leak.upper
     if lifted is not None:
         most = max(most, lifted.highest)
-    return EstimatedError(1.0, None, words, most if most < inf else None)
+    return estimate(CONTACT_AREA, words, 1.0, upper_rate=most if most < inf else None)

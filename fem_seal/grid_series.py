@@ -16,10 +16,10 @@ from fem_seal import parallel
 from fem_seal.beside import Beside
 from fem_seal.contact.settings import Load
 from fem_seal.digits import per_cent
+from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
 from fem_seal.errors import NotConverged, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import EstimatedError
 from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
@@ -193,7 +193,7 @@ def unresolved(height: GridField) -> float:
     return float(np.sqrt(sum(np.mean(np.square(part)) for part in second)) / 8)
 
 
-def grid_error(coarse: OnGrid, fine: OnGrid) -> EstimatedError:
+def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
     """Estimate what a finer grid changes, from a leaking grid and one of half its samples.
 
     Two parts make up e. What the grid leaves out of the heights, u, shifts the gap of the critical
@@ -219,50 +219,53 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> EstimatedError:
         claimed = first_order * (1 + SECOND_ORDER * first_order)
         if fine.by_area:
             claimed += change
-        return EstimatedError(exp(-claimed), exp(claimed), sentence)
+        return estimate(CONTACT_GRID, sentence, exp(-claimed), exp(claimed))
     most = max(MOST_E * (1 + SECOND_ORDER * MOST_E), 3 * log1p(part))
-    return EstimatedError(None, exp(min(most, 700)), f"{sentence}; a finer grid may be sealed")
+    sentence += "; a finer grid may be sealed"
+    return estimate(CONTACT_GRID, sentence, upper=exp(min(most, 700)))
 
 
-def estimated_error(patch: Patch) -> EstimatedError:
+def estimated_error(patch: Patch) -> Uncertainty:
     """Estimate what a finer grid changes, for which the patch is solved on half of the samples.
 
     For a measured map: what half of the samples change. Its own samples are all that is known.
     """
     if half(present(patch.surface, "surface").shape) is None:
         words = "the samples are too few to leave out every second one"
-        return EstimatedError(None, None, words)
+        return estimate(CONTACT_GRID, words)
     if patch.lifted is not None and not patch.lifted.converged:
         words = "contact and flow have not settled on the grid of the scene"
-        return EstimatedError(None, None, words)
+        return estimate(CONTACT_GRID, words)
     try:
         with patch.timed("contact grid"):
             return _from_coarser(patch, patch.once(solved_on_half)())
     except NotConverged as error:
-        return EstimatedError(None, None, f"on half of the samples: {error}")
+        return estimate(CONTACT_GRID, f"on half of the samples: {error}")
 
 
-def _from_coarser(patch: Patch, coarse: OnHalf) -> EstimatedError:
+def _from_coarser(patch: Patch, coarse: OnHalf) -> Uncertainty:
     if patch.state == "sealed":
         return _of_sealed(coarse)
     if coarse.grid is None:
-        return EstimatedError(None, None, "on half of the samples the fluid lifts the solid off")
+        return estimate(CONTACT_GRID, "on half of the samples the fluid lifts the solid off")
     on_fine = OnGrid.of(patch)
     if patch.scene.measured_map is None:
         return grid_error(coarse.grid, on_fine)
     change = change_of(coarse.grid, on_fine)
     sentence = "what half of the samples of the map change"
     if change == inf:
-        return EstimatedError(None, None, f"{sentence}: they are sealed")
-    return EstimatedError(exp(-change), exp(min(change, 700)), sentence)
+        return estimate(CONTACT_GRID, f"{sentence}: they are sealed")
+    return estimate(CONTACT_GRID, sentence, exp(-change), exp(min(change, 700)))
 
 
-def _of_sealed(coarse: OnHalf) -> EstimatedError:
+def _of_sealed(coarse: OnHalf) -> Uncertainty:
     """Whether a finer grid may open a sealed patch: the coarser one must be sealed with less."""
     less = f"under {per_cent(1 - STILL_SEALED)} less load"
     if coarse.stays_sealed:
-        return EstimatedError(1.0, 1.0, f"half of the samples are sealed as well, also {less}")
-    return EstimatedError(1.0, None, f"a finer grid may leak: half of the samples leak {less}")
+        words = f"half of the samples are sealed as well, also {less}"
+        return estimate(CONTACT_GRID, words, 1.0, 1.0)
+    words = f"a finer grid may leak: half of the samples leak {less}"
+    return estimate(CONTACT_GRID, words, 1.0)
 
 
 def change_of(coarse: OnGrid, fine: OnGrid) -> float:

@@ -3,7 +3,7 @@
 import dataclasses
 from dataclasses import dataclass
 from enum import IntEnum
-from math import inf, log
+from math import inf
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -200,28 +200,6 @@ class LeakRate:
     def lifted_off(cls, method: str) -> "LeakRate":
         """Leak rate if the fluid lifts the solid off: infinite, as nothing limits the gap."""
         return cls(state="lifted off", method=method, value=inf, lower=inf, upper=inf)
-
-
-@dataclass(frozen=True)
-class EstimatedError:
-    """Estimate of what one source of error, such as the contact's grid, may change."""
-
-    lower: float | None  #: least true over computed leak rate; None if it is not known
-    upper: float | None  #: largest true over computed leak rate; None if it is not known
-    sentence: str  #: where the estimate comes from
-    upper_rate: float | None = None  #: largest true leak rate [m³/s] where a sealed one may leak
-
-    def __post_init__(self) -> None:
-        lower, upper = self.lower, self.upper
-        if not (lower is None or 0 <= lower <= 1) or not (upper is None or upper >= 1):
-            raise Inconsistent(f"factors of an estimated error: {lower} and {upper}")
-
-    @property
-    def log_error(self) -> float:
-        """Largest |ln| of true over computed leak rate; infinite if a side is open."""
-        if not self.lower or self.upper is None:
-            return inf
-        return max(-log(self.lower), log(self.upper))
 
 
 def rate_text(value: float, lower: float | None, upper: float | None, unit: str) -> str:

@@ -12,6 +12,7 @@ from fem_seal import parallel
 from fem_seal.accuracy import Choice, chosen_patch
 from fem_seal.beside import peak_beside
 from fem_seal.contact.state import ContactState, GapState
+from fem_seal.error_budget import ErrorBudget
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid_series import half_beside, is_estimated
@@ -22,7 +23,6 @@ from fem_seal.points import Work
 from fem_seal.prediction import predicted
 from fem_seal.products import file_names, require_packages, write_products
 from fem_seal.progress import NOTE, Report, silent
-from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.headline import Headline, headline
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.of_patch import Quantities, quantities, shown_in

@@ -13,6 +13,7 @@ from project import write_toml
 from fem_seal import cli
 from fem_seal.accuracy import chosen_grid as chosen_grid_of
 from fem_seal.accuracy import chosen_patch, stays_sealed
+from fem_seal.error_budget import combined, estimate
 from fem_seal.grid import GridField
 from fem_seal.grid_series import (
     OF_CHANGE,
@@ -24,9 +25,8 @@ from fem_seal.grid_series import (
     on_half,
     unresolved,
 )
-from fem_seal.leak_rate import EstimatedError, LeakRate
+from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Known, Patch
-from fem_seal.quantities.error_budget import combined
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -103,7 +103,7 @@ def chosen_grid(total, error, max_refinement=4, claims=0.0):
 
     def error_of(tried):
         one, other = (log(solved.leak_rate.value) for solved in tried[-2:])
-        return EstimatedError(exp(-1.5 * abs(one - other)), exp(1.5 * abs(one - other)), "")
+        return estimate("grid", "", exp(-1.5 * abs(one - other)), exp(1.5 * abs(one - other)))
 
     first = Fake(error, Bracket(total), claims)
     return *chosen_grid_of(first, max_refinement, error_of), first.asked

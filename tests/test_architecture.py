@@ -10,8 +10,8 @@ import fem_seal
 
 # A module may import those before it, and its own folder.
 LAYERS = """
-errors installed interrupts files tables registry digits grid leak_rate memory limits parallel
-beside progress units expression rarefied fluid flow_settings field_file gap_file
+errors installed interrupts files tables registry digits grid leak_rate error_budget memory limits
+parallel beside progress units expression rarefied fluid flow_settings field_file gap_file
 surface contact
 fenicsx mesh film theory finite_difference network
 flow coupling

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from math import inf, isinf
 
 from fem_seal.digits import bracket_digits, in_digits, per_cent, rounded_up
-from fem_seal.errors import Inconsistent
-from fem_seal.leak_rate import LeakRate, relative_half_width
-from fem_seal.quantities.error_budget import (
+from fem_seal.error_budget import (
     FLOW,
     IN_BOUNDS,
     NOT_THE_SEAL,
@@ -22,6 +20,8 @@ from fem_seal.quantities.error_budget import (
     ends_words,
     may_open,
 )
+from fem_seal.errors import Inconsistent
+from fem_seal.leak_rate import LeakRate, relative_half_width
 
 NO_PATH = "no open path joins inlet and outlet"
 COUNTED = "with all counted errors"

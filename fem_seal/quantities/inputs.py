@@ -20,9 +20,9 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.digits import in_digits
+from fem_seal.error_budget import INPUTS, Uncertainty
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import INPUTS, Uncertainty
 from fem_seal.scene import Scene
 
 # Direction of each input in which more leaks.

@@ -12,10 +12,10 @@ from math import exp, isfinite, isinf
 
 from fem_seal.coupling import allowed_error
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
+from fem_seal.error_budget import LIFT, Kind, Uncertainty
 from fem_seal.errors import NotConverged, present
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import LIFT, Kind, Uncertainty
 
 # Key of the entry if flow.lift is "none"; else it is `LIFT`.
 KEY = "fluid_pressure"

@@ -6,10 +6,10 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.digits import per_cent, with_prefix
+from fem_seal.error_budget import Uncertainty
 from fem_seal.errors import present
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.steps import whole_map
 from fem_seal.surface import kept_roughness, longest_wavelength
 from fem_seal.surface.windows import MOST_LOST, WAVES

@@ -4,11 +4,11 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.digits import per_cent, with_prefix
+from fem_seal.error_budget import ErrorBudget
 from fem_seal.errors import present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.scene import FileSurface
 from fem_seal.steps import whole_map
 from fem_seal.surface import Lay, PreparedSurface, spikes_caution

@@ -7,10 +7,7 @@ from statistics import stdev
 import numpy as np
 
 from fem_seal.digits import number_of
-from fem_seal.errors import present
-from fem_seal.leak_rate import LeakRate
-from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import (
+from fem_seal.error_budget import (
     CONTACT_GRID,
     FLOW_AND_LOADS,
     INPUTS,
@@ -19,6 +16,9 @@ from fem_seal.quantities.error_budget import (
     Kind,
     Uncertainty,
 )
+from fem_seal.errors import present
+from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 from fem_seal.quantities.inputs import inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import slip_entry_at

@@ -3,12 +3,12 @@
 import numpy as np
 
 from fem_seal.digits import per_cent, with_prefix
+from fem_seal.error_budget import SLIP_INTERVAL, Uncertainty, parts_of_bounds
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import SLIP_INTERVAL, Uncertainty, parts_of_bounds
 from fem_seal.rarefied import FIRST_ORDER
 from fem_seal.scene import Scene
 

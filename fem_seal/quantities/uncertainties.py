@@ -6,17 +6,15 @@ To add one, write a function `(Patch) -> Uncertainty | None` and put it into `SO
 from collections.abc import Callable
 
 from fem_seal.area_error import area_error
-from fem_seal.grid_series import estimated_error, is_estimated
-from fem_seal.leak_rate import EstimatedError
-from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import (
-    CONTACT_AREA,
+from fem_seal.error_budget import (
     CONTACT_GRID,
     ONE_PATCH,
     ErrorBudget,
     Uncertainty,
     flow_entry,
 )
+from fem_seal.grid_series import estimated_error, is_estimated
+from fem_seal.patch import Patch
 from fem_seal.quantities.inputs import inputs_entry, rate_in_range
 from fem_seal.quantities.lift import lift_entry
 from fem_seal.quantities.slip import slip_entry, slip_interval_entry
@@ -39,25 +37,11 @@ def _contact_grid_entry(patch: Patch) -> Uncertainty | None:
     if scene.total_error is None and not is_estimated(scene):
         sentence = "what a finer grid of the contact would change was not computed"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    return _estimated(CONTACT_GRID, patch.once(estimated_error))
+    return patch.once(estimated_error)
 
 
 def _contact_area_entry(patch: Patch) -> Uncertainty | None:
-    error = patch.once(area_error)
-    return None if error is None else _estimated(CONTACT_AREA, error)
-
-
-def _estimated(key: str, error: EstimatedError) -> Uncertainty:
-    known = error.lower is not None or error.upper is not None
-    return Uncertainty(
-        key,
-        "estimated" if known else "not covered",
-        error.sentence,
-        error.lower,
-        error.upper,
-        caution=known and error.upper is None,
-        upper_rate=error.upper_rate,
-    )
+    return patch.once(area_error)
 
 
 def surface_entry(patch: Patch) -> Uncertainty | None:

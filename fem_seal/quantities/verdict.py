@@ -4,9 +4,7 @@ from dataclasses import dataclass
 from math import expm1, log, sinh, sqrt
 
 from fem_seal.digits import in_digits, rounded_down, rounded_up
-from fem_seal.errors import present
-from fem_seal.leak_rate import FlowState, LeakRate, relative_width
-from fem_seal.quantities.error_budget import (
+from fem_seal.error_budget import (
     CONTACT_AREA,
     CONTACT_GRID,
     INPUTS,
@@ -19,6 +17,8 @@ from fem_seal.quantities.error_budget import (
     entry_words,
     may_open,
 )
+from fem_seal.errors import present
+from fem_seal.leak_rate import FlowState, LeakRate, relative_width
 from fem_seal.quantities.headline import Headline, Shown, headline
 from fem_seal.units import StatedRate
 

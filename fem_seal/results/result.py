@@ -12,10 +12,10 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from fem_seal import parallel
 from fem_seal.accuracy import Choice
+from fem_seal.error_budget import Uncertainty
 from fem_seal.errors import InvalidInput
 from fem_seal.files import digest
 from fem_seal.leak_rate import FlowState, LeakRate, Level
-from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.quantities.headline import Headline, Shown, headline
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.verdict import Verdict

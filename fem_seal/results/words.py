@@ -17,12 +17,7 @@ from fem_seal.digits import (
     readable,
     with_prefix,
 )
-from fem_seal.errors import present
-from fem_seal.fluid import volume_conditions
-from fem_seal.leak_rate import FlowState, rate_text
-from fem_seal.quantities.aperture import HydraulicAperture
-from fem_seal.quantities.constriction import Constriction
-from fem_seal.quantities.error_budget import (
+from fem_seal.error_budget import (
     IN_BOUNDS,
     ONE_PATCH,
     ErrorBudget,
@@ -32,6 +27,11 @@ from fem_seal.quantities.error_budget import (
     factor_words,
     may_open,
 )
+from fem_seal.errors import present
+from fem_seal.fluid import volume_conditions
+from fem_seal.leak_rate import FlowState, rate_text
+from fem_seal.quantities.aperture import HydraulicAperture
+from fem_seal.quantities.constriction import Constriction
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.results.records import GasRecord, LiftRecord, SealRecord

@@ -8,14 +8,15 @@ from project import RING, scene_of_samples
 
 from fem_seal import run
 from fem_seal.accuracy import chosen_patch
-from fem_seal.errors import Inconsistent
-from fem_seal.leak_rate import EstimatedError, LeakRate
-from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import (
+from fem_seal.error_budget import (
     Uncertainty,
     combined,
+    estimate,
     flow_entry,
 )
+from fem_seal.errors import Inconsistent
+from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 from fem_seal.quantities.headline import Headline, Shown
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import verdict, what_would_decide
@@ -83,8 +84,8 @@ def test_factors_out_of_order_are_refused(lower, upper):
         (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
         (lambda: LeakRate("leaking", "uniform", 1.0, reason="time"), "converged = True, and the"),
         (lambda: Headline(1.0, 2.0, 1.0, ""), "ends of the leak rate: 2.0 and 1.0"),
-        (lambda: EstimatedError(2.0, 3.0, ""), "factors of an estimated error: 2.0 and 3.0"),
-        (lambda: EstimatedError(0.5, 0.9, ""), "factors of an estimated error: 0.5 and 0.9"),
+        (lambda: estimate("grid", "", 2.0, 3.0), "factors of an estimated error: 2.0 and 3.0"),
+        (lambda: estimate("grid", "", 0.5, 0.9), "factors of an estimated error: 0.5 and 0.9"),
     ],
 )
 def test_leak_rates_and_errors_that_cannot_be_are_refused(make, message):

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fem_seal.error_budget import INPUTS
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import INPUTS
 from fem_seal.quantities.inputs import OPENS, TINY, corner, input_shares
 from fem_seal.scene import Scene
 from fem_seal.solved import solve

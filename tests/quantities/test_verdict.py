@@ -10,9 +10,9 @@ import pytest
 from test_error_budget import FLOW, GRID, LEAK, MODEL, SHOWN, SLIP, judged, rough
 
 from fem_seal import run
+from fem_seal.error_budget import Uncertainty
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.quantities.headline import Shown, headline
 from fem_seal.quantities.verdict import verdict, what_would_decide
 from fem_seal.render.report import report

@@ -9,9 +9,9 @@ from scipy.special import spherical_jn
 
 from fem_seal import cli
 from fem_seal.digits import with_prefix
+from fem_seal.error_budget import may_open
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import may_open
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.scene import Scene
 from fem_seal.surface import Spectrum, kept_roughness, longest_wavelength, self_affine

@@ -16,10 +16,10 @@ from project import scene_of_samples
 
 from fem_seal import pictures, run
 from fem_seal.cli.sweep import _summary
+from fem_seal.error_budget import combined
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.points import Work
-from fem_seal.quantities.error_budget import combined
 from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.seal import _patches_entry

@@ -6,7 +6,7 @@ result.json, the verdict, the printed words and the report all show this list, w
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import prod, sqrt
+from math import inf, log, prod, sqrt
 from typing import Literal
 
 from fem_seal.digits import rounded_down, rounded_up
@@ -72,6 +72,29 @@ class Uncertainty:
     def counted(self) -> bool:
         """Whether a verdict counts the entry."""
         return self.lower is not None or self.upper is not None
+
+    @property
+    def log_error(self) -> float:
+        """Largest |ln| of true over computed leak rate; infinite if a side is open."""
+        if not self.lower or self.upper is None:
+            return inf
+        return max(-log(self.lower), log(self.upper))
+
+
+def estimate(
+    key: str,
+    sentence: str,
+    lower: float | None = None,
+    upper: float | None = None,
+    upper_rate: float | None = None,
+) -> Uncertainty:
+    """Entry of an estimate; not covered if nothing is known, a caution if no upper factor is."""
+    if not (lower is None or 0 <= lower <= 1) or not (upper is None or upper >= 1):
+        raise Inconsistent(f"factors of an estimated error: {lower} and {upper}")
+    known = lower is not None or upper is not None
+    kind: Kind = "estimated" if known else "not covered"
+    caution = known and upper is None
+    return Uncertainty(key, kind, sentence, lower, upper, caution, upper_rate)
 
 
 def may_open(entry: Uncertainty) -> bool:
