@@ -16,11 +16,11 @@ the flow next to closing.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from math import ceil, floor, inf
 
 import numpy as np
 
-from fem_seal import parallel
 from fem_seal.contact.state import BearingState, ContactState
 from fem_seal.digits import with_prefix
 from fem_seal.error_budget import CONTACT_AREA, Uncertainty, estimate
@@ -56,12 +56,12 @@ def area_error(patch: Patch) -> Uncertainty | None:
     sealed, film = patch.sealed, patch.film
     critical = 0.0 if sealed else present(film.constriction, "constriction").gap
     try:
-        with patch.timed("contact area"):
-            reach = parallel.on_root(lambda: _reach(patch, closing, opening, critical), patch.comm)
+        reached = partial(_reach, patch, closing, opening, critical)
+        reach = patch.on_root("contact area", reached)
     except NotConverged as error:
         return estimate(CONTACT_AREA, f"{words}; {error}")
     if sealed:
-        return _of_sealed(patch, present(reach, "reach"), words)
+        return _of_sealed(patch, reach, words)
     less, more = (reach.rate * distance / 3 for distance in (reach.closed, reach.opened))
     if isinstance(contact, ContactState):
         load = with_prefix(present(patch.carried_load, "load"), "Pa")

@@ -150,6 +150,11 @@ class Patch:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
 
+    def on_root(self, stage: str, compute: Callable[[], T]) -> T:
+        """Value that the first process computes for all; a stage, as of `timed`."""
+        with self.timed(stage):
+            return parallel.on_root(compute, self.comm)
+
     def solve_film(self) -> None:
         """Solve contact and film on all processes; what follows may run on the first one alone."""
         _ = self.contact, self.film  # both are kept
@@ -177,8 +182,7 @@ class Patch:
         if seal is not None and seal.window is not None:
             steps = replace(steps, crop=map_.window((0, 0), seal.window))
         read = partial(measured_surface, map_.path, map_.stated, steps)
-        with self.timed("surface"):
-            return parallel.on_root(read, self.comm)
+        return self.on_root("surface", read)
 
     def with_(
         self,
@@ -221,8 +225,7 @@ class Patch:
             return self._known.contact
         press, surface = CONTACTS[self.scene.contact.model], present(self.surface, "surface")
         given = self.scene, surface, self._contact_start, self.load, self.report
-        with self.timed("contact"):
-            return parallel.on_root(partial(press, *given), self.comm)
+        return self.on_root("contact", partial(press, *given))
 
     @property
     def elastic(self) -> ContactState:
@@ -259,11 +262,9 @@ class Patch:
             return None
         from fem_seal.sensitivity import sensitivity
 
-        contact = self.film_contact
-        elastic = narrowed(contact, ContactState, "contact")
+        elastic = narrowed(self.film_contact, ContactState, "contact")
         given = self.scene, self.load, height, elastic, lifted
-        with self.timed("sensitivity"):
-            return parallel.on_root(partial(sensitivity, *given), self.comm)
+        return self.on_root("sensitivity", partial(sensitivity, *given))
 
     @property
     def lifted_off(self) -> bool:
@@ -306,8 +307,7 @@ class Patch:
         from fem_seal.shaped import shaped_film
 
         grid = None if shape.own_gap else self.grid_gap
-        with self.timed("shape"):
-            return parallel.on_root(partial(shaped_film, shape, grid, trust=self.trust), self.comm)
+        return self.on_root("shape", partial(shaped_film, shape, grid, trust=self.trust))
 
     def film_of(self, gap: GridField) -> "GridFilm | MeshFilm":
         """The film of another gap [m] on the same grid, such as that of another load."""
@@ -328,8 +328,7 @@ class Patch:
             return contact.gap
         source = present(self.scene.gap, "[gap]")
         read = partial(load_gap, source.path, source.stated, source.contact_below)
-        with self.timed("gap"):
-            return parallel.on_root(read, self.comm)
+        return self.on_root("gap", read)
 
     @cached_property
     def sealed(self) -> bool:
@@ -378,8 +377,7 @@ def _self_affine(patch: Patch, section: SelfAffine) -> GridField:
         scaling=section.scaling,
         seed=section.seed,
     )
-    with patch.timed("surface"):
-        return parallel.on_root(made, patch.comm)
+    return patch.on_root("surface", made)
 
 
 def _of_profiles(patch: Patch, section: ProfileSurface) -> GridField:
@@ -387,8 +385,7 @@ def _of_profiles(patch: Patch, section: ProfileSurface) -> GridField:
         spectrum = spectrum_of_profiles(section)
         return gaussian_surface(spectrum, section.shape, section.size, seed=section.seed)
 
-    with patch.timed("surface"):
-        return parallel.on_root(made, patch.comm)
+    return patch.on_root("surface", made)
 
 
 def _measured(patch: Patch, section: FileSurface) -> GridField:
