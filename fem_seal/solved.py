@@ -23,11 +23,11 @@ from fem_seal.points import Work
 from fem_seal.prediction import predicted
 from fem_seal.products import file_names, require_packages, write_products
 from fem_seal.progress import NOTE, Report, silent
-from fem_seal.quantities.headline import Headline, headline
+from fem_seal.quantities.headline import Headline, Shown, headline
 from fem_seal.quantities.lift import lift_range
-from fem_seal.quantities.of_patch import Quantities, quantities, shown_in
+from fem_seal.quantities.of_patch import Quantities, quantities
 from fem_seal.quantities.remarks import cautions, slope_between_samples
-from fem_seal.quantities.seal import leak_rate_of, seal_advice, seal_budget
+from fem_seal.quantities.seal import seal_advice, seal_budget
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict, verdict
@@ -68,29 +68,17 @@ class Solved:
     @cached_property
     def headline(self) -> Headline | None:
         """The leak rate with all counted errors."""
-        leak, scene = self.leak_rate, self.patch.scene
-        return None if leak is None else headline(leak, self.budget, shown_in(scene))
+        leak, shown = self.leak_rate, Shown.of(self.patch.scene)
+        return None if leak is None else headline(leak, self.budget, shown)
 
     @cached_property
     def verdict(self) -> Verdict | None:
         """How the headline compares with the limit of the scene."""
         if self.leak_rate is None:
             return None
-        scene, limit, seal = self.patch.scene, self.patch.scene.limit, self.seal
-        stated, allowed = None, None
-        if limit is not None:
-            stated, allowed = limit.leak_rate, limit.volume_rate(scene.drive)
-        advice = None if seal is None else seal_advice(self.patch, seal, self.budget)
-        return verdict(
-            self.leak_rate,
-            shown_in(scene),
-            stated,
-            allowed,
-            self.budget,
-            advice,
-            by_total=scene.total_error is not None,
-            decides=scene.deciding_rate is not None,
-        )
+        seal, budget = self.seal, self.budget
+        advice = None if seal is None else seal_advice(self.patch, seal, budget)
+        return verdict(self.patch.scene, self.leak_rate, budget, advice)
 
     @property
     def flows(self) -> list[LeakRate | ConductivityTensor]:
@@ -201,7 +189,7 @@ class Solved:
     def _shown(self) -> Rate | None:
         """The leak rate in output.leak_rate_unit, if the scene names one."""
         unit = self.patch.scene.output.leak_rate_unit
-        return None if unit is None else Rate.of(self.leak_rate, shown_in(self.patch.scene))
+        return None if unit is None else Rate.of(self.leak_rate, Shown.of(self.patch.scene))
 
 
 def _named(part: object, *names: str) -> dict[str, Any]:
@@ -302,9 +290,9 @@ def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak
             seal = under_less_load(patch, seal, seconds, patches, work, expected.each_patch)
 
     def rate_of(other: Patch) -> LeakRate:
-        return leak_rate_of(other, solve_seal(other, patches, work, each=expected.each_patch))
+        return solve_seal(other, patches, work, each=expected.each_patch)
 
-    return leak_rate_of(patch, seal), seal_budget(patch, seal, rate_of), seal
+    return seal, seal_budget(patch, seal, rate_of), seal
 
 
 def require_shared(scene: Scene, work: Work | None) -> None:

@@ -21,7 +21,9 @@ from fem_seal.error_budget import (
     may_open,
 )
 from fem_seal.errors import Inconsistent
+from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate, relative_half_width
+from fem_seal.scene import Scene
 
 NO_PATH = "no open path joins inlet and outlet"
 COUNTED = "with all counted errors"
@@ -39,6 +41,16 @@ class Shown:
     def unit(self) -> str:
         """The unit with the conditions."""
         return f"{self.name} {self.conditions}".strip()
+
+    @classmethod
+    def of(cls, scene: Scene) -> "Shown":
+        """Unit of the output of a scene, else of its limit, else m³/s."""
+        unit = scene.output.leak_rate_unit or (scene.limit and scene.limit.leak_rate.unit)
+        volume = not unit or unit.kind == "volume"
+        conditions = scene.drive.conditions if volume and isinstance(scene.drive, GasDrive) else ""
+        if not unit:
+            return cls(conditions=conditions)
+        return cls(unit.name, scene.drive.rates[unit.kind] / unit.size, conditions)
 
     def text(self, solved: float) -> str:
         """A solved leak rate [m³/s] in the unit."""

@@ -7,7 +7,6 @@ from typing import Any
 from fem_seal import parallel
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.fluid import GasDrive
 from fem_seal.patch import Patch
 from fem_seal.quantities.aperture import (
     HydraulicAperture,
@@ -15,9 +14,7 @@ from fem_seal.quantities.aperture import (
     uniform_rectangle,
 )
 from fem_seal.quantities.constriction import Constriction, constriction
-from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.scene import Scene
 from fem_seal.steps import FLOWS
 from fem_seal.threshold import Threshold, threshold
 
@@ -52,16 +49,6 @@ def quantities(patch: Patch) -> Quantities | None:
     with patch.timed("quantities"):
         computed: dict[str, Any] = {name: QUANTITIES[name](patch) for name in names}
     return Quantities(**computed)
-
-
-def shown_in(scene: Scene) -> Shown:
-    """Unit of the leak rate in texts: that of the output, else of the limit, else m³/s."""
-    unit = scene.output.leak_rate_unit or (scene.limit and scene.limit.leak_rate.unit)
-    volume = not unit or unit.kind == "volume"
-    conditions = scene.drive.conditions if volume and isinstance(scene.drive, GasDrive) else ""
-    if not unit:
-        return Shown("m^3/s", 1.0, conditions)
-    return Shown(unit.name, scene.drive.rates[unit.kind] / unit.size, conditions)
 
 
 def _constriction(patch: Patch) -> Constriction | None:

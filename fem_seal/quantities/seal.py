@@ -45,21 +45,6 @@ REMEDIES = {
 }
 
 
-def leak_rate_of(patch: Patch, seal: SealLeak) -> LeakRate:
-    """Leak rate of a seal as a `LeakRate`, for the verdict and the texts."""
-    if seal.state == "lifted off":
-        return LeakRate.lifted_off(patch.scene.flow.method)
-    return LeakRate(
-        state=seal.state,
-        method=patch.scene.flow.method,
-        value=seal.value,
-        lower=seal.lower,
-        upper=seal.upper,
-        converged=seal.converged,
-        reason=seal.reason,
-    )
-
-
 def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
     """Advice for an undecided verdict: what narrows the widest entry of the budget.
 
@@ -110,7 +95,7 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
         surface_entry(patch),
         None if gap is None else slip_entry_at(patch.scene, gap, seal.leak_path, rtol),
         _slip_along_entry(patch, seal),
-        inputs_entry(patch, leak_rate_of(patch, seal), rate_of),
+        inputs_entry(patch, seal, rate_of),
         model_entry(patch),
     )
     return tuple(entry for entry in entries if entry is not None)

@@ -20,7 +20,7 @@ from fem_seal.error_budget import (
 from fem_seal.errors import present
 from fem_seal.leak_rate import FlowState, LeakRate, relative_width
 from fem_seal.quantities.headline import Headline, Shown, headline
-from fem_seal.units import StatedRate
+from fem_seal.scene import Scene
 
 ZERO = "; zero holds only for what is covered"
 Needed = tuple[float | None, int | None]  # tolerance and unknowns that would decide
@@ -53,31 +53,23 @@ class Verdict:
 
 
 def verdict(
-    leak: LeakRate,
-    shown: Shown,
-    limit: StatedRate | None,
-    limit_solved: float | None,
-    budget: ErrorBudget = (),
-    advice: str | None = None,
-    *,
-    by_total: bool = False,
-    decides: bool = False,
+    scene: Scene, leak: LeakRate, budget: ErrorBudget = (), advice: str | None = None
 ) -> Verdict:
-    """Compare the leak rate with all counted errors with a limit.
+    """Compare the leak rate of a scene, with all counted errors, with the limit of the scene.
 
-    With a limit, in the unit of the scene and as a leak rate that is solved for [m³/s], the leak
-    rate must have bounds; the entry "flow" of the budget gives them. The advice is for an undecided
-    verdict; left out, it is a tolerance of the flow, a total error if `by_total`, where the scene
-    sets one, or more unknowns if the flow `decides`.
+    With a limit the leak rate must have bounds; the entry "flow" of the budget gives them. The
+    advice is for an undecided verdict; left out, it is what `_advice` says.
     """
+    shown = Shown.of(scene)
     head, rest = headline(leak, budget, shown), beside_flow(budget)
     names = [entry.name for entry in rest if entry.kind == "not covered"]
     open_points = f"; not covered: {', '.join(names)}" if names else ""
-    if limit is None or limit_solved is None:
+    if scene.limit is None:
         why = {"leaking": "; no limit was given", "sealed": ZERO}.get(leak.state, "")
         return Verdict(leak.state, f"{leak.state}: {head}{why}{open_points}")
-    allowed = f"{shown.text(limit_solved)} allowed"
-    decision, comparison = _compared(leak.state, head, limit_solved, allowed)
+    stated, limit = scene.limit.leak_rate, scene.limit.volume_rate(scene.drive)
+    allowed = f"{shown.text(limit)} allowed"
+    decision, comparison = _compared(leak.state, head, limit, allowed)
     needed: Needed = (None, None)
     if decision == "undecided" and leak.state == "sealed":
         opening = _sentences([entry for entry in rest if may_open(entry)])
@@ -87,13 +79,13 @@ def verdict(
             others = (*(entry for entry in budget if entry.key == SLIP_INTERVAL), *rest)
             fixed = tuple(entry for entry in others if not entry.per_rtol)
             per_rtol = sum(entry.per_rtol for entry in others)
-            needed = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
-            advice = _advice(leak, head, needed, limit_solved, fixed, by_total, decides)
+            needed = what_would_decide(leak, limit, *combined(fixed), per_rtol)
+            advice = _advice(scene, leak, head, needed, limit, fixed)
         comparison = f"{comparison}; {advice}"
     both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]
     counting = f", counting {entry_words(both, 3)}" if both and leak.state == "leaking" else ""
     sentence = f"{decision}: {head}; {comparison}{counting}{open_points}"
-    limit_text = f"{in_digits(limit.number, 6)} {limit.unit.name}"
+    limit_text = f"{in_digits(stated.number, 6)} {stated.unit.name}"
     return Verdict(decision, sentence, limit_text, *needed, comparison)
 
 
@@ -144,20 +136,19 @@ def what_would_decide(
 
 
 def _advice(
+    scene: Scene,
     leak: LeakRate,
     head: Headline,
     needed: Needed,
     limit: float,
     rest: ErrorBudget,
-    by_total: bool,
-    decides: bool,
 ) -> str:
     """Advice for an undecided verdict: a setting that might decide it, or why none can.
 
     `needed` is what would decide by the flow alone, `rest` are the entries that flow.rtol does not
-    narrow. A scene with a total error, `by_total`, takes no flow.rtol, and one whose flow `decides`
-    needs none.
+    narrow. A scene with a total error takes no flow.rtol, and one with limit.decide needs none.
     """
+    by_total, decides = scene.total_error is not None, scene.deciding_rate is not None
     (low, high), (rtol, unknowns) = leak.bounds, needed
     if low == 0:
         return (

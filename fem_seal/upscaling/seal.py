@@ -13,13 +13,7 @@ from fem_seal import parallel
 from fem_seal.digits import per_cent, rounded_up
 from fem_seal.errors import present
 from fem_seal.files import temporary_folder
-from fem_seal.leak_rate import (
-    FlowState,
-    half_width_of,
-    relative_half_width,
-    relative_width,
-    require_enclosed,
-)
+from fem_seal.leak_rate import LeakRate, half_width_of, relative_half_width, relative_width
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
@@ -52,14 +46,13 @@ class Share:
     upper: float
 
 
-@dataclass(frozen=True, eq=False)
-class SealLeak:
-    """Leak rate of a seal, and the patches from which it is computed."""
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class SealLeak(LeakRate):
+    """Leak rate of a seal, and the patches from which it is computed.
 
-    state: FlowState
-    #: leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off. The
-    #: bounds are those of flow and load table, for the patches at hand
-    value: float
+    The bounds are those of flow and load table, for the patches at hand.
+    """
+
     lower: float
     upper: float
     #: each realization, with the leak rate of a seal that consists of such patches
@@ -68,10 +61,8 @@ class SealLeak:
     scatter: float  #: standard deviation of the leak rate of such seals over its mean
     #: confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
     #: few realizations leak to estimate it
-    interval: tuple[float, float] | None
+    interval: tuple[float, float] | None = None
     share_sealed: Share  #: of the realizations
-    converged: bool
-    reason: str  #: sentence on why it has not converged; empty if it has
     leak_path: float  #: length from inlet to outlet [m]
     #: largest estimated relative error of a patch's conductivity due to the grid of its contact;
     #: None if there is no estimate for one of the leaking patches
@@ -80,9 +71,6 @@ class SealLeak:
     critical_gap: float | None = None
     #: what a sealed seal leaks under less load, which is more; None if that was not tried
     lowered: "LoweredSeal | None" = None
-
-    def __post_init__(self) -> None:
-        require_enclosed(self.value, self.lower, self.upper)
 
 
 @dataclass(frozen=True)
@@ -172,7 +160,7 @@ def solve_seal(
     size = _size_of_patch(patch)
     if profile.highest <= ends.inlet:
         lifted = PatchFlow(None, lifted_off(profile, ends))
-        return _together((lifted,) * seal.patches, path, size, rtol)
+        return _together((lifted,) * seal.patches, path, size, rtol, scene.flow.method)
     scenes = realizations(scene.with_({"seal.rtol": rtol}))[:patches]
     solved = solved_patches(scenes, patch, folder, work or Work(), part, each)
     flows = []
@@ -183,7 +171,7 @@ def solve_seal(
     estimates = [error for error in errors if error is not None]
     largest = max(estimates) if estimates and len(estimates) == len(errors) else None
     gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]
-    together = _together(tuple(flows), path, size, rtol)
+    together = _together(tuple(flows), path, size, rtol, scene.flow.method)
     return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
 
 
@@ -204,7 +192,11 @@ def median_patch(patches: tuple[PatchFlow, ...]) -> PatchFlow:
 
 
 def _together(
-    patches: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, float], rtol: float
+    patches: tuple[PatchFlow, ...],
+    path: LeakPath,
+    size: tuple[float, float],
+    rtol: float,
+    method: str,
 ) -> SealLeak:
     """Put the patches of a size [m] into the mosaic of the seal."""
     flows = [patch.seal_flow for patch in patches]
@@ -215,19 +207,15 @@ def _together(
     sealed = sum(flow.state == "sealed" for flow in flows)
     share = Share(sealed / len(patches), *sealed_share(sealed, len(patches)))
     seal = partial(
-        SealLeak, patches=patches, count=count, share_sealed=share, leak_path=path.length
+        SealLeak,
+        method=method,
+        patches=patches,
+        count=count,
+        share_sealed=share,
+        leak_path=path.length,
     )
     if any(flow.state == "lifted off" for flow in flows):
-        return seal(
-            state="lifted off",
-            value=inf,
-            lower=inf,
-            upper=inf,
-            scatter=0.0,
-            interval=None,
-            converged=True,
-            reason="",
-        )
+        return seal(state="lifted off", value=inf, lower=inf, upper=inf, scatter=0.0)
     drawn = drawn_seals(rates, count)
     lower, value, upper = map(float, drawn.mean)
     reason = _missed(patches, lower, upper, rtol)

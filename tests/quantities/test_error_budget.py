@@ -17,7 +17,7 @@ from fem_seal.error_budget import (
 from fem_seal.errors import Inconsistent
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.headline import Headline, Shown
+from fem_seal.quantities.headline import Headline
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import verdict, what_would_decide
 from fem_seal.render.report import report
@@ -25,20 +25,17 @@ from fem_seal.results import Result
 from fem_seal.results.words import budget_words, summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
-from fem_seal.units import StatedRate
 
 LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)
-SHOWN = Shown("m^3/s", 1.0)
 FLOW = flow_entry(LEAK)
 GRID = Uncertainty("contact_grid", "estimated", "a finer grid", 0.8, 1.25)
 SLIP = Uncertainty("slip", "not covered", "the gas slips", 1.0, None, caution=True)
 MODEL = Uncertainty("model", "not covered", "Reynolds")
 
 
-def judged(limit, *entries, leak=LEAK, **asked):
-    budget = flow_entry(leak), *entries
-    stated = StatedRate.parse(f"{limit} m^3/s")
-    return verdict(leak, SHOWN, stated, limit, budget, **asked)
+def judged(limit, *entries, leak=LEAK, total=None, decide=False):
+    scene = rough(total, limit, max_unknowns=10**6).with_({"limit.decide": decide})
+    return verdict(scene, leak, (flow_entry(leak), *entries))
 
 
 def test_products_enclose_errors_of_any_dependence():
@@ -150,12 +147,12 @@ def test_what_would_decide_with_other_factors():
     # It chooses flow.rtol itself, and does not go with limit.decide.
     for decides, instead in ((False, "flow.rtol"), (True, "limit.decide")):
         words = f"accuracy.total = 0.2, in place of {instead}, might decide"
-        assert words in judged(2.4e-10, GRID, decides=decides).sentence
-    assert "unknowns might decide (flow.max" in judged(2.4e-10, computed, decides=True).sentence
+        assert words in judged(2.4e-10, GRID, decide=decides).sentence
+    assert "unknowns might decide (flow.max" in judged(2.4e-10, computed, decide=True).sentence
     # A scene with a total error takes no flow.rtol, and its total error leaves out other errors.
     kinetic = Uncertainty("slip", "estimated", "the gas slips", 0.9, 1.1)
     total = 2.4 / 2 / 1.1 - 1
-    advised = judged(2.4e-10, GRID, kinetic, by_total=True).sentence
+    advised = judged(2.4e-10, GRID, kinetic, total=0.5).sentence
     assert f"accuracy.total = {total:.2g} might decide" in advised
 
 

@@ -7,7 +7,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from test_error_budget import FLOW, GRID, LEAK, MODEL, SHOWN, SLIP, judged, rough
+from test_error_budget import FLOW, GRID, LEAK, MODEL, SLIP, judged, rough
 
 from fem_seal import run
 from fem_seal.error_budget import Uncertainty
@@ -103,16 +103,16 @@ def test_shares_of_the_limit_are_rounded_like_the_bounds():
 
 def test_sealed_and_without_limit():
     sealed = LeakRate.sealed("adaptive")
-    assert verdict(sealed, SHOWN, None, None).decision == "sealed"
+    assert verdict(rough(), sealed).decision == "sealed"
     kept = judged(1e-9, leak=sealed)
     assert kept.decision == "within limit"
     assert kept.comparison.startswith("1e-9 m^3/s allowed")
     assert "zero holds only for what is covered" in kept.sentence
-    found = verdict(LEAK, SHOWN, None, None)
+    found = verdict(rough(), LEAK)
     assert (found.decision, found.limit) == ("leaking", None)
     assert "1e-10 to 4e-10" in found.sentence
     estimate = replace(LEAK, lower=None, upper=None)
-    assert "without bounds" in verdict(estimate, SHOWN, None, None).sentence
+    assert "without bounds" in verdict(rough(), estimate).sentence
 
 
 def test_what_would_decide():

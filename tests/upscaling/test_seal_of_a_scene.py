@@ -20,7 +20,6 @@ from fem_seal.error_budget import combined
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.points import Work
-from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.seal import _patches_entry
 from fem_seal.quantities.verdict import verdict
@@ -32,7 +31,6 @@ from fem_seal.solved import solve
 from fem_seal.surface import resample
 from fem_seal.sweep.point import Point
 from fem_seal.sweep.summary import COLUMNS, Group
-from fem_seal.units import StatedRate
 from fem_seal.upscaling import StraightPath
 from fem_seal.upscaling import seal as seal_module
 from fem_seal.upscaling.mosaic import drawn_seals, generalised_interval
@@ -484,9 +482,8 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(kept, monkeypa
     assert lowered.at_most == pytest.approx(there.interval[1] * beside, rel=1e-12)
     limits = (0.9, "undecided"), (1.1, "within limit")
     for factor, decision in limits:
-        stated = StatedRate.parse(f"{factor * lowered.at_most} m^3/s")
-        limit = factor * lowered.at_most
-        made = verdict(solved.leak_rate, Shown(), stated, limit, solved.budget)
+        limited = asked.with_({"limit.leak_rate": f"{factor * lowered.at_most} m^3/s"})
+        made = verdict(limited, solved.leak_rate, solved.budget)
         assert made.decision == decision
     many = replace(solved.seal, share_sealed=Share(1.0, 0.99, 1.0))
     assert _patches_entry(many).upper == 1.0
@@ -561,7 +558,7 @@ def test_a_wide_patch_that_leaks_little_does_not_matter(share, converged):
     """Of two patches of a seal one patch wide, one is known to a factor of 10."""
     known = PatchFlow(None, SealFlow("leaking", 1.0, 0.99, 1.01))
     wide = PatchFlow(None, SealFlow("leaking", share, 0.1 * share, share), False, "it is slow")
-    seal = _together((known, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1)
+    seal = _together((known, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
     assert seal.converged == converged
     assert ("patch 2 of 2 got to ±82 %, since it is slow" in seal.reason) != converged
 
@@ -570,7 +567,7 @@ def test_a_patch_whose_bounds_are_too_wide_names_one_tolerance():
     """Half of it goes to the bounds at the loads: twice the width that was reached is enough."""
     flow = SealFlow("leaking", 1.0, 0.9, 1.1)
     wide = PatchFlow(None, flow, False, "its bounds are wide")
-    seal = _together((wide, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1)
+    seal = _together((wide, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
     assert seal.reason.endswith("since its bounds are wide; seal.rtol = 0.41 would do")
 
 
@@ -654,7 +651,7 @@ def test_a_scatter_of_many_decades_is_words():
         PatchFlow(None, SealFlow("leaking", rate, 0.9 * rate, 1.1 * rate))
         for rate in (1.0, 1e-30, 1e-60)
     )
-    seal = _together(flows, StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.5)
+    seal = _together(flows, StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.5, "adaptive")
     entry = _patches_entry(seal)
     assert "scatter by 30 powers of ten" in entry.sentence
     assert "more than 1000 realizations would give the mean" in entry.sentence
