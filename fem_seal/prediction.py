@@ -142,7 +142,7 @@ def predicted(
         parts["patches"] = ceil(patches / jobs) * each_patch.seconds
     elif flows:
         memory += BYTES_OF_UNKNOWN * unknowns_of(channels, _rtol(scene))
-    if scene.tolerances is not None:
+    if scene.tolerances is not None and not scene.scales_exactly:
         # The whole again for the least and for the largest leak rate.
         parts["tolerances"] = 2 * sum(parts.values())
     memory *= max(jobs, parallel.processes())

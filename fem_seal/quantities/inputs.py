@@ -50,10 +50,14 @@ def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRa
 
     `rate_of` gives the leak rate of another patch, or of a seal of such patches.
     """
-    load, lifted = patch.carried_load, patch.lifted
-    if patch.scene.tolerances is None:
+    scene, load, lifted = patch.scene, patch.carried_load, patch.lifted
+    if scene.tolerances is None:
         sentence = "load, solid, fluid and heights count as exact, without [tolerances]"
         return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
+    if scene.scales_exactly:
+        viscosities = (_ends(scene, end)["fluid.viscosity"] for end in (-1, 1))
+        closed, opened = (_times(leak, 1 / viscosity) for viscosity in viscosities)
+        return _entry(scene, leak, closed, opened, 0.0)
     if lifted is not None and (lifted.floats or _may_float(patch)):
         # Higher heights, or a stiffer solid, may then lower the leak rate.
         sentence = (
@@ -64,7 +68,12 @@ def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRa
     with patch.timed("inputs"):
         closed, opened = (rate_of(_at_corner(patch, end)) for end in (-1, 1))
     carried = lifted.fluid_load / load if lifted is not None and load else 0.0
-    return _entry(patch.scene, leak, closed, opened, carried)
+    return _entry(scene, leak, closed, opened, carried)
+
+
+def _times(leak: LeakRate, factor: float) -> LeakRate:
+    lower, upper = (factor * end for end in leak.bounds)
+    return replace(leak, value=factor * leak.value, lower=lower, upper=upper)
 
 
 def _may_float(patch: Patch) -> bool:

@@ -254,6 +254,11 @@ class Scene(Section):
         given = () if self.tolerances is None else self.tolerances.given()
         return {name: tolerance.relative(self.value_of(name)) for name, tolerance in given}
 
+    @property
+    def scales_exactly(self) -> bool:
+        """Whether [tolerances] moves the leak rate by a factor alone, as 1/η without slip."""
+        return self.tolerated.keys() == {"fluid.viscosity"} and self.slip is None
+
     def value_of(self, name: str) -> float:
         """Value of an input that [tolerances] names; 1 for the factor on all heights."""
         if name == "heights":

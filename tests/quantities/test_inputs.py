@@ -141,6 +141,16 @@ def test_a_factor_that_is_exact():
     assert share == pytest.approx(log(1.04 / 0.96) / log(1.04 / 0.96 * 1.01 / 0.99), rel=1e-12)
 
 
+@pytest.mark.parametrize("lift", [DRY, LIFTED])
+def test_viscosity_alone_needs_no_second_solve(lift, monkeypatch):
+    """Contact, lift and pressures do not depend on it, and Q goes as 1/η."""
+    monkeypatch.delattr("fem_seal.quantities.inputs._at_corner")
+    solved = solve(scene(lift, "tolerances.fluid.viscosity=4 %"))
+    assert entry(solved).lower == pytest.approx(1 / 1.04, rel=1e-12)
+    assert entry(solved).upper == pytest.approx(1 / 0.96, rel=1e-12)
+    assert entry(solved).largest == ("fluid.viscosity", 0.04, 1.0)
+
+
 def test_sealed_by_a_load_that_may_be_less():
     """A sealed state gets the leak rate of its open corner, to the certificates of two contacts."""
     settings = [DRY, "contact.pressure=0.4 MPa", "tolerances.contact.pressure=60 %"]
