@@ -1,13 +1,17 @@
 """Scene: the content of a scene file, read and checked, and what follows from several sections."""
 
-from collections.abc import Iterable, Mapping
+import json
+from collections.abc import Callable, Iterable, Mapping
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import Field, ValidationError, model_validator
 
+from fem_seal import __version__
 from fem_seal.contact.settings import Load
 from fem_seal.errors import InvalidInput, InvalidScene, present
+from fem_seal.files import digest
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Drive, Slip
 from fem_seal.scene.checks import check
@@ -107,6 +111,15 @@ class Scene(Section):
         # Leave out flow.rtol beside a total error: reading both again would be a contradiction.
         chosen = {"flow": {"rtol"}} if self.total_error else None
         return self.model_dump(mode="json", exclude_none=True, exclude=chosen)
+
+    def fingerprint(self, *more: object, digest_of: Callable[[Path], str] = digest) -> str:
+        """Hash of the scene, the content of its input files, the version of fem_seal, and `more`.
+
+        It names the file of a point that is computed from these.
+        """
+        inputs = [digest_of(path) for path in self.input_files]
+        text = json.dumps([self.to_mapping(), inputs, __version__, *more], sort_keys=True)
+        return sha256(text.encode()).hexdigest()[:32]
 
     def with_(self, changes: Mapping[str, object]) -> "Scene":
         """Copy with other values, checked like a file.

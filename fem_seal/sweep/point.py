@@ -1,10 +1,7 @@
 """One point of a sweep: its numbers, and the name of the file that keeps them."""
 
-import json
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from hashlib import sha256
 from pathlib import Path
 
 from pydantic import ConfigDict
@@ -122,13 +119,6 @@ def digest_or_none(path: Path) -> str:
         return digest(path)
     except OSError:
         return "unreadable"
-
-
-def name_of(scene: Scene, digest_of: Callable[[Path], str] = digest_or_none) -> str:
-    """Name of the file of a point: a hash of its scene, its input files and the version."""
-    inputs = [digest_of(path) for path in scene.input_files]
-    point = {"scene": numbers_only(scene).to_mapping(), "inputs": inputs, "version": __version__}
-    return sha256(json.dumps(point, sort_keys=True).encode()).hexdigest()[:32]
 
 
 @dataclass(frozen=True)

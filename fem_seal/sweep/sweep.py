@@ -18,7 +18,7 @@ from fem_seal.scene import Scene
 from fem_seal.scene.files import scene_text
 from fem_seal.sweep.axis import Points
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import Point, ScenePoint, digest_or_none, failed, name_of, numbers_only
+from fem_seal.sweep.point import Point, ScenePoint, digest_or_none, failed, numbers_only
 from fem_seal.sweep.store import SweepFolder
 
 
@@ -76,38 +76,20 @@ def sweep(
         folder holds another sweep or cannot be written.
     """
     work = work or Work()
-    if not points[1]:
+    keys, values = points
+    if not values:
         raise InvalidInput("a sweep of no points: give a value of each field at least")
-    tasks_of: dict[str, ScenePoint] = {}
-    digest_of = cache(digest_or_none)  # for this sweep: the next one may find another file
-    equal = []
-    keys = points[0]
-    for label, values, scene in _scenes(path, points, overrides):
-        require_trusted(scene, trust)
-        task = ScenePoint(name_of(scene, digest_of), label, values, scene, trust)
-        if (first := tasks_of.setdefault(task.name, task)) is not task:
-            equal.append(f"{label} is the same scene as {first.label}: one point of both")
-    tasks = list(tasks_of.values())
+    tasks, equal = _tasks(_scenes(path, points, overrides), trust)
     folder = SweepFolder(out.absolute(), keys)
-    # Points with the same surface hand it on, with its contact, from one to the next.
-    of_surface: dict[str, list[ScenePoint]] = {}
-    for task in tasks:
-        scene = task.scene
-        window = None if scene.seal is None else scene.seal.window
-        of_surface.setdefault(repr((scene.surface, scene.gap, window)), []).append(task)
-    chains = [Chain(folder, tuple(group), ContactPath) for group in of_surface.values()]
+    chains = [Chain(folder, group, ContactPath) for group in _by_surface(tasks)]
     order = [task.name for task in tasks]
     workers = work.open or (work.jobs is not None and work.jobs > 1)
+    each = _expected(tasks) if workers and len(chains) > 1 else None
     with ExitStack() as held:
         origin = _origin(tasks[0].scene, keys)
         parallel.on_root(lambda: _open(held, folder, origin, overwrite), work.comm)
         try:
-            outcome = compute_points(
-                chains,
-                work,
-                report=report,
-                each=_expected(tasks) if workers and len(chains) > 1 else None,
-            )
+            outcome = compute_points(chains, work, report=report, each=each)
         except KeyboardInterrupt:
             # An interrupted sweep leaves a table as well.
             if parallel.is_root(work.comm):
@@ -118,19 +100,19 @@ def sweep(
             for task in tasks:
                 if error := outcome.failures.get(task.label):
                     folder.save(task.name, failed(task.values, str(error), again=True))
+            # An earlier sweep may have written a point in other words: 100 kPa for 0.1 MPa.
             return folder.gather(order), [folder.point(name) for name in order]
 
         table, computed = parallel.on_root(gather, work.comm)
-    # An earlier sweep may have written a point in other words, such as 100 kPa for 0.1 MPa.
     own = [point for point in computed if point is not None]
     failures = sum(not point.converged for point in own)
-    missing = len(tasks) - len(own)
-    return Tally(len(tasks), outcome.computed, failures, missing, tuple(table), tuple(equal))
+    return Tally(len(tasks), outcome.computed, failures, len(tasks) - len(own), tuple(table), equal)
 
 
-def _scenes(
-    path: Path, points: Points, overrides: Sequence[str]
-) -> list[tuple[str, tuple[str, ...], Scene]]:
+LabelledScene = tuple[str, tuple[str, ...], Scene]  # label, values of the axes, scene
+
+
+def _scenes(path: Path, points: Points, overrides: Sequence[str]) -> list[LabelledScene]:
     """Each point with its label and scene; InvalidInput if one of them is not a valid scene."""
     keys, text = points[0], scene_text(path)
     scenes, refused = [], {}
@@ -151,6 +133,32 @@ def _scenes(
             "leave its cell empty"
         )
     return scenes
+
+
+def _tasks(
+    scenes: Sequence[LabelledScene], trust: bool
+) -> tuple[list[ScenePoint], tuple[str, ...]]:
+    """Tasks of different points, and sentences on those that are the same as earlier ones."""
+    tasks: dict[str, ScenePoint] = {}
+    equal = []
+    digest_of = cache(digest_or_none)  # for this sweep: the next one may find another file
+    for label, values, scene in scenes:
+        require_trusted(scene, trust)
+        name = numbers_only(scene).fingerprint(digest_of=digest_of)
+        task = ScenePoint(name, label, values, scene, trust)
+        if (first := tasks.setdefault(name, task)) is not task:
+            equal.append(f"{label} is the same scene as {first.label}: one point of both")
+    return list(tasks.values()), tuple(equal)
+
+
+def _by_surface(tasks: Sequence[ScenePoint]) -> list[tuple[ScenePoint, ...]]:
+    """Points with the same surface, which hand it on, with its contact, from one to the next."""
+    of_surface: dict[str, list[ScenePoint]] = {}
+    for task in tasks:
+        scene = task.scene
+        window = None if scene.seal is None else scene.seal.window
+        of_surface.setdefault(repr((scene.surface, scene.gap, window)), []).append(task)
+    return list(map(tuple, of_surface.values()))
 
 
 def _expected(tasks: Sequence[ScenePoint]) -> Expected | None:

@@ -4,18 +4,15 @@ A point is the chain of loads of one patch. Its file keeps the conductivity tabl
 which the flow through the seal follows quickly.
 """
 
-import json
 from dataclasses import dataclass
-from hashlib import sha256
 from math import inf, isfinite, sqrt
 from pathlib import Path
 
 import numpy as np
 
-from fem_seal import __version__, parallel
+from fem_seal import parallel
 from fem_seal.accuracy import relative_error
 from fem_seal.errors import present
-from fem_seal.files import digest
 from fem_seal.grid_series import OnGrid, grid_error, on_half, unresolved
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
@@ -170,10 +167,6 @@ def solved_patches(
 
 
 def _name(scene: Scene, part: float) -> str:
-    """Name of the file of a patch: a hash of scene, load, input files and version."""
-    mapping = scene.to_mapping()
-    mapping["seal"].pop("patches")
-    inputs = [digest(path) for path in scene.input_files]
-    content = {"scene": mapping, "part": part, "inputs": inputs, "version": __version__}
-    text = json.dumps(content, sort_keys=True)
-    return sha256(text.encode()).hexdigest()[:32]
+    """Name of the file of a patch; how many others there are does not matter."""
+    seal = present(scene.seal, "[seal]").model_copy(update={"patches": 1})
+    return scene.model_copy(update={"seal": seal}).fingerprint(part)

@@ -11,7 +11,6 @@ sealed where the finest leaks are left out: they have no leak rate to compare.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from hashlib import sha256
 from math import inf
 from pathlib import Path
 from time import process_time
@@ -32,7 +31,7 @@ from fem_seal.points import Task, Work, points_of
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
-from fem_seal.sweep.point import name_of
+from fem_seal.sweep.point import numbers_only
 
 FACTORS = (0.25, 0.5, 1.0, 2.0)
 TOLERANCES = (0.3, 0.1, 0.03)
@@ -198,7 +197,7 @@ def trade(
     grids = trade_grids(surface_of(scene, (work or Work()).comm).shape, factors)
     adaptive = [FlowMethod("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
     flows = FlowMethod("finite-difference", None), FlowMethod("uniform", None, 1), *adaptive
-    inputs = sha256(repr((name_of(scene), flows)).encode()).hexdigest()[:24]
+    inputs = numbers_only(scene).fingerprint(repr(flows))
     tasks = [
         ContactGrid(f"{inputs}-{k}", f"contact {_size(samples)}", scene, samples, flows)
         for k, samples in enumerate(grids)
