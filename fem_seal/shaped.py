@@ -55,8 +55,8 @@ def _triangles(shape: AnyShape, source: GapSource, trust: bool) -> Triangles:
         largest = present(shape.mesh_size, "shape.mesh_size")
         sizes = partial(channel_sizes, source, smallest=shape.smallest_size, largest=largest)
     if not isinstance(shape, MeshFile):
-        path = SOURCES / present(shape.source, "source of the geometry")
-        return mesh_geometry(path, shape.numbers(), 1.0, GroupNames(), sizes)
+        geometry = SOURCES / f"{shape.kind}.geo"
+        return mesh_geometry(geometry, shape.numbers(), 1.0, GroupNames(), sizes)
     unit = in_si(shape.unit, "m", "lengths of the mesh")
     names = GroupNames(shape.inlet, shape.outlet, shape.wall)
     if shape.needs_gmsh:

@@ -149,22 +149,17 @@ def _seal(scene: "Scene") -> Iterator[str]:
         yield "limit.decide stops the flow of a single patch; with [seal] set seal.rtol"
 
 
-def _realizations(scene: "Scene") -> Iterator[str]:
-    """Patches of a seal of which the surface makes only one."""
-    seal, surface, map_ = scene.seal, scene.surface, scene.measured_map
-    if seal is None:
+def _window(scene: "Scene") -> Iterator[str]:
+    """Windows of a seal, which are parts of a measured map."""
+    seal, map_ = scene.seal, scene.measured_map
+    if seal is None or seal.window is None:
         return
-    if seal.window is not None and map_ is None:
+    if map_ is None:
         yield (
             "seal.window cuts patches out of a measured map; for a random surface leave it "
             "out, and patches are seeds"
         )
-    if surface is not None and seal.patches > 1 and surface.seed_field is None:
-        yield (
-            f"seal.patches = {seal.patches} are seeds of one surface, and surface.kind = "
-            f"{surface.kind!r} has no seed; leave seal.patches out"
-        )
-    if seal.window is not None and map_ is not None and map_.twin_seed is not None:
+    elif map_.twin_seed is not None:
         yield (
             "seal.window makes patches of parts of the map, and surface.twin_seed of its "
             "spectrum; leave one of the two out"
@@ -405,6 +400,6 @@ def _sensitivity(scene: "Scene") -> Iterator[str]:
 
 
 CHECKS = (
-    *(_shape, _origin, _load, _seal_product, _seal, _realizations, _accuracy, _rates),
+    *(_shape, _origin, _load, _seal_product, _seal, _window, _accuracy, _rates),
     *(_finite_differences, _tolerances, _ambient_and_lift, _tensor, _sensitivity),
 )

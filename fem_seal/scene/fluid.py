@@ -22,13 +22,6 @@ NORMAL_TEMPERATURE, NORMAL_PRESSURE = 273.15, 101325.0
 # Lowest outlet pressure [Pa] that may be taken for the ambient pressure.
 ATMOSPHERIC = 1e5
 _NEEDED_BY_GAS = ("molar_mass", "temperature")
-_OF_GAS = (
-    *_NEEDED_BY_GAS,
-    "reference_temperature",
-    "reference_pressure",
-    "slip",
-    "accommodation",
-)
 
 
 class Fluid(Section):
@@ -91,7 +84,8 @@ class Fluid(Section):
         )
 
     def _contradictions(self) -> Iterator[str]:
-        of_gas = [name for name in _OF_GAS if getattr(self, name) is not None]
+        others = [name for name in type(self).model_fields if name not in ("kind", "viscosity")]
+        of_gas = [name for name in others if getattr(self, name) is not None]
         if self.kind == "liquid" and of_gas:
             yield f"{of_gas[0]} is for kind = 'gas' only; this is a liquid"
         missing = [name for name in _NEEDED_BY_GAS if getattr(self, name) is None]

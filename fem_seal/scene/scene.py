@@ -32,7 +32,7 @@ from fem_seal.tables import html_table
 Surface = Annotated[SelfAffine | FileSurface | ProfileSurface, Field(discriminator="kind")]
 KINDS: tuple[type[SurfaceSection], ...] = get_args(get_args(Surface)[0])
 #: Names of the fields that make other patches of the same surface.
-SEEDS = frozenset(f"surface.{kind.seed_field}" for kind in KINDS if kind.seed_field)
+SEEDS = frozenset(f"surface.{kind.seed_field}" for kind in KINDS)
 
 
 def require_scene(value: object) -> None:
@@ -187,8 +187,7 @@ class Scene(Section):
     @property
     def seed(self) -> int | None:
         """Seed of the random surface, or of the twin of a measured map; None without one."""
-        field = None if self.surface is None else self.surface.seed_field
-        return None if field is None else getattr(self.surface, field)
+        return None if self.surface is None else getattr(self.surface, self.surface.seed_field)
 
     @property
     def total_error(self) -> float | None:

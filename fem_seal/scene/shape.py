@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from functools import partial
 from math import pi, sqrt
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -36,7 +36,7 @@ GroupName = Annotated[str, Strict()] | Annotated[int, Strict()]
 
 
 class Shape(Section):
-    """Base class of the shapes.
+    """Base class of the shapes; the geometry of each but a file is KIND.geo in meshes/.
 
     The gap is `gap` or `gap_expression`, or else the grid of [gap], or of [surface] and [contact].
     """
@@ -67,9 +67,6 @@ class Shape(Section):
                 raise ContradictionError(str(error)) from None
         return text
 
-    # Geometry source in meshes/; None: the scene names a file.
-    source: ClassVar[str | None] = None
-
     @property
     def own_gap(self) -> bool:
         """Whether the section itself defines the gap."""
@@ -89,7 +86,7 @@ class Shape(Section):
         """Values of the geometry's constants, in m and rad, which have the names of the fields."""
         shared = {*Shape.model_fields, "kind"}
         own = [name for name in type(self).model_fields if name not in shared]
-        return {name: getattr(self, name) for name in own} if self.source else {}
+        return {name: getattr(self, name) for name in own}
 
     def _contradictions(self) -> Iterator[str]:
         if self.gap is not None and self.gap_expression is not None:
@@ -142,7 +139,6 @@ class Rectangle(_Strip):
     """Squares with alternating diagonals, as on a grid."""
 
     kind: Literal["rectangle"] = Field(description="name of the shape")
-    source: ClassVar[str] = "rectangle.geo"
 
     def _contradictions(self) -> Iterator[str]:
         yield from super()._contradictions()
@@ -157,7 +153,6 @@ class Strip(_Strip):
     """Strip between two side walls."""
 
     kind: Literal["strip"] = Field(description="name of the shape")
-    source: ClassVar[str] = "strip.geo"
 
 
 class PlateWithHoles(_Strip):
@@ -166,7 +161,6 @@ class PlateWithHoles(_Strip):
     kind: Literal["plate-with-holes"] = Field(description="name of the shape")
     holes: tuple[Count, Count] = Field(description="number of holes along and across the flow")
     radius: Length = Field(description="radius of the holes")
-    source: ClassVar[str] = "plate-with-holes.geo"
 
     def numbers(self) -> Mapping[str, float]:
         """Values of the geometry's constants [m], with the two numbers of holes."""
@@ -202,7 +196,6 @@ class FaceSeal(_Ring):
     """Ring around the origin, leaking outwards."""
 
     kind: Literal["face-seal"] = Field(description="name of the shape")
-    source: ClassVar[str] = "face-seal.geo"
 
 
 class Sector(_Ring):
@@ -210,7 +203,6 @@ class Sector(_Ring):
 
     kind: Literal["sector"] = Field(description="name of the shape")
     angle: Angle = Field(description="opening angle, below a full turn")
-    source: ClassVar[str] = "sector.geo"
 
     @property
     def middle_angle(self) -> float:

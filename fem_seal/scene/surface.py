@@ -34,8 +34,8 @@ class SurfaceSection(Section):
 
     #: fields to which all heights are proportional; an error of the heights changes those given
     proportional: ClassVar[tuple[str, ...]]
-    #: field whose values make other patches of the same surface; None if there is one patch only
-    seed_field: ClassVar[str | None] = None
+    #: field whose values make other patches of the same surface
+    seed_field: ClassVar[str]
     #: key and sentence of the entry of the error budget on what the heights lack; None: nothing
     lacks: ClassVar[tuple[str, str] | None] = None
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from mesh_files import scene_of
@@ -119,7 +120,9 @@ def test_geometries_of_the_package_are_those_of_meshes():
     """The package reads them through a link, which a wheel and an sdist hold as files."""
     names = {path.name for path in SOURCES.glob("*.geo")}
     assert names == {path.name for path in (ROOT / "meshes").glob("*.geo")}
-    assert {kind.source for kind in (Rectangle, Strip, FaceSeal, Sector, PlateWithHoles)} <= names
+    shapes = Rectangle, Strip, FaceSeal, Sector, PlateWithHoles
+    kinds = [get_args(shape.model_fields["kind"].annotation)[0] for shape in shapes]
+    assert {f"{kind}.geo" for kind in kinds} <= names
 
 
 def test_path_that_is_itself_a_program(tmp_path):

@@ -6,7 +6,7 @@ from lifted_scenes import scene as lifted_scene
 from project import leak_scene, scene_of_samples, write_toml
 
 from fem_seal.errors import InvalidInput
-from fem_seal.scene import Scene, SelfAffine
+from fem_seal.scene import Scene
 
 GAS = {"kind": "gas", "viscosity": 1.8e-5, "temperature": 293.15, "molar_mass": 0.029}
 DRIVE = {"inlet_pressure": 2.5e5, "outlet_pressure": 1e5}
@@ -312,14 +312,6 @@ def test_one_sentence(base, change, tmp_path):
     with pytest.raises(InvalidInput, match=BAD[base][change]) as caught:
         Scene.from_file(path, change.split(" & "))
     assert "\n" not in str(caught.value)
-
-
-def test_patches_of_a_surface_without_seed(monkeypatch):
-    """One patch is all there is of a kind that has no seed."""
-    monkeypatch.setattr(SelfAffine, "seed_field", None)
-    assert Scene.from_mapping(SCENES["seal"] | {"seal": SEAL | {"patches": 1}}).seed is None
-    with pytest.raises(InvalidInput, match="'self-affine' has no seed"):
-        Scene.from_mapping(SCENES["seal"])
 
 
 @pytest.mark.parametrize("base", sorted(set(SCENES) - {"shape"}))

@@ -277,7 +277,7 @@ def test_choices_are_those_that_exist():
 @pytest.mark.parametrize("kind", KINDS)
 def test_fields_by_which_a_surface_is_scaled_and_drawn_again(kind):
     """Each kind names fields of its own: [tolerances] scales the heights, [seal] draws patches."""
-    named = {*kind.proportional, *filter(None, (kind.seed_field,))}
+    named = {*kind.proportional, kind.seed_field}
     assert kind.proportional
     assert named <= set(kind.model_fields)
 
