@@ -14,11 +14,11 @@ from fem_seal import cli
 PAGE = (ROOT / "docs" / "guide" / "first-verdict.md").read_text(encoding="utf-8")
 # Commands, indented by four, and blocks: what one prints, or what the reader puts into the scene.
 PARTS = re.findall(r"^    ((?:cp|fem-seal) [^\n]*)$|^```(text|toml)\n(.*?)^```", PAGE, re.M | re.S)
-# The patch draws no pictures, which test_cli.py does. The seal has the fewest patches whose scatter
-# is estimated; its range overlaps that of the page.
+# The patch draws no pictures, which test_cli.py does. The seal has few patches and loose bounds;
+# its range overlaps that of the page.
 CHEAPER = {
     "fem-seal run map.toml": ("--set", "output.products=['contact', 'leak_rate']"),
-    "fem-seal run ring.toml": ("--set", "seal.patches=4"),
+    "fem-seal run ring.toml": ("--set", "seal.patches=4", "--set", "seal.rtol=0.9"),
 }
 NUMBER = r"\d[\d.]*(?:e[+-]?\d+)?"
 
@@ -80,7 +80,7 @@ def test_page(here, capsys):
             assert cli.main([*shlex.split(command)[1:], *CHEAPER.get(command, ())]) == 0
             printed = unwrapped(capsys.readouterr().out)
     assert Path("results/map/report.html").is_file()
-    assert Path("results/ring-seal.patches=4/seal.png").is_file()
+    assert list(Path("results").glob("ring-*/seal.png"))
     ring = tomllib.loads(Path("ring.toml").read_text(encoding="utf-8"))
     # The window of the page is that of `fem-seal new`, by its rule.
     proposed = re.search(r"^# (window = .*?\])", Path("map.toml").read_text("utf-8"), re.MULTILINE)

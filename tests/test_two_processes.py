@@ -10,8 +10,9 @@ from lifted_scenes import scene as lifted_scene
 from project import MPI_ENVIRONMENT, alone, scene_of_samples, write_toml
 from test_seal_of_a_scene import scene as seal_scene
 
-from fem_seal import cli
 from fem_seal.results import Result
+from fem_seal.scene import Scene
+from fem_seal.solved import solve
 
 pytestmark = pytest.mark.mpi
 
@@ -54,13 +55,12 @@ def mpirun(*arguments, **variables):
     return done.returncode, done.stdout, done.stderr
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """The results of all scenes by two processes, which are started once.
+def test_two_processes_write_the_results_of_one(tmp_path):
+    """To some times the root of CG's 1e-8 of the energy, by which its functions err.
 
-    The last of their commands has a gap that is negative.
+    They are started once; the last of their commands has a gap that is negative.
     """
-    folder, jobs = tmp_path_factory.mktemp("mpi"), []
+    folder, jobs = tmp_path, []
     for name, scene in SCENES.items():
         path = write_toml(folder / f"{name}.toml", scene)
         jobs.append(["run", str(path), "--out", str(folder / name)])
@@ -72,25 +72,18 @@ def folder(tmp_path_factory):
     assert len([line for line in output.splitlines() if line.startswith("state ")]) == 5, output
     assert error.count("is negative at") == 1
     assert not (folder / "bad").exists()
-    return folder
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_two_processes_write_the_result_of_one(name, folder):
-    """To some times the root of CG's 1e-8 of the energy, by which its functions err."""
-    status = cli.main(["run", str(folder / f"{name}.toml"), "--out", str(folder / f"one-{name}")])
-    assert status == 0
-    one, two = (Result.from_folder(folder / path) for path in (f"one-{name}", name))
-    assert two.provenance.processes == 2
-    if name in ("dry", "lifted", "seal"):
-        rates = [(result.seal or result).leak_rate for result in (one, two)]
-        (low, high), ends = ((rate.lower, rate.upper) for rate in rates)
-        assert (low, high) == pytest.approx(ends, rel=1e-3)
-    else:
-        assert two.quantities == one.quantities
-    # Three loads are solved before the clock is read.
-    assert name != "seal" or (two.converged and len(two.seal.loads) > 3)
-    assert (two.lift and two.lift.steps) == (one.lift and one.lift.steps)
+    for name, scene in SCENES.items():
+        one, two = solve(Scene.from_mapping(scene)).result(), Result.from_folder(folder / name)
+        assert two.provenance.processes == 2, name
+        if name in ("dry", "lifted", "seal"):
+            rates = [(result.seal or result).leak_rate for result in (one, two)]
+            (low, high), ends = ((rate.lower, rate.upper) for rate in rates)
+            assert (low, high) == pytest.approx(ends, rel=1e-3), name
+        else:
+            assert two.quantities == one.quantities, name
+        # Three loads are solved before the clock is read.
+        assert name != "seal" or (two.converged and len(two.seal.loads) > 3)
+        assert (two.lift and two.lift.steps) == (one.lift and one.lift.steps), name
 
 
 def test_a_process_that_waits_sleeps_and_lends_its_core():

@@ -80,10 +80,15 @@ def test_range_encloses_resolved(settings):
 
 
 @pytest.mark.parametrize(
-    ("n", "load", "inlet"),
-    [(16, 4.5e5, 3e5), (16, 5e5, 3.5e5), pytest.param(32, 4.5e5, 3e5, marks=pytest.mark.slow)],
+    ("n", "load", "inlet", "shares"),
+    [
+        (16, 4.5e5, 3e5, (0.6,)),
+        (16, 5e5, 3.5e5, (0.6,)),
+        pytest.param(16, 5e5, 3.5e5, (0.3, 0.9), marks=pytest.mark.slow),
+        pytest.param(32, 4.5e5, 3e5, (0.3, 0.6, 0.9), marks=pytest.mark.slow),
+    ],
 )
-def test_an_almost_sealed_film(n, load, inlet):
+def test_an_almost_sealed_film(n, load, inlet, shares):
     """Sealed when dry, open under the inlet's pressure, and all but sealed at the equilibrium.
 
     It leaks as little as the "range" allows: a tenth of the upper end's gap would be a thousandth
@@ -96,7 +101,7 @@ def test_an_almost_sealed_film(n, load, inlet):
     assert state.leak_rate.value < 1e-3 * high.value
     assert state.lowest <= state.leak_rate.value <= state.highest
     if state.state == "sealed" and state.converged:
-        for share in (0.3, 0.6, 0.9):
+        for share in shares:
             start = np.full(problem.height.shape, share * problem.inlet)
             other = lifted(problem, 0.05, start=start)
             assert other.state == "sealed" or not other.converged
@@ -597,10 +602,10 @@ def test_the_whole_answer_of_a_solid_that_floats():
     floating = fs.solve(of_all.with_({"tolerances": {"heights": "5 %"}}))
     assert floating.patch.lifted.floats
     assert floating.patch.sensitivity is None
-    higher = fs.solve(scene(5.25e4).scaled({"heights": 1.05}))
+    higher = fs.solve(scene(5.25e4).scaled({"heights": 1.08}))
     assert higher.headline.upper < floating.headline.lower
     assert next(entry for entry in floating.budget if entry.key == "inputs").kind == "not covered"
-    chosen = fs.solve(of_all.with_({"flow.rtol": None, "accuracy": {"total": 0.3}}))
+    chosen = fs.solve(of_all.with_({"flow.rtol": None, "accuracy": {"total": 0.9}}))
     assert chosen.leak_rate.state == "leaking"
     assert chosen.patch.surface.shape[0] >= 32
 

@@ -50,7 +50,7 @@ def check_no_stall(gap: GridField, sides: str, rtol: float, most: int):
 
 @pytest.mark.parametrize(
     ("hurst", "short", "area", "sides"),
-    [(0.8, 4, 0.35, "periodic"), (0.8, 1, 0.2, "wall"), (0.4, 4, 0.3, "periodic")],
+    [(0.8, 4, 0.35, "periodic"), (0.8, 1, 0.2, "wall")],
 )
 def test_half_width_falls_like_one_over_unknowns(hurst, short, area, sides):
     check_no_stall(elastic_gap(64, hurst, short, area, 1), sides, 0.04, 60_000)

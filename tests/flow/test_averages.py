@@ -76,15 +76,16 @@ def inside(points: np.ndarray, corner: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("halved", [0, 1])
 @pytest.mark.parametrize("width", [2, 4, 8])
-@pytest.mark.parametrize("log_contrast", [1, 12])
 @pytest.mark.parametrize("shape", [(16, 24), (136, 8)])  # the latter is summed in strips
-def test_pyramid_against_all_pixel_triangles_inside(width, halved, log_contrast, shape):
+def test_pyramid_against_all_pixel_triangles_inside(width, halved, shape):
     """Every coarse cell, diagonal and axial, against the plain mean of what lies in it.
 
-    Sums of at most 2 · 8² positive terms: 128 rounding errors at the very worst. One contact makes
-    the mean of 1/K infinite where it lies, and nowhere else.
+    One quantity spans a decade, the other twelve. Sums of at most 2 · 8² positive terms: 128
+    rounding errors at the very worst. One contact makes the mean of 1/K infinite where it lies,
+    and nowhere else.
     """
-    pixels = 10 ** np.random.default_rng(width).uniform(0, log_contrast, (2, *shape, 2))
+    exponents = np.random.default_rng(width).random((2, *shape, 2))
+    pixels = 10 ** (exponents * np.reshape([1, 12], (2, 1, 1, 1)))
     pixels[1, 5, 2, 1] = np.inf
     centroids, (i, j, upper) = pixel_triangles(*shape)
     pyramid = Pyramid.from_pixels(lambda strip: pixels[:, strip], shape, 8)

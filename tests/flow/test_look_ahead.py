@@ -112,7 +112,7 @@ def test_closed_cells_are_opened_where_they_let_flow_pass():
 
 def test_fewer_levels_for_the_same_bounds():
     """What is seen ahead needs no solve: fewer levels, and brackets of one leak rate."""
-    gap = rough_gap((128, 128), 0.38, 3, smooth=2)
+    gap = rough_gap((64, 64), 0.38, 3, smooth=2)
     blind, ahead = (
         leak_rate(GridFilm(gap, sides="periodic"), rtol=0.05, tuning=Tuning(ahead=times), **FLUID)
         for times in (0, 2)

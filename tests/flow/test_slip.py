@@ -173,7 +173,7 @@ def check_random(seed: int, law) -> LeakRate:
 
 
 @LAWS
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_random_gaps_enclose_the_nonlinear_solution(law, seed):
     check_random(seed, law)
 

@@ -25,6 +25,8 @@ SMALL = [
     "output.products=['leak_rate']",
     "accuracy.contact_grid=false",
 ]
+COARSE = ["surface.shape=[16, 16]", "surface.short_wavelength=25 um"]
+COARSE += ["surface.long_wavelength=50 um"]
 DRY, LIFTED = "flow.lift=none", "flow.lift=resolved"
 KNOWN = [
     "tolerances.contact.pressure=10 %",
@@ -44,7 +46,7 @@ def entry(solved):
 
 def test_a_closing_corner_that_leaks_next_to_nothing():
     """It may be sealed: the lower end is 0."""
-    solved = solve(scene(LIFTED, "contact.pressure=0.18 MPa", *KNOWN))
+    solved = solve(scene(LIFTED, "contact.pressure=0.18 MPa", "flow.rtol=0.5", *KNOWN))
     far, surface = entry(solved), solved.patch.surface
     assert far.lower == 0
     closed = corner(solved.patch.scene, -1)
@@ -82,15 +84,16 @@ def test_corners_by_hand():
     assert solved.headline.upper == pytest.approx(ends[1].upper, rel=1e-5)
 
 
-BOXES = [(0.12e6, 3e4, 1, DRY), (0.12e6, 3e4, 1, LIFTED)]
+BOX = (0.12e6, 3e4, 1, LIFTED)
 MORE = [(0.2e6, 3e4, 3, DRY), (0.16e6, 3e4, 1, LIFTED), (0.1e6, 8e4, 5, LIFTED)]
+MORE += [(0.12e6, 3e4, 1, DRY)]
 
 
 @pytest.mark.parametrize(
     ("box", "draws"),
     [
-        *((box, 3) for box in BOXES),
-        *(pytest.param(box, 50, marks=pytest.mark.slow) for box in BOXES + MORE),
+        (BOX, 3),  # dry: the corners by hand, above
+        *(pytest.param(box, 50, marks=pytest.mark.slow) for box in (BOX, *MORE)),
     ],
 )
 def test_random_inputs_lie_inside(box, draws):
@@ -207,10 +210,9 @@ def test_every_input_has_a_direction():
 
 def test_a_stiffer_solid_may_leak_less():
     """Where the fluid may carry the whole load; the ends of the box are then not the extremes."""
-    coarse = ["surface.shape=[16, 16]", "surface.short_wavelength=25 um"]
-    soft = ["surface.long_wavelength=50 um", "contact.pressure=0.09 MPa", LIFTED]
+    soft = ["contact.pressure=0.09 MPa", LIFTED]
     soft += ["solid.contact_modulus=1 MPa", "tolerances.solid.contact_modulus=20 %"]
-    solved = solve(scene(*coarse, *soft))
+    solved = solve(scene(*COARSE, *soft))
     assert not solved.patch.lifted.floats
     assert solved.patch.sensitivity.by_input["solid.contact_modulus"] < 0
     assert entry(solved).kind == "not covered"
@@ -236,7 +238,7 @@ def test_the_back_of_the_solid_keeps_its_pressure():
     assert lower.flow.gauge_pressures == pytest.approx((2e4, -2e3))
 
 
-@pytest.mark.parametrize("most", [1e-12, inf])
+@pytest.mark.parametrize("most", [1e-9, inf])
 def test_a_corner_that_has_not_settled_counts_with_its_range(monkeypatch, most):
     """A corner that is sealed, but may leak a rate, is no proof that nothing leaks."""
     whole = Patch.lifted.func
@@ -250,9 +252,8 @@ def test_a_corner_that_has_not_settled_counts_with_its_range(monkeypatch, most):
     stand_in = cached_property(unsettled)
     stand_in.__set_name__(Patch, "lifted")
     monkeypatch.setattr(Patch, "lifted", stand_in)
-    coarse = ["surface.shape=[32, 32]", "surface.short_wavelength=12.5 um"]
     pressed = ["contact.pressure=0.1 MPa", "tolerances.contact.pressure=1 %"]
-    solved = solve(scene(*coarse, *pressed))
+    solved = solve(scene(*COARSE, *pressed))
     assert entry(solved).lower == 0
     upper = None if most == inf else pytest.approx(most / solved.leak_rate.upper)
     assert entry(solved).upper == upper

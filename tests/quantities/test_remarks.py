@@ -75,7 +75,6 @@ def test_a_formula_in_micrometres_is_no_thin_film(formula, thick):
         ({"kind": "face-seal"}, "1e-6 * (1 + theta / 8)", True),
         ({"kind": "face-seal"}, "1e-6 * (1 + abs(theta) + sin(2 * theta) / 8)", False),
         ({"kind": "sector", "angle": 5.0}, "1e-6 * (1 + theta / 8)", False),
-        ({"kind": "sector", "angle": 2.0}, "1e-6 * (1 + theta / 8)", False),
     ],
 )
 def test_a_gap_that_jumps_with_theta(kind, formula, jumps):

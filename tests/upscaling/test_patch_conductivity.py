@@ -84,8 +84,8 @@ def test_seal_of_waves(fine_waves, kind):
     assert outcome.seal_flow.value == pytest.approx(exact, rel=0.05)
 
 
-def rough():
-    return LoadedPatch(Patch(scene()), RTOL)
+def rough(rtol=RTOL):
+    return LoadedPatch(Patch(scene()), rtol)
 
 
 def test_a_seal_that_is_sealed_needs_no_flow():
@@ -191,17 +191,20 @@ def test_the_gap_is_convex_in_the_load(seed):
     assert (w < 0.7 * a + 0.3 * b - 1000 * room).any()
 
 
-def rough_with_gas():
+def rough_with_gas(rtol):
     """A gas that slips: its law is that of the flow on every mesh."""
     fluid = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
     flow = {"inlet_pressure": 2e5, "outlet_pressure": 1e5, "sides": "periodic"}
-    return LoadedPatch(Patch(scene(fluid=fluid, flow=flow)), RTOL)
+    return LoadedPatch(Patch(scene(fluid=fluid, flow=flow)), rtol)
 
 
 @pytest.mark.parametrize("rough", [rough, rough_with_gas])
 def test_enclosures_hold_loads_inside(rough):
-    """K at loads inside an interval overlaps its enclosure, which is narrower than its ends."""
-    patch, fresh = rough(), rough()
+    """K at loads inside an interval overlaps its enclosure, which is narrower than its ends.
+
+    The enclosure is 4 to 5 wide, and 1.1 at least from K on either side: flows to 0.03 show it.
+    """
+    patch, fresh = rough(0.03), rough(0.03)
     a, b = 1.5e5, 2.5e5
     patch.table({a: 1.0, b: 1.0})
     (enclosure,) = patch.enclose([(a, b)]).between
