@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file import GAP_NAMES, FieldMap, Stated, read_map
+from fem_seal.field_file import GAP_NAMES, Stated, read_map
 from fem_seal.grid import GridField
 from fem_seal.registry import require_positive
 
@@ -32,10 +32,11 @@ def load_gap(
         If the file is missing or cannot be read, an array is missing or of the wrong shape or
         type, the unit or size is unknown, or the gap is negative or not finite.
     """
+    field = read_map(path, GAP_NAMES, stated)
+    values = field.values
     if contact_below is not None:
         require_positive(contact_below=contact_below)
-    field = read_map(path, GAP_NAMES, stated)
-    values = np.where(_in_contact(field, contact_below, Path(path)), 0.0, field.values)
+        values = np.where(np.abs(values) < contact_below, 0.0, values)
     try:
         gap = GridField(values, field.spacing, bool(field.periodic))
     except InvalidInput as error:
@@ -48,16 +49,3 @@ def load_gap(
             f"{lowest:.3e} m); contact is a gap of exactly 0 (or set contact_below)"
         )
     return gap
-
-
-def _in_contact(field: FieldMap, contact_below: float | None, path: Path) -> np.ndarray | bool:
-    """Mask of the samples in contact: by the file, or with |gap| below `contact_below`."""
-    below = False if contact_below is None else np.abs(field.values) < contact_below
-    if field.contact is None:
-        return below
-    if field.contact.shape != field.values.shape:
-        raise InvalidInput(
-            f"gap in {path} has shape {field.values.shape}, but its contact pressure "
-            f"{field.contact.shape}"
-        )
-    return below | field.contact

@@ -25,8 +25,6 @@ _BROKEN = (*BROKEN, AttributeError, AssertionError, ArithmeticError, struct.erro
 
 def read_instrument(path: Path, channel: str | None = None) -> Recorded:
     """Read one channel of an instrument's file, its default one if no name is given."""
-    if not path.is_file():
-        raise InvalidInput(f"{path} does not exist")
     _refuse_data_elsewhere(path)
     with _readable(path), _open(path) as reader:
         info = _channel(reader, channel, path)

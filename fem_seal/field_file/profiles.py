@@ -10,7 +10,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.own_layouts import read_own_layout
-from fem_seal.field_file.recorded import metres_in
+from fem_seal.field_file.recorded import metres_in, refuse_other_unit
 from fem_seal.field_file.text_header import statements
 from fem_seal.field_file.text_table import even_step, read_table
 from fem_seal.memory import within_available_memory
@@ -89,13 +89,15 @@ def _profiles(
     along = next((k for k, title in enumerate(header.titles) if title.axis == "x"), 0)
     even = even_step(values[:, along]) if values.shape[1] > 1 else None
     columns, step = list(range(values.shape[1])), header.metres(header.steps, "x")
-    if even is not None and even > 0:
+    rising = max(even or 0.0, 0.0)  # 0: there is no x
+    if rising:
         values = np.delete(values, columns.pop(along), axis=1)
-        step = even * metres_in(header.unit_of_coordinates(along), unit, f"x in {path}")
+        step = rising * metres_in(header.unit_of_coordinates(along), unit, f"x in {path}")
     elif header.titled_as_profiles:
         raise InvalidInput(f"x in {path} does not rise evenly; resample the profile to even steps")
     refuse_markers(values, str(path))
     scale = metres_in(header.unit_of_values(columns), unit, f"the heights of {path}")
+    heights = values.T * scale
     if step is not None and stated is not None and not isclose(step, stated, rel_tol=SAME_STEP):
         raise InvalidInput(
             f"{path} has a step of {step:g} m, but surface.step = {stated:g} m was given; leave "
@@ -107,4 +109,10 @@ def _profiles(
             f"{path} has no x, and does not say the step of its samples; give it, such as "
             "surface.step = '0.5 um'"
         )
-    return Profiles(values.T * scale, step)
+    if rising and header.unit_of_coordinates(along) is None:
+        subject, remedy = (
+            f"x in {path} has no unit",
+            "give x a title with its own, such as 'x [mm]'",
+        )
+        refuse_other_unit(heights, (step,), str(unit), subject, remedy)
+    return Profiles(heights, step)

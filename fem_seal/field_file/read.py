@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.containers import read_hdf5, read_netcdf, read_numpy
+from fem_seal.field_file.containers import read_hdf5, read_netcdf, read_numpy, whole
 from fem_seal.field_file.instruments import read_instrument
 from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.named_arrays import NamedArrays, interpret, names_to_read
@@ -16,6 +16,7 @@ from fem_seal.field_file.own_layouts import read_gsf
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text import read_text
 from fem_seal.field_file.text_table import is_text
+from fem_seal.files import digest
 from fem_seal.memory import within_available_memory
 
 # Names of the arrays to read unless the scene names one: first the package's own, then those of
@@ -43,7 +44,8 @@ def read_map(
         Names that the samples may have in a file of many arrays.
     heights
         Whether the samples are heights. A height that recurs far from all others is refused, unless
-        `stated.missing` explains it. In a gap, the zeros of contact are such values.
+        `stated.missing` explains it. In a gap, the zeros of contact are such values; it is 0 where
+        the file reports contact.
 
     Raises
     ------
@@ -53,21 +55,39 @@ def read_map(
     """
     path, stated = Path(path), stated or Stated()
     recorded = read_recorded(path, (stated.array,) if stated.array is not None else names)
+    values = recorded.values
     if isinstance(stated.missing, float | int):
-        recorded = replace(recorded, values=without_marked(recorded.values, stated.missing))
+        values = without_marked(values, stated.missing)
     if heights and stated.missing != "none":
-        refuse_markers(recorded.values, str(path))
-    field = in_metres(recorded, stated, path).oriented(stated.turn, stated.transpose)
+        refuse_markers(values, str(path))
+    if not heights and recorded.contact is not None:
+        if recorded.contact.shape != values.shape:
+            raise InvalidInput(
+                f"gap in {path} has shape {values.shape}, but its contact pressure "
+                f"{recorded.contact.shape}"
+            )
+        values = np.where(recorded.contact, 0.0, values)
+    field = in_metres(replace(recorded, values=values), stated, path)
+    field = field.oriented(stated.turn, stated.transpose)
     return replace(field, values=stated.height_factor * field.values)
 
 
 def read_recorded(path: Path, names: Names) -> Recorded:
     """Read a map and the statements of its file; see `read_map`."""
+    with whole(path, "map"):
+        content = digest(path)
+    return _recorded(path, names, content)
+
+
+# All patches of a seal, and the remarks about it, are of one file.
+@lru_cache(maxsize=1)
+def _recorded(path: Path, names: Names, content: str) -> Recorded:
     with within_available_memory(str(path)):
         recorded = READERS.get(path.suffix.lower(), _instrument)(path, names)
     infinite = np.count_nonzero(np.isinf(recorded.values))
     if infinite:
         raise InvalidInput(f"{infinite} of {recorded.values.size} values of {path} are infinite")
+    recorded.values.setflags(write=False)
     return recorded
 
 

@@ -45,8 +45,6 @@ class FieldMap:
     spacing: Pair  #: distance of neighbouring samples [m]
     #: whether sample 0 repeats at nx dx and ny dy; None if neither file nor scene states it
     periodic: bool | None
-    #: (nx, ny), samples in contact according to the file; None if the file has no such statement
-    contact: np.ndarray | None = None
 
     @property
     def missing(self) -> int:
@@ -59,15 +57,11 @@ class FieldMap:
         x and y are exchanged if `transpose`, before the map is turned from the x axis towards the y
         axis by 0, 90, 180 or 270 degrees.
         """
-
-        def moved(samples: np.ndarray) -> np.ndarray:
-            # rot90 turns from the first axis towards the second.
-            return np.ascontiguousarray(np.rot90(samples.T if transpose else samples, turn // 90))
-
+        # rot90 turns from the first axis towards the second.
+        values = np.rot90(self.values.T if transpose else self.values, turn // 90)
         swapped = transpose != (turn % 180 == 90)
-        contact = None if self.contact is None else moved(self.contact)
         spacing = self.spacing[::-1] if swapped else self.spacing
-        return FieldMap(moved(self.values), spacing, self.periodic, contact)
+        return FieldMap(np.ascontiguousarray(values), spacing, self.periodic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,20 +118,27 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
     # A single multiplication, so that heights in nm and in m differ by one rounding.
     values = recorded.values * scale if scale != 1 else recorded.values
     if recorded.spacing is not None and recorded.length_unit is None and stated.size is None:
-        slope = _rms_slope(values, spacing)
-        if min(spacing) < FINEST or (slope > 0 and not FLATTEST < slope < STEEPEST):
-            raise InvalidInput(
-                f"x and y of {path} have no unit, and in {stated.unit!r}, the unit of its values, "
-                f"its points are {min(spacing):.2g} m apart and its rms slope is {slope:.2g}; "
-                f"check the unit, and give its {SIZE}, {SIZE_OPTION}"
-            )
-    return FieldMap(values, spacing, _periodic(recorded, stated, path), recorded.contact)
+        subject, remedy = f"x and y of {path} have no unit", f"give its {SIZE}, {SIZE_OPTION}"
+        refuse_other_unit(values, spacing, str(stated.unit), subject, remedy)
+    return FieldMap(values, spacing, _periodic(recorded, stated, path))
 
 
-def _rms_slope(values: np.ndarray, spacing: Pair) -> float:
-    slopes = np.concatenate([(np.diff(values, axis=k) / spacing[k]).ravel() for k in (0, 1)])
-    known = slopes[np.isfinite(slopes)]
-    return float(np.sqrt(np.mean(known**2))) if known.size else 0.0
+def refuse_other_unit(
+    heights: np.ndarray, steps: tuple[float, ...], unit: str, subject: str, remedy: str
+) -> None:
+    """Refuse coordinates that take the unit of the heights [m], if it cannot be theirs.
+
+    There is a step [m] along each of the last axes of the heights.
+    """
+    along = [np.diff(heights, axis=k - len(steps)) / step for k, step in enumerate(steps)]
+    slopes = np.concatenate([slope[np.isfinite(slope)] for slope in along])
+    slope = float(np.sqrt(np.mean(slopes**2))) if slopes.size else 0.0
+    if min(steps) < FINEST or (slope > 0 and not FLATTEST < slope < STEEPEST):
+        raise InvalidInput(
+            f"{subject}, and in {unit!r}, the unit of its values, its points are "
+            f"{min(steps):.2g} m apart and its rms slope is {slope:.2g}; check the unit, and "
+            f"{remedy}"
+        )
 
 
 def metres_in(recorded: str | None, stated: str | None, what: str) -> float:

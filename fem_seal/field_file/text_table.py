@@ -173,7 +173,8 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
         if not lengths:
             continue
         length, frequency = max(lengths.items(), key=lambda item: (item[1], item[0]))
-        empty = not any(cells[-1] for cells in rows if len(cells) == length)
+        whole = (cells for cells in map(layout.cells, every) if len(cells) == length)
+        empty = not any(cells[-1] and _is_data(layout.numbers(cells)) for cells in whole)
         if width in (None, length - empty):
             readings.append((frequency, length - empty, layout))
     if not readings:

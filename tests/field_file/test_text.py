@@ -289,6 +289,15 @@ def test_a_row_or_column_without_any_point(tmp_path, where):
         np.testing.assert_allclose(field.values, values * 1e-6, rtol=1e-15)
 
 
+def test_a_last_column_with_a_single_point(tmp_path):
+    """The lines by which the layout is chosen do not hold that point."""
+    values = np.random.default_rng(0).normal(size=(1000, 4)).round(3)
+    values[:501, -1] = values[502:, -1] = np.nan
+    (tmp_path / "a.txt").write_text(matrix(";", missing="", values=values))
+    field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
+    np.testing.assert_allclose(field.values, values * 1e-6, rtol=1e-15)
+
+
 LENGTHS = "Unit: um\nHeight: 1 um\n"
 
 

@@ -163,6 +163,9 @@ def test_files_without_x(tmp_path):
     np.savetxt(tmp_path / "c.txt", heights, header="Spacing: 0.7 um\nUnits: um")
     with pytest.raises(InvalidInput, match="resample them to the same"):
         read_profiles([tmp_path / "b.txt", tmp_path / "c.txt"])
+    np.savetxt(tmp_path / "d.txt", np.column_stack([0.0005 * np.arange(40), heights]))
+    with pytest.raises(InvalidInput, match=r"x in .* has no unit, and in 'um', .* rms slope"):
+        read_profiles([tmp_path / "d.txt"], unit="um")
 
 
 def test_scene_of_profiles(tmp_path, capsys, here):
