@@ -23,10 +23,9 @@ from fem_seal.points import Expected, Work
 from fem_seal.progress import duration
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
-from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import KEPT
 from fem_seal.upscaling.refined_table import intervals_needed
-from fem_seal.upscaling.scene_profile import profile_of
+from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal_flow import seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS
 
@@ -314,8 +313,7 @@ def flow_seconds(samples: float, channels: float, rtol: float) -> float:
 
 def loads_of(scene: Scene, surface: GridField) -> float:
     """Net loads of a patch of a seal: those that its leak rate needs with a K of the usual fall."""
-    seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
-    ends = EndPressures.of(scene.drive, scene.flow.gauge_pressures)
+    seal, (profile, path, ends) = present(scene.seal, "[seal]"), leak_path_of(scene)
     decisive = profile.highest - ends.inlet
     if decisive <= 0:
         return 1.0

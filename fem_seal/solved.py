@@ -40,7 +40,7 @@ from fem_seal.scene import Scene
 from fem_seal.scene.scene import require_scene
 from fem_seal.tables import html_table
 from fem_seal.upscaling.realizations import realizations
-from fem_seal.upscaling.scene_profile import profile_of
+from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal import SealLeak, solve_seal, under_less_load
 
 # Lower loads of a sealed seal may take half of the predicted time of the run, at least this [s].
@@ -298,7 +298,7 @@ def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak
 def require_shared(scene: Scene, work: Work | None) -> None:
     """Refuse, before the work, patches of a seal that cannot be read, and `work` without a seal."""
     if scene.seal is not None:
-        profile_of(scene)
+        leak_path_of(scene)
         realizations(scene)
     elif work is not None and ((work.jobs or 1) > 1 or work.memory is not None):
         raise InvalidInput(

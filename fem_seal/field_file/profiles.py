@@ -110,9 +110,6 @@ def _profiles(
             "surface.step = '0.5 um'"
         )
     if rising and header.unit_of_coordinates(along) is None:
-        subject, remedy = (
-            f"x in {path} has no unit",
-            "give x a title with its own, such as 'x [mm]'",
-        )
-        refuse_other_unit(heights, (step,), str(unit), subject, remedy)
+        remedy = "give x a title with its own, such as 'x [mm]'"
+        refuse_other_unit(heights, (step,), str(unit), f"x in {path} has no unit", remedy)
     return Profiles(heights, step)

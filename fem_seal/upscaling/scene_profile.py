@@ -1,4 +1,4 @@
-"""The pressure profile and the leak path of a scene with [seal]."""
+"""The pressure profile, the leak path and its ends of a scene with [seal]."""
 
 from math import pi
 from pathlib import Path
@@ -7,7 +7,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file.text_header import column_titles, names_units
 from fem_seal.field_file.text_table import is_comment, read_table
 from fem_seal.scene import Scene
-from fem_seal.upscaling.leak_path import LeakPath, RingPath, StraightPath
+from fem_seal.upscaling.leak_path import EndPressures, LeakPath, RingPath, StraightPath
 from fem_seal.upscaling.profile import Hertz, Profile, TabulatedProfile, uniform
 
 # Relative difference of a table's length from that of a ring, which rounded numbers make.
@@ -15,8 +15,17 @@ SAME_LENGTH = 1e-4
 SI = "m", "Pa"  # units of x and pressure in a table that names none
 
 
-def profile_of(scene: Scene) -> tuple[Profile, LeakPath]:
-    """Contact pressure along the leak path, and the path, of a scene with [seal]."""
+def leak_path_of(scene: Scene, part: float = 1.0) -> tuple[Profile, LeakPath, EndPressures]:
+    """A part of the contact pressure along the leak path, the path, and the pressures at its ends.
+
+    The scene has a [seal].
+    """
+    profile, path = _along(scene)
+    ends = EndPressures.of(scene.drive, scene.flow.gauge_pressures)
+    return profile.times(part), path, ends
+
+
+def _along(scene: Scene) -> tuple[Profile, LeakPath]:
     seal = present(scene.seal, "[seal]")
     width = seal.leak_path
     ring = None

@@ -2,8 +2,6 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import partial
-from math import inf
 from pathlib import Path
 from time import perf_counter
 
@@ -16,9 +14,10 @@ from fem_seal.files import temporary_folder
 from fem_seal.leak_rate import LeakRate, half_width_of, relative_half_width, relative_width
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
-from fem_seal.upscaling.leak_path import EndPressures, LeakPath
+from fem_seal.upscaling.leak_path import LeakPath
 from fem_seal.upscaling.mosaic import (
     LEAST_LEAKING,
+    DrawnSeals,
     PatchCount,
     drawn_seals,
     generalised_interval,
@@ -27,7 +26,7 @@ from fem_seal.upscaling.mosaic import (
 )
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.refined_table import PatchFlow
-from fem_seal.upscaling.scene_profile import profile_of
+from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal_flow import lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
 
@@ -101,19 +100,19 @@ def under_less_load(
     """
     if not may_conduct(1 - seal.share_sealed.lower, seal.count):
         return seal
-    start, scene = perf_counter(), patch.scene
-    highest = profile_of(scene)[0].highest
-    inlet = EndPressures.of(scene.drive, scene.flow.gauge_pressures).inlet
+    start, (profile, _, ends) = perf_counter(), leak_path_of(patch.scene)
+    highest, inlet = profile.highest, ends.inlet
     *tried, next_part = [
         (inlet + (highest - inlet) * NEXT_LOAD**n) / highest for n in range(1, LOWER_LOADS + 2)
     ]
-    enough = len(seal.patches) >= LEAST_LEAKING
+    if len(seal.patches) < LEAST_LEAKING:
+        return replace(seal, lowered=LoweredSeal(tried[0]))
     with ExitStack() as held:
         folder = folder or held.enter_context(temporary_folder())
         for part in tried:
             # Times differ from process to process.
             late = parallel.on_root(lambda: perf_counter() - start > seconds, patch.comm)
-            if late or not enough:
+            if late:
                 return replace(seal, lowered=LoweredSeal(part))
             few = solve_seal(patch, folder, work, part=part, patches=LEAST_LEAKING, each=each)
             if few.share_sealed.value == 1:
@@ -154,10 +153,8 @@ def solve_seal(
         What each is expected to take.
     """
     scene, seal = patch.scene, present(patch.scene.seal, "[seal]")
-    profile, path = profile_of(scene)
-    profile, rtol = profile.times(part), seal.rtol if part == 1 else max(seal.rtol, LOOSE)
-    ends = EndPressures.of(scene.drive, scene.flow.gauge_pressures)
-    size = _size_of_patch(patch)
+    profile, path, ends = leak_path_of(scene, part)
+    rtol, size = seal.rtol if part == 1 else max(seal.rtol, LOOSE), _size_of_patch(patch)
     if profile.highest <= ends.inlet:
         lifted = PatchFlow(None, lifted_off(profile, ends))
         return _together((lifted,) * seal.patches, path, size, rtol, scene.flow.method)
@@ -200,34 +197,29 @@ def _together(
 ) -> SealLeak:
     """Put the patches of a size [m] into the mosaic of the seal."""
     flows = [patch.seal_flow for patch in patches]
+    lifted = flows[0].state == "lifted off"  # as all are, whose pressures are the same
     rates = np.array([(flow.lower, flow.value, flow.upper) for flow in flows])
     lengths = [flow.path.sealing_length for flow in flows if flow.path and flow.state == "leaking"]
     length = float(np.median(lengths)) if lengths else path.length
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(flow.state == "sealed" for flow in flows)
-    share = Share(sealed / len(patches), *sealed_share(sealed, len(patches)))
-    seal = partial(
-        SealLeak,
-        method=method,
-        patches=patches,
-        count=count,
-        share_sealed=share,
-        leak_path=path.length,
-    )
-    if any(flow.state == "lifted off" for flow in flows):
-        return seal(state="lifted off", value=inf, lower=inf, upper=inf, scatter=0.0)
-    drawn = drawn_seals(rates, count)
+    drawn = DrawnSeals(rates[0], 0.0) if lifted else drawn_seals(rates, count)
     lower, value, upper = map(float, drawn.mean)
     reason = _missed(patches, lower, upper, rtol)
-    return seal(
-        state="sealed" if upper == 0 else "leaking",
+    return SealLeak(
+        state="lifted off" if lifted else "sealed" if upper == 0 else "leaking",
+        method=method,
         value=value,
         lower=lower,
         upper=upper,
+        patches=patches,
+        count=count,
         scatter=drawn.scatter,
-        interval=generalised_interval(rates[:, 1], count.along),
+        interval=None if lifted else generalised_interval(rates[:, 1], count.along),
+        share_sealed=Share(sealed / len(patches), *sealed_share(sealed, len(patches))),
         converged=not reason,
         reason=reason,
+        leak_path=path.length,
     )
 
 

@@ -21,10 +21,9 @@ from fem_seal.points.compute import under
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
-from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.refined_table import STARTED, PatchFlow, refined_table
-from fem_seal.upscaling.scene_profile import profile_of
+from fem_seal.upscaling.scene_profile import leak_path_of
 
 OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
 
@@ -51,23 +50,27 @@ class PatchTask(Task[SolvedPatch]):
 
     def compute(self, handed_on: None, report: Report, comm: Comm) -> SolvedPatch:
         """Conductivity of the patch, refined in load; nothing is handed on to the next one."""
-        seal, (profile, path) = present(self.scene.seal, "[seal]"), profile_of(self.scene)
-        profile = profile.times(self.part)
-        ends = EndPressures.of(self.scene.drive, self.scene.flow.gauge_pressures)
-        table_report = _TableReport(report)
-        patch = Patch(self.scene, table_report, comm=comm)
-        loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)
+        state = ""  # of the conductivity table, reported before each stage
+
+        def staged(stage: str, detail: str) -> None:
+            report(": ".join(filter(None, (state, stage))), detail)
+
+        def begin(next_state: str) -> None:
+            nonlocal state
+            state = next_state
+            report(state, "")
+
+        seal = present(self.scene.seal, "[seal]")
+        loaded = LoadedPatch(Patch(self.scene, staged, comm=comm), OF_FLOWS * seal.rtol)
         outcome = refined_table(
             loaded,
-            profile,
-            path,
-            ends,
+            *leak_path_of(self.scene, self.part),
             tolerance=seal.rtol,
             most_loads=seal.max_loads,
             max_seconds=seal.max_seconds,
-            progress=table_report.begin,
+            progress=begin,
         )
-        table_report.begin("error of the contact's grid")
+        begin("error of the contact's grid")
         table = present(outcome.table, "table of the patch")
         load = _load_that_matters(outcome, table, loaded)
         return SolvedPatch(
@@ -77,22 +80,6 @@ class PatchTask(Task[SolvedPatch]):
             None if load is None else _contact_error(loaded, load),
             None if load is None else loaded.critical_gap(load),
         )
-
-
-class _TableReport:
-    """A `Report` that puts the state of the conductivity table before each stage."""
-
-    def __init__(self, report: Report):
-        self._report, self._state = report, ""
-
-    def begin(self, state: str) -> None:
-        """Take and report a new state."""
-        self._state = state
-        self._report(state, "")
-
-    def __call__(self, stage: str, detail: str) -> None:
-        """Report a stage, such as a contact or a flow."""
-        self._report(": ".join(filter(None, (self._state, stage))), detail)
 
 
 def _load_that_matters(

@@ -38,7 +38,7 @@ from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
 from fem_seal.upscaling.refined_table import PatchFlow
-from fem_seal.upscaling.scene_profile import profile_of, read_profile
+from fem_seal.upscaling.scene_profile import leak_path_of, read_profile
 from fem_seal.upscaling.seal import Share, _size_of_patch, _together, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
 
@@ -185,11 +185,11 @@ def test_realizations_are_seeds():
 
 def test_profiles_have_the_mean_of_the_contact():
     """The midpoint rule errs by N^-1.5 beside a root: 4e-7."""
-    hertz, _ = profile_of(scene(seal={"pressure_profile": "hertz"}))
+    hertz = leak_path_of(scene(seal={"pressure_profile": "hertz"}))[0]
     assert isinstance(hertz, Hertz)
     x = (np.arange(20000) + 0.5) / 20000 * hertz.length
     assert np.mean(hertz(x)) == pytest.approx(2e5, rel=4e-7)
-    assert repr(profile_of(scene())[0]) == repr(uniform(2e5, 1e-4))
+    assert repr(leak_path_of(scene())[0]) == repr(uniform(2e5, 1e-4))
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_table_with_units(text, tmp_path):
     assert profile.pressure.tolist() == [0, 2e6, 0.5e6]
     asked = without("seal", "leak_path")
     asked["seal"]["pressure_profile"] = str(path)
-    assert profile_of(Scene.from_mapping(asked))[0].highest == 2e6
+    assert leak_path_of(Scene.from_mapping(asked))[0].highest == 2e6
 
 
 @pytest.mark.parametrize("head", ["", "x, pressure\n", "# x [m], pressure [Pa]\n", "s;sigma\n"])
@@ -330,7 +330,7 @@ def hertz(**fields):
 
 def test_hertz_by_its_maximum():
     asked = Scene.from_mapping(hertz(maximum_pressure="0.4 MPa"))
-    assert profile_of(asked)[0] == Hertz(4e5, 1e-4)
+    assert leak_path_of(asked)[0] == Hertz(4e5, 1e-4)
     # The contact that is written and drawn is that under the mean pressure.
     assert asked.load.value == pytest.approx(np.pi / 4 * 4e5)
 
@@ -340,7 +340,7 @@ def test_hertz_by_line_load_and_radius():
     data = hertz(line_load="2 kN/m", cylinder_radius="2 mm")
     del data["seal"]["leak_path"]
     asked = Scene.from_mapping(data)
-    profile, path = profile_of(asked)
+    profile, path, _ = leak_path_of(asked)
     assert profile.maximum == pytest.approx(np.sqrt(2e3 * 1e7 / (np.pi * 2e-3)))
     assert path.length == pytest.approx(4 * np.sqrt(2e3 * 2e-3 / (np.pi * 1e7)))
     assert asked.load.value == pytest.approx(2e3 / path.length)
@@ -365,11 +365,11 @@ def test_ring_leaks_as_its_closed_form():
 def test_table_on_a_ring(tmp_path):
     path = tmp_path / "profile.csv"
     path.write_text("x [mm], pressure [MPa]\n0, 0\n0.05, 0.3\n0.1, 0\n")
-    profile, _ = profile_of(Scene.from_mapping(ring(pressure_profile=str(path))))
+    profile = leak_path_of(Scene.from_mapping(ring(pressure_profile=str(path))))[0]
     assert profile.length == pytest.approx(1e-4)
     short = Scene.from_mapping(ring(pressure_profile=str(path), outlet_radius="2.2 mm"))
     with pytest.raises(InvalidInput, match=r"0\.0001 m long, but from seal\.inlet_radius"):
-        profile_of(short)
+        leak_path_of(short)
 
 
 @pytest.fixture
