@@ -32,16 +32,15 @@ def read_text(path: Path) -> Recorded:
         "wanted (or surface.kind = 'profiles')"
     )
     in_own_layout = read_own_layout(path)
-    if in_own_layout is not None and in_own_layout.values.shape[1] > 1:
-        return in_own_layout
     if in_own_layout is not None:
-        raise line_scan
+        if in_own_layout.values.shape[1] == 1:
+            raise line_scan
+        return in_own_layout
     table = read_table(path)
     header = statements(table, path)
     if (table.values.shape[1] == 2 or header.titled_as_profiles) and len(table.values) > 3:
         raise line_scan
-    named = [title.axis for title in header.titles]
-    if {"x", "y"} <= set(named) or (table.values.shape[1] == 3 and len(table.values) > 3):
+    if header.titled_as_points or (table.values.shape[1] == 3 and len(table.values) > 3):
         recorded = _from_points(table, header, path)
     else:
         _refuse_list(table, header, path)
@@ -70,7 +69,7 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     values, between = _without_coordinates(table, path)
     lateral = unit_in(table.corner or "") or header.lateral_unit
     if between is not None and (lateral or between != (1, 1)):
-        return _with_units(values.T, header.unit_of_values(), between, (lateral, lateral), path)
+        return Recorded(values.T, header.unit_of_values(), between, lateral)
     lines, columns = values.shape
     counts, lengths = dict(header.counts), dict(header.lengths)
     for axis, (number, unit) in header.lengths.items():
@@ -88,19 +87,17 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     named = header.steps.keys() | lengths.keys() | counts.keys()
     along_x = bool({"x", "y"} <= named) and not across
     values = np.ascontiguousarray(values.T) if along_x else values
-    steps: dict[str, float] = {}
     if lines != columns:
         lengths.pop("", None)  # a length without an axis: its side is not known
+    steps = []
     for axis, count in zip("xy", values.shape, strict=True):
         if (step := header.metres(header.steps, axis)) is not None:
-            steps[axis] = step
+            steps.append(step)
         elif (length := header.metres(lengths, axis)) is not None:
-            steps[axis] = length / count
-    spacing = (steps["x"], steps["y"]) if len(steps) == 2 else None
-    if spacing is None:
-        hint = header.length_hint if between is None else COUNTING
-        return Recorded(values, header.unit_of_values(), length_hint=hint)
-    return Recorded(values, header.unit_of_values(), spacing, "m")
+            steps.append(length / count)
+    spacing = (steps[0], steps[1]) if len(steps) == 2 else None
+    hint = header.length_hint if between is None else COUNTING
+    return Recorded(values, header.unit_of_values(), spacing, "m", length_hint=hint)
 
 
 def _without_coordinates(table: TextTable, path: Path) -> tuple[np.ndarray, Pair | None]:
@@ -124,47 +121,20 @@ def _without_coordinates(table: TextTable, path: Path) -> tuple[np.ndarray, Pair
             f"line {table.line[0]}, column 1 of {path} is {table.corner!r}, which is no number; a "
             "title stands there only if first line and first column are evenly spaced coordinates"
         )
-    values = table.values
-    alone = [
-        name
-        for name, first, second in (
-            ("column", values[:, 0], values[:, min(1, values.shape[1] - 1)]),
-            ("line", values[0], values[min(1, len(values) - 1)]),
-        )
-        if len(first) >= LONG and even_step(first) is not None and even_step(second) is None
-    ]
-    if alone:
-        raise InvalidInput(
-            f"the first {alone[0]} of {path} rises evenly, as coordinates do, but first line and "
-            "first column are not both coordinates: delete them and give size in the scene, or set "
-            "surface.kind = 'profiles' if the other columns are profiles"
-        )
-    return values, None
-
-
-def _with_units(
-    values: np.ndarray,
-    unit: str | None,
-    steps: Pair,
-    units: tuple[str | None, str | None],
-    path: Path,
-) -> Recorded:
-    """Map with steps along x and y in units of their own; both or neither has one."""
-    if (units[0] is None) != (units[1] is None):
-        raise InvalidInput(f"of x and y in {path} only one has a unit; give that of both")
-    if units[0] is None:
-        return Recorded(values, unit, steps)
-    dx, dy = (
-        step * in_si(name or "", "m", f"the lengths of {path}")
-        for step, name in zip(steps, units, strict=True)
-    )
-    return Recorded(values, unit, (dx, dy), "m")
+    for name, rows in (("column", table.values.T), ("line", table.values)):
+        first, second = rows[0], rows[min(1, len(rows) - 1)]
+        if len(first) >= LONG and even_step(first) is not None and even_step(second) is None:
+            raise InvalidInput(
+                f"the first {name} of {path} rises evenly, as coordinates do, but first line and "
+                "first column are not both coordinates: delete them and give size in the scene, or "
+                "set surface.kind = 'profiles' if the other columns are profiles"
+            )
+    return table.values, None
 
 
 def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
     """Map of a list of x, y and height on an even grid; points that are not listed are missing."""
-    axes = [title.axis for title in header.titles]
-    titled = {"x", "y"} <= set(axes)
+    axes, titled = [title.axis for title in header.titles], header.titled_as_points
     along, across = (axes.index("x"), axes.index("y")) if titled else (0, 1)
     others = [k for k in range(table.values.shape[1]) if k not in (along, across)]
     heights = [k for k in others if titled and axes[k] == "z"] or others
@@ -196,8 +166,14 @@ def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
     if pixel is not None:
         step = (dx * pixel, dy * pixel) if pixel else None
         return Recorded(values, "um", step, "m", length_hint=UNCALIBRATED)
-    units = header.unit_of_coordinates(along), header.unit_of_coordinates(across)
-    return _with_units(values, header.unit_of_values(heights[:1]), (dx, dy), units, path)
+    of_x, of_y = header.unit_of_coordinates(along), header.unit_of_coordinates(across)
+    if (of_x is None) != (of_y is None):
+        raise InvalidInput(f"of x and y in {path} only one has a unit; give that of both")
+    unit = header.unit_of_values(heights[:1])
+    if of_x is None or of_y is None:
+        return Recorded(values, unit, (dx, dy))
+    what = f"the lengths of {path}"
+    return Recorded(values, unit, (dx * in_si(of_x, "m", what), dy * in_si(of_y, "m", what)), "m")
 
 
 def _axis(table: TextTable, column: int, name: str, path: Path) -> tuple[np.ndarray, float]:

@@ -5,7 +5,7 @@ titles of columns, `x [mm]; y [mm]; z [µm]`. Words that are not in the tables b
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
@@ -84,14 +84,16 @@ _LETTER = re.compile(r"[^\W\d_]")
 _AXES = {"x": {"x", "dx"}, "y": {"y"}, "z": VALUES | {"höhe"}, "p": PRESSURES}
 QUOTED = 3  # most lines about lengths that a message quotes
 
+# By axis, "x", "y" or "" (both): number and unit or None.
+Lengths = dict[str, tuple[float, str | None]]
+
 
 @dataclass
 class Statements:
     """Statements of a header; empty or None where it has none."""
 
-    #: "x", "y" or "" (both): number and unit or None. A length without a unit may be a count.
-    steps: dict[str, tuple[float, str | None]] = field(default_factory=dict)
-    lengths: dict[str, tuple[float, str | None]] = field(default_factory=dict)
+    steps: Lengths = field(default_factory=dict)
+    lengths: Lengths = field(default_factory=dict)  #: without a unit perhaps a count
     counts: dict[str, int] = field(default_factory=dict)  #: "x", "y": number of points
     unit: str | None = None  #: of the values
     lateral_unit: str | None = None  #: of lengths without a unit of their own
@@ -112,6 +114,11 @@ class Statements:
         return (*titled, self.unit)[0]
 
     @property
+    def titled_as_points(self) -> bool:
+        """Whether titles of columns name x and y."""
+        return {"x", "y"} <= {title.axis for title in self.titles}
+
+    @property
     def titled_as_profiles(self) -> bool:
         """Whether titles of columns name x and no y."""
         axes = self.axes.union(title.axis for title in self.titles)
@@ -121,7 +128,7 @@ class Statements:
         """Unit of the coordinates in a column, which may have a title."""
         return (self.titles[column].unit if self.titles else "") or self.lateral_unit
 
-    def metres(self, numbers: Mapping[str, tuple[float, str | None]], axis: str) -> float | None:
+    def metres(self, numbers: Lengths, axis: str) -> float | None:
         """Length [m] along an axis out of `steps` or `lengths`; None if they lack it."""
         number, unit = numbers.get(axis) or numbers.get("") or (0.0, None)
         unit = unit or self.lateral_unit
@@ -282,15 +289,11 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> N
     axes = _axes(words)
     unit = _length_unit(value.strip())
     if words & UNITS or (unit and words & (VALUES | LATERAL)):
-        if words & VALUES:
+        # Without a word on either it is the unit of both.
+        if words & VALUES or not words & LATERAL:
             statements.unit = statements.unit or unit
-        elif words & LATERAL:
+        if not words & VALUES:
             statements.lateral_unit = statements.lateral_unit or unit
-        elif unit:
-            statements.unit, statements.lateral_unit = (
-                statements.unit or unit,
-                statements.lateral_unit or unit,
-            )
         return
     numbers = list(_quantities(value, unit_of_key, decimal))
     if not numbers:
@@ -340,11 +343,7 @@ def _about_lengths(line: str) -> bool:
     return _names_steps(words) or not words or bool(words & (LENGTHS | AXES | SCALES))
 
 
-def _put(
-    lengths: dict[str, tuple[float, str | None]],
-    axes: str,
-    pair: list[tuple[float, str | None]],
-) -> None:
+def _put(lengths: Lengths, axes: str, pair: list[tuple[float, str | None]]) -> None:
     """Keep one length, or "10 µm x 8 µm" as those of both axes."""
     if len(pair) == 2 and axes in ("", "xy"):
         unit = pair[1][1]

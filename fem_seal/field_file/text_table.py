@@ -112,7 +112,7 @@ def read_table(path: Path, columns: int | None = None) -> TextTable:
         data = path.read_bytes()
     lines = re.split(r"\r\n|\r|\n", decoded(data, path))
     layout, width = _layout(lines, columns, path)
-    return _table(lines, layout, width, columns is not None, path)
+    return _table(lines, layout, width, path)
 
 
 def decoded(data: bytes, path: Path) -> str:
@@ -223,8 +223,8 @@ def _is_data(row: Sequence[float | None]) -> bool:
     return None not in row and any(number == number for number in row)
 
 
-def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: Path) -> TextTable:
-    """Numbers of all lines, from the first line with `columns` numbers, or any if strict, on."""
+def _table(lines: list[str], layout: Layout, columns: int, path: Path) -> TextTable:
+    """Numbers of all lines, from the first line with `columns` numbers on."""
     header: list[str] = []
     corner = None
     rows: list[np.ndarray] = []
@@ -241,7 +241,7 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
         if len(cells) == columns + 1 and not cells[-1]:
             cells.pop()
         row = layout.numbers(cells)
-        if not (rows or _begins(row, cells, columns, bool(header)) or (strict and None not in row)):
+        if not (rows or _begins(row, cells, columns, bool(header))):
             header.append(line)
             continue
         if not rows and len(cells) == columns > FEWEST and None not in row[1:] and row[0] is None:

@@ -80,7 +80,8 @@ def read_profile(path: Path) -> TabulatedProfile:
     axes = [title.axis for title in titles]
     order = (1, 0) if "p" in axes[:1] or axes[1:] == ["x"] else (0, 1)
     sizes = [titles[k].size(si, path) if titles else None for k, si in zip(order, SI, strict=True)]
-    unclear = [line for line in table.header if not titles and not is_comment(line)]
+    words = [line for line in table.header if line.strip(";, \t")]
+    unclear = [line for line in words if not titles and not is_comment(line)]
     if None in sizes:
         unclear += [line for line in table.header if names_units(line) or sizes != [None, None]]
     if unclear:
