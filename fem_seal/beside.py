@@ -1,78 +1,122 @@
-"""A function in a process of its own, beside what this process computes meanwhile.
+"""Functions in processes of their own, beside what this process computes meanwhile.
 
-    python -P -m fem_seal.beside
+    python -P -m fem_seal.beside FILE_DESCRIPTOR
 
-reads a pickled function of a module with its arguments, and writes the pickled answer or error.
+calls the pickled functions that it receives, and sends the pickled answers or errors.
 """
 
 import os
-import pickle
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import IO, Any, Generic, TypeVar
 
-from fem_seal.errors import FemSealError, present
+from fem_seal.errors import FemSealError
 from fem_seal.interrupts import die_with_parent
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import OF_MPI
 
 T = TypeVar("T")
+_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+_ENDING = 10.0  # longest time that a process takes to end [s]
 _peaks = [0]  # largest memory of processes that have ended [bytes]
 
 
-def environment(**variables: str) -> dict[str, str]:
-    """Environment in which another process finds this package, and starts MPI on its own."""
-    kept = {k: v for k, v in os.environ.items() if not k.startswith(OF_MPI) or "_MCA_" in k}
-    paths = [str(Path(__file__).parents[1]), *filter(None, [kept.get("PYTHONPATH")])]
-    return kept | {"PYTHONPATH": os.pathsep.join(paths)} | variables
+class Worker:
+    """A process with one thread that calls functions of modules, one after the other.
 
-
-class Beside(Generic[T]):
-    """A function in a process with one thread; called, this waits for its answer.
-
-    Function and arguments are pickled. If the process is killed, most likely since memory is short,
-    or was ended, this process computes the answer.
+    Functions, arguments and answers are pickled. The process starts MPI on its own, and the system
+    ends it with the one that has started it. It prints to the standard error, or into a `log`.
     """
 
-    def __init__(self, function: Callable[..., T], *arguments: object) -> None:
-        self._call = partial(function, *arguments)
-        # In a session of its own it does not receive Ctrl-C, but it ends with this process.
-        self._process: subprocess.Popen | None = subprocess.Popen(
-            [sys.executable, "-P", "-m", "fem_seal.beside"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env=environment(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1"),
-            start_new_session=True,
-        )
-        with suppress(BrokenPipeError), present(self._process.stdin, "pipe") as stdin:
-            pickle.dump(self._call, stdin, protocol=pickle.HIGHEST_PROTOCOL)
+    def __init__(self, log: IO[bytes] | None = None) -> None:
+        self._connection, theirs = Pipe()
+        with theirs:
+            # In a session of its own it does not receive Ctrl-C.
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "fem_seal.beside", str(theirs.fileno())],
+                stdin=subprocess.DEVNULL,
+                stderr=log,
+                env=environment(),
+                pass_fds=[theirs.fileno()],
+                start_new_session=True,
+            )
+        self.number = self._process.pid  #: of the process
 
-    def __call__(self) -> T:
-        """Wait for the answer of the process."""
-        process, self._process = self._process, None
-        if process is None:
-            return self._call()
-        with process:
-            stdout = present(process.stdout, "pipe").read()
-        if process.returncode:
-            return self._call()
-        reply: T | FemSealError
-        reply, peak = pickle.loads(stdout)
+    def begin(self, function: Callable[..., object], *arguments: object) -> None:
+        """Let the process call a function; ConnectionError if it has ended."""
+        self._connection.send(partial(function, *arguments))
+
+    def fileno(self) -> int:
+        """File descriptor that `select` finds ready once there is an answer or the process ends."""
+        return self._connection.fileno()
+
+    def answer(self) -> Any:
+        """Wait for the answer, or raise the error of the function; EOFError if the process ended.
+
+        An error that is none of fem_seal's ends it.
+        """
+        try:
+            reply, peak = self._connection.recv()
+        except (EOFError, ConnectionError):
+            # It has its own exit status in a moment; `end` would replace that by a signal.
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_ENDING)
+            raise EOFError from None
         record_peak(peak)
         if isinstance(reply, FemSealError):
             raise reply
         return reply
 
+    def end(self) -> int:
+        """End the process with all that it has started; its exit status, or minus its signal."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.number, signal.SIGKILL)
+        self._connection.close()
+        return self._process.wait()
+
+
+def environment() -> dict[str, str]:
+    """Environment in which another process finds the same modules, and starts MPI on its own."""
+    kept = {k: v for k, v in os.environ.items() if not k.startswith(OF_MPI) or "_MCA_" in k}
+    paths = [str(Path(path).absolute()) for path in sys.path]
+    return kept | _ONE_THREAD | {"PYTHONPATH": os.pathsep.join(paths)}
+
+
+class Beside(Generic[T]):
+    """A function in a process of its own; called, this waits for its answer.
+
+    If the process ends without one, most likely since memory is short, this process computes it.
+    """
+
+    def __init__(self, function: Callable[..., T], *arguments: object) -> None:
+        self._call = partial(function, *arguments)
+        self._worker: Worker | None = Worker()
+        with suppress(ConnectionError):
+            self._worker.begin(self._call)
+
+    def __call__(self) -> T:
+        """Wait for the answer of the process."""
+        if self._worker is None:
+            return self._call()
+        try:
+            answer: T = self._worker.answer()
+            return answer
+        except EOFError:
+            return self._call()
+        finally:
+            self.end()
+
     def end(self) -> None:
-        """End the process if nobody has waited for its answer."""
-        process, self._process = self._process, None
-        if process is not None:
-            with process:
-                process.kill()
+        """End the process, also if nobody has waited for its answer."""
+        worker, self._worker = self._worker, None
+        if worker is not None:
+            worker.end()
 
 
 def record_peak(memory: int) -> None:
@@ -85,23 +129,24 @@ def peak_beside() -> int:
     return max(_peaks)
 
 
-def _main() -> None:
-    # The system ends it with the process that started it.
+def _main(descriptor: int) -> None:
     die_with_parent()
-    stdin = sys.stdin.buffer.read()  # before the imports that it takes to load it
+    os.set_inheritable(descriptor, False)
     # Libraries print to the standard output: let it be that of errors.
-    with os.fdopen(os.dup(1), "wb") as stdout:
-        os.dup2(2, 1)
-        function = pickle.loads(stdin)
-        del stdin
-        try:
-            answer = function()
-        except FemSealError as error:
-            answer = error
-        except MemoryError:
-            sys.exit(1)  # The first process computes it when its own work has ended.
-        pickle.dump((answer, peak_memory()), stdout)
+    os.dup2(2, 1)
+    connection = Connection(descriptor)
+    with suppress(EOFError):  # The first process has ended, or needs no more.
+        while True:
+            function = connection.recv()
+            try:
+                answer = function()
+            except FemSealError as error:
+                answer = error
+            except MemoryError:
+                signal.raise_signal(signal.SIGKILL)  # as the system does if memory is short
+            del function
+            connection.send((answer, peak_memory()))
 
 
 if __name__ == "__main__":
-    _main()
+    _main(int(sys.argv[1]))

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 from math import hypot
-from pathlib import Path
 
 import pytest
 from project import scene_of_samples
@@ -43,8 +42,7 @@ def test_its_error_is_raised_here():
 
 
 @pytest.mark.parametrize("ended", ["killed", "no memory"])
-def test_an_ended_process_is_made_up_for(ended, capfd, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))  # of the function below
+def test_an_ended_process_is_made_up_for(ended, capfd):
     assert Beside(_ended_elsewhere, TESTING, ended)() == TESTING
     assert capfd.readouterr().err == ""
 

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,7 @@ from project import MPI_ENVIRONMENT, alone, printed_by, rows, started, write_tom
 
 from fem_seal import cli
 from fem_seal.beside import peak_beside
-from fem_seal.errors import InvalidInput, InvalidScene
+from fem_seal.errors import Inconsistent, InvalidInput, InvalidScene
 from fem_seal.points import (
     Chain,
     Expected,
@@ -210,25 +210,31 @@ def stay(path):
     time.sleep(60)
 
 
-class Interrupted(ProcessPoolExecutor):
-    """Ctrl-C before the farm knows that the chain runs."""
+def test_an_interrupt_ends_the_process_of_each_chain(tmp_path):
+    path = tmp_path / "process"
 
-    def submit(self, compute, chain):
-        super().submit(compute, chain)
-        while not (chain.exists() and chain.read_text()):
-            time.sleep(0.05)
-        raise KeyboardInterrupt
+    def interrupt():
+        if path.exists() and path.read_text():
+            raise KeyboardInterrupt
+        return 0
 
-
-def test_an_interrupt_ends_the_process_of_each_chain(tmp_path, monkeypatch):
-    monkeypatch.setattr("fem_seal.points.farm.ProcessPoolExecutor", Interrupted)
     with pytest.raises(KeyboardInterrupt):
-        farm([tmp_path / "process"], stay, 1, lambda: 0)
-    process = Path("/proc", (tmp_path / "process").read_text())
+        farm([path], stay, 1, interrupt)
+    process = Path("/proc", path.read_text())
     end = time.monotonic() + 20
     while process.exists() and time.monotonic() < end:
         time.sleep(0.05)
     assert not process.exists()
+
+
+def no_answer(path):
+    raise ZeroDivisionError(path)
+
+
+def test_a_defect_of_a_task_ends_the_computation(capfd):
+    with pytest.raises(Inconsistent, match="error stands above"):
+        farm(["there"], no_answer, 1, lambda: 0)
+    assert "ZeroDivisionError: there" in capfd.readouterr().err
 
 
 def fine():

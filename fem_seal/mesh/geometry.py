@@ -6,22 +6,17 @@ always works in a process of its own (`gmsh_process`), so that Ctrl-C, a crash o
 in it ends with one sentence and leaves nothing behind.
 """
 
-import os
-import pickle
 import shutil
-import signal
-import subprocess
-import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
+from select import select
 
-from fem_seal.beside import environment
+from fem_seal.beside import Worker
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import temporary_folder
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
-from fem_seal.mesh.gmsh_process import ERROR_FILE, JOB_FILE, MESH_FILE, Job, Sizes
+from fem_seal.mesh.gmsh_process import MESH_FILE, Job, Sizes, triangulate
 
 # Geometries of the package, beside its modules; also in a wheel and in an editable install.
 SOURCES = Path(__file__).with_name("sources")
@@ -89,8 +84,7 @@ def mesh_geometry(
         raise MissingPackage(NO_GMSH)
     with temporary_folder() as folder:
         job = Job(str(geo.absolute()), own, dict(numbers), unit, sizes, largest)
-        (folder / JOB_FILE).write_bytes(pickle.dumps(job))
-        _run(folder, geo, None if own else longest)
+        _run(job, folder, None if own else longest)
         if not (folder / MESH_FILE).exists():
             raise InvalidInput(f"gmsh has made no mesh of {geo}: does it have a surface?")
         _refuse_cut_off(folder / MESH_FILE, geo)
@@ -119,38 +113,28 @@ def _refuse_cut_off(mesh: Path, geo: Path) -> None:
         )
 
 
-def _run(folder: Path, geo: Path, longest: float | None) -> None:
-    """Let a process mesh the job of a folder; InvalidInput if it does not end well."""
-    command = [sys.executable, "-P", "-m", "fem_seal.mesh.gmsh_process"]
+def _run(job: Job, folder: Path, longest: float | None) -> None:
+    """Let a process mesh a job in a folder; InvalidInput if it does not end well."""
     with (folder / _LOG_FILE).open("wb") as log:
-        # In a session of its own it can be killed with all processes that the geometry has started.
-        process = subprocess.Popen(
-            command,
-            cwd=folder,
-            env=environment(),
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=log,
-            start_new_session=True,
-        )
-        try:
-            status = process.wait(longest)
-        except subprocess.TimeoutExpired:
+        worker = Worker(log)
+    try:
+        worker.begin(triangulate, job, folder)
+        if not select([worker], [], [], longest)[0]:
             raise InvalidInput(
-                f"gmsh has not meshed {geo} within {longest:g} s; mesh it in gmsh and name the "
-                ".msh file"
-            ) from None
-        finally:
-            with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-    if status or (folder / ERROR_FILE).exists():
+                f"gmsh has not meshed {job.path} within {longest:g} s; mesh it in gmsh and name "
+                "the .msh file"
+            )
+        worker.answer()
+    except InvalidInput:
         _refuse_full(folder.parent)
-    if (folder / ERROR_FILE).exists():
-        raise InvalidInput((folder / ERROR_FILE).read_text(encoding="utf-8"))
-    if status:
+        raise
+    except EOFError:
+        _refuse_full(folder.parent)
         lines = (folder / _LOG_FILE).read_text(encoding="utf-8", errors="replace").splitlines()
+        status = worker.end()
         cause = f"signal {-status}" if status < 0 else "".join(lines[-1:])
         raise InvalidInput(
-            f"gmsh has crashed on {geo} ({cause}); mesh it in gmsh and name the .msh file"
-        )
+            f"gmsh has crashed on {job.path} ({cause}); mesh it in gmsh and name the .msh file"
+        ) from None
+    finally:
+        worker.end()

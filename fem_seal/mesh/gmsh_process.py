@@ -1,9 +1,6 @@
-"""The process in which gmsh works: reads a job in the current folder and leaves a mesh there.
+"""What gmsh does in a process of its own, which `geometry.mesh_geometry` starts."""
 
-`geometry.mesh_geometry` starts it. Faults of the geometry are left as one sentence in ERROR_FILE.
-"""
-
-import pickle
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +9,8 @@ from types import ModuleType
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.interrupts import die_with_parent
 
-JOB_FILE, MESH_FILE, ERROR_FILE = "job.pickle", "mesh.msh", "error.txt"
-SOURCE_FILE, START_FILE = "source.geo", "start.geo"
+MESH_FILE, SOURCE_FILE, START_FILE = "mesh.msh", "source.geo", "start.geo"
 MOST_EDGES = 1e5  # largest number of edges along the longer side
 
 
@@ -67,9 +62,10 @@ class Job:
 
 
 def triangulate(job: Job, folder: Path) -> None:
-    """Mesh a job's geometry into MESH_FILE of a folder."""
+    """Mesh a job's geometry into MESH_FILE of a folder, in which the process works from now on."""
     import gmsh
 
+    os.chdir(folder)
     gmsh.initialize(["gmsh"], readConfigFiles=False)
     gmsh.option.setNumber("General.Terminal", 0)
     # Errors are read from the log: gmsh would raise them as bare exceptions.
@@ -126,18 +122,3 @@ def _set_sizes(gmsh: ModuleType, sizes: Sizes, unit: float) -> None:
 
     gmsh.model.mesh.setSizeCallback(size)
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
-
-
-def _main(folder: Path) -> None:
-    """Mesh the job of a folder."""
-    # A killed parent must not leave gmsh running.
-    die_with_parent()
-    job = pickle.loads((folder / JOB_FILE).read_bytes())
-    try:
-        triangulate(job, folder)
-    except InvalidInput as error:
-        (folder / ERROR_FILE).write_text(str(error), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    _main(Path())

@@ -1,28 +1,19 @@
 """Chains of points in processes of their own; each process solves alone."""
 
-import multiprocessing
-import os
-import signal
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
-from multiprocessing import forkserver, parent_process
-from threading import Thread
+from collections.abc import Callable, Sequence
+from select import select
 from typing import TypeVar
 
-from fem_seal.beside import record_peak
-from fem_seal.errors import present
+from fem_seal.beside import Worker, record_peak
+from fem_seal.errors import Inconsistent
 from fem_seal.memory import available_memory, memory_of
-from fem_seal.parallel import OF_MPI
 from fem_seal.points.work import UNKNOWN_POINT
 
 Item = TypeVar("Item")
 T = TypeVar("T")
 
 POLL = 0.5  # time between two polls of the chains [s]
-_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _SPARE = 1.2  # memory kept free for each process, over that of the largest point so far
 
 
@@ -56,18 +47,13 @@ def farm(
     Exception
         The first error that `compute` raises in any process; this ends the other processes.
     """
-    context = multiprocessing.get_context("forkserver")
-    with _environment() as environment:
-        _start_fork_server(compute.__module__)
-    # One process each, so that the end of one tells which chain has ended it, and stops no other.
-    workers: list[ProcessPoolExecutor] = []
-    idle: list[ProcessPoolExecutor] = []
-    running: dict[Future[T], tuple[ProcessPoolExecutor, Item]] = {}
+    idle: list[Worker] = []
+    running: dict[Worker, Item] = {}
     waiting, answers, killed = deque(chains), list[T](), list[Item]()
     largest = finished = 0
     try:
         while waiting or running:
-            used = [size for pid in _processes_of(workers) if (size := memory_of(pid))]
+            used = [size for one in (*idle, *running) if (size := memory_of(one.number))]
             largest = max([largest, *(size.peak for size in used)])
             resident = [size.resident for size in used]
             left = available_memory()
@@ -75,37 +61,30 @@ def farm(
                 left = min(left, int(memory) - sum(resident))
             most = max(int(_SPARE * largest), 0 if finished else need)
             while waiting and len(running) < min(jobs, processes_that_fit(most, resident, left)):
-                if not idle:
-                    idle.append(ProcessPoolExecutor(1, context, _begin, (environment,)))
-                    workers.append(idle[-1])
-                worker, chain = idle.pop(), waiting.popleft()
+                worker = idle.pop() if idle else Worker()
                 try:
-                    running[worker.submit(compute, chain)] = worker, chain
-                except BrokenProcessPool:  # The system has killed the worker while it was idle.
-                    waiting.appendleft(chain)
+                    worker.begin(compute, waiting[0])
+                except ConnectionError:  # The system has killed the worker while it was idle.
+                    worker.end()
+                else:
+                    running[worker] = waiting.popleft()
             finished = poll()
-            for future in wait(running, POLL, FIRST_COMPLETED).done:
-                worker, chain = running.pop(future)
+            for worker in select(list(running), [], [], POLL)[0]:
                 try:
-                    answers.append(future.result())
+                    answers.append(worker.answer())
                     idle.append(worker)
-                except BrokenProcessPool:
-                    killed.append(chain)
+                except EOFError:
+                    if worker.end() > 0:
+                        raise Inconsistent("a worker has failed; its error stands above") from None
+                    killed.append(running[worker])
+                del running[worker]
     finally:
-        sizes = map(memory_of, _processes_of(workers))
+        sizes = [memory_of(worker.number) for worker in (*idle, *running)]
         record_peak(sum(size.peak for size in sizes if size))
         # After an interrupt or an error of one chain, the others would go on for long.
-        for pid in _processes_of([worker for worker in workers if worker not in idle]):
-            with suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGTERM)
-        for worker in workers:
-            worker.shutdown(wait=False)
+        for worker in (*idle, *running):
+            worker.end()
     return answers, killed
-
-
-def _processes_of(workers: Sequence[ProcessPoolExecutor]) -> list[int]:
-    """Numbers of the processes of workers that run."""
-    return [pid for worker in workers for pid in list(worker._processes or ())]
 
 
 def processes_that_fit(need: int, resident: Sequence[int], available: int) -> int:
@@ -118,49 +97,3 @@ def processes_that_fit(need: int, resident: Sequence[int], available: int) -> in
         return 1
     growth = sum(max(0, need - size) for size in resident)
     return max(1, len(resident) + (available - growth) // need)
-
-
-@contextmanager
-def _environment() -> Iterator[dict[str, str]]:
-    """Set the environment variables of the workers; restore those of this process at the end."""
-    before = dict(os.environ)
-    for name in before:
-        if name.startswith(OF_MPI) and not name.startswith("OMPI_MCA_"):
-            del os.environ[name]
-    os.environ.update(_ONE_THREAD)
-    try:
-        yield dict(os.environ)
-    finally:
-        os.environ.clear()
-        os.environ.update(before)
-
-
-def _start_fork_server(module: str) -> None:
-    """Start the process from which workers are forked; it imports the module that they need.
-
-    The module may not start MPI, which does not survive a fork.
-    """
-    multiprocessing.set_forkserver_preload([module])
-    # The fork server and its workers inherit this mask: only the present process handles Ctrl-C.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        forkserver.ensure_running()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _begin(environment: dict[str, str]) -> None:
-    """Begin a worker: take the present variables of the first process, and die with it.
-
-    The fork server only has the variables of the time at which it was started. It cannot end the
-    workers of a first process that was killed: it runs as long as one of them does.
-    """
-    os.environ.clear()
-    os.environ.update(environment)
-    Thread(target=_die_with_first_process, daemon=True).start()
-
-
-def _die_with_first_process() -> None:
-    first = present(parent_process(), "first process of a worker")
-    first.join()
-    os.kill(os.getpid(), signal.SIGKILL)
