@@ -81,20 +81,14 @@ print("2 threads" if abs(y[0, 0] - 4096) < 1e-9 else "")
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add both commands."""
-    command = add_command(
-        subparsers,
-        "doctor",
-        "say what works here, and what to install",
-        "fem-seal doctor",
-    )
-    command.set_defaults(command=_doctor)
-    command = add_command(
+    add_command(subparsers, "doctor", _doctor, "say what works here, and what to install", "")
+    add_command(
         subparsers,
         "schema",
+        _schema,
         "print the JSON schema of scene files, by which editors complete and check them",
-        "fem-seal schema > scene.schema.json",
+        "> scene.schema.json",
     )
-    command.set_defaults(command=_schema)
 
 
 def _doctor(options: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
-from fem_seal.cli.options import add_command, add_for_programs, add_output, file_path
+from fem_seal.cli.options import add_command, add_for_programs, add_output, add_path
 from fem_seal.cli.printing import origin_of, print_result, require_limit
 from fem_seal.digits import with_prefix
 from fem_seal.errors import InvalidInput
@@ -31,18 +31,14 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "leak",
+        _leak,
         "compute the leak rate of a gap, without a scene file",
-        "fem-seal leak gap.npz --sides periodic --unit ml/h --limit '1 ml/h'",
+        "gap.npz --sides periodic --unit ml/h --limit '1 ml/h'",
     )
-    command.add_argument(
-        "gap_file",
-        type=file_path,
-        metavar="GAP.npz",
-        help="gap (nx, ny) [m], spacing [m], periodic; or nc, h5, npy, txt",
-    )
+    text = "gap (nx, ny) [m], spacing [m], periodic; or nc, h5, npy, txt"
+    add_path(command, "gap_file", "GAP.npz", text)
     add_output(command, "none: the result is printed only")
     add_for_programs(command)
-    command.set_defaults(command=_leak)
 
 
 def _fields() -> Iterator[tuple[str, str, Any]]:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from fem_seal.cli.options import add_command, add_scene, add_trust, default_folder, file_path
+from fem_seal.cli.options import add_command, add_path, add_scene, add_trust, default_folder
 from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput
 from fem_seal.progress import Display
@@ -13,18 +13,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "mesh",
+        _mesh,
         "write and draw the mesh of a scene's [shape]",
-        "fem-seal mesh demos/scenes/flange.toml",
+        "demos/scenes/flange.toml",
     )
     add_scene(command)
     add_trust(command)
-    command.add_argument(
-        "--out",
-        type=file_path,
-        metavar="DIR",
-        help="folder of the files (results/NAME for NAME.toml)",
-    )
-    command.set_defaults(command=_mesh)
+    add_path(command, "--out", "DIR", "folder of the files (results/NAME for NAME.toml)")
 
 
 def _mesh(options: argparse.Namespace) -> int:

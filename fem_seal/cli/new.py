@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.options import add_command, add_statements, file_path, scene_of_heights
+from fem_seal.cli.options import add_command, add_path, add_statements, scene_of_heights
 from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput, present
 from fem_seal.files import write_text
@@ -14,20 +14,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "new",
+        _new,
         "write a commented scene for a file of heights, with what the file says filled in",
-        "fem-seal new demos/scenes/o-ring-measured.txt --out my-seal.toml",
+        "demos/scenes/o-ring-measured.txt --out my-seal.toml",
     )
-    command.add_argument(
-        "file", type=file_path, metavar="FILE", help="heights or profiles (docs/guide/surfaces.md)"
-    )
-    command.add_argument(
-        "--out",
-        type=file_path,
-        metavar="SCENE.toml",
-        help="the new scene (FILE's name, in this folder)",
-    )
+    add_path(command, "file", "FILE", "heights or profiles (docs/guide/surfaces.md)")
+    add_path(command, "--out", "SCENE.toml", "the new scene (FILE's name, in this folder)")
     add_statements(command)
-    command.set_defaults(command=_new)
 
 
 def _new(options: argparse.Namespace) -> int:

@@ -2,7 +2,7 @@
 
 import argparse
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,29 +16,46 @@ LONGEST_NAME = 60  # most characters of the name of a result folder
 
 
 def add_command(
-    subparsers: argparse._SubParsersAction, name: str, purpose: str, example: str
+    subparsers: argparse._SubParsersAction,
+    name: str,
+    call: Callable[[argparse.Namespace], int],
+    purpose: str,
+    example: str,
 ) -> argparse.ArgumentParser:
-    """Add a command with its help and an example."""
-    return subparsers.add_parser(
+    """Add a command with its help and an example; the call returns its exit status."""
+    command: argparse.ArgumentParser = subparsers.add_parser(
         name,
         help=purpose,
         description=f"{purpose[0].upper()}{purpose[1:]}.",
-        epilog=f"Example: {example}",
+        epilog=f"Example: fem-seal {name} {example}".rstrip(),
     )
+    command.set_defaults(command=call)
+    return command
 
 
-def file_path(text: str) -> Path:
+def _path(text: str) -> Path:
     """Read a path of the command line; an empty one, as of an unset variable, is no folder."""
     if not text:
         raise argparse.ArgumentTypeError("the name is empty")
     return Path(text)
 
 
+def add_path(
+    command: argparse._ActionsContainer,
+    name: str,
+    metavar: str,
+    text: str,
+    default: Path | None = None,
+) -> None:
+    """Add an argument or option that names a file or folder, with its help text."""
+    command.add_argument(name, type=_path, metavar=metavar, help=text, default=default)
+
+
 def add_scene(
     command: argparse.ArgumentParser, text: str = "the scene file (docs/reference/scene.md)"
 ) -> None:
     """Add a scene file, with a help text, and changes to it."""
-    command.add_argument("scene", type=file_path, metavar="SCENE.toml", help=text)
+    add_path(command, "scene", "SCENE.toml", text)
     command.add_argument(
         "--set",
         dest="overrides",
@@ -167,7 +184,7 @@ def part(text: str) -> tuple[int, int]:
 
 def add_output(command: argparse.ArgumentParser, default: str) -> None:
     """Add the result folder."""
-    command.add_argument("--out", type=file_path, metavar="DIR", help=f"result folder ({default})")
+    add_path(command, "--out", "DIR", f"result folder ({default})")
     command.add_argument(
         "--overwrite", action="store_true", help="replace another scene's result in DIR"
     )

@@ -2,7 +2,7 @@
 
 import argparse
 
-from fem_seal.cli.options import add_command, file_path
+from fem_seal.cli.options import add_command, add_path
 from fem_seal.cli.printing import say
 from fem_seal.progress import Display
 
@@ -14,20 +14,19 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     report = add_command(
         subparsers,
         "report",
+        _report,
         "gather a result folder in one HTML page, pictures inside",
-        "fem-seal report results/first",
+        "results/first",
     )
     render = add_command(
         subparsers,
         "render",
+        _render,
         "draw the pictures of a result folder again",
-        "fem-seal render results/first",
+        "results/first",
     )
-    for command, call in ((report, _report), (render, _render)):
-        command.add_argument(
-            "folder", type=file_path, metavar="DIR", help="folder of fem-seal run or leak --out"
-        )
-        command.set_defaults(command=call)
+    for command in (report, render):
+        add_path(command, "folder", "DIR", "folder of fem-seal run or leak --out")
     render.add_argument(
         "--all",
         action="store_true",

@@ -22,8 +22,9 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "run",
+        _run,
         "compute the products of a scene",
-        "fem-seal run demos/scenes/first.toml --set flow.rtol=0.02",
+        "demos/scenes/first.toml --set flow.rtol=0.02",
     )
     add_scene(command)
     add_trust(command)
@@ -37,7 +38,6 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_output(command, "results/NAME for NAME.toml, and -KEY=VALUE for each --set")
     add_for_programs(command)
-    command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> int:

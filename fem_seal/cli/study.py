@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 from fem_seal import parallel
 from fem_seal.cli.options import (
     add_command,
+    add_path,
     add_scene,
     add_work,
-    file_path,
     work_of,
 )
 from fem_seal.cli.printing import WIDTH, say
@@ -40,15 +40,16 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "study",
+        _study,
         "compare methods, or error against time",
-        "fem-seal study trade demos/scenes/first.toml (fem-seal study trade --help says more)",
+        "trade demos/scenes/first.toml (fem-seal study trade --help says more)",
     )
     studies = command.add_subparsers(metavar="STUDY", required=True, parser_class=type(command))
     grids = "number of grids, each twice as fine"
     cross = studies.add_parser(
         "cross-validation", help="every method on one gap over ever finer grids"
     )
-    cross.set_defaults(command=_study, study=_cross_validation)
+    cross.set_defaults(study=_cross_validation)
     add_scene(cross)
     cross.add_argument(
         "--vary",
@@ -59,13 +60,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_work(cross)
     exact = studies.add_parser("exact", help="every method where the leak rate is known exactly")
-    exact.set_defaults(command=_study, study=_exact)
+    exact.set_defaults(study=_exact)
     exact.add_argument("cases", nargs="*", metavar="CASE", help="exact cases by name (all)")
     add_work(exact)
     trade = studies.add_parser(
         "trade", help="error against time of contact grids, methods and tolerances"
     )
-    trade.set_defaults(command=_study, study=_trade)
+    trade.set_defaults(study=_trade)
     add_scene(trade)
     add_work(trade)
     for study, default in ((cross, 3), (exact, 4)):
@@ -79,20 +80,22 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         )
     for name, study in studies.choices.items():
         out = Path("results") / name
-        study.add_argument(
-            "--out", type=file_path, metavar="DIR", default=out, help=f"result folder ({out})"
-        )
+        add_path(study, "--out", "DIR", f"result folder ({out})", out)
+
+
+Text = list[str] | None  # what a study prints; None while points of other parts are missing
 
 
 def _study(options: argparse.Namespace) -> int:
-    """Run a study in its folder, which its parts share."""
+    """Run a study in its folder, which its parts share, and print what it says.
+
+    With --gather missing points are a failure.
+    """
     with locked_folder(options.out, shared=True):
-        status: int = options.study(options)
-        return status
-
-
-def _unfinished(options: argparse.Namespace) -> int:
-    """Print that points of a study are missing; with --gather that is a failure."""
+        text: Text = options.study(options)
+    if text is not None:
+        say("\n".join(text))
+        return 0
     message = "some points of the study are not computed yet"
     if options.gather:
         return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
@@ -136,7 +139,7 @@ def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
     return gaps
 
 
-def _cross_validation(options: argparse.Namespace) -> int:
+def _cross_validation(options: argparse.Namespace) -> Text:
     from fem_seal.film import GridFilm
     from fem_seal.flow_settings import FlowSettings
     from fem_seal.verification.cross_validation import StudiedGap, compare
@@ -152,7 +155,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
     with Display() as report:
         results = compare(gaps, out=options.out, work=work_of(options), report=report)
     if results is None:
-        return _unfinished(options)
+        return None
     compared = {
         name: ([replace(row, gap=name) for row in rows], bracket)
         for name, (rows, bracket) in zip(patches, results, strict=True)
@@ -164,6 +167,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
     title = f"{options.scene.stem}, {'given gap' if given else of_what}"
 
     def write() -> None:
+        """Write the table of all methods, and its picture."""
         write_text(options.out / "cross_validation.csv", as_csv(rows))
         path = options.out / "cross_validation.png"
         if options.vary:
@@ -172,24 +176,24 @@ def _cross_validation(options: argparse.Namespace) -> int:
             cross_validation_figure(rows, path, title, compared[""][1])
 
     parallel.on_root(write)
-    if any(patch.scene.slip is not None for patch in patches.values()):
-        say(
+    text = []
+    if any(scene.slip is not None for scene in scenes):
+        text.append(
             "no slip    the methods are compared without the slip of the gas: the leak rates are "
             "those of fluid.slip = false"
         )
     for name, (of_gap, bracket) in compared.items():
-        say(f"{name}\n{as_text(of_gap, COLUMNS)}" if name else as_text(of_gap, COLUMNS))
-        say(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
+        text += [*filter(None, [name]), as_text(of_gap, COLUMNS)]
+        text.append(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
     wrong = [row for row in rows if row.verdict == "disagrees"]
     for row in wrong:
-        band = present(row.band, "band of an answer that disagrees")
         where = f"{row.gap}: {row.method}" if row.gap else row.method
-        say(f"{where} on {row.squares}: {row.value:.4e} ± {100 * band:.2g} % is outside of that")
-    say(f"{len(wrong)} of {len(rows)} numbers contradict the certified bounds")
-    return 0
+        band = per_cent(present(row.band, "band of an answer that disagrees"))
+        text.append(f"{where} on {row.squares}: {row.value:.4e} ± {band} is outside of that")
+    return [*text, f"{len(wrong)} of {len(rows)} numbers contradict the certified bounds"]
 
 
-def _exact(options: argparse.Namespace) -> int:
+def _exact(options: argparse.Namespace) -> Text:
     from fem_seal.verification.cross_validation import StudiedGap, compare
     from fem_seal.verification.exact_cases import CASES
     from fem_seal.verification.pictures import cross_validation_figure
@@ -200,47 +204,46 @@ def _exact(options: argparse.Namespace) -> int:
     with Display() as report:
         compared = compare(gaps, out=options.out, work=work_of(options), report=report)
     if compared is None:
-        return _unfinished(options)
+        return None
 
     def write() -> None:
+        """Write a table and a picture of each case."""
         for name, (rows, _) in zip(cases, compared, strict=True):
             write_text(options.out / f"{name}.csv", as_csv(rows))
             cross_validation_figure(rows, options.out / f"{name}.png", name)
 
     parallel.on_root(write)
-    for (name, case), (rows, _) in zip(cases.items(), compared, strict=True):
-        say(f"{name}: exactly {case.exact:.6g} ({case.source})\n{as_text(rows, COLUMNS)}\n")
-    return 0
+    return [
+        f"{name}: exactly {case.exact:.6g} ({case.source})\n{as_text(rows, COLUMNS)}\n"
+        for (name, case), (rows, _) in zip(cases.items(), compared, strict=True)
+    ]
 
 
-def _trade(options: argparse.Namespace) -> int:
+def _trade(options: argparse.Namespace) -> Text:
     from fem_seal.verification.pictures import trade_figure
-    from fem_seal.verification.trade import (
-        TRADE_COLUMNS,
-        recommend,
-        trade,
-    )
+    from fem_seal.verification.trade import TRADE_COLUMNS, recommend, trade
 
     scene = _scene(options)
     with Display() as report:
         result = trade(scene, out=options.out, work=work_of(options), report=report)
     if result is None:
-        return _unfinished(options)
+        return None
     finer = per_cent(result.uncertainty) if result.uncertainty < inf else "not known"
     advice = (
         f"on the finest grid: {result.reference:.4e} m^3/s; a finer one changes it by: {finer}",
         *recommend(result),
         f"(CPU seconds of this machine, {processor() or machine()})",
     )
-    text = "\n".join(fill(sentence, WIDTH, subsequent_indent="    ") for sentence in advice)
+    text = [fill(sentence, WIDTH, subsequent_indent="    ") for sentence in advice]
 
     def write() -> None:
+        """Write the table of all runs, the advice and the picture."""
         write_text(options.out / "trade.csv", as_csv(result.points))
-        write_text(options.out / "advice.txt", f"{text}\n")
+        write_text(options.out / "advice.txt", "\n".join([*text, ""]))
         trade_figure(result, options.out / "trade.png")
 
     parallel.on_root(write)
     if scene.lift != "none":
-        say("dry        no fluid pressure lifts the solid: leak rates of flow.lift = 'none'")
-    say(f"{text}\n\n{as_text(result.points, TRADE_COLUMNS)}")
-    return 0
+        dry = "dry        no fluid pressure lifts the solid: leak rates of flow.lift = 'none'"
+        text = [dry, *text]
+    return [*text, "", as_text(result.points, TRADE_COLUMNS)]

@@ -6,7 +6,7 @@ from dataclasses import astuple
 from math import pi
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.options import add_command, add_scene, add_statements, file_path, scene_of_heights
+from fem_seal.cli.options import add_command, add_path, add_scene, add_statements, scene_of_heights
 from fem_seal.cli.printing import say
 from fem_seal.digits import with_error, with_prefix
 from fem_seal.errors import InvalidInput
@@ -28,21 +28,14 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "surface",
+        _surface,
         "show a scene's surface, or a file of heights, before it is pressed",
-        "fem-seal surface demos/scenes/blasted.toml --out surface.png",
+        "demos/scenes/blasted.toml --out surface.png",
     )
     add_scene(command, "SCENE.toml, or a file of heights (docs/guide/surfaces.md)")
     add_statements(command)
-    command.add_argument(
-        "--out", type=file_path, metavar="FILE.png", help="picture of heights and spectrum (none)"
-    )
-    command.add_argument(
-        "--csv",
-        type=file_path,
-        metavar="FILE.csv",
-        help="Sq, Sdq, Ssk and the spectrum C(q) (none)",
-    )
-    command.set_defaults(command=_surface)
+    add_path(command, "--out", "FILE.png", "picture of heights and spectrum (none)")
+    add_path(command, "--csv", "FILE.csv", "Sq, Sdq, Ssk and the spectrum C(q) (none)")
 
 
 def _surface(options: argparse.Namespace) -> int:

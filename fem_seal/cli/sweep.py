@@ -7,11 +7,11 @@ from fem_seal import parallel
 from fem_seal.cli.options import (
     add_command,
     add_output,
+    add_path,
     add_scene,
     add_trust,
     add_work,
     default_folder,
-    file_path,
     work_of,
 )
 from fem_seal.cli.printing import say
@@ -27,8 +27,9 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "sweep",
+        _sweep,
         "compute a scene over the values of some fields",
-        "fem-seal sweep demos/scenes/first.toml --vary contact.pressure=0.1MPa,0.2MPa",
+        "demos/scenes/first.toml --vary contact.pressure=0.1MPa,0.2MPa",
     )
     add_scene(command)
     add_trust(command)
@@ -40,12 +41,8 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         help="a field and its values; given more than once, all combinations are computed. A value "
         "may be a range, 1..1000, and that of a path a pattern, maps/m*.npz",
     )
-    points.add_argument(
-        "--points",
-        type=file_path,
-        metavar="TABLE.csv",
-        help="in place of --vary: a head of keys, and a line for each point",
-    )
+    text = "in place of --vary: a head of keys, and a line for each point"
+    add_path(points, "--points", "TABLE.csv", text)
     add_work(command, default=None)
     command.add_argument(
         "--picture",
@@ -53,7 +50,6 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         help="draw sweep.png: leak rates with their bounds against what varies",
     )
     add_output(command, "results/NAME-sweep for NAME.toml, with each --set; done points are kept")
-    command.set_defaults(command=_sweep)
 
 
 def _sweep(options: argparse.Namespace) -> int:
