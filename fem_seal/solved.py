@@ -68,8 +68,9 @@ class Solved:
     @cached_property
     def headline(self) -> Headline | None:
         """The leak rate with all counted errors."""
-        leak, shown = self.leak_rate, Shown.of(self.patch.scene)
-        return None if leak is None else headline(leak, self.budget, shown)
+        if self.leak_rate is None:
+            return None
+        return headline(self.leak_rate, self.budget, Shown.of(self.patch.scene))
 
     @cached_property
     def verdict(self) -> Verdict | None:
