@@ -125,7 +125,7 @@ def _patches_entry(seal: SealLeak) -> Uncertainty:
     )
     if seal.state == "sealed":
         return _sealed_patches(seal, sealed)
-    leaking = sum(patch.seal_flow.state == "leaking" for patch in seal.patches)
+    leaking = sum(patch.state == "leaking" for patch in seal.patches)
     if seal.interval is None:
         needed = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(leaking, 1)))
         sentence = (
@@ -152,14 +152,12 @@ def _patches_entry(seal: SealLeak) -> Uncertainty:
 
 def _scatter(seal: SealLeak) -> float:
     """Standard deviation of the logarithms of the leak rates of the patches that leak."""
-    return stdev(
-        log(patch.seal_flow.value) for patch in seal.patches if patch.seal_flow.state == "leaking"
-    )
+    return stdev(log(patch.value) for patch in seal.patches if patch.state == "leaking")
 
 
 def _realizations_for(seal: SealLeak) -> int:
     """Number of realizations for which the ends of the mean differ by `NARROW_RATIO`."""
-    leaking = sum(patch.seal_flow.state == "leaking" for patch in seal.patches)
+    leaking = sum(patch.state == "leaking" for patch in seal.patches)
     return ceil(patches_for(_scatter(seal), NARROW_RATIO) * len(seal.patches) / leaking)
 
 

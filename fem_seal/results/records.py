@@ -16,9 +16,8 @@ from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
 from fem_seal.units import RATES
 from fem_seal.upscaling.conductivity import ConductivityTable
-from fem_seal.upscaling.refined_table import PatchFlow
 from fem_seal.upscaling.seal import SealLeak, Share, median_patch
-from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
+from fem_seal.upscaling.seal_flow import PathFlow, SealFlow, SealingPart
 
 POINTS = 400  # most points of the leak path in the record
 
@@ -158,11 +157,10 @@ class SealPatchRecord(Record):
     conductivity: ConductivityTable | None = None  #: K [m³/(Pa s)] at net loads [Pa]
 
     @classmethod
-    def of(cls, patch: PatchFlow) -> "SealPatchRecord":
+    def of(cls, flow: SealFlow) -> "SealPatchRecord":
         """Record of a patch; it has no leak rate if the seal is lifted off."""
-        flow = patch.seal_flow
         rates = {"value": flow.value, "lower": flow.lower, "upper": flow.upper}
-        return cls(state=flow.state, conductivity=patch.table, **rates)
+        return cls(state=flow.state, conductivity=flow.table, **rates)
 
 
 class PathRecord(Record):
@@ -205,7 +203,7 @@ class SealRecord(Record):
         """Record of a seal; it has no leak rates if the seal is lifted off."""
         lifted = seal.state == "lifted off"
         tables = [patch.table for patch in seal.patches if patch.table is not None]
-        median = median_patch(seal.patches).seal_flow
+        median = median_patch(seal.patches)
         return cls(
             leak_rate=None if lifted else Rate.model_validate(seal),
             patches=tuple(map(SealPatchRecord.of, seal.patches)),

@@ -12,9 +12,9 @@ ones at once, and seldom need a correction.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import inf, sqrt
+from math import sqrt
 from time import perf_counter
 
 import numpy as np
@@ -27,7 +27,7 @@ from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.profile import Profile, is_uniform
-from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow, seal_flow
+from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow, lifted_off, seal_flow
 
 SEAL_TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
 MOST_LOADS = 40
@@ -45,16 +45,6 @@ OTHERS = 1.4  # the same for the other first loads
 SEALED_LOAD_KNOWN = 1 / 16
 
 
-@dataclass(frozen=True, eq=False)
-class PatchFlow:
-    """Conductivity table of a patch, and the leak rate of a seal that consists of such patches."""
-
-    table: ConductivityTable | None  #: none if the seal lifts off
-    seal_flow: SealFlow
-    converged: bool = True  #: whether the bounds of the leak rate meet the tolerance
-    reason: str = ""  #: why they do not, and what to change; else empty
-
-
 def refined_table(
     patch: LoadedPatch,
     profile: Profile,
@@ -65,14 +55,14 @@ def refined_table(
     most_loads: int = MOST_LOADS,
     max_seconds: float | None = None,
     progress: Callable[[str], None] = lambda state: None,
-) -> PatchFlow:
-    """Add loads to a patch's table until the leak rate of the seal is known to a tolerance.
+) -> SealFlow:
+    """Add loads to a patch's table until the leak rate of such a seal is known to a tolerance.
 
     Loads are added until the enclosures of all intervals should be narrow enough; then these are
     computed. After `max_seconds` the bounds that have been reached are returned.
     """
     if profile.highest <= ends.inlet:
-        return PatchFlow(None, SealFlow("lifted off", inf, inf, inf))
+        return lifted_off(profile, ends)
     # Where the contact pressure is highest, and fluid at the inlet's pressure arrives, the net load
     # is the decisive one. If it seals the patch, no fluid passes there.
     decisive = profile.highest - ends.inlet
@@ -82,8 +72,7 @@ def refined_table(
         while sealed - opens > SEALED_LOAD_KNOWN * decisive:
             middle = 0.5 * (opens + sealed)
             opens, sealed = (opens, middle) if patch.sealed(middle) else (middle, sealed)
-        table = patch.table({sealed: 1.0, decisive: 1.0})
-        return PatchFlow(table, seal_flow(table, profile, path, ends))
+        return seal_flow(patch.table({sealed: 1.0, decisive: 1.0}), profile, path, ends)
 
     started = perf_counter()
     # Under a uniform pressure no net load is below the decisive one.
@@ -94,14 +83,14 @@ def refined_table(
     while True:
         flow = seal_flow(table, profile, path, ends)
         if _width(flow) <= tolerance:
-            return PatchFlow(table, flow)
+            return flow
         progress(_state_of_table(table, flow, tolerance, most_loads))
         if max_seconds is not None:
             # Times differ from process to process.
             taken = parallel.on_root(lambda: perf_counter() - started, patch.patch.comm)
             if taken > max_seconds:
                 reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
-                return PatchFlow(table, flow, False, reason)
+                return replace(flow, reason=reason)
         marked, to_enclose = _marked(table, flow, patch.enclosed(), tolerance, span, most_loads)
         loads = patch.missing(marked)
         if loads and len(loads.keys() | set(table.loads.tolist())) <= most_loads:
@@ -116,7 +105,7 @@ def refined_table(
                 reason = "its bounds at the net loads are no narrower; raise seal.rtol"
             else:
                 reason = f"it may take {most_loads} net loads; raise seal.max_loads"
-            return PatchFlow(table, flow, False, reason)
+            return replace(flow, reason=reason)
 
 
 def _state_of_table(

@@ -25,9 +25,8 @@ from fem_seal.upscaling.mosaic import (
     sealed_share,
 )
 from fem_seal.upscaling.realizations import realizations
-from fem_seal.upscaling.refined_table import PatchFlow
 from fem_seal.upscaling.scene_profile import leak_path_of
-from fem_seal.upscaling.seal_flow import lifted_off, seal_flow
+from fem_seal.upscaling.seal_flow import SealFlow, lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
 
 # A sealed seal is tried under lower loads, until its patches leak.
@@ -54,8 +53,7 @@ class SealLeak(LeakRate):
 
     lower: float
     upper: float
-    #: each realization, with the leak rate of a seal that consists of such patches
-    patches: tuple[PatchFlow, ...]
+    patches: tuple[SealFlow, ...]  #: leak rate of a seal of such patches, for each realization
     count: PatchCount  #: patches along the part of the path that seals, and around the seal
     scatter: float  #: standard deviation of the leak rate of such seals over its mean
     #: confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
@@ -120,7 +118,7 @@ def under_less_load(
             lowered = solve_seal(patch, folder, work, part=part, each=each)
             if lowered.interval is not None:
                 beside = lowered.upper / lowered.value * (1 + (lowered.contact_error or 0.0))
-                leaking = sum(patch.seal_flow.state == "leaking" for patch in lowered.patches)
+                leaking = sum(patch.state == "leaking" for patch in lowered.patches)
                 at_most = lowered.interval[1] * beside
                 return replace(seal, lowered=LoweredSeal(part, leaking, at_most))
     return replace(seal, lowered=LoweredSeal(next_part))
@@ -156,19 +154,20 @@ def solve_seal(
     profile, path, ends = leak_path_of(scene, part)
     rtol, size = seal.rtol if part == 1 else max(seal.rtol, LOOSE), _size_of_patch(patch)
     if profile.highest <= ends.inlet:
-        lifted = PatchFlow(None, lifted_off(profile, ends))
-        return _together((lifted,) * seal.patches, path, size, rtol, scene.flow.method)
+        return _together(
+            (lifted_off(profile, ends),) * seal.patches, path, size, rtol, scene.flow.method
+        )
     scenes = realizations(scene.with_({"seal.rtol": rtol}))[:patches]
     solved = solved_patches(scenes, patch, folder, work or Work(), part, each)
-    flows = []
-    for of_patch in solved:
-        flow = seal_flow(of_patch.table, profile, path, ends)
-        flows.append(PatchFlow(of_patch.table, flow, of_patch.converged, of_patch.reason))
+    flows = tuple(
+        replace(seal_flow(of_patch.table, profile, path, ends), reason=of_patch.reason)
+        for of_patch in solved
+    )
     errors = [of_patch.contact_error for of_patch in solved if of_patch.table.upper.any()]
     estimates = [error for error in errors if error is not None]
     largest = max(estimates) if estimates and len(estimates) == len(errors) else None
     gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]
-    together = _together(tuple(flows), path, size, rtol, scene.flow.method)
+    together = _together(flows, path, size, rtol, scene.flow.method)
     return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
 
 
@@ -183,20 +182,19 @@ def _size_of_patch(patch: Patch) -> tuple[float, float]:
     return (along / 2, across / 2) if mirrored else (along, across)
 
 
-def median_patch(patches: tuple[PatchFlow, ...]) -> PatchFlow:
+def median_patch(patches: tuple[SealFlow, ...]) -> SealFlow:
     """The patch of the median leak rate; of an even number the one that leaks more."""
-    return sorted(patches, key=lambda patch: patch.seal_flow.value)[len(patches) // 2]
+    return sorted(patches, key=lambda patch: patch.value)[len(patches) // 2]
 
 
 def _together(
-    patches: tuple[PatchFlow, ...],
+    flows: tuple[SealFlow, ...],
     path: LeakPath,
     size: tuple[float, float],
     rtol: float,
     method: str,
 ) -> SealLeak:
     """Put the patches of a size [m] into the mosaic of the seal."""
-    flows = [patch.seal_flow for patch in patches]
     lifted = flows[0].state == "lifted off"  # as all are, whose pressures are the same
     rates = np.array([(flow.lower, flow.value, flow.upper) for flow in flows])
     lengths = [flow.path.sealing_length for flow in flows if flow.path and flow.state == "leaking"]
@@ -205,34 +203,33 @@ def _together(
     sealed = sum(flow.state == "sealed" for flow in flows)
     drawn = DrawnSeals(rates[0], 0.0) if lifted else drawn_seals(rates, count)
     lower, value, upper = map(float, drawn.mean)
-    reason = _missed(patches, lower, upper, rtol)
+    reason = _missed(flows, lower, upper, rtol)
     return SealLeak(
         state="lifted off" if lifted else "sealed" if upper == 0 else "leaking",
         method=method,
         value=value,
         lower=lower,
         upper=upper,
-        patches=patches,
+        patches=flows,
         count=count,
         scatter=drawn.scatter,
         interval=None if lifted else generalised_interval(rates[:, 1], count.along),
-        share_sealed=Share(sealed / len(patches), *sealed_share(sealed, len(patches))),
+        share_sealed=Share(sealed / len(flows), *sealed_share(sealed, len(flows))),
         converged=not reason,
         reason=reason,
         leak_path=path.length,
     )
 
 
-def _missed(patches: tuple[PatchFlow, ...], lower: float, upper: float, rtol: float) -> str:
+def _missed(patches: tuple[SealFlow, ...], lower: float, upper: float, rtol: float) -> str:
     """Sentence on the tolerance that the bounds of the seal [m³/s] miss, else empty.
 
     The bounds of a patch that leaks little may be wide if those of the seal are narrow enough.
     """
-    ended = [number for number, patch in enumerate(patches) if not patch.converged]
+    ended = [number for number, patch in enumerate(patches) if patch.reason]
     if not ended or upper == 0 or relative_width(lower, upper) <= rtol:
         return ""
-    flows = [patches[k].seal_flow for k in ended]
-    widths = [relative_half_width(flow.lower, flow.upper) for flow in flows]
+    widths = [relative_half_width(patches[k].lower, patches[k].upper) for k in ended]
     number = ended[int(np.argmax(widths))]
     reached, asked, worst = map(
         per_cent, (relative_half_width(lower, upper), half_width_of(rtol), max(widths))

@@ -81,7 +81,7 @@ class PathFlow:
 
 @dataclass(frozen=True, eq=False)
 class SealFlow:
-    """Leak rate of a seal with bounds, under the hypothesis that the scales are apart."""
+    """Leak rate of a seal of equal patches, under the hypothesis that the scales are apart."""
 
     #: "lifted off": P <= p_in everywhere, there is no contact left and no leak rate
     state: FlowState
@@ -95,6 +95,9 @@ class SealFlow:
     sealing: SealingPart | None = None  #: part of the path that seals; None if lifted off
     #: the same at the lower and at the upper bound, if they are positive and finite
     bounding: tuple[PathFlow, ...] = ()
+    table: ConductivityTable | None = None  #: conductivity of the patches; None if lifted off
+    #: why the bounds do not meet a tolerance, and what to change; empty if they do
+    reason: str = ""
 
     def __post_init__(self) -> None:
         require_enclosed(self.value, self.lower, self.upper)
@@ -153,7 +156,7 @@ def seal_flow(
         for steps, P, rate in cuts
         if 0 < rate < inf
     )
-    return SealFlow("leaking", value, lower, upper, along, along.sealing, tuple(bounding))
+    return SealFlow("leaking", value, lower, upper, along, along.sealing, tuple(bounding), table)
 
 
 def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:
@@ -173,7 +176,8 @@ def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> S
     middle = 0.5 * (start + end)
     fluid = np.where(x <= middle, ends.inlet, ends.outlet)
     along = PathFlow(x, P, fluid, table.interpolated(P - fluid), none, none)
-    return SealFlow("sealed", 0.0, 0.0, 0.0, along, SealingPart(start, middle, end))
+    sealing = SealingPart(start, middle, end)
+    return SealFlow("sealed", 0.0, 0.0, 0.0, along, sealing, table=table)
 
 
 def _places(profile: Profile, cells: int) -> np.ndarray:

@@ -22,8 +22,9 @@ from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
-from fem_seal.upscaling.refined_table import STARTED, PatchFlow, refined_table
+from fem_seal.upscaling.refined_table import STARTED, refined_table
 from fem_seal.upscaling.scene_profile import leak_path_of
+from fem_seal.upscaling.seal_flow import SealFlow
 
 OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
 
@@ -33,8 +34,9 @@ class SolvedPatch:
     """Conductivity of a patch at the net loads that the seal needs."""
 
     table: ConductivityTable
-    converged: bool  #: whether the leak rate of a seal of such patches is known to seal.rtol
-    reason: str  #: why it is not, else empty
+    reason: (
+        str  #: why the leak rate of a seal of such patches is not known to seal.rtol, else empty
+    )
     #: estimated relative error of the conductivity due to the grid of the contact, at the load that
     #: matters most; None if there is no estimate
     contact_error: float | None
@@ -62,7 +64,7 @@ class PatchTask(Task[SolvedPatch]):
 
         seal = present(self.scene.seal, "[seal]")
         loaded = LoadedPatch(Patch(self.scene, staged, comm=comm), OF_FLOWS * seal.rtol)
-        outcome = refined_table(
+        flow = refined_table(
             loaded,
             *leak_path_of(self.scene, self.part),
             tolerance=seal.rtol,
@@ -71,28 +73,24 @@ class PatchTask(Task[SolvedPatch]):
             progress=begin,
         )
         begin("error of the contact's grid")
-        table = present(outcome.table, "table of the patch")
-        load = _load_that_matters(outcome, table, loaded)
+        load = _load_that_matters(flow, loaded)
         return SolvedPatch(
-            table,
-            outcome.converged,
-            outcome.reason,
+            present(flow.table, "table of the patch"),
+            flow.reason,
             None if load is None else _contact_error(loaded, load),
             None if load is None else loaded.critical_gap(load),
         )
 
 
-def _load_that_matters(
-    outcome: PatchFlow, table: ConductivityTable, patch: LoadedPatch
-) -> float | None:
+def _load_that_matters(flow: SealFlow, patch: LoadedPatch) -> float | None:
     """Leaking load [Pa] of the table nearest to that which matters most; None if sealed.
 
     That is the net load of the place that halves the influence on the leak rate. The upper bounds
     do not tell what leaks: a sealed load below one that leaks has that one's bound.
     """
-    along = outcome.seal_flow.path
-    if along is None or outcome.seal_flow.state != "leaking":
+    if flow.state != "leaking":
         return None
+    along, table = present(flow.path, "path"), present(flow.table, "table")
     net = along.contact_pressure - along.fluid_pressure
     matters = float(net[np.searchsorted(np.cumsum(along.influence), 0.5)])
     by_distance = sorted(table.loads.tolist(), key=lambda load: abs(load - matters))

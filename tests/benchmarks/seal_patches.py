@@ -111,7 +111,7 @@ def solve(patches: tuple[Scene, ...]) -> None:
         K = np.sqrt(table.lower * table.upper)
         print(f"patch {number}: {whole:.1f} CPU s, {len(table.loads)} net loads; {parts}")
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-        print(f"  K from {K[0]:.3e} to {K[-1]:.3e}, converged {solved.converged}, {memory:.2f} GB")
+        print(f"  K from {K[0]:.3e} to {K[-1]:.3e}, converged {not solved.reason}, {memory:.2f} GB")
 
 
 if __name__ == "__main__":

@@ -37,7 +37,6 @@ from fem_seal.upscaling.mosaic import drawn_seals, generalised_interval
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
-from fem_seal.upscaling.refined_table import PatchFlow
 from fem_seal.upscaling.scene_profile import leak_path_of, read_profile
 from fem_seal.upscaling.seal import Share, _size_of_patch, _together, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
@@ -436,7 +435,7 @@ def test_patches_are_kept_and_not_computed_again(tmp_path):
         more = solve_seal(two, tmp_path, Work(executor=executor))
     assert all(path.read_bytes() == text for path, text in files.items())
     assert len(list(tmp_path.iterdir())) == 2
-    assert more.patches[0].seal_flow.value == first.patches[0].seal_flow.value
+    assert more.patches[0].value == first.patches[0].value
     alone = solve_seal(two)
     assert (more.lower, more.value, more.upper) == (alone.lower, alone.value, alone.upper)
 
@@ -556,8 +555,8 @@ def test_time_of_a_patch_is_limited():
 @pytest.mark.parametrize(("share", "converged"), [(1e-9, True), (1.0, False)])
 def test_a_wide_patch_that_leaks_little_does_not_matter(share, converged):
     """Of two patches of a seal one patch wide, one is known to a factor of 10."""
-    known = PatchFlow(None, SealFlow("leaking", 1.0, 0.99, 1.01))
-    wide = PatchFlow(None, SealFlow("leaking", share, 0.1 * share, share), False, "it is slow")
+    known = SealFlow("leaking", 1.0, 0.99, 1.01)
+    wide = SealFlow("leaking", share, 0.1 * share, share, reason="it is slow")
     seal = _together((known, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
     assert seal.converged == converged
     assert ("patch 2 of 2 got to ±82 %, since it is slow" in seal.reason) != converged
@@ -566,7 +565,7 @@ def test_a_wide_patch_that_leaks_little_does_not_matter(share, converged):
 def test_a_patch_whose_bounds_are_too_wide_names_one_tolerance():
     """Half of it goes to the bounds at the loads: twice the width that was reached is enough."""
     flow = SealFlow("leaking", 1.0, 0.9, 1.1)
-    wide = PatchFlow(None, flow, False, "its bounds are wide")
+    wide = replace(flow, reason="its bounds are wide")
     seal = _together((wide, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
     assert seal.reason.endswith("since its bounds are wide; seal.rtol = 0.41 would do")
 
@@ -647,10 +646,7 @@ def test_a_sealed_seal_is_said_and_drawn_as_far_as_it_is_known(profile):
 
 
 def test_a_scatter_of_many_decades_is_words():
-    flows = tuple(
-        PatchFlow(None, SealFlow("leaking", rate, 0.9 * rate, 1.1 * rate))
-        for rate in (1.0, 1e-30, 1e-60)
-    )
+    flows = tuple(SealFlow("leaking", rate, 0.9 * rate, 1.1 * rate) for rate in (1.0, 1e-30, 1e-60))
     seal = _together(flows, StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.5, "adaptive")
     entry = _patches_entry(seal)
     assert "scatter by 30 powers of ten" in entry.sentence
