@@ -95,15 +95,9 @@ class OnGrid:
         if state is not None and not state.converged:
             low, high = state.lowest, state.highest
         gap = 0.0 if tightest is None else tightest.gap
+        left_out = unresolved(present(patch.surface, "surface"))
         by_area = patch.load.kind == "area_fraction"
-        return cls(
-            low,
-            high,
-            gap,
-            unresolved(present(patch.surface, "surface")),
-            by_area,
-            state is not None,
-        )
+        return cls(low, high, gap, left_out, by_area, lifted=state is not None)
 
 
 @dataclass(frozen=True)

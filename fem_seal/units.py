@@ -64,7 +64,15 @@ def to_si(value: object, unit: str) -> float:
     number, text = match.groups()
     if not text:
         raise ValueError(f"has no unit; {expected}")
-    return require_size(_convert(number, text, unit, expected))
+    if _PIXEL.search(text):
+        raise ValueError(
+            f"is in pixels, which are of no fixed length; {expected}: their number times the "
+            "distance of the samples"
+        )
+    converted = _converted(number, text, unit, expected)
+    if converted is None:
+        raise ValueError(f"is not in a unit of {unit}; {expected}")
+    return require_size(converted)
 
 
 def require_size(number: float) -> float:
@@ -93,28 +101,23 @@ def _parsed(text: str) -> "pint.Unit":
     return unit
 
 
-def _convert(number: str, text: str, unit: str, expected: str) -> float:
-    """Convert a number with the unit `text` to an SI unit; `expected` ends the error message."""
+def _converted(number: str, text: str, unit: str, expected: str) -> float | None:
+    """Convert a number with the unit `text` to an SI unit; None if they measure different things.
+
+    ValueError for an unknown unit, with a message that ends with `expected`.
+    """
     from decimal import Decimal
 
     import pint
 
-    if _PIXEL.search(text):
-        raise ValueError(
-            f"is in pixels, which are of no fixed length; {expected}: their number times the "
-            "distance of the samples"
-        )
     registry, si = _registry(), unit.replace(" ", "*")
     try:
         # parse_units accepts names and powers only; parse_expression reads "5,0 um" as 50 um.
         quantity = registry.Quantity(Decimal(number), _parsed(text))
         # Bytes, angles and parts have no dimension to pint, but roots of their own.
         _, root = registry.get_root_units(quantity.units)
-        if root != registry.get_root_units(si)[1]:
-            raise pint.DimensionalityError(quantity.units, si)
-        return float(quantity.m_as(si))
-    except pint.DimensionalityError:
-        raise ValueError(f"is not in a unit of {unit}; {expected}") from None
+        same = root == registry.get_root_units(si)[1]
+        return float(quantity.m_as(si)) if same else None
     except (pint.PintError, *_NO_UNIT):
         raise ValueError(f"has an unknown unit {text!r}; {expected}") from None
 
@@ -141,18 +144,10 @@ class RateUnit:
                 "or 'l/min': the volume of a gas is that at fluid.reference_temperature and "
                 "fluid.reference_pressure (0 degC and 1 atm, if the scene names no others)"
             )
-        import pint
-
-        registry = _registry()
-        try:
-            unit = _parsed(text)
-            root = registry.get_root_units(unit)[1]  # of angles and bytes as well, see `_convert`
-        except (pint.PintError, *_NO_UNIT):
-            raise ValueError(f"has an unknown unit; it {_RATE_EXPECTED}") from None
         for kind, si in RATES.items():
-            si = si.replace(" ", "*")
-            if root == registry.get_root_units(si)[1]:
-                return cls(text.strip(), kind, float(registry.Quantity(1, unit).m_as(si)))
+            size = _converted("1", text, si, f"it {_RATE_EXPECTED}")
+            if size is not None:
+                return cls(text.strip(), kind, size)
         raise ValueError(f"does not measure a leak rate; it {_RATE_EXPECTED}")
 
 

@@ -145,21 +145,18 @@ class ConductivityTable:
     @cached_property
     def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Loads and bounds of the table and of the steps inside the enclosures; no bound rises."""
-        rows = [(self.loads[:1], self.lower[:1], self.upper[:1])]
+        rows = [(self.loads, self.lower, self.upper)]
         for k, enclosure in enumerate(self.between):
-            a, b = self.loads[k : k + 2]
             if enclosure is not None:
+                a, b = self.loads[k : k + 2]
                 share = np.arange(1, enclosure.steps()) / enclosure.steps()
                 inside = a + (b - a) * share
                 kept = (inside > a) & (inside < b)
                 lower = np.maximum(enclosure.lower_at(share), self.lower[k + 1])
                 upper = np.minimum(enclosure.upper_at(share), self.upper[k])
                 rows.append((inside[kept], lower[kept], upper[kept]))
-            end = slice(k + 1, k + 2)
-            rows.append((self.loads[end], self.lower[end], self.upper[end]))
-        if not self.between:
-            return self.loads, self.lower, self.upper
-        loads, lower, upper = (np.concatenate(column) for column in zip(*rows, strict=True))
+        columns = np.concatenate(rows, axis=1)
+        loads, lower, upper = columns[:, np.argsort(columns[0])]
         return loads, np.minimum.accumulate(lower), np.maximum.accumulate(upper[::-1])[::-1]
 
     @property

@@ -38,7 +38,6 @@ from fem_seal.contact.state import ContactState
 from fem_seal.digits import with_prefix
 from fem_seal.errors import narrowed, present
 from fem_seal.film import GridFilm, film_conductivity
-from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -243,14 +242,8 @@ class LoadedPatch:
                 del self._flows[next(iter(self._flows))]
 
         start = self._nearest(load) if nearby else None
-        settings = FlowSettings(
-            scene.viscosity,
-            scene.drive.pressure_drop,
-            slip=at_mean_pressure(scene.slip),
-            method=scene.flow.method,
-            rtol=looser * self.rtol,
-            limits=scene.flow.limits,
-        )
+        slip, rtol = at_mean_pressure(scene.slip), looser * self.rtol
+        settings = replace(scene.flow_settings, slip=slip, rtol=rtol, decide=None, field=False)
         return leak_rate(
             film,
             settings,

@@ -149,11 +149,10 @@ def seal_flow(
     lower = path_leak_rate(table.lowest, high, lengths, ends, below) * (1 - 2 * SHOOTING)
     upper = path_leak_rate(table.highest, low, lengths, ends, above) * (1 + 2 * SHOOTING)
     value = float(np.clip(value, lower, upper))
-    cuts = [(table.interpolated, middle, value), (table.lowest, high, lower)]
-    cuts.append((table.highest, low, upper))
+    at_value = table.interpolated, middle, value
     along, *bounding = (
         _path_flow(steps, profile, x, P, lengths, ends, rate)
-        for steps, P, rate in cuts
+        for steps, P, rate in (at_value, (table.lowest, high, lower), (table.highest, low, upper))
         if 0 < rate < inf
     )
     return SealFlow("leaking", value, lower, upper, along, along.sealing, tuple(bounding), table)
