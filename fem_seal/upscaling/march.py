@@ -23,8 +23,8 @@ SHOOTING = 1e-9
 PRESSURE_ROUNDING = 1e-12  # relative rounding error of a pressure
 # Length of a step in ln Q by which an end of the searched range is moved, and most such steps.
 WIDENING, MOST_WIDENINGS = 5.0, 100
-# First step from below over the bracket, and each following one over that of the secant.
-FIRST_STEP, UNDER = 0.02, 0.9
+# Brent's method takes at most the square of the 40 that halving the bracket would take.
+MOST_ITERATIONS = 1600
 RELATIVE = 4 * np.finfo(float).eps  # smallest relative tolerance that SciPy accepts
 
 
@@ -59,27 +59,13 @@ def path_leak_rate(
 def _root(excess: Callable[[float], float], low: float, high: float) -> float:
     """Root of an excess that grows with ln Q, from two guesses of its bracket.
 
-    Below the root the excess is nearly linear, above it is a hundred times as steep. So steps of
-    UNDER of the secant's length come close from below. If they do not end at a root, algorithm 748
-    finds it: it halves its bracket in each iteration at least (G. E. Alefeld, F. A. Potra and Y.
-    Shi, ACM Trans. Math. Softw. 21, 327 (1995)), and SciPy takes up to a hundred. A root at an end
-    of the bracket is returned as it is.
+    Brent's method also ends at a jump, where it halves the bracket. A root at an end of the bracket
+    is returned as it is.
     """
-    from scipy.optimize import toms748
+    from scipy.optimize import brentq
 
     low, high = _widened(excess, low, -WIDENING), _widened(excess, high, WIDENING)
-    step, of_low = FIRST_STEP * (high - low), excess(low)
-    while of_low < 0 and low + step < high:
-        if step < UNDER * SHOOTING and excess(low + SHOOTING) >= 0:
-            return low + step / UNDER
-        reached = excess(low + step)
-        if reached >= 0:
-            high = low + step
-        elif reached > of_low:
-            low, step, of_low = low + step, -UNDER * step * reached / (reached - of_low), reached
-            continue
-        break
-    return float(toms748(excess, low, high, xtol=SHOOTING, rtol=RELATIVE))
+    return float(brentq(excess, low, high, xtol=SHOOTING, rtol=RELATIVE, maxiter=MOST_ITERATIONS))
 
 
 def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> float:
