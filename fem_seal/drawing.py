@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fem_seal import parallel
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import OTHER_FOLDER, InvalidInput
 from fem_seal.files import locked_folder, staging_folder, writing
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.patch import Patch
@@ -20,6 +20,8 @@ from fem_seal.results.arrays import (
     read_mesh,
     write_mesh,
 )
+from fem_seal.results.folder import holds_another_scene
+from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 
 
@@ -77,11 +79,14 @@ def mesh(
     film = Patch(scene, report, trust=trust).film
     if not isinstance(film, MeshFilm):
         raise InvalidInput("the scene has no [shape] to mesh")
-    return film.summary(), parallel.on_root(lambda: _write_mesh(film, Path(out).absolute()))
+    folder, provenance = Path(out).absolute(), Provenance.of(scene)
+    return film.summary(), parallel.on_root(lambda: _write_mesh(film, folder, provenance))
 
 
-def _write_mesh(film: MeshFilm, out: Path) -> tuple[str, ...]:
+def _write_mesh(film: MeshFilm, out: Path, provenance: Provenance) -> tuple[str, ...]:
     with locked_folder(out), staging_folder(out) as staged, writing(out):
+        if holds_another_scene(out, provenance):
+            raise InvalidInput(f"{out} holds the result of another scene; {OTHER_FOLDER}")
         names = tuple(sorted((write_mesh(staged, film), *draw_pictures(film, None, staged))))
         for name in names:
             (staged / name).replace(out / name)

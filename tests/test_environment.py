@@ -131,8 +131,10 @@ def test_mpirun_as_the_readme_says(folder):
     status, out, error = outcome(shlex.split(line), PATH=programs)
     assert status == 0
     # Open MPI 5 complains where network interfaces do not reach each other; it needs none here.
-    # What two processes say may be mixed.
-    complaint = re.compile(r"mca_btl_tcp_proc|Unable to find reachable pairing|^$")
+    # What two processes say may be mixed. A slow machine reports what it does.
+    complaint = re.compile(
+        r"mca_btl_tcp_proc|Unable to find reachable pairing|^$|^fem-seal: (flow|pictures)"
+    )
     assert [line for line in error.splitlines() if not complaint.search(line)] == []
     # A uniform gap: Q = w g³ Δp / (12 η L), on a square of 1e5 Pa and 1 mPa s.
     [rate] = re.findall(r"leak rate +(\S+) m", out)

@@ -27,6 +27,8 @@ from fem_seal.files.lock import LOCK_FILE
 from fem_seal.files.owner import Owner, staging_name, this_process
 from fem_seal.interrupts import interruptible
 from fem_seal.mesh import geometry
+from fem_seal.scene import Scene
+from fem_seal.solved import solve
 
 HOLD = (
     "import sys, time; from pathlib import Path; from fem_seal.files import locked_folder\n"
@@ -229,6 +231,16 @@ def test_a_mesh_that_the_disk_cuts_off_is_not_the_geometry_s_fault(tmp_path, ref
     assert f"whole mesh of face-seal.geo to {tmp_path}/tmp" in error.replace(
         str(Path(geometry.__file__).parent / "sources") + "/", ""
     )
+
+
+@pytest.mark.skipif(not find_spec("gmsh"), reason="needs gmsh")
+def test_a_mesh_does_not_replace_that_of_another_scene(tmp_path, refused):
+    """Its pictures would lie beside the result of that scene, as if they were its own."""
+    out = tmp_path / "out"
+    solve(Scene.from_mapping(RING)).save(out)
+    wider = RING | {"shape": RING["shape"] | {"gap": "4 um"}}
+    error = refused("mesh", write_toml(tmp_path / "wider.toml", wider), "--out", out)
+    assert f"{out} holds the result of another scene" in error
 
 
 def test_a_full_temporary_folder_is_named(tmp_path, monkeypatch):

@@ -43,9 +43,11 @@ def test_example_prints_what_the_readme_says(monkeypatch, capsys):
     exec(code, {})
     printed = capsys.readouterr().out
     assert re.sub(NUMBER, "#", printed) == re.sub(NUMBER, "#", said)
-    dry, lifted, *_, last = printed.splitlines()
+    dry, lifted, headline, last = printed.splitlines()
     assert dry == said.splitlines()[0]  # to the digits shown
     assert_same_lifted_contact(numbers(lifted), numbers(said.splitlines()[1]))
+    # All errors together are known to two digits, and follow the bounds of the flows.
+    assert numbers(headline) == pytest.approx(numbers(said.splitlines()[2]), rel=0.04)
     assert_same_leak_rate(numbers(last), numbers(said.splitlines()[-1]))
 
 

@@ -16,8 +16,9 @@ from fem_seal.solved import solve
 from fem_seal.steps import FLOWS
 from fem_seal.sweep import sweep
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import UNSETTLED, Point
+from fem_seal.sweep.point import UNSETTLED, Point, ScenePoint
 from fem_seal.sweep.store import SweepFolder
+from fem_seal.sweep.sweep import _by_surface, _origin
 
 LEFT = {"points", "sweep.csv", "sweep.json"}
 SEAL = ("seal.cylinder_radius=1 mm", "seal.circumference=1 cm", "seal.pressure_profile=hertz")
@@ -37,6 +38,34 @@ def test_an_infinite_end_survives_its_file(tmp_path):
     folder.save("a" * 32, Point(("0.1",), False, "", together_lower=1e-12, together_upper=inf))
     read = SweepFolder(tmp_path / "sweep", ("flow.rtol",)).point("a" * 32)
     assert read.together_upper == inf
+
+
+def test_files_that_vary_leave_the_origin_of_a_sweep_as_it_is(tmp_path):
+    """A sweep over files is the same sweep, whichever of them comes first."""
+    for name in "abc":
+        np.savetxt(tmp_path / f"{name}.txt", np.random.default_rng(ord(name)).random(64))
+    scenes = []
+    for names in ("ab", "bc"):
+        path = [str(tmp_path / f"{name}.txt") for name in names]
+        surface = {"kind": "profiles", "path": path, "step": "1 um", "unit": "um"}
+        surface |= {"shape": [32, 32], "size": ["32 um", "32 um"]}
+        others = {"solid": {"contact_modulus": "10 MPa"}, "contact": {"pressure": "0.1 MPa"}}
+        products = {"output": {"products": ["contact"]}}
+        scenes.append(Scene.from_mapping({"surface": surface} | others | products))
+    first, second = (_origin(one, ("surface.path",)) for one in scenes)
+    assert first.scene == second.scene
+    assert first.inputs == second.inputs == {}
+
+
+def test_surfaces_as_good_as_equal_are_not_handed_on():
+    """The tenth digit of a size makes another surface."""
+    scene = Scene.from_file("scene.toml")
+    sizes = ["100 um", "100.0000001 um", "100 um"]
+    tasks = [
+        ScenePoint(str(k), "", (), scene.with_({"surface.size": [size, size]}), False)
+        for k, size in enumerate(sizes)
+    ]
+    assert [[task.name for task in group] for group in _by_surface(tasks)] == [["0", "2"], ["1"]]
 
 
 def test_rows_are_those_of_single_runs(scene_file, tmp_path):

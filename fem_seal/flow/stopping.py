@@ -127,7 +127,7 @@ class Decision:
         if lower * high * self.unit >= self.limit >= upper * low * self.unit:
             if self.margin == 0:
                 return "the limit lies within the uncertainty of the slip, which no mesh reduces"
-            error = "slip and lift" if solution.slip else "lift"
+            error = "lift" if solution.slip is None else "slip and lift"
             return (
                 f"the limit lies within the uncertainty of the {error}, which no further mesh "
                 "reduces; a smaller flow.rtol reduces that of the lift"

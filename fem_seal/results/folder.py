@@ -120,7 +120,7 @@ class ResultFolder:
         if self._overwrite:
             return
         if has_result:
-            if not Result.from_folder(self.path).provenance.same_scene(self._provenance):
+            if holds_another_scene(self.path, self._provenance):
                 kept = "; patches of the seal that fit are kept" * (self.path / PATCHES).is_dir()
                 raise InvalidInput(
                     f"{self.path} holds the result of another scene; {OR_OVERWRITE}{kept}"
@@ -132,6 +132,13 @@ class ResultFolder:
                 raise InvalidInput(
                     f"{self.path} holds a file {name} that belongs to no result; {OR_OVERWRITE}"
                 )
+
+
+def holds_another_scene(folder: Path, provenance: Provenance) -> bool:
+    """Whether a folder holds the result of another scene than that of a provenance."""
+    if not (folder / RESULT_FILE).exists():
+        return False
+    return not Result.from_folder(folder).provenance.same_scene(provenance)
 
 
 def _files_of(result: Path) -> tuple[str, ...]:

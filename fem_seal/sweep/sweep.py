@@ -153,11 +153,11 @@ def _tasks(
 
 def _by_surface(tasks: Sequence[ScenePoint]) -> list[tuple[ScenePoint, ...]]:
     """Points with the same surface, which hand it on, with its contact, from one to the next."""
-    of_surface: dict[str, list[ScenePoint]] = {}
+    of_surface: dict[tuple[object, ...], list[ScenePoint]] = {}
     for task in tasks:
         scene = task.scene
         window = None if scene.seal is None else scene.seal.window
-        of_surface.setdefault(repr((scene.surface, scene.gap, window)), []).append(task)
+        of_surface.setdefault((scene.surface, scene.gap, window), []).append(task)
     return list(map(tuple, of_surface.values()))
 
 
@@ -185,7 +185,10 @@ def _origin(scene: Scene, keys: tuple[str, ...]) -> Provenance:
         section: {name: value for name, value in fields.items() if f"{section}.{name}" not in keys}
         for section, fields in origin.scene.items()
     }
-    files = {"surface.path", "gap.path", "shape.path"}.intersection(keys)
-    varied = [getattr(scene, key.removesuffix(".path")).path for key in files]
+    varied: set[Path] = set()
+    for key in {"surface.path", "gap.path", "shape.path", "seal.table"}.intersection(keys):
+        section, name = key.split(".")
+        paths = getattr(getattr(scene, section), name)
+        varied.update(paths if isinstance(paths, tuple) else [paths])
     inputs = {path: digest for path, digest in origin.inputs.items() if Path(path) not in varied}
     return origin.model_copy(update={"scene": shared, "inputs": inputs, "seed": None})

@@ -106,7 +106,8 @@ def under_less_load(
     if len(seal.patches) < LEAST_LEAKING:
         return replace(seal, lowered=LoweredSeal(tried[0]))
     with ExitStack() as held:
-        folder = folder or held.enter_context(temporary_folder())
+        if folder is None:  # one folder for all processes
+            folder = parallel.on_root(lambda: held.enter_context(temporary_folder()), patch.comm)
         for part in tried:
             # Times differ from process to process.
             late = parallel.on_root(lambda: perf_counter() - start > seconds, patch.comm)

@@ -182,6 +182,12 @@ def test_realizations_are_seeds():
     assert [one.surface.seed for one in realizations(scene())] == [0, 1, 2]
 
 
+def test_limit_and_tolerances_leave_the_patches_as_they_are():
+    """Kept patches of a seal serve one with a limit, or with other errors of its inputs."""
+    changed = scene(limit={"leak_rate": "1 ml/h"}, tolerances={"fluid": {"viscosity": "10 %"}})
+    assert realizations(changed) == realizations(scene())
+
+
 def test_profiles_have_the_mean_of_the_contact():
     """The midpoint rule errs by N^-1.5 beside a root: 4e-7."""
     hertz = leak_path_of(scene(seal={"pressure_profile": "hertz"}))[0]
