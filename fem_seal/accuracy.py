@@ -23,7 +23,7 @@ from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids, sea
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Known, Patch
 from fem_seal.progress import Report, silent
-from fem_seal.scene import Scene
+from fem_seal.scene import Scene, SelfAffine
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import PRECISION, sealing_load
 
@@ -224,10 +224,10 @@ def chosen_patch(
         return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN
 
     with first.timed("accuracy"):
-        waves = present(scene.surface, "[surface]").waves
         # Two samples: the shortest wave that a measured map holds.
-        longest_step = max(present(first.surface, "surface").spacing)
-        shortest = 2 * longest_step if waves is None else waves.shortest
+        shortest = 2 * max(present(first.surface, "surface").spacing)
+        if isinstance(scene.surface, SelfAffine):
+            shortest = scene.surface.short_wavelength
         patch, choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
     patch.seconds.update(first.seconds)
     return patch, choice

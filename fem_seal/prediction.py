@@ -21,7 +21,7 @@ from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
 from fem_seal.progress import duration
-from fem_seal.scene import Scene
+from fem_seal.scene import Scene, SelfAffine
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.patch_conductivity import KEPT
 from fem_seal.upscaling.refined_table import intervals_needed
@@ -245,10 +245,10 @@ class _Laws:
 def _grid(scene: Scene, surface: GridField | None) -> tuple[tuple[int, int], float]:
     """Samples of the scene's grid, and a measure of the number of channels in its gap."""
     known = scene.surface
-    if known is not None and known.waves is not None:
-        given, side = known.waves, sqrt(prod(known.waves.size))
-        shape, long = given.samples, side / given.longest
-        waves = min(side / given.shortest, sqrt(prod(shape)) / 2)
+    if isinstance(known, SelfAffine):
+        shape, side = known.shape, sqrt(prod(known.size))
+        long = side / known.long_wavelength
+        waves = min(side / known.short_wavelength, sqrt(prod(shape)) / 2)
     else:
         field = surface
         if field is None:

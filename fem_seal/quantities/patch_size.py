@@ -10,6 +10,7 @@ from fem_seal.error_budget import Uncertainty
 from fem_seal.errors import present
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
+from fem_seal.scene import SelfAffine
 from fem_seal.steps import whole_map
 from fem_seal.surface import kept_roughness, longest_wavelength
 from fem_seal.surface.windows import MOST_LOST, WAVES
@@ -23,11 +24,14 @@ def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertai
     Both use one longest wavelength: of a random surface its long cut-off, of a measured one that of
     the whole map (`surface.longest_wavelength`), whether or not windows of it are the patches.
     """
-    map_, waves = patch.scene.measured_map, present(patch.scene.surface, "[surface]").waves
+    map_, surface = patch.scene.measured_map, patch.scene.surface
     heights = present(patch.surface, "surface")
     if map_ is not None:
         heights = parallel.on_root(lambda: whole_map(map_), patch.comm)
-    longest = longest_wavelength(heights) if waves is None else waves.longest
+    if isinstance(surface, SelfAffine):
+        longest: float | None = surface.long_wavelength
+    else:
+        longest = longest_wavelength(heights)
     return _scales(heights, longest, leak_path), _size(patch, heights, longest)
 
 

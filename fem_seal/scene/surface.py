@@ -1,7 +1,6 @@
 """The rough counter-face: what each kind of surface says of itself, and the random one."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Literal
 
@@ -19,16 +18,6 @@ from fem_seal.scene.section import (
 from fem_seal.surface.spectrum import Spectrum
 
 
-@dataclass(frozen=True)
-class Waves:
-    """Waves of a surface on its grid, as a section gives them."""
-
-    samples: tuple[int, int]
-    size: tuple[float, float]  #: lengths of the cell [m]
-    longest: float  #: wavelength [m]
-    shortest: float  #: wavelength [m]
-
-
 class SurfaceSection(Section):
     """Base class of the kinds of surface: what the steps, checks and texts ask of each."""
 
@@ -43,11 +32,6 @@ class SurfaceSection(Section):
     def input_files(self) -> tuple[Path, ...]:
         """Files that the heights are read from."""
         return ()
-
-    @property
-    def waves(self) -> Waves | None:
-        """Waves and grid; None if only the heights themselves show them."""
-        return None
 
 
 class SelfAffine(SurfaceSection):
@@ -78,11 +62,6 @@ class SelfAffine(SurfaceSection):
         return Spectrum(
             self.hurst, self.long_wavelength, self.short_wavelength, self.rolloff_wavelength
         )
-
-    @property
-    def waves(self) -> Waves:
-        """Cut-offs on the grid."""
-        return Waves(self.shape, self.size, self.long_wavelength, self.short_wavelength)
 
     def _contradictions(self) -> Iterator[str]:
         yield from not_one(self, ("rms_height", "rms_slope"))
