@@ -1,4 +1,4 @@
-"""The commands. Each is a module with `add(subparsers)`; nothing heavy is imported before it runs.
+"""The commands, each in a module of its own; nothing heavy is imported before it runs.
 
 Exit status: 0 done, 2 bad input (nothing written), 3 not converged, 4 with --strict above the limit
 or undecided, 130 interrupted.
@@ -39,7 +39,52 @@ MOVED = {
     "saddle": "python demos/closing_saddle.py",
     "closing": "python demos/closing_contact.py",
 }
-COMMANDS = (new, run, leak, sweep, render, surface, mesh, study, doctor)
+# The commands in the order of the help: what adds their options, their purpose, and an example.
+COMMANDS = {
+    "new": (
+        new.add,
+        "write a commented scene for a file of heights, with what the file says filled in",
+        "demos/scenes/o-ring-measured.txt --out my-seal.toml",
+    ),
+    "run": (
+        run.add,
+        "compute the products of a scene",
+        "demos/scenes/first.toml --set flow.rtol=0.02",
+    ),
+    "leak": (
+        leak.add,
+        "compute the leak rate of a gap, without a scene file",
+        "gap.npz --sides periodic --unit ml/h --limit '1 ml/h'",
+    ),
+    "sweep": (
+        sweep.add,
+        "compute a scene over the values of some fields",
+        "demos/scenes/first.toml --vary contact.pressure=0.1MPa,0.2MPa",
+    ),
+    "report": (
+        render.add_report,
+        "gather a result folder in one HTML page, pictures inside",
+        "results/first",
+    ),
+    "render": (render.add, "draw the pictures of a result folder again", "results/first"),
+    "surface": (
+        surface.add,
+        "show a scene's surface, or a file of heights, before it is pressed",
+        "demos/scenes/blasted.toml --out surface.png",
+    ),
+    "mesh": (mesh.add, "write and draw the mesh of a scene's [shape]", "demos/scenes/flange.toml"),
+    "study": (
+        study.add,
+        "compare methods, or error against time",
+        "trade demos/scenes/first.toml (fem-seal study trade --help says more)",
+    ),
+    "doctor": (doctor.add, "say what works here, and what to install", ""),
+    "schema": (
+        doctor.add_schema,
+        "print the JSON schema of scene files, by which editors complete and check them",
+        "> scene.schema.json",
+    ),
+}
 INTERRUPTED = 130
 
 
@@ -98,8 +143,14 @@ def parser(words: Sequence[str] = ("leak",)) -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"fem-seal {__version__}")
     subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-    for command in COMMANDS:
-        command.add(subparsers)
+    for name, (add_options, purpose, example) in COMMANDS.items():
+        command = subparsers.add_parser(
+            name,
+            help=purpose,
+            description=f"{purpose[0].upper()}{purpose[1:]}.",
+            epilog=f"Example: fem-seal {name} {example}".rstrip(),
+        )
+        add_options(command)
     if "leak" in words:
         leak.add_fields(subparsers.choices["leak"])
     return top

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from shutil import which
 
-from fem_seal.cli.options import add_command
 from fem_seal.cli.printing import say
 from fem_seal.errors import MissingPackage
 from fem_seal.installed import how_to_add, how_to_get_fenicsx
@@ -79,16 +78,14 @@ print("2 threads" if abs(y[0, 0] - 4096) < 1e-9 else "")
 """
 
 
-def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add both commands."""
-    add_command(subparsers, "doctor", _doctor, "say what works here, and what to install", "")
-    add_command(
-        subparsers,
-        "schema",
-        _schema,
-        "print the JSON schema of scene files, by which editors complete and check them",
-        "> scene.schema.json",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Let the command check the installation."""
+    command.set_defaults(command=_doctor)
+
+
+def add_schema(command: argparse.ArgumentParser) -> None:
+    """Let the command print the schema."""
+    command.set_defaults(command=_schema)
 
 
 def _doctor(options: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
-from fem_seal.cli.options import add_command, add_for_programs, add_output, add_path
+from fem_seal.cli.options import add_for_programs, add_output, add_path
 from fem_seal.cli.printing import origin_of, print_result, require_limit
 from fem_seal.digits import with_prefix
 from fem_seal.errors import InvalidInput
@@ -26,19 +26,13 @@ DRIVES = ("pressure_drop", "inlet_pressure", "outlet_pressure")
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # assumed of a liquid if left out [Pa s], [Pa]
 
 
-def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add the command, without the options of `add_fields`."""
-    command = add_command(
-        subparsers,
-        "leak",
-        _leak,
-        "compute the leak rate of a gap, without a scene file",
-        "gap.npz --sides periodic --unit ml/h --limit '1 ml/h'",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the options but those of `add_fields`."""
     text = "gap (nx, ny) [m], spacing [m], periodic; or nc, h5, npy, txt"
     add_path(command, "gap_file", "GAP.npz", text)
     add_output(command, "none: the result is printed only")
     add_for_programs(command)
+    command.set_defaults(command=_leak)
 
 
 def _fields() -> Iterator[tuple[str, str, Any]]:

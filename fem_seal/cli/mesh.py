@@ -2,24 +2,18 @@
 
 import argparse
 
-from fem_seal.cli.options import add_command, add_path, add_scene, add_trust, default_folder
+from fem_seal.cli.options import add_path, add_scene, add_trust, default_folder
 from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput
 from fem_seal.progress import Display
 
 
-def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add the command."""
-    command = add_command(
-        subparsers,
-        "mesh",
-        _mesh,
-        "write and draw the mesh of a scene's [shape]",
-        "demos/scenes/flange.toml",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the options."""
     add_scene(command)
     add_trust(command)
     add_path(command, "--out", "DIR", "folder of the files (results/NAME for NAME.toml)")
+    command.set_defaults(command=_mesh)
 
 
 def _mesh(options: argparse.Namespace) -> int:

@@ -3,24 +3,18 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.options import add_command, add_path, add_statements, scene_of_heights
+from fem_seal.cli.options import add_path, add_statements, scene_of_heights
 from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput, present
 from fem_seal.files import write_text
 
 
-def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add the command."""
-    command = add_command(
-        subparsers,
-        "new",
-        _new,
-        "write a commented scene for a file of heights, with what the file says filled in",
-        "demos/scenes/o-ring-measured.txt --out my-seal.toml",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the options."""
     add_path(command, "file", "FILE", "heights or profiles (docs/guide/surfaces.md)")
     add_path(command, "--out", "SCENE.toml", "the new scene (FILE's name, in this folder)")
     add_statements(command)
+    command.set_defaults(command=_new)
 
 
 def _new(options: argparse.Namespace) -> int:

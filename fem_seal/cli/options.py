@@ -2,7 +2,7 @@
 
 import argparse
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,24 +13,6 @@ if TYPE_CHECKING:
 
 NOT_KEPT = 4  # exit status with --strict if the limit is not surely kept
 LONGEST_NAME = 60  # most characters of the name of a result folder
-
-
-def add_command(
-    subparsers: argparse._SubParsersAction,
-    name: str,
-    call: Callable[[argparse.Namespace], int],
-    purpose: str,
-    example: str,
-) -> argparse.ArgumentParser:
-    """Add a command with its help and an example; the call returns its exit status."""
-    command: argparse.ArgumentParser = subparsers.add_parser(
-        name,
-        help=purpose,
-        description=f"{purpose[0].upper()}{purpose[1:]}.",
-        epilog=f"Example: fem-seal {name} {example}".rstrip(),
-    )
-    command.set_defaults(command=call)
-    return command
 
 
 def _path(text: str) -> Path:

@@ -2,36 +2,28 @@
 
 import argparse
 
-from fem_seal.cli.options import add_command, add_path
+from fem_seal.cli.options import add_path
 from fem_seal.cli.printing import say
 from fem_seal.progress import Display
 
 FLOW = "flow.png"
 
 
-def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add both commands."""
-    report = add_command(
-        subparsers,
-        "report",
-        _report,
-        "gather a result folder in one HTML page, pictures inside",
-        "results/first",
-    )
-    render = add_command(
-        subparsers,
-        "render",
-        _render,
-        "draw the pictures of a result folder again",
-        "results/first",
-    )
-    for command in (report, render):
-        add_path(command, "folder", "DIR", "folder of fem-seal run or leak --out")
-    render.add_argument(
+def add_report(command: argparse.ArgumentParser) -> None:
+    """Add the folder."""
+    add_path(command, "folder", "DIR", "folder of fem-seal run or leak --out")
+    command.set_defaults(command=_report)
+
+
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the folder, and what is drawn."""
+    add_path(command, "folder", "DIR", "folder of fem-seal run or leak --out")
+    command.add_argument(
         "--all",
         action="store_true",
         help="also pressure, refined mesh, relief, and how the bounds closed",
     )
+    command.set_defaults(command=_render)
 
 
 def _report(options: argparse.Namespace) -> int:

@@ -3,7 +3,6 @@
 import argparse
 
 from fem_seal.cli.options import (
-    add_command,
     add_for_programs,
     add_jobs,
     add_output,
@@ -17,15 +16,8 @@ from fem_seal.errors import InvalidInput
 from fem_seal.progress import Display
 
 
-def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add the command."""
-    command = add_command(
-        subparsers,
-        "run",
-        _run,
-        "compute the products of a scene",
-        "demos/scenes/first.toml --set flow.rtol=0.02",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the options."""
     add_scene(command)
     add_trust(command)
     add_jobs(command, ", for the patches of a [seal]")
@@ -38,6 +30,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_output(command, "results/NAME for NAME.toml, and -KEY=VALUE for each --set")
     add_for_programs(command)
+    command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from fem_seal import parallel
 from fem_seal.cli.options import (
-    add_command,
     add_path,
     add_scene,
     add_work,
@@ -35,15 +34,8 @@ COLUMNS = (
 )
 
 
-def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add the command and its studies."""
-    command = add_command(
-        subparsers,
-        "study",
-        _study,
-        "compare methods, or error against time",
-        "trade demos/scenes/first.toml (fem-seal study trade --help says more)",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the studies."""
     studies = command.add_subparsers(metavar="STUDY", required=True, parser_class=type(command))
     grids = "number of grids, each twice as fine"
     cross = studies.add_parser(
@@ -81,6 +73,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     for name, study in studies.choices.items():
         out = Path("results") / name
         add_path(study, "--out", "DIR", f"result folder ({out})", out)
+    command.set_defaults(command=_study)
 
 
 Text = list[str] | None  # what a study prints; None while points of other parts are missing

@@ -6,7 +6,7 @@ from dataclasses import astuple
 from math import pi
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.options import add_command, add_path, add_scene, add_statements, scene_of_heights
+from fem_seal.cli.options import add_path, add_scene, add_statements, scene_of_heights
 from fem_seal.cli.printing import say
 from fem_seal.digits import with_error, with_prefix
 from fem_seal.errors import InvalidInput
@@ -23,19 +23,13 @@ Rows = Iterator[tuple[str, str]]  # names and texts
 NO_POWER_LAW = 100  # misfit from which a fitted exponent means nothing
 
 
-def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add the command."""
-    command = add_command(
-        subparsers,
-        "surface",
-        _surface,
-        "show a scene's surface, or a file of heights, before it is pressed",
-        "demos/scenes/blasted.toml --out surface.png",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the options."""
     add_scene(command, "SCENE.toml, or a file of heights (docs/guide/surfaces.md)")
     add_statements(command)
     add_path(command, "--out", "FILE.png", "picture of heights and spectrum (none)")
     add_path(command, "--csv", "FILE.csv", "Sq, Sdq, Ssk and the spectrum C(q) (none)")
+    command.set_defaults(command=_surface)
 
 
 def _surface(options: argparse.Namespace) -> int:

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 from fem_seal import parallel
 from fem_seal.cli.options import (
-    add_command,
     add_output,
     add_path,
     add_scene,
@@ -22,15 +21,8 @@ if TYPE_CHECKING:
     from fem_seal.sweep import Point
 
 
-def add(subparsers: argparse._SubParsersAction) -> None:
-    """Add the command."""
-    command = add_command(
-        subparsers,
-        "sweep",
-        _sweep,
-        "compute a scene over the values of some fields",
-        "demos/scenes/first.toml --vary contact.pressure=0.1MPa,0.2MPa",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the options."""
     add_scene(command)
     add_trust(command)
     points = command.add_mutually_exclusive_group(required=True)
@@ -50,6 +42,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         help="draw sweep.png: leak rates with their bounds against what varies",
     )
     add_output(command, "results/NAME-sweep for NAME.toml, with each --set; done points are kept")
+    command.set_defaults(command=_sweep)
 
 
 def _sweep(options: argparse.Namespace) -> int:
