@@ -129,9 +129,9 @@ def draw(points: list[Point], path: Path) -> None:
 
 
 # %%
-def main(out: Path = Path("out"), n: int = 64) -> list[Point]:
+def main(out: Path = Path("out"), n: int = 64, shares: tuple[float, ...] = SHARES) -> list[Point]:
     """Compute, assert, print and draw."""
-    points = [point(share, n) for share in SHARES]
+    points = [point(share, n) for share in shares]
     draw(points, out / "lift.png")
     print("p_in/P0   resolved/dry   range/dry")
     for p in points:

@@ -9,6 +9,9 @@ import pytest
 from project import ROOT, printed_by
 
 DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
+# What they show has tests beside the library: lifts from both starts, derivatives by heights,
+# verdicts that count the lift, contacts near closing.
+DEAR = ("closing_saddle", "how_the_lift_is_solved", "when_is_a_limit_kept", "where_must_i_polish")
 
 # Arguments of main that make a demo small; the others are small by themselves.
 SMALL = {
@@ -19,7 +22,7 @@ SMALL = {
     "how_contact_is_solved": {"n": 64},
     "ordinary_dolfinx": {},  # its figures stand on a page
     "how_the_lift_is_solved": {"n": 32},
-    "when_does_the_fluid_matter": {"n": 32},
+    "when_does_the_fluid_matter": {"n": 32, "shares": (0.01, 0.1, 0.4, 0.9)},
     "when_is_a_limit_kept": {"n": 96},
     "where_must_i_polish": {"n": 64, "tries": 1},
 }
@@ -41,8 +44,15 @@ def test_every_demo_has_small_arguments():
     assert set(DEMOS) == set(SMALL), "say how the new demo is made small"
 
 
+@pytest.mark.parametrize("name", DEAR)
+def test_dear_demos_find_what_they_import(name):
+    assert callable(runpy.run_path(str(ROOT / "demos" / f"{name}.py"), run_name="demo")["main"])
+
+
 @pytest.mark.render
-@pytest.mark.parametrize("name", DEMOS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in DEAR)) for name in DEMOS]
+)
 def test_demo_keeps_its_claims(name, tmp_path, here, capsys):
     """The claims are asserted in `main`; the result is what they were asserted of."""
     demo = str(ROOT / "demos" / f"{name}.py")

@@ -25,7 +25,7 @@ def assert_loads_balance(patch):
     assert state.contact.mean_pressure + state.fluid_load == pytest.approx(LOAD, rel=1e-12)
 
 
-SHARES = (1e-6, 1e-4, 1e-2, 0.1, 0.5, 0.9, 0.99, 1 - 1e-6)
+SHARES = (1e-6, 1e-2, 0.5, 0.99, 1 - 1e-6)
 
 
 @pytest.mark.parametrize("share", SHARES, ids=lambda share: f"{share:.6g}")
@@ -47,7 +47,7 @@ def test_more_leaks_per_pressure_drop_the_more_the_fluid_lifts():
         assert more.upper / high >= less.lower / low
 
 
-@pytest.mark.parametrize("share", [1.0, 1.1, 1.3, 2.0, 10.0, 1e6], ids=lambda share: f"{share:g}")
+@pytest.mark.parametrize("share", [1.0, 1.3, 2.0, 1e6], ids=lambda share: f"{share:g}")
 def test_inlet_above_the_load(share):
     """Inlet pressures at and above the load, from 1 to 1e6 times."""
     patch = lifted(share)

@@ -1,5 +1,7 @@
 """The film of a shape against closed forms; its topology is that of `test_triangulation`."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from fem_seal.threshold import threshold_of_cut
 SIZE = 0.05  # of the mesh, in units of the square's side
 
 
+@cache
 def film(expression, length=1):
     """Rectangle 1 m wide, meshed, with the gap of a formula."""
     sizes = {"length": f"{length} m", "width": "1 m", "mesh_size": f"{SIZE} m"}
