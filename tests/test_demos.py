@@ -9,9 +9,10 @@ import pytest
 from project import ROOT, printed_by
 
 DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
-# What they show has tests beside the library: lifts from both starts, derivatives by heights,
-# verdicts that count the lift, contacts near closing.
-DEAR = ("closing_saddle", "how_the_lift_is_solved", "when_is_a_limit_kept", "where_must_i_polish")
+# What they show has tests beside the library: adaptive and uniform meshes, contacts near closing,
+# slip, lifts from both starts, verdicts that count the lift, derivatives by heights.
+DEAR = ("certified_leak", "closing_saddle", "gas_that_slips", "how_the_lift_is_solved")
+DEAR += ("when_is_a_limit_kept", "where_must_i_polish")
 
 # Arguments of main that make a demo small; the others are small by themselves.
 SMALL = {

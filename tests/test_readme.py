@@ -5,9 +5,10 @@ import re
 import pytest
 from project import ROOT
 
+from fem_seal.patch import Patch
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
-from fem_seal.solved import run, solve
+from fem_seal.solved import run
 
 README = (ROOT / "README.md").read_text()
 NUMBER = r"\d[\d.]*(?:e[+-]\d+)?"
@@ -79,7 +80,7 @@ def test_first_command_prints_what_the_readme_says(tmp_path):
     # Factors of estimates follow the bounds of the flows, which are 2.5 % wide at most.
     assert numbers(printed["errors"]) == pytest.approx(numbers(said["errors"]), rel=0.025)
     [dry] = re.findall(rf"flow.lift=none`\), ({NUMBER}) m\^3/s would leak, an eighteenth", README)
-    leak = solve(Scene.from_file(first, [products, "flow.lift=none"])).leak_rate
+    leak = Patch(Scene.from_file(first, [products, "flow.lift=none"])).leak_rate
     assert leak.lower <= float(dry) <= leak.upper
     assert round(numbers(said["leak rate"])[0] / float(dry)) == 18
     assert "fem-seal run demos/scenes/first.toml" in (ROOT / "Makefile").read_text()

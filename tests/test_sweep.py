@@ -90,8 +90,9 @@ def test_contacts_are_handed_on(scene_file, tmp_path, monkeypatch):
     """One surface for all points, one contact for two links, fewer FFTs for the next pressure."""
     patches = []
     monkeypatch.setattr(ContactPath, "follow", recording(ContactPath.follow, patches))
-    loads = ["0.1 MPa", "0.11 MPa", "0.12 MPa"]
+    loads, dry = ["0.1 MPa", "0.11 MPa", "0.12 MPa"], "flow.lift=none"
     vary = ("--vary", f"contact.pressure={','.join(loads)}", "--set", "contact.area_fraction=")
+    vary += ("--set", dry)
     assert run(*vary, "--vary", "flow.links=arithmetic,harmonic", "--out", "out") == 0
     assert all(patch.surface is patches[0].surface for patch in patches)
     assert all(
@@ -99,7 +100,12 @@ def test_contacts_are_handed_on(scene_file, tmp_path, monkeypatch):
     )
     later = rows(tmp_path / "out")[1::2]
     for pressure, patch, row in zip(loads, patches[1::2], later, strict=True):
-        keys = [f"contact.pressure={pressure}", "contact.area_fraction=", "flow.links=harmonic"]
+        keys = [
+            f"contact.pressure={pressure}",
+            "contact.area_fraction=",
+            "flow.links=harmonic",
+            dry,
+        ]
         alone = Patch(Scene.from_file(scene_file, keys))
         assert np.array_equal(patch.contact.contact, alone.contact.contact)
         # Both states are within 1e-6, their certificate, of the exact one.

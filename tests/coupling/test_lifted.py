@@ -63,7 +63,7 @@ OTHERS = (
 )
 
 
-@pytest.mark.parametrize("settings", [*({"seed": seed} for seed in (1, 2, 3, 5)), *OTHERS], ids=str)
+@pytest.mark.parametrize("settings", [*({"seed": seed} for seed in (1, 5)), *OTHERS], ids=str)
 def test_range_encloses_resolved(settings):
     """Dry contacts under P₀ - p_out and P₀ - p_in leak no more and no less than the lifted one."""
     resolved = Patch(scene(**settings))
@@ -278,7 +278,7 @@ def test_changes_in_several_places_do_not_cancel():
     assert not_by_chance(np.ones((2, 3))) == 6  # each sample once, also of few
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 3])
 def test_both_starts_come_to_one_state(seed):
     """From the outlet's and from the inlet's pressure: the same to what is claimed."""
     problem = problem_of(scene(seed=seed, load=1.2e5, inlet=6e4))
@@ -499,7 +499,12 @@ def gate_and_chamber(load=0.301, place=0.3, depth=0.8, n=32):
 
 
 @pytest.mark.parametrize(
-    ("load", "place", "depth"), [(0.301, 0.3, 0.8), (0.295, 0.3, 0.8), (0.31, 0.15, 0.6)]
+    ("load", "place", "depth"),
+    [
+        (0.301, 0.3, 0.8),
+        pytest.param(0.295, 0.3, 0.8, marks=pytest.mark.slow),
+        (0.31, 0.15, 0.6),
+    ],
 )
 def test_two_equilibria_are_both_reported(load, place, depth):
     """Closed, the gate keeps the pressure out that would open it: sealed or leaking.
@@ -679,7 +684,7 @@ def wedge_carries(n, level=0.0):
     return 1 - np.append(0, lost[:-1]).mean() / lost[-1]
 
 
-@pytest.mark.parametrize("modulus", [1e9, 1e11, 1e13])
+@pytest.mark.parametrize("modulus", [1e9, 1e13])
 def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load(modulus):
     """However stiff: its gap, and so ln Q, hardly changes before the contact is lost.
 

@@ -28,7 +28,7 @@ def entry(patch):
     return found
 
 
-@pytest.mark.parametrize("pressure", [0.03, 0.1, 0.15])
+@pytest.mark.parametrize("pressure", [0.03, 0.15])
 def test_four_times_the_samples_lie_within_the_factors(pressure):
     """The rule was calibrated on other contacts (tests/benchmarks/contact_grid.py)."""
     patch = Patch(scene(f"{pressure} MPa"))

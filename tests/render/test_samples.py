@@ -191,13 +191,12 @@ def test_the_pressure_in_a_pocket_is_not_drawn():
 
 
 def test_lift_is_one_page_of_four_pictures(tmp_path):
-    """Twice as wide and as high as one; also if the dry contact is closed everywhere."""
+    """Twice as wide and as high as one; the dry contact is closed everywhere."""
     gap = smooth_gap((20, 20), 0.3)
     fluid = GridField(np.linspace(1e5, 0, 20)[:, None].repeat(20, 1), gap.spacing, True)
     closed = GridField(np.zeros(gap.shape), gap.spacing, True)
-    for dry in (gap, closed):
-        films = (GridFilm(field, "periodic") for field in (gap, dry))
-        lift_picture(*films, pressed(gap), fluid, tmp_path / "lift.png")
-        with Image.open(tmp_path / "lift.png") as image:
-            width, height = image.size
-        assert min(width, height) > 2 * LIFT_SIDE * DPI
+    films = (GridFilm(field, "periodic") for field in (gap, closed))
+    lift_picture(*films, pressed(gap), fluid, tmp_path / "lift.png")
+    with Image.open(tmp_path / "lift.png") as image:
+        width, height = image.size
+    assert min(width, height) > 2 * LIFT_SIDE * DPI

@@ -63,7 +63,7 @@ def test_conductivity_of_waves(fine_waves, share):
     assert lower <= upper <= 1.011 * lower
 
 
-@pytest.mark.parametrize("kind", [uniform, Hertz])
+@pytest.mark.parametrize("kind", [uniform, pytest.param(Hertz, marks=pytest.mark.slow)])
 def test_seal_of_waves(fine_waves, kind):
     """A seal of waves along the flow: quadrature of Westergaard's K, in a table as fine as 400."""
     P, ends = 0.5 * WAVE.full, EndPressures(0.3 * WAVE.full)

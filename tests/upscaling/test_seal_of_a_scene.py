@@ -300,7 +300,7 @@ def test_a_sweep_of_seals_has_their_leak_rates():
     assert result.seal.scatter is None
 
 
-@pytest.mark.parametrize("law", ["first-order", "kinetic"])
+@pytest.mark.parametrize("law", ["first-order", pytest.param("kinetic", marks=pytest.mark.slow)])
 def test_slip_of_a_gas_raises_the_leak_rate(law):
     """By less than at the tightest place, where 1 + 6 Kn or more counts, but by part of it."""
     without, _ = entries(gas(slip=False))

@@ -13,8 +13,11 @@ from validation_rows import PEER_ROWS, ROWS, Number, Row
 from fem_seal.verification.exact_cases import CASES
 
 PAGE = (ROOT / "docs/validation.md").read_text(encoding="utf-8")
-# Other codes, where `make peers` has installed them, take half a minute.
-NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in PEER_ROWS else name for name in ROWS]
+# Other codes, where `make peers` has installed them, take half a minute. What the other slow rows
+# compare has tests in coupling/, flow/, contact/ and test_fluid.py.
+SLOW = {*PEER_ROWS, "finite-differences", "helium-molecular", "helium-viscous"}
+SLOW |= {"lifted-channel", "lifted-grids", "sealing-load", "stiff-wedge"}
+NAMES = [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in ROWS]
 NUMBER = r"-?\d[\d.]*(?:e[-+]?\d+)?"
 
 
