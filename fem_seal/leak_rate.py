@@ -37,6 +37,15 @@ def half_width_of(rtol: float) -> float:
 
 
 @dataclass(frozen=True)
+class Bounded:
+    """A number between two bounds."""
+
+    value: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
 class Level:
     """One mesh of a refinement, with its bounds and cost."""
 

@@ -5,26 +5,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.leak_rate import Bounded
+
 if TYPE_CHECKING:
     from fem_seal.flow.bounds import TensorBounds
-
-
-@dataclass(frozen=True)
-class Component:
-    """One component with guaranteed bounds."""
-
-    value: float  #: estimate [m³/(Pa s)]
-    lower: float
-    upper: float
 
 
 @dataclass(frozen=True)
 class ConductivityTensor:
     """Symmetric K* with mean flux -K*·(mean pressure gradient); h³/(12 η) of a smooth channel."""
 
-    xx: Component  #: x is the direction of the scene's flow
-    xy: Component
-    yy: Component
+    xx: Bounded  #: [m³/(Pa s)]; x is the direction of the scene's flow
+    xy: Bounded
+    yy: Bounded
     easiest: float  #: largest principal value of the estimate [m³/(Pa s)]
     hardest: float  #: smallest one
     angle: float  #: angle from x to the easiest direction in degrees, above -90 and at most 90
@@ -37,8 +30,8 @@ class ConductivityTensor:
         """Take the components out of the two bounding matrices."""
         value = bounds.value
 
-        def component(i: int, j: int) -> Component:
-            return Component(float(value[i, j]), *bounds.interval(i, j))
+        def component(i: int, j: int) -> Bounded:
+            return Bounded(float(value[i, j]), *bounds.interval(i, j))
 
         (hardest, easiest), directions = np.linalg.eigh(value)
         x, y = directions[:, 1]

@@ -8,7 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict
 
 from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
-from fem_seal.leak_rate import FlowState, LeakRate
+from fem_seal.leak_rate import Bounded, FlowState, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.headline import SI, Shown
 from fem_seal.quantities.lift import lift_range
@@ -16,7 +16,7 @@ from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
 from fem_seal.units import RATES
 from fem_seal.upscaling.conductivity import ConductivityTable
-from fem_seal.upscaling.seal import SealLeak, Share, median_patch
+from fem_seal.upscaling.seal import SealLeak, median_patch
 from fem_seal.upscaling.seal_flow import PathFlow, SealFlow, SealingPart
 
 POINTS = 400  # most points of the leak path in the record
@@ -189,7 +189,7 @@ class SealRecord(Record):
 
     leak_rate: Rate | None
     patches: tuple[SealPatchRecord, ...]
-    share_sealed: Share
+    share_sealed: Bounded
     patches_along: int
     patches_around: int
     scatter: float | None

@@ -11,7 +11,7 @@ from fem_seal import parallel
 from fem_seal.digits import per_cent, rounded_up
 from fem_seal.errors import present
 from fem_seal.files import temporary_folder
-from fem_seal.leak_rate import LeakRate, half_width_of, relative_half_width, relative_width
+from fem_seal.leak_rate import Bounded, LeakRate, half_width_of, relative_half_width, relative_width
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
 from fem_seal.upscaling.leak_path import LeakPath
@@ -35,15 +35,6 @@ NEXT_LOAD = 0.8  # net load over the one before
 LOOSE = 1.0  # (upper - lower)/√(lower upper) of the leak rate under them
 
 
-@dataclass(frozen=True)
-class Share:
-    """A share, and its confidence interval by Clopper and Pearson."""
-
-    value: float
-    lower: float
-    upper: float
-
-
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SealLeak(LeakRate):
     """Leak rate of a seal, and the patches from which it is computed.
@@ -59,7 +50,8 @@ class SealLeak(LeakRate):
     #: confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
     #: few realizations leak to estimate it
     interval: tuple[float, float] | None = None
-    share_sealed: Share  #: of the realizations
+    #: share of the realizations that are sealed, and its interval by Clopper and Pearson
+    share_sealed: Bounded
     leak_path: float  #: length from inlet to outlet [m]
     #: largest estimated relative error of a patch's conductivity due to the grid of its contact;
     #: None if there is no estimate for one of the leaking patches
@@ -215,7 +207,7 @@ def _together(
         count=count,
         scatter=drawn.scatter,
         interval=None if lifted else generalised_interval(rates[:, 1], count.along),
-        share_sealed=Share(sealed / len(flows), *sealed_share(sealed, len(flows))),
+        share_sealed=Bounded(sealed / len(flows), *sealed_share(sealed, len(flows))),
         converged=not reason,
         reason=reason,
         leak_path=path.length,

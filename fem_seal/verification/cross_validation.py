@@ -15,7 +15,7 @@ from pathlib import Path
 from fem_seal import __version__
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
-from fem_seal.leak_rate import relative_half_width
+from fem_seal.leak_rate import Bounded, relative_half_width
 from fem_seal.points import StudyTask, Work, points_of
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
@@ -49,19 +49,6 @@ class Row:
     verdict: str  #: comparison with the reference; see `judge`
     seconds: float  #: CPU time [s]
     gap: str = ""  #: the fields of the scene that tell this gap from others of the study
-
-
-@dataclass(frozen=True)
-class Reference:
-    """The exact leak rate, or the narrowest certified bracket."""
-
-    lower: float  #: bounds of the leak rate [m^3/s]; equal if it is known exactly
-    upper: float
-
-    @property
-    def value(self) -> float:
-        """Geometric mean of the bounds."""
-        return (self.lower * self.upper) ** 0.5
 
 
 Answers = tuple[Answer, ...]  # three of linear elements, one of any other method
@@ -99,7 +86,7 @@ def compare(
     out: Path | None = None,
     work: Work | None = None,
     report: Report = silent,
-) -> list[tuple[tuple[Row, ...], Reference]] | None:
+) -> list[tuple[tuple[Row, ...], Bounded]] | None:
     """Compare every method with the exact leak rate of a gap, or with its certified bracket.
 
     Beside an exact leak rate the verdict is "high", "low" or "exact". The bounds hold for the
@@ -117,46 +104,40 @@ def compare(
     work
         How the points are shared among workers; one after the other if left out.
     """
-    tasks = []
-    for gap in gaps:
-        # The adaptive method refines on its own: one run is enough, of the finest samples.
-        once = min(gap.grids) if gap.exact is None else max(gap.grids)
-        tasks.append(
-            {
-                n: [
-                    _task(films, gap.settings, times, method)
-                    for method in methods
-                    if method != "adaptive" or n == once
-                ]
-                for n, (films, times) in gap.grids.items()
-            }
-        )
-    every = [task for by_grid in tasks for group in by_grid.values() for task in group]
+    tasks = [_tasks(gap, methods) for gap in gaps]
+    every = [task for of_gap in tasks for _, task in of_gap]
     points = points_of(every, Answers, out, work, report)
     if points is None:
         return None
-    answers = {task.name: point for task, point in zip(every, points, strict=True)}
-    compared = []
-    for gap, by_grid in zip(gaps, tasks, strict=True):
-        series = {
-            n: [answer for task in group for answer in answers[task.name]]
-            for n, group in by_grid.items()
-        }
-        reference = _bracket(series) if gap.exact is None else Reference(gap.exact, gap.exact)
-        rows = tuple(_rows(series, reference, gap.order))
-        if gap.exact is not None:
-            rows = tuple(replace(row, verdict=_side(row.error)) for row in rows)
-        compared.append((rows, reference))
+    answers, compared = iter(points), []
+    for gap, of_gap in zip(gaps, tasks, strict=True):
+        series: Series = {n: [] for n in gap.grids}
+        for n, _ in of_gap:
+            series[n].extend(next(answers))
+        exact = gap.exact
+        reference = _bracket(series) if exact is None else Bounded(exact, exact, exact)
+        compared.append((tuple(_rows(gap, series, reference)), reference))
     return compared
 
 
-def _bracket(series: Series) -> Reference:
+def _tasks(gap: StudiedGap, methods: Sequence[str]) -> list[tuple[int, StudyTask[Answers]]]:
+    """Tasks of a gap by grid and method, each with the squares of the grid."""
+    # The adaptive method refines on its own: one run is enough, of the finest samples.
+    once = min(gap.grids) if gap.exact is None else max(gap.grids)
+    return [
+        (n, _task(films, gap.settings, times, method))
+        for n, (films, times) in gap.grids.items()
+        for method in methods
+        if method != "adaptive" or n == once
+    ]
+
+
+def _bracket(series: Series) -> Bounded:
     """The narrowest certified bracket of all methods and grids."""
     answers = [answer for group in series.values() for answer in group]
-    return Reference(
-        max(answer.value for answer in answers if answer.certified == "below"),
-        min(answer.value for answer in answers if answer.certified == "above"),
-    )
+    lower = max(answer.value for answer in answers if answer.certified == "below")
+    upper = min(answer.value for answer in answers if answer.certified == "above")
+    return Bounded((lower * upper) ** 0.5, lower, upper)
 
 
 def _task(
@@ -195,8 +176,8 @@ def answers_on(
     )
 
 
-def _rows(series: Series, reference: Reference, expected: float | None) -> Iterator[Row]:
-    """Rows of each method over the grids, by its expected order."""
+def _rows(gap: StudiedGap, series: Series, reference: Bounded) -> Iterator[Row]:
+    """Rows of each method over the grids."""
     names = dict.fromkeys(answer.method for group in series.values() for answer in group)
     doubt = relative_half_width(reference.lower, reference.upper)
     for name in names:
@@ -214,10 +195,10 @@ def _rows(series: Series, reference: Reference, expected: float | None) -> Itera
                 error=errors[k],
                 band=band,
                 order=_observed(errors[k - 1], errors[k], doubt) if k else None,
-                expected=None if name.startswith("adaptive") else expected,
+                expected=None if name.startswith("adaptive") else gap.order,
                 effectivity=effectivity,
                 distance=distance,
-                verdict=judge(answer, band, reference),
+                verdict=judge(answer, band, reference) if gap.exact is None else _side(errors[k]),
                 seconds=answer.seconds,
             )
 
@@ -248,7 +229,7 @@ def _observed(coarse: float, fine: float, doubt: float) -> float | None:
     return log2(abs(coarse / fine))
 
 
-def judge(answer: Answer, band: float | None, reference: Reference) -> str:
+def judge(answer: Answer, band: float | None, reference: Bounded) -> str:
     """Compare a number and its error band with the certified bracket.
 
     "bound" for bounds; "inside" the bracket; "agrees" if band and bracket overlap; "disagrees" if

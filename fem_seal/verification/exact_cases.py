@@ -45,15 +45,6 @@ def vertex_gap(
     return GridField(np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape), spacing)
 
 
-def pixel_gap(
-    function: GapFunction, shape: tuple[int, int], size: tuple[float, float] = (1.0, 1.0)
-) -> GridField:
-    """Samples of function(x, y) at the centres of mx × my squares over a rectangle."""
-    spacing = (size[0] / shape[0], size[1] / shape[1])
-    i, j = np.meshgrid(*(np.arange(m) + 0.5 for m in shape), indexing="ij")
-    return GridField(np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape), spacing)
-
-
 def _halved_pixels(gap: GridField) -> GridField:
     """Cut each pixel of constant gap into four."""
     values = gap.values.repeat(2, axis=0).repeat(2, axis=1)
@@ -109,8 +100,10 @@ def _smooth_checkerboard(n: int) -> tuple[GridFilm, ...]:
 
 def _discs(n: int) -> tuple[GridFilm, ...]:
     """A quarter of the cell; no flow crosses its sides, which are mirror lines."""
-    gap = pixel_gap(lambda x, y: (np.hypot(x, y) >= RADIUS) * 1.0, (n, n), (0.5, 0.5))
-    return (GridFilm(gap, representation="constant"),)
+    side = 0.5 / n
+    centres = (np.arange(n) + 0.5) * side
+    gap = np.where(np.hypot.outer(centres, centres) >= RADIUS, 1.0, 0.0)
+    return (GridFilm(GridField(gap, (side, side)), representation="constant"),)
 
 
 def _dual_pair(n: int) -> tuple[GridFilm, ...]:

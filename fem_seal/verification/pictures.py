@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.errors import printable
-from fem_seal.leak_rate import relative_half_width
+from fem_seal.leak_rate import Bounded, relative_half_width
 from fem_seal.render.plot import label_axis, new_figure
-from fem_seal.verification.cross_validation import EXACT, Reference, Row
+from fem_seal.verification.cross_validation import EXACT, Row
 from fem_seal.verification.trade import Trade
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ MARKERS = {"finite-difference": "s", "uniform": "^", "adaptive": "o"}
 
 
 def cross_validation_figure(
-    rows: Sequence[Row], path: Path, title: str, reference: Reference | None = None
+    rows: Sequence[Row], path: Path, title: str, reference: Bounded | None = None
 ) -> Path:
     """Draw leak rates against the grid, and the magnitude of their errors against unknowns.
 

@@ -18,6 +18,7 @@ from fem_seal import pictures, run
 from fem_seal.cli.sweep import _summary
 from fem_seal.error_budget import combined
 from fem_seal.errors import InvalidInput
+from fem_seal.leak_rate import Bounded
 from fem_seal.patch import Patch
 from fem_seal.points import Work
 from fem_seal.quantities.patch_size import scale_entries
@@ -38,7 +39,7 @@ from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
 from fem_seal.upscaling.scene_profile import leak_path_of, read_profile
-from fem_seal.upscaling.seal import Share, _size_of_patch, _together, solve_seal
+from fem_seal.upscaling.seal import _size_of_patch, _together, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
 
 
@@ -490,7 +491,7 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(kept, monkeypa
         limited = asked.with_({"limit.leak_rate": f"{factor * lowered.at_most} m^3/s"})
         made = verdict(limited, solved.leak_rate, solved.budget)
         assert made.decision == decision
-    many = replace(solved.seal, share_sealed=Share(1.0, 0.99, 1.0))
+    many = replace(solved.seal, share_sealed=Bounded(1.0, 0.99, 1.0))
     assert _patches_entry(many).upper == 1.0
 
 

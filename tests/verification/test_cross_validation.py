@@ -12,10 +12,11 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import Bounded
 from fem_seal.limits import Limits
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
-from fem_seal.verification.cross_validation import Reference, StudiedGap, compare, judge
+from fem_seal.verification.cross_validation import StudiedGap, compare, judge
 from fem_seal.verification.exact_cases import CASES, finer_film
 from fem_seal.verification.methods import METHODS, Answer
 
@@ -174,7 +175,7 @@ def test_limits_of_the_flow_end_the_adaptive_method():
 
 
 def test_the_judge():
-    reference = Reference(0.99, 1.01)
+    reference = Bounded(1.0, 0.99, 1.01)
     answer = Answer("FD harmonic", 0.8, "", 9, 0.0)
     assert judge(answer, None, reference) == "outside"
     assert judge(answer, 0.1, reference) == "disagrees"
