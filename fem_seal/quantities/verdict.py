@@ -146,7 +146,8 @@ def _advice(
     """Advice for an undecided verdict: a setting that might decide it, or why none can.
 
     `needed` is what would decide by the flow alone, `rest` are the entries that flow.rtol does not
-    narrow. A scene with a total error takes no flow.rtol, and one with limit.decide needs none.
+    narrow. A scene with a total error takes no flow.rtol, and one with limit.decide needs none
+    until its flow has decided.
     """
     by_total, decides = scene.total_error is not None, scene.deciding_rate is not None
     (low, high), (rtol, unknowns) = leak.bounds, needed
@@ -171,12 +172,12 @@ def _advice(
     if inputs is not None and None not in sides:
         return _narrower(inputs, limit, head.upper if value < limit else head.lower)
     if rtol is not None and unknowns is not None and not by_total:
-        if decides:
-            return (
-                f"about {in_digits(unknowns, 2)} unknowns might decide (flow.max_unknowns, "
-                "max_seconds, max_memory)"
-            )
-        return f"flow.rtol = {rtol:.2g} might decide, with about {in_digits(unknowns, 2)} unknowns"
+        about = f"about {in_digits(unknowns, 2)} unknowns"
+        if decides and not leak.converged:
+            return f"{about} might decide (flow.max_unknowns, max_seconds, max_memory)"
+        # A flow that has decided may have bounds too wide for the entries beside it.
+        instead = " in place of limit.decide" if decides else ""
+        return f"flow.rtol = {rtol:.2g}{instead} might decide, with {about}"
     if open_entries(rest):
         return _sentences(open_entries(rest))
     if counted:

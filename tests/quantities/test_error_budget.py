@@ -1,5 +1,6 @@
 """The error budget: one list, counted by the verdict, and shown wherever a result is."""
 
+from dataclasses import replace
 from math import log1p
 
 import numpy as np
@@ -148,7 +149,13 @@ def test_what_would_decide_with_other_factors():
     for decides, instead in ((False, "flow.rtol"), (True, "limit.decide")):
         words = f"accuracy.total = 0.2, in place of {instead}, might decide"
         assert words in judged(2.4e-10, GRID, decide=decides).sentence
-    assert "unknowns might decide (flow.max" in judged(2.4e-10, computed, decide=True).sentence
+    # With limit.decide more unknowns help a flow that has not decided, and no other.
+    ended = replace(LEAK, converged=False, reason="time")
+    for leak, words in (
+        (ended, "unknowns might decide (flow.max"),
+        (LEAK, f"flow.rtol = {advised:.2g} in place of limit.decide might decide"),
+    ):
+        assert words in judged(2.4e-10, computed, leak=leak, decide=True).sentence
     # A scene with a total error takes no flow.rtol, and its total error leaves out other errors.
     kinetic = Uncertainty("slip", "estimated", "the gas slips", 0.9, 1.1)
     total = 2.4 / 2 / 1.1 - 1
