@@ -84,37 +84,27 @@ def leak_rate(
     Where the linear solver cannot reach its tolerance, the functions it has reached still give
     bounds; they are returned, with `converged` False if they are further apart than asked for.
     """
-    method, slip, decide = settings.method, settings.slip, settings.decide
-    require_known(REFINEMENTS, method, "method")
+    require_known(REFINEMENTS, settings.method, "method")
     require_film(film, (GridFilm, MeshFilm))
     if film.sealed:
-        return LeakRate.sealed(method)
+        return LeakRate.sealed(settings.method)
+    slipping = None if settings.slip is None else SlippingFilm(settings.slip, film)
+    slip_factor, law, widen = 1.0, CUBE, unchanged
+    if slipping is not None:
+        slip_factor, law, widen = slipping.slip_factor, slipping.mean_law, slipping.widened
     rate = leak_rate_of_square(film.largest_gap, settings.viscosity, settings.pressure_drop)
-    slipping = None if slip is None else SlippingFilm(slip, film)
-    slip_factor = slipping.slip_factor if slipping else 1.0
     units = _Units(film, settings.pressure_drop, rate * slip_factor)
-    criterion: Tolerance | Decision = Tolerance(settings.rtol)
-    if decide is not None:
-        criterion = Decision(decide, units.rate, settings.margin)
-    stopping = _stopping(film, criterion, settings, parallel.communicator(comm))
+    stopping = _stopping(film, settings, units, parallel.communicator(comm))
     # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
-    strategy = Strategy(
-        uniform=method == "uniform",
-        rtol=criterion.rtol,
-        every_dual=every_dual or decide is not None or stopping.doubtful or start is not None,
-        max_unknowns=stopping.limits.unknowns,
-        tuning=tuning or Tuning(),
-    )
-    law = slipping.mean_law if slipping else CUBE
+    strategy = _strategy(settings, stopping, every_dual or start is not None, tuning or Tuning())
     gap, mesh = first_mesh(film, stopping.narrowest, strategy, law)
     start = Start.first(gap, mesh) if start is None else start.through(gap)
-    widen = slipping.widened if slipping else unchanged
     levels: list[Level] = []
     for solution in refined(gap, start, strategy, stopping, widen):
         levels.append(units.level(solution.level))
         if progress is not None:
             progress(levels[-1])
-        result = units.leak_rate(solution, method, levels)
+        result = units.leak_rate(solution, settings.method, levels)
         # On each mesh: a limit may end the refinement once this solution has been freed.
         drawn = units.field(solution) if settings.field else None
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
@@ -123,16 +113,30 @@ def leak_rate(
         del solution
     reason = stopping.reason
     if reason:
-        missed = result.refined_bounds if decide is None else result.bounds
-        reason = f"{reason}; {criterion.missed(*missed)}"
-        if method == "uniform":
+        reason = f"{reason}; {stopping.criterion.missed(result)}"
+        if strategy.uniform:
             reason += "; method = 'adaptive' needs fewer unknowns"
     return replace(result, converged=not reason, reason=reason, field=drawn)
 
 
-def _stopping(
-    film: Film, criterion: Tolerance | Decision, settings: FlowSettings, comm: MPI.Comm
-) -> Stopping:
+def _strategy(
+    settings: FlowSettings, stopping: Stopping, every_dual: bool, tuning: Tuning
+) -> Strategy:
+    """How the meshes are refined; a decision and a doubtful tolerance want both bounds on each."""
+    return Strategy(
+        uniform=settings.method == "uniform",
+        rtol=stopping.criterion.rtol,
+        every_dual=every_dual or settings.decide is not None or stopping.doubtful,
+        max_unknowns=stopping.limits.unknowns,
+        tuning=tuning,
+    )
+
+
+def _stopping(film: Film, settings: FlowSettings, units: "_Units", comm: MPI.Comm) -> Stopping:
+    """When the refinement ends; InvalidInput if the constriction is too narrow for it."""
+    criterion: Tolerance | Decision = Tolerance(settings.rtol)
+    if settings.decide is not None:
+        criterion = Decision(settings.decide, units.rate, settings.margin)
     narrowest = present(film.constriction, "constriction").gap / film.largest_gap
     require_conducting("the critical constriction", narrowest)
     advice = (

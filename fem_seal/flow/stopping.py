@@ -11,7 +11,7 @@ import numpy as np
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.level import LevelSolution
 from fem_seal.flow.solution import SolvedLevel
-from fem_seal.leak_rate import relative_width
+from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.limits import Limits
 
 # Critical constriction over the largest gap, below which a tolerance may be out of reach. If a line
@@ -80,8 +80,9 @@ class Tolerance:
         """No message: finer meshes narrow any bounds."""
         return ""
 
-    def missed(self, lower: float, upper: float) -> str:
-        """Message on the distance of bounds [m³/s] from the criterion."""
+    def missed(self, leak: LeakRate) -> str:
+        """Message on the distance of bounds from the criterion."""
+        lower, upper = leak.refined_bounds
         width = relative_width(lower, upper)
         state = f"the bracket is {width:.2g} wide" if lower > 0 else "no lower bound yet"
         return f"{state}, {self.rtol:.2g} was asked for"
@@ -105,9 +106,9 @@ class Decision:
         unit, factor = self.unit, exp(self.margin)
         return upper * factor * unit <= self.limit or lower / factor * unit > self.limit
 
-    def missed(self, lower: float, upper: float) -> str:
-        """Message on the distance of bounds [m³/s] from the criterion."""
-        below, above = lower / self.limit, upper / self.limit
+    def missed(self, leak: LeakRate) -> str:
+        """Message on the distance of bounds from the criterion."""
+        below, above = (bound / self.limit for bound in leak.bounds)
         return f"the leak rate is between {below:.4g} and {above:.4g} times the limit"
 
     def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
