@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fem_seal import parallel
 from fem_seal.errors import OTHER_FOLDER, InvalidInput
-from fem_seal.files import locked_folder, staging_folder, writing
+from fem_seal.files import locked_folder, names_in, staging_folder, writing
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.patch import Patch
 from fem_seal.products import require_packages
@@ -45,9 +45,10 @@ def draw(
         report("pictures", "")
         with writing(folder):
             shown = None if result.state == "lifted off" else film
-            names = draw_pictures(shown, field, target.staged, contact, result.seal)
+            draw_pictures(shown, field, target.staged, contact, result.seal)
             if everything:
-                names += draw_details(film, field, result.levels, target.staged)
+                draw_details(film, field, result.levels, target.staged)
+        names = names_in(target.staged)
         files = tuple(sorted({*result.files, *names}))
         target.commit(result.model_copy(update={"files": files}))
     return names
@@ -87,7 +88,9 @@ def _write_mesh(film: MeshFilm, out: Path, provenance: Provenance) -> tuple[str,
     with locked_folder(out), staging_folder(out) as staged, writing(out):
         if holds_another_scene(out, provenance):
             raise InvalidInput(f"{out} holds the result of another scene; {OTHER_FOLDER}")
-        names = tuple(sorted((write_mesh(staged, film), *draw_pictures(film, None, staged))))
+        write_mesh(staged, film)
+        draw_pictures(film, None, staged)
+        names = names_in(staged)
         for name in names:
             (staged / name).replace(out / name)
     return names

@@ -48,9 +48,9 @@ def pictures(of: Solved | Patch) -> dict[str, Picture]:
     """
     with temporary_folder() as folder:
         patch, seal = (of.patch, of.seal) if isinstance(of, Solved) else (of, None)
-        names = draw_patch(patch, folder, seal)
-        drawn = {Path(name).stem: (folder / name).read_bytes() for name in names}
-    return {name: Picture(name, png) for name, png in drawn.items()}
+        draw_patch(patch, folder, seal)
+        drawn = sorted(folder.iterdir())
+        return {path.stem: Picture(path.stem, path.read_bytes()) for path in drawn}
 
 
 def to_xarray(fields: GridField | GapState) -> "xr.Dataset":

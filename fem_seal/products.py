@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from fem_seal.errors import MissingPackage
-from fem_seal.files import writing
+from fem_seal.files import names_in, writing
 from fem_seal.film import MeshFilm
 from fem_seal.installed import require_fenicsx
 from fem_seal.patch import Patch
@@ -58,18 +58,18 @@ def file_names(scene: Scene) -> Iterator[str]:
 
 
 def write_products(patch: Patch, seal: SealLeak | None, folder: Path) -> tuple[str, ...]:
-    """Write arrays and pictures, and return the names of the files."""
-    products, film, names = patch.scene.output.products, patch.film, list[str]()
+    """Write arrays and pictures into an empty folder, and return the names of the files."""
+    products, film = patch.scene.output.products, patch.film
     contact = ContactArrays.of(patch)
     leak = patch.leak_rate if patch.scene.needs_flow else None
     with writing(folder.parent):
         if contact is not None:
-            names.append(write_contact(folder, contact))
+            write_contact(folder, contact)
         if isinstance(film, MeshFilm):
-            names.append(write_mesh(folder, film))
+            write_mesh(folder, film)
         if "mesh" in products and leak is not None and leak.field is not None:
-            names.append(write_flow(folder, leak.field))
+            write_flow(folder, leak.field)
         if "pictures" in products:
             with patch.timed("pictures"):
-                names.extend(draw_patch(patch, folder, seal))
-    return tuple(sorted(names))
+                draw_patch(patch, folder, seal)
+    return names_in(folder)

@@ -9,6 +9,7 @@ from fem_seal.files.atomic import (
     atomic_write,
     create_text,
     digest,
+    names_in,
     staging_folder,
     temporary_folder,
     to_disk,

@@ -116,6 +116,11 @@ def temporary_folder() -> Iterator[Path]:
         yield folder
 
 
+def names_in(folder: Path) -> tuple[str, ...]:
+    """Names of the files of a folder, in the order of the alphabet."""
+    return tuple(sorted(path.name for path in folder.iterdir()))
+
+
 def to_disk(path: Path) -> None:
     """Flush a file, or the entries of a folder, to the disk."""
     handle = os.open(path, os.O_RDONLY)

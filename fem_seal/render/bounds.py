@@ -21,7 +21,7 @@ def close_in(levels: Sequence[Level]) -> bool:
     return sum(level.upper > 0 for level in levels) > 1
 
 
-def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
+def bounds_plot(levels: Sequence[Level], path: str | Path) -> None:
     """Plot the bounds, and the half-width of the bracket, against unknowns on logarithmic axes.
 
     A logarithmic axis has no place for a lower bound of zero: for such a level the plot shows the
@@ -36,7 +36,6 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
         )
     with new_figure((7.5, 3.4), path) as figure:
         draw_bounds(figure, levels)
-    return Path(path)
 
 
 def draw_bounds(figure: "Figure", levels: Sequence[Level]) -> None:

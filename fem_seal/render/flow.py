@@ -96,7 +96,7 @@ def draw_flow(
         _draw_below_contact(axes, film, flow_layer(field, scale), view)
 
 
-def flow_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
+def flow_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:
     """Picture of the flow density on a logarithmic scale, with contact in grey.
 
     Pockets and dead ends are pale blue, and the critical constriction is marked. `path`
@@ -106,16 +106,14 @@ def flow_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
     with page(window_of(film), path, key=(CONTACT, NO_FLOW)) as axes:
         draw_flow(axes[0, 0], field, film, scale)
         add_bar(axes[0, 0], scale)
-    return Path(path)
 
 
-def pressure_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
+def pressure_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:
     """Picture of the pressure, linear on each triangle, with isobars; see `flow_picture`."""
     scale = pressure_scale("pressure", field.pressure)
     with page(window_of(film), path, key=(CONTACT, NO_FLOW)) as axes:
         draw_pressure(axes[0, 0], field, film, scale)
         add_bar(axes[0, 0], scale)
-    return Path(path)
 
 
 def draw_pressure(axes: "Axes", field: FlowField, film: GridFilm, scale: Scale) -> None:
@@ -131,7 +129,7 @@ def draw_pressure(axes: "Axes", field: FlowField, film: GridFilm, scale: Scale) 
         axes.tricontour(mesh, pressure, levels=scale.lines, **ISOLINES)
 
 
-def mesh_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
+def mesh_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:
     """Picture of the edges of the mesh on which the flow was solved, with contact in grey.
 
     One panel shows the whole mesh, a second one the part around the strongest flow, where an
@@ -151,7 +149,6 @@ def mesh_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
             place.set(xlim=window[:2], ylim=window[2:])
         mark = Rectangle((part.x0, part.y0), *part.sides, fill=False, lw=1.5, ec=INLET.rgb)
         axes[0, 0].add_patch(mark)
-    return Path(path)
 
 
 def peak_window(field: FlowField, whole: Window) -> Window:

@@ -30,7 +30,7 @@ def exaggeration(deepest: float, length: float) -> float:
     return step_above(DEPTH * length / deepest)
 
 
-def relief_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
+def relief_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:
     """Picture of the gap as a landscape, its depth exaggerated, with the flow density on it.
 
     `path` ends in .png, .pdf or .svg.
@@ -56,7 +56,6 @@ def relief_picture(field: FlowField, film: GridFilm, path: str | Path) -> Path:
             f"the gap as a landscape, its depth times {factor:g}; contact is the plateau"
         )
         add_bar(axes[0, 0], scale)
-    return Path(path)
 
 
 def draw_relief(

@@ -122,8 +122,8 @@ def _pictures(folder: Path, result: Result) -> Iterator[tuple[str, str]]:
     }
     if close_in(result.levels) and "bounds.png" not in images:
         with temporary_folder() as scratch:
-            path = bounds_plot(result.levels, scratch / "bounds.png")
-            images["bounds.png"] = path.read_bytes()
+            bounds_plot(result.levels, scratch / "bounds.png")
+            images["bounds.png"] = (scratch / "bounds.png").read_bytes()
     places = {name: k for k, name in enumerate(ORDER)}
     for name in sorted(images, key=lambda name: (places.get(Path(name).stem, len(ORDER)), name)):
         stem, suffix = Path(name).stem, Path(name).suffix

@@ -78,14 +78,13 @@ def draw_contact(
     draw_samples(axes, film, palette[film.sites.on_samples(contact_classes(film.sites))])
 
 
-def contact_picture(film: GridFilm, path: str | Path) -> Path:
+def contact_picture(film: GridFilm, path: str | Path) -> None:
     """Picture of contact (gap exactly 0) and open domains, the largest cluster of each in colour.
 
     Clusters are connected across the periodic sides of the film; `path` ends in .png, .pdf or .svg.
     """
     with page(window_of(film), path, key=CONTACT_KEY) as axes:
         draw_contact(axes[0, 0], film)
-    return Path(path)
 
 
 def gap_scale(*gaps: np.ndarray) -> Scale:
@@ -106,7 +105,7 @@ def draw_gap(axes: "Axes", film: GridFilm, scale: Scale | None, *, title: str = 
     draw_samples(axes, film, scale.paint(gap, gap > 0, CONTACT.colour))
 
 
-def gap_picture(film: GridFilm, path: str | Path) -> Path:
+def gap_picture(film: GridFilm, path: str | Path) -> None:
     """Picture of the gap on a logarithmic scale, contact in grey, the critical constriction marked.
 
     `path` ends in .png, .pdf or .svg.
@@ -115,7 +114,6 @@ def gap_picture(film: GridFilm, path: str | Path) -> Path:
     with page(window_of(film), path, key=(CONTACT,)) as axes:
         draw_gap(axes[0, 0], film, scale)
         add_bar(axes[0, 0], scale)
-    return Path(path)
 
 
 def contact_pressure_scale(pressure: np.ndarray) -> Scale | None:
@@ -144,7 +142,7 @@ def draw_contact_pressure(
     add_bar(axes, scale)
 
 
-def contact_pressure_picture(film: GridFilm, pressure: GridField, path: str | Path) -> Path:
+def contact_pressure_picture(film: GridFilm, pressure: GridField, path: str | Path) -> None:
     """Picture of the pressure [Pa] between the solids, pale blue where they do not touch.
 
     In a lifted contact it is the excess over the fluid's pressure. `path` ends in .png, .pdf or
@@ -152,7 +150,6 @@ def contact_pressure_picture(film: GridFilm, pressure: GridField, path: str | Pa
     """
     with page(window_of(film), path, key=(OPEN,)) as axes:
         draw_contact_pressure(axes[0, 0], film, pressure)
-    return Path(path)
 
 
 def draw_fluid_pressure(axes: "Axes", film: GridFilm, pressure: GridField, title: str = "") -> None:
@@ -182,7 +179,7 @@ def lift_picture(
     contact_pressure: GridField,
     fluid_pressure: GridField,
     path: str | Path,
-) -> Path:
+) -> None:
     """Four pictures of a lift: gap, dry and lifted, and the pressures [Pa] of solid and fluid.
 
     Of a sealed film the fluid's part of the load is an assumption: its pressure is known up to the
@@ -202,7 +199,6 @@ def lift_picture(
         assumed = ", by assumption" * lifted.sealed
         title = f"the fluid carries {fluid}{assumed}"
         draw_fluid_pressure(axes[1, 1], lifted, fluid_pressure, title)
-    return Path(path)
 
 
 def on_samples(film: GridFilm, field: GridField) -> np.ndarray:
@@ -210,7 +206,7 @@ def on_samples(film: GridFilm, field: GridField) -> np.ndarray:
     return field.vertices() if film.representation == "linear" else field.values
 
 
-def sensitivity_picture(film: GridFilm, by_height: GridField, path: str | Path) -> Path:
+def sensitivity_picture(film: GridFilm, by_height: GridField, path: str | Path) -> None:
     """Picture of |∂ ln Q/∂h| [1/m] per area, logarithmic; the tightest place is marked."""
     dx, dy = by_height.spacing
     size = np.abs(on_samples(film, by_height)) * 1e-9 * 1e-12 / (dx * dy)
@@ -219,4 +215,3 @@ def sensitivity_picture(film: GridFilm, by_height: GridField, path: str | Path) 
         frame_film(axes[0, 0], film, None, "Where a nanometre matters", marked=True)
         draw_samples(axes[0, 0], film, scale.paint(size, size > 0, CONTACT.colour))
         add_bar(axes[0, 0], scale)
-    return Path(path)

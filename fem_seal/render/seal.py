@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def seal_picture(seal: SealRecord, path: str | Path) -> Path:
+def seal_picture(seal: SealRecord, path: str | Path) -> None:
     """Draw P(x), p(x) and K(x) of the patch of median leak rate, and K against the net load.
 
     The part of the path that decides the leak rate is shaded: the part with 90 % of the influence
@@ -30,7 +30,6 @@ def seal_picture(seal: SealRecord, path: str | Path) -> Path:
     """
     with new_figure((11, 7.5), path) as figure:
         draw_seal(figure, seal)
-    return Path(path)
 
 
 def draw_seal(figure: "Figure", seal: SealRecord) -> None:

@@ -28,8 +28,8 @@ BOUNDARY_WIDTH = 2.0  # width of the lines of inlet, outlet and walls [point]
 BOUNDARIES = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
 
 
-def draw_shape(film: MeshFilm, field: FlowField | None, folder: Path) -> tuple[str, ...]:
-    """Draw mesh, gap and, if there is a field, flow; return the names of the files."""
+def draw_shape(film: MeshFilm, field: FlowField | None, folder: Path) -> None:
+    """Draw mesh, gap and, if there is a field, flow: shape.png, gap.png, flow.png."""
     mesh, contact = film.mesh, _contact_of(film)
     with _page(film, folder / "shape.png", contact) as axes:
         axes.triplot(*mesh.xy.T, mesh.cells, color="black", linewidth=0.3, rasterized=True)
@@ -41,7 +41,7 @@ def draw_shape(film: MeshFilm, field: FlowField | None, folder: Path) -> tuple[s
     with _page(film, folder / "gap.png", layers, scale):
         pass
     if field is None:
-        return "gap.png", "shape.png"
+        return
     scale = flow_scale(field)
     open_cells = mesh.cells[(film.values[mesh.cells] > 0).any(axis=1)]
     ground = DrawnTriangles(mesh.xy, open_cells, NO_FLOW.colour)
@@ -50,7 +50,6 @@ def draw_shape(film: MeshFilm, field: FlowField | None, folder: Path) -> tuple[s
     layers = [ground, flow_layer(field, scale), *contact]
     with _page(film, folder / "flow.png", layers, scale, (NO_FLOW,) * pockets):
         pass
-    return "flow.png", "gap.png", "shape.png"
 
 
 @contextmanager

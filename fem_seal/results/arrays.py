@@ -53,13 +53,12 @@ class ContactArrays:
         )
 
 
-def write_contact(folder: Path, contact: ContactArrays) -> str:
-    """Write contact.npz, a gap file as well, and return the name of the file."""
+def write_contact(folder: Path, contact: ContactArrays) -> None:
+    """Write contact.npz, which is a gap file as well."""
     gap = contact.gap
     present = {name: field.values for name, field in vars(contact).items() if field is not None}
     spacing = {"spacing": np.array(gap.spacing), "periodic": gap.periodic}
     write_npz(folder / CONTACT_FILE, present | spacing)
-    return CONTACT_FILE
 
 
 def read_contact(folder: str | Path) -> ContactArrays:
@@ -72,8 +71,8 @@ def read_contact(folder: str | Path) -> ContactArrays:
     return ContactArrays(gap, **others)
 
 
-def write_flow(folder: Path, field: FlowField) -> str:
-    """Write the flow on its mesh for ParaView, in the plane z = 0; return the name of the file."""
+def write_flow(folder: Path, field: FlowField) -> None:
+    """Write the flow on its mesh for ParaView, in the plane z = 0."""
     import meshio
 
     mesh = meshio.Mesh(
@@ -85,10 +84,9 @@ def write_flow(folder: Path, field: FlowField) -> str:
     if field.facet_tags is not None:
         mesh.cell_data[TAGS] = [field.facet_tags]
     meshio.write(folder / FLOW_FILE, mesh)
-    return FLOW_FILE
 
 
-def write_mesh(folder: Path, gap: "MeshFilm") -> str:
+def write_mesh(folder: Path, gap: "MeshFilm") -> None:
     """Write the mesh of a shape with its gap, which a scene can name as its own."""
     import meshio
 
@@ -107,7 +105,6 @@ def write_mesh(folder: Path, gap: "MeshFilm") -> str:
     blocks = [("triangle", cells.reshape(-1, 3)), ("line", lines)]
     written = meshio.Mesh(points, blocks, point_data={"gap": gap.values[used]}, cell_data=data)
     meshio.write(folder / MESH_FILE, written)
-    return MESH_FILE
 
 
 def read_mesh(folder: str | Path) -> "MeshFilm":

@@ -24,7 +24,7 @@ MARKERS = {"finite-difference": "s", "uniform": "^", "adaptive": "o"}
 
 def cross_validation_figure(
     rows: Sequence[Row], path: Path, title: str, reference: Bounded | None = None
-) -> Path:
+) -> None:
     """Draw leak rates against the grid, and the magnitude of their errors against unknowns.
 
     The reference is drawn as a band; errors below its half-width cannot be resolved.
@@ -70,10 +70,9 @@ def cross_validation_figure(
         for axes in (rates, errors):
             axes.title.set_fontsize(10)
         _legend_below(figure, rates)
-    return path
 
 
-def claims_figure(rows: Sequence[Row], path: Path, title: str) -> Path:
+def claims_figure(rows: Sequence[Row], path: Path, title: str) -> None:
     """Draw claimed over true errors, and leak rates of several gaps in units of both errors."""
     with new_figure((8.5, 5.4), path) as figure:
         effectivity, distance = figure.subplots(1, 2)
@@ -100,7 +99,6 @@ def claims_figure(rows: Sequence[Row], path: Path, title: str) -> Path:
         distance.set_title(f"Grey: both agree; beyond ±{MOST_APART:g} at the rim", fontsize=10)
         figure.suptitle(_plain(title), fontsize=10)
         _legend_below(figure, effectivity)
-    return path
 
 
 def _legend_below(figure: "Figure", axes: "Axes") -> None:
@@ -125,7 +123,7 @@ def _plain(title: str) -> str:
     return printable(title).replace("$", r"\$")
 
 
-def trade_figure(result: Trade, path: Path) -> Path:
+def trade_figure(result: Trade, path: Path) -> None:
     """Draw total error against CPU time and against memory, with the Pareto front."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
@@ -161,4 +159,3 @@ def trade_figure(result: Trade, path: Path) -> Path:
         memory.set_title("and in memory", fontsize=10)
         memory.set_xlabel("resident memory [MB]")
         _legend_below(figure, time)
-    return path
