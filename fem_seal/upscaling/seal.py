@@ -1,7 +1,7 @@
 """The leak rate of a scene's whole seal, from its patches."""
 
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -42,8 +42,8 @@ class SealLeak(LeakRate):
     The bounds are those of flow and load table, for the patches at hand.
     """
 
-    lower: float
-    upper: float
+    lower: float = field()  # required, other than of a flow by finite differences
+    upper: float = field()
     patches: tuple[SealFlow, ...]  #: leak rate of a seal of such patches, for each realization
     count: PatchCount  #: patches along the part of the path that seals, and around the seal
     scatter: float  #: standard deviation of the leak rate of such seals over its mean
