@@ -79,7 +79,7 @@ class Provenance(Origin):
         return cls(
             scene=scene.to_mapping(),
             seed=scene.seed,
-            inputs={str(path): digest(path) for path in scene.input_files},
+            inputs={str(path): digest(path) for _, path in scene.input_files},
             versions={"python": python_version()} | dict(_versions()),
             processes=parallel.processes(comm),
             date=datetime.now(UTC).isoformat(timespec="seconds"),

@@ -107,11 +107,6 @@ class FileSurface(FieldFile, SurfaceSection):
     height_factor: Number = Field(1.0, gt=0, description="factor on all heights")
 
     @property
-    def input_files(self) -> tuple[Path, ...]:
-        """The file of the map."""
-        return (self.path,)
-
-    @property
     def preparation(self) -> Preparation:
         """The steps that prepare the map."""
         return Preparation(**{step.name: getattr(self, step.name) for step in fields(Preparation)})
@@ -205,11 +200,6 @@ class ProfileSurface(SurfaceSection):
     size: tuple[Length, Length] = Field(description="lengths [Lx, Ly] of the periodic cell")
     seed: Seed = Field(0, description="seed of the random phases")
     height_factor: Number = Field(1.0, gt=0, description="factor on all heights")
-
-    @property
-    def input_files(self) -> tuple[Path, ...]:
-        """The files of the profiles."""
-        return self.path
 
 
 class Gap(FieldFile):

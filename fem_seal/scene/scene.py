@@ -24,7 +24,7 @@ from fem_seal.scene.readable import rows_of_mapping
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.section import Lift, Section
 from fem_seal.scene.sections import PRODUCTS, Accuracy, Flow, Limit, Output
-from fem_seal.scene.shape import AnyShape, MeshFile
+from fem_seal.scene.shape import AnyShape
 from fem_seal.scene.surface import SelfAffine, SurfaceSection
 from fem_seal.scene.tolerances import Tolerances
 from fem_seal.tables import html_table
@@ -117,7 +117,7 @@ class Scene(Section):
 
         It names the file of a point that is computed from these.
         """
-        inputs = [digest_of(path) for path in self.input_files]
+        inputs = [digest_of(path) for _, path in self.input_files]
         text = json.dumps([self.to_mapping(), inputs, __version__, *more], sort_keys=True)
         return sha256(text.encode()).hexdigest()[:32]
 
@@ -173,11 +173,15 @@ class Scene(Section):
         return self
 
     @property
-    def input_files(self) -> list[Path]:
-        """Files that the scene reads."""
-        paths = [] if self.surface is None else [*self.surface.input_files]
-        paths += [s.path for s in (self.gap, self.shape) if isinstance(s, Gap | MeshFile)]
-        return [*paths, self.seal.table] if self.seal and self.seal.table else paths
+    def input_files(self) -> list[tuple[str, Path]]:
+        """Files that the scene reads, each with the field that names it, such as "surface.path"."""
+        return [
+            (f"{name}.{key}", path)
+            for name, section in self
+            for key, value in section or ()
+            for path in (value if isinstance(value, tuple) else (value,))
+            if isinstance(path, Path)
+        ]
 
     @property
     def measured_map(self) -> FileSurface | None:

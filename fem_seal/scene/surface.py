@@ -1,7 +1,6 @@
 """The rough counter-face: what each kind of surface says of itself, and the random one."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import ClassVar, Literal
 
 from pydantic import Field
@@ -27,11 +26,6 @@ class SurfaceSection(Section):
     seed_field: ClassVar[str]
     #: key and sentence of the entry of the error budget on what the heights lack; None: nothing
     lacks: ClassVar[tuple[str, str] | None] = None
-
-    @property
-    def input_files(self) -> tuple[Path, ...]:
-        """Files that the heights are read from."""
-        return ()
 
 
 class SelfAffine(SurfaceSection):

@@ -185,10 +185,6 @@ def _origin(scene: Scene, keys: tuple[str, ...]) -> Provenance:
         section: {name: value for name, value in fields.items() if f"{section}.{name}" not in keys}
         for section, fields in origin.scene.items()
     }
-    varied: set[Path] = set()
-    for key in {"surface.path", "gap.path", "shape.path", "seal.table"}.intersection(keys):
-        section, name = key.split(".")
-        paths = getattr(getattr(scene, section), name)
-        varied.update(paths if isinstance(paths, tuple) else [paths])
-    inputs = {path: digest for path, digest in origin.inputs.items() if Path(path) not in varied}
+    files = {str(path) for name, path in scene.input_files if name not in keys}
+    inputs = {path: digest for path, digest in origin.inputs.items() if path in files}
     return origin.model_copy(update={"scene": shared, "inputs": inputs, "seed": None})
