@@ -16,8 +16,8 @@ LinksName = Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-g
 class FlowSettings:
     """Fluid, pressures, method and accuracy of a flow.
 
-    Finite differences count the fluid, the pressures and the links only, finite elements all but
-    the links, and a lift all.
+    Finite differences read the fluid, the pressures and the links only. Finite elements read all
+    but the links. A lift reads all.
     """
 
     viscosity: float  #: η [Pa s]

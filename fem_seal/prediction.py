@@ -35,7 +35,7 @@ from fem_seal.upscaling.solved_patches import OF_FLOWS
 COMPILE = 4.6e-3  # CPU time on that machine [s]
 STATEMENTS = "name = [function(argument) for argument in arguments if argument]\n" * 200
 TRIED = 0.1  # CPU seconds for which that is repeated
-# CPU time and memory [s, bytes] of importing what a stage needs.
+# CPU time [s] and memory [bytes] of importing what a stage needs.
 CONTACT_IMPORTS = 1.1, 0.95e8
 FLOW_IMPORTS = 0.75, 0.8e8
 PICTURE_IMPORTS = 5.0, 8.8e8
@@ -48,11 +48,11 @@ LIFT_OF_SAMPLE = 6e-6  # CPU time of the networks of a flow that lifts [s/sample
 BYTES_OF_SAMPLE = 85  # memory of heights and contact [bytes/sample]
 BYTES_OF_LIFT = 420  # memory of the networks of a flow that lifts [bytes/sample]
 BYTES_OF_UNKNOWN = 1200  # memory of a flow [bytes/unknown]
-# At each load of a patch of a seal: time of its contact, which starts from that of another load,
-# over that of a first one; of its flow, over that of one film; of all that does not grow with the
-# patch [s].
-NEXT_CONTACT, OF_LOAD, EACH_LOAD = 0.5, 1.6, 0.1
-USUAL_RTOL = 0.5  # seal.rtol at which that holds
+# A patch of a seal takes at each net load:
+NEXT_CONTACT = 0.5  # time of its contact, which starts from another, over that of a first one
+OF_LOAD = 1.6  # time of its flow over that of one film, at a seal.rtol of USUAL_RTOL
+EACH_LOAD = 0.1  # time that does not grow with the patch [s]
+USUAL_RTOL = 0.5
 # Memory of each flow that a patch of a seal keeps.
 KEPT_OF_UNKNOWN = 500  # [bytes/unknown]
 KEPT_OF_SAMPLE = 370  # [bytes/sample]

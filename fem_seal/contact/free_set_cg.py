@@ -116,8 +116,8 @@ def free_set_cg(
 class _Pressed:
     """The pressure p and the gap g that it causes: steps 1 and 8.
 
-    Both are rough while the certificate is far from the tolerance and from their rounding. After a
-    step p is still to be scaled to the load, which the next pass over it does.
+    Both are in single precision until the certificate comes near the tolerance or their rounding.
+    After a step p is still to be scaled to the load, which the next pass over it does.
     """
 
     def __init__(self, problem: Problem, pressure: np.ndarray):

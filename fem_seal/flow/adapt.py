@@ -87,7 +87,8 @@ def refined(
             gap, start.mesh, start.values, stopping.comm, strategy.tuning.tolerance
         )
         if best is not None and problem.unknowns > max_unknowns:
-            return stopping.end(_too_many(max_unknowns))
+            stopping.end(_too_many(max_unknowns))
+            return
         guess = problem.guess(start)
         del start
         log.lap("mesh")
@@ -101,19 +102,21 @@ def refined(
         )
         del corrected
         if stopping.ended:
-            return None
+            return
         # A uniform mesh has at least twice as many unknowns: every unknown has at least two sides,
         # a side has at most two ends, and the midpoint of each side becomes an unknown.
         if strategy.uniform and 2 * problem.unknowns > max_unknowns:
-            return stopping.end(_too_many(max_unknowns))
+            stopping.end(_too_many(max_unknowns))
+            return
         log = _Log()
         refine = _refinement(problem, guess, solution, best, strategy, outlook, log)
-        # Free this mesh before the next one is made, and what that one is made from afterwards.
+        # Two meshes together may not fit into memory: this one goes, and only `refine` stays.
         del problem, guess, solution
         try:
             start = refine(gap)
         except TooFine as limit:
-            return stopping.end(str(limit))
+            stopping.end(str(limit))
+            return
         del refine
         log.lap("refine")
 
@@ -189,7 +192,11 @@ def _solve(
 def _bounded(
     problem: LevelProblem, solution: _Solved, strategy: Strategy, outlook: _Outlook, log: _Log
 ) -> tuple[Bounds, CorrectedBounds | None]:
-    """Bounds of a solution, with the hierarchical correction if the true dual is solved."""
+    """Bounds of a solution, with the hierarchical correction if the true dual is solved.
+
+    They tell the outlook by how much the correction narrows them, and whether the next mesh is to
+    solve the true dual first.
+    """
     bounds = problem.upper_bound(solution.pressure)
     corrected: CorrectedBounds | None = None
     if solution.stream is not None:

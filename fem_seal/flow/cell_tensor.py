@@ -71,8 +71,8 @@ def conductivity_tensor(
     require_positive(viscosity=viscosity, rtol=rtol)
     sites = periodic_sites(gap, representation)
     limits, tuning = limits or Limits(), tuning or Tuning()
-    widest = [widest_winding(gap, representation, axis) for axis in (0, 1)]
-    if not any(widest):
+    windings = [widest_winding(gap, representation, axis) for axis in (0, 1)]
+    if not any(windings):
         return TensorBounds(np.zeros((2, 2)), np.zeros((2, 2)))
     largest_gap = float(sites.max())
     per_pascal = leak_rate_of_square(largest_gap, viscosity, pressure_drop=1.0)
@@ -81,14 +81,14 @@ def conductivity_tensor(
         law = mean_pressure_law(slip, largest_gap)
         per_pascal *= slip.gain(largest_gap)
     scaled = GridField(sites / largest_gap, gap.spacing, periodic=True)
-    narrowest = min(h for h in widest if h > 0) / largest_gap
+    narrowest = min(h for h in windings if h > 0) / largest_gap
     require_conducting(TIGHTEST, narrowest)
     width = coarsest_width((sites.shape[0], sites.shape[1]), tuning.coarsest)
     represented = REPRESENTATIONS[representation](
         scaled, tuning.cut * narrowest, tuning.floor * narrowest, width, law=law
     )
-    processes = parallel.communicator(comm)
-    stopping = Stopping(Tolerance(rtol), limits, USUAL_GROWTH, narrowest, processes)
+    comm = parallel.communicator(comm)
+    stopping = Stopping(Tolerance(rtol), limits, USUAL_GROWTH, narrowest, comm)
     strategy = Strategy(
         rtol=rtol, every_dual=stopping.doubtful, max_unknowns=limits.unknowns, tuning=tuning
     )

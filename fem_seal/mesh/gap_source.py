@@ -16,9 +16,8 @@ from fem_seal.mesh.gmsh_process import Box, SizeField
 from fem_seal.mesh.nested import triangle_at
 
 OUTSIDE = 1e-6  # largest distance [pixel] by which rounding may put a vertex outside the grid
-COORDINATE_ROUNDING = (
-    1e-6  # rounding error of coordinates [pixel]; gmsh writes them to 1e-9 at best
-)
+# Rounding error of coordinates [pixel]; gmsh writes them to 1e-9 at best.
+COORDINATE_ROUNDING = 1e-6
 CHANNEL_ABOVE = 0.1  # a channel ends where the gap falls below this part of its mean
 GROWTH = 0.5  # growth of the edge length with the distance to the nearest bank of a channel
 FINEST_RASTER = 1500  # largest number of points along the longer side

@@ -40,9 +40,9 @@ class Work:
     jobs: int | None = 1
     #: (k, n): compute every n-th chain from the k-th on, k from 1. Parts may run anywhere
     part: tuple[int, int] = (1, 1)
-    #: executor that computes the chains in place of processes of this
-    #: machine, such as `client.get_executor()` of Dask or mpi4py's `MPIPoolExecutor`. Its workers
-    #: must have the same files under the same names
+    #: executor that computes the chains in place of processes of this machine, such as
+    #: `client.get_executor()` of Dask or mpi4py's `MPIPoolExecutor`. Its workers must have the same
+    #: files under the same names
     executor: Executor | None = None
     #: whether to compute nothing, and to make the table of the points computed so far
     gather: bool = False

@@ -21,8 +21,9 @@ from fem_seal.results.arrays import ContactArrays
 from fem_seal.results.records import SealRecord
 from fem_seal.upscaling.seal import SealLeak
 
-# Pictures that a run may draw: of a contact that the fluid lifts, and of other scenes.
+# Pictures of a contact that the fluid lifts.
 OF_LIFTED_CONTACT = ("contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png")
+# All pictures that a run may draw.
 PICTURES = (*OF_LIFTED_CONTACT, "seal.png", "sensitivity.png", "shape.png")
 
 

@@ -10,9 +10,8 @@ from fem_seal.points.folder import Numbers
 
 # Steps of the interpolated conductivity between two loads of a table.
 STEPS = 16
-MOST_RISE = (
-    50.0  # largest ln of K below the first load over that at it: so large a K hardly resists
-)
+# Below the first load K is at most exp(MOST_RISE) times that at it: so large a K hardly resists.
+MOST_RISE = 50.0
 MOST_TAIL = 8.0  # fall of ln K up to which it is extrapolated above the last load
 # Exponents m and n, so that K^m is concave in the gap and K^n convex: of K ~ g³, and under slip by
 # either law, for which all m up to 0.333 and n from 0.57 on would do.

@@ -106,6 +106,7 @@ def drawn_seals(
         return DrawnSeals(rates[0], 0.0)
     if count.along == 1:
         mean = rates.mean(axis=0)
+        # Seals are drawn from these realizations: their own deviation is that of a draw.
         scatter = rates[:, 1].std() / np.sqrt(count.across) / mean[1] if mean[1] > 0 else 0.0
         return DrawnSeals(mean, float(scatter))
     rng = np.random.default_rng(seed)

@@ -33,12 +33,12 @@ SEAL_TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a s
 MOST_LOADS = 40
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
 WIDTH = 0.22
-# Part of the error of the load table that is left to net loads beyond its ends.
+# Part of a table's error that net loads below its first load and above its last one may have.
 REST = 0.1
 SIMPSON = (4, 1, 1)  # weights of the value and of both bounds
-# Tolerance of a flow over that of the flow at the decisive load. At least, since many flows miss
-# the tolerance by a tenth on the mesh of another load, and the next mesh costs as much again; and
-# at most, where the influence is small.
+# The tolerance of a flow is that of the flow at the decisive load times STARTED to LOOSEST_LATER,
+# the more the less it matters. STARTED is above 1: many flows miss a tolerance by a tenth on the
+# mesh of another load, and the next mesh costs as much again.
 STARTED, LOOSEST_LATER = 1.15, 3.0
 OTHERS = 1.4  # the same for the other first loads
 # The load from which on a sealed patch is sealed is known to this part of the highest one.

@@ -84,6 +84,18 @@ def test_corners_by_hand():
     assert solved.headline.upper == pytest.approx(ends[1].upper, rel=1e-5)
 
 
+@pytest.mark.parametrize("name", sorted(OPENS.keys() - {"seal.line_load"}))
+def test_each_input_opens_the_film_in_its_direction(name):
+    """One input at a time: less leaks at the end that closes, and more at that which opens."""
+    pressures = ["flow.pressure_drop=", "flow.inlet_pressure=2 bar", "flow.outlet_pressure=1 bar"]
+    given = pressures * name.endswith(("inlet_pressure", "outlet_pressure"))
+    if name == "solid.youngs_modulus":
+        given = ["solid.contact_modulus=", "solid.youngs_modulus=8 MPa", "solid.poisson_ratio=0.5"]
+    tolerance = f"tolerances.{name}=10 %"
+    far = entry(solve(scene(*COARSE, DRY, "contact.pressure=0.1 MPa", *given, tolerance)))
+    assert far.lower < 1 < far.upper
+
+
 BOX = (0.12e6, 3e4, 1, LIFTED)
 MORE = [(0.2e6, 3e4, 3, DRY), (0.16e6, 3e4, 1, LIFTED), (0.1e6, 8e4, 5, LIFTED)]
 MORE += [(0.12e6, 3e4, 1, DRY)]
