@@ -114,15 +114,15 @@ def test_a_decision_counts_the_lift():
         return solve(Scene.from_mapping(mapping)).result()
 
     most = solve(scene(rtol=0.005)).result().leak_rate.upper
-    found = [judged(part * most) for part in (1.3, 1.01, 0.993, 0.9)]
+    found = [judged(part * most) for part in (1.01, 0.993, 0.9)]
     decisions = [(one.verdict.decision, one.converged) for one in found]
     within, undecided, above = (
         ("within limit", True),
         ("undecided", False),
         ("above limit", True),
     )
-    assert decisions == [within, within, undecided, above]
-    assert "uncertainty of the lift" in found[2].reason
+    assert decisions == [within, undecided, above]
+    assert "uncertainty of the lift" in found[1].reason
     narrow = judged(1.005 * most, rtol=0.005)
     assert (narrow.verdict.decision, narrow.converged) == within
 

@@ -424,11 +424,11 @@ def test_where_gaps_are_not_ordered_a_sealed_film_may_open(settings):
 
 def test_finite_differences_agree_with_finite_elements():
     """Both flows lead to one equilibrium, as far as the grid of the differences allows."""
-    elements = Patch(scene(n=64))
-    differences = Patch(scene(n=64, method="finite-difference"))
+    elements = Patch(scene(n=32))
+    differences = Patch(scene(n=32, method="finite-difference"))
     assert differences.lifted.converged
-    dry = Patch(scene(n=64, lift="none", method="finite-difference")).leak_rate.value
-    dry_elements = Patch(scene(n=64, lift="none")).leak_rate.value
+    dry = Patch(scene(n=32, lift="none", method="finite-difference")).leak_rate.value
+    dry_elements = Patch(scene(n=32, lift="none")).leak_rate.value
     # Both differ by their discretisation when dry already; the lift must not add as much again, but
     # for the width of the bounds, 0.05.
     apart = abs(np.log(dry / dry_elements))
