@@ -60,10 +60,7 @@ def say(text: str) -> None:
 
 
 def summary(result: "Result", out: Path | None) -> list[str]:
-    """Lines of the printed result; result.json has all digits.
-
-    A caution that is the reason why the result has not converged stands on standard error alone.
-    """
+    """Lines of the printed result; result.json has all digits."""
     from fem_seal.results.words import summary_of
 
     lines = [
@@ -76,7 +73,6 @@ def summary(result: "Result", out: Path | None) -> list[str]:
             break_on_hyphens=False,
         )
         for label, text in summary_of(result)
-        if label != "caution" or text not in result.reason
     ]
     if out is not None:
         lines.append(f"result     {', '.join(('result.json', *result.files))} in {out}")

@@ -114,7 +114,10 @@ def _resolved(patch: Patch) -> Uncertainty:
         lower = state.lowest / value if value else 1.0
         upper = state.highest / value if value and isfinite(state.highest) else None
         rate = None if value else state.highest
-        return Uncertainty(LIFT, "estimated", state.reason, lower, upper, True, rate, is_range=True)
+        # No caution: the sentence is the reason of a result that has not converged.
+        return Uncertainty(
+            LIFT, "estimated", state.reason, lower, upper, upper_rate=rate, is_range=True
+        )
     if state.state == "sealed":
         sentence = (
             f"sealed under the fluid's pressure as well, up to {inlet} wherever no open path leads "

@@ -115,8 +115,7 @@ def remarks(result: Result) -> list[str]:
         if result.quantities is None or result.quantities.threshold is None:
             opens += "; the product threshold computes the load at which this patch begins to leak"
         sentences.append(opens)
-    said = first, result.reason
-    sentences += [text for text in result.cautions if not any(text in words for words in said)]
+    sentences += [text for text in result.cautions if text not in first]
     return [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(sentences)]
 
 
