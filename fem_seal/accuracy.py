@@ -104,11 +104,11 @@ def chosen_grid(
         total=total,
         samples=present(solved.surface, "surface").shape,
         rtol=solved.flow_settings.rtol,
-        contact_error=None if leak.state == "sealed" else _known(grid.grid_error.log_error),
-        flow_error=_known(grid.flow),
+        contact_error=None if leak.state == "sealed" else known_error(grid.grid_error.log_error),
+        flow_error=known_error(grid.flow),
         trials=grid.trials,
-        lift_error=_known(grid.lift) if grid.lifts else None,
-        area_error=None if grid.area_error is None else _known(grid.area_error.log_error),
+        lift_error=known_error(grid.lift) if grid.lifts else None,
+        area_error=None if grid.area_error is None else known_error(grid.area_error.log_error),
     )
 
 
@@ -197,7 +197,7 @@ def _refined(
     return refined
 
 
-def _known(log_error: float) -> float | None:
+def known_error(log_error: float) -> float | None:
     """Relative error of |ln| of a ratio of leak rates; None if it is not known."""
     error = relative_error(log_error)
     return error if error < inf else None
@@ -306,7 +306,7 @@ def error_words(error: float | None) -> str:
 
 
 def _missed(total: float, grid: _Refined) -> str:
-    size, also = _known(grid.contact), "" if grid.area_error is None else " and the area's"
+    size, also = known_error(grid.contact), "" if grid.area_error is None else " and the area's"
     nx, ny = grid.trials[-1].samples
     return (
         f"the contact grid's{also} part of the error is {error_words(size)} on {nx} x {ny}, "
@@ -316,6 +316,6 @@ def _missed(total: float, grid: _Refined) -> str:
 
 def _missed_by_lift(total: float, log_error: float) -> str:
     return (
-        f"the lift's part of the error is {error_words(_known(log_error))}; together "
+        f"the lift's part of the error is {error_words(known_error(log_error))}; together "
         f"with those of contact grid and flow it is above accuracy.total = {total:g}"
     )

@@ -187,6 +187,7 @@ class Patch:
     def with_(
         self,
         *,
+        scene: Scene | None = None,
         surface: GridField | None = None,
         known: Known | None = None,
         contact_start: np.ndarray | None = None,
@@ -194,19 +195,19 @@ class Patch:
         lift: Lift | None = None,
         flow_settings: FlowSettings | None = None,
     ) -> "Patch":
-        """Same scene with other arguments of `Patch`.
+        """Patch with other arguments.
 
-        Load, lift, settings of the flow and surface stay unless they are named; what has been
-        solved does not.
+        Scene, lift, settings of the flow and surface stay unless they are named, and the load of
+        the same scene; what has been solved does not.
         """
         return Patch(
-            self.scene,
+            scene or self.scene,
             self.report,
             trust=self.trust,
             surface=surface or self.surface,
             known=known,
             contact_start=contact_start,
-            load=load or self._load,
+            load=load or (self._load if scene is None else None),
             lift=lift or self.lift,
             flow_settings=flow_settings or self._flow_settings,
             on_own_grid=True,

@@ -106,16 +106,7 @@ def _at_corner(patch: Patch, end: int) -> Patch:
     settings = replace(scene.flow_settings, rtol=patch.flow_settings.rtol)
     if end < 0 and patch.lifted is not None:
         settings = replace(settings, negligible=NEGLIGIBLE_LEAK * patch.leak_rate.value)
-    return Patch(
-        scene,
-        patch.report,
-        trust=patch.trust,
-        surface=surface,
-        contact_start=start,
-        flow_settings=settings,
-        on_own_grid=True,
-        comm=patch.comm,
-    )
+    return patch.with_(scene=scene, surface=surface, contact_start=start, flow_settings=settings)
 
 
 def corner(scene: Scene, end: int) -> Scene:

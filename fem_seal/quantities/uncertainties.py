@@ -26,10 +26,6 @@ def error_budget(patch: Patch) -> ErrorBudget:
     return tuple(entry for entry in entries if entry is not None)
 
 
-def _flow_entry(patch: Patch) -> Uncertainty:
-    return flow_entry(patch.leak_rate)
-
-
 def _contact_grid_entry(patch: Patch) -> Uncertainty | None:
     scene = patch.scene
     if scene.contact is None or scene.seal is not None or patch.lifted_off:
@@ -38,10 +34,6 @@ def _contact_grid_entry(patch: Patch) -> Uncertainty | None:
         sentence = "what a finer grid of the contact would change was not computed"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
     return patch.once(estimated_error)
-
-
-def _contact_area_entry(patch: Patch) -> Uncertainty | None:
-    return patch.once(area_error)
 
 
 def surface_entry(patch: Patch) -> Uncertainty | None:
@@ -94,22 +86,18 @@ def model_entry(patch: Patch) -> Uncertainty:
     return Uncertainty("model", "not covered", sentence, name="the model itself")
 
 
-def _inputs_entry(patch: Patch) -> Uncertainty:
-    return inputs_entry(patch, patch.leak_rate, rate_in_range)
-
-
 Source = Callable[[Patch], Uncertainty | None]
 SOURCES: tuple[Source, ...] = (
-    _flow_entry,
+    lambda patch: flow_entry(patch.leak_rate),
     slip_interval_entry,
     _contact_grid_entry,
-    _contact_area_entry,
+    lambda patch: patch.once(area_error),
     surface_entry,
     lift_entry,
     slip_entry,
     _given_gap_entry,
     _shape_entry,
     _one_patch_entry,
-    _inputs_entry,
+    lambda patch: inputs_entry(patch, patch.leak_rate, rate_in_range),
     model_entry,
 )

@@ -5,13 +5,13 @@ which the flow through the seal follows quickly.
 """
 
 from dataclasses import dataclass
-from math import inf, isfinite, sqrt
+from math import inf, sqrt
 from pathlib import Path
 
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.accuracy import relative_error
+from fem_seal.accuracy import known_error
 from fem_seal.errors import present
 from fem_seal.grid_series import OnGrid, grid_error, on_half, unresolved
 from fem_seal.parallel import Comm
@@ -108,8 +108,7 @@ def _contact_error(patch: LoadedPatch, load: float) -> float | None:
     looser = patch.missing(asked).get(load, inf)
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol)
     grids = _on_grid(coarse, load), _on_grid(patch, load, looser)
-    error = relative_error(grid_error(*grids).log_error)
-    return error if isfinite(error) else None
+    return known_error(grid_error(*grids).log_error)
 
 
 def _on_grid(patch: LoadedPatch, load: float, looser: float = 1.0) -> OnGrid:
