@@ -137,8 +137,7 @@ def _of_sealed(patch: Patch, reach: _Reach, words: str) -> Uncertainty:
     if not isinstance(patch.film_contact, ContactState) or load <= 0:
         return estimate(CONTACT_AREA, words, 1.0)
     lighter = patch.pressed_by(load, patch.lift)
-    leak, lifted = lighter.leak_rate, lighter.lifted
-    most = leak.value if leak.upper is None else leak.upper
+    most, lifted = lighter.leak_rate.ends[1], lighter.lifted
     if lifted is not None:
         most = max(most, lifted.highest)
     return estimate(CONTACT_AREA, words, 1.0, upper_rate=most if most < inf else None)

@@ -175,6 +175,11 @@ class LeakRate:
             raise Inconsistent(f"a leak rate by {self.method} has no bounds")
         return self.lower, self.upper
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The bounds [m^3/s]; of a method that has none the value twice."""
+        return (self.value, self.value) if self.lower is None else self.bounds
+
     def __str__(self) -> str:
         if self.state == "lifted off":
             return "lifted off: the fluid carries the whole load, and nothing limits the leak rate"

@@ -138,14 +138,14 @@ def _resolved(patch: Patch) -> Uncertainty:
 def _range(patch: Patch) -> Uncertainty:
     """Entry of the dry contacts at both ends of the fluid's pressure."""
     dry, (closed, opened) = patch.leak_rate, patch.once(lift_range)
-    lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), _end(opened, 1)
+    lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), opened.ends[1]
     sentence = (
         "any fluid pressure between those of inlet and outlet is covered: between "
-        f"{rounded_down(_end(closed, 0))} and {rounded_up(rate)} m^3/s"
+        f"{rounded_down(closed.ends[0])} and {rounded_up(rate)} m^3/s"
     )
     if isinf(rate):
         sentence = "the inlet's pressure is no less than the load, so that the seal may lift off"
-        least = _end(closed, 0)
+        least = closed.ends[0]
         if isinf(least):
             sentence = "the outlet's pressure is no less than the load: the seal lifts off"
         elif least > 0:
@@ -171,11 +171,6 @@ def lift_range(patch: Patch) -> tuple[LeakRate, LeakRate]:
 
     with patch.timed("lift"):
         return (patch.leak_rate if outlet == 0 else under(load - outlet)), under(load - inlet)
-
-
-def _end(leak: LeakRate, side: int) -> float:
-    """Lower (0) or upper (1) bound; the value of a method without bounds [m³/s]."""
-    return leak.value if leak.lower is None else leak.bounds[side]
 
 
 def _at_the_end(patch: Patch, pressure: float, side: int) -> tuple[LeakRate | None, list[str]]:
@@ -210,7 +205,7 @@ def _at_the_end(patch: Patch, pressure: float, side: int) -> tuple[LeakRate | No
 
 def _lower_factor(dry: LeakRate, closed: LeakRate) -> float:
     """Lower factor of the entry: lower bound of the closed contact over that of the dry one."""
-    return 1.0 if _end(dry, 0) == 0 else min(1.0, _end(closed, 0) / _end(dry, 0))
+    return 1.0 if dry.ends[0] == 0 else min(1.0, closed.ends[0] / dry.ends[0])
 
 
 def _upper_factor(dry: LeakRate, opened: LeakRate) -> float | None:
@@ -221,7 +216,7 @@ def _upper_factor(dry: LeakRate, opened: LeakRate) -> float | None:
     """
     if dry.state == "sealed":
         return 1.0 if opened.state == "sealed" else None
-    return max(1.0, _end(opened, 1) / _end(dry, 1))
+    return max(1.0, opened.ends[1] / dry.ends[1])
 
 
 def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:

@@ -125,13 +125,8 @@ class LiftRecord(Record):
         dry = DryRecord.model_validate(present(patch.contact, "contact"))
         if model == "range":
             low, high = patch.once(lift_range)
-            return cls(
-                model=model,
-                steps=2,
-                lowest=low.value if low.lower is None else low.lower,
-                highest=high.value if high.upper is None else high.upper,
-                dry=dry,
-            )
+            lowest, highest = low.ends[0], high.ends[1]
+            return cls(model=model, steps=2, lowest=lowest, highest=highest, dry=dry)
         state = present(patch.lifted, "lifted state")
         return cls(
             model=model,
