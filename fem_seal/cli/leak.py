@@ -47,18 +47,15 @@ def _fields() -> Iterator[tuple[str, str, Any]]:
                     yield NAMES.get(name, key.replace("_", "-")), name, field
 
 
-def _literals(annotation: object) -> Iterator[object]:
-    """Values of the Literals in a nested annotation."""
-    for part in get_args(annotation):
-        yield from (part,) if get_origin(annotation) is Literal else _literals(part)
-
-
 def add_fields(command: argparse.ArgumentParser) -> None:
     """Add an option for each field."""
+    from fem_seal.scene.readable import parts_of
+
     for option, name, field in _fields():
         default = "leak_rate" if name == "output.products" else field.default
         shown = "" if field.is_required() or default is None else f" ({default})"
-        choices = [str(value) for value in _literals(field.annotation)]
+        literals = (part for part in parts_of(field.annotation) if get_origin(part) is Literal)
+        choices = [str(value) for literal in literals for value in get_args(literal)]
         described = not choices or f'"{choices[0]}"' in field.description
         listed = "" if described else f"; {', '.join(choices)}"
         text = f"{name}: {field.description}{listed}{shown}".replace("%", "%%")
@@ -69,6 +66,7 @@ def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
     """Scene that the options describe, whose model checks them, and a line of what is assumed."""
     from fem_seal.scene import Scene
     from fem_seal.scene.files import override
+    from fem_seal.scene.readable import parts_of
 
     given, assumed = vars(options), []
     data: dict[str, Any] = {
@@ -91,14 +89,9 @@ def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
             if re.fullmatch(r"\d+[eE]\+?\d\d?", text):
                 text = str(int(float(text)))
             text = {"yes": "true", "no": "false"}.get(text, text)
-            is_list = _has_tuple(field.annotation)
+            is_list = any(get_origin(part) is tuple for part in parts_of(field.annotation))
             data = override(data, f"{name}=[{text}]" if is_list else f"{name}={text}")
     return Scene.from_mapping(data), [f"assumed    {', '.join(assumed)}"] if assumed else []
-
-
-def _has_tuple(annotation: Any) -> bool:
-    """Whether a type is that of a tuple, or one of those joined in it."""
-    return get_origin(annotation) is tuple or any(map(_has_tuple, get_args(annotation)))
 
 
 def _leak(options: argparse.Namespace) -> int:

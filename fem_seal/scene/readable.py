@@ -19,16 +19,18 @@ def own_names(model: BaseModel) -> list[str]:
 
 def unit_of(field: FieldInfo) -> str | None:
     """SI unit of the numbers of a field; None if they have none, or are no numbers."""
-    return next(_units((field.annotation, *field.metadata)), None)
-
-
-def _units(parts: tuple[Any, ...]) -> Iterator[str]:
-    """Units of all validators in nested annotations such as tuple[Length, Length] | None."""
-    for part in parts:
+    for part in (*parts_of(field.annotation), *field.metadata):
         reader = getattr(part, "func", None)
         if isinstance(reader, partial) and reader.func is to_si:
-            yield reader.keywords["unit"]
-        yield from _units((*get_args(part), *getattr(part, "__metadata__", ())))
+            return str(reader.keywords["unit"])
+    return None
+
+
+def parts_of(annotation: object) -> Iterator[object]:
+    """An annotation and all that is in it, such as the parts of tuple[Length, Length] | None."""
+    yield annotation
+    for part in get_args(annotation):
+        yield from parts_of(part)
 
 
 def python_rows(section: BaseModel) -> list[tuple[str, str]]:
@@ -64,9 +66,8 @@ def units_of(model: type[BaseModel]) -> dict[str, str]:
 
 def sections_in(annotation: object) -> list[type[BaseModel]]:
     """Sections in an annotation such as Annotated[A | B, ...] | None."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [section for part in get_args(annotation) for section in sections_in(part)]
+    types = (part for part in parts_of(annotation) if isinstance(part, type))
+    return [part for part in types if issubclass(part, BaseModel)]
 
 
 def rows_of_mapping(data: Mapping[str, Any], model: type[BaseModel]) -> list[tuple[str, str]]:

@@ -216,11 +216,6 @@ class Scene(Section):
         return "patch" if self.needs_flow else "nothing"
 
     @property
-    def needs_field(self) -> bool:
-        """Whether some product needs the flow itself and not only its leak rate."""
-        return self.limit is not None or any(PRODUCTS[name].field for name in self.output.products)
-
-    @property
     def load(self) -> Load:
         """Load of the contact: that of [contact], or the mean pressure that [seal] gives."""
         contact = present(self.contact, "[contact]")
@@ -252,6 +247,7 @@ class Scene(Section):
     @property
     def flow_settings(self) -> FlowSettings:
         """Arguments of the flow solver; for scenes that need the flow."""
+        needs_field = any(PRODUCTS[name].field for name in self.output.products)
         return FlowSettings(
             method=self.flow.method,
             viscosity=self.viscosity,
@@ -260,7 +256,7 @@ class Scene(Section):
             rtol=self.flow.rtol,
             decide=self.deciding_rate,
             limits=self.flow.limits,
-            field=self.needs_field,
+            field=needs_field or self.limit is not None,
             links=self.flow.links,
         )
 
