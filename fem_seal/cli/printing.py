@@ -46,7 +46,7 @@ def print_result(
         else:
             say("\n".join((*head, *summary(result, out))))
     if not result.converged:
-        return parallel.fail(f"fem-seal: {result.reason}", NotConverged.exit_status)
+        raise NotConverged(result.reason)
     decision = None if result.verdict is None else result.verdict.decision
     if options.strict and decision in ("above limit", "undecided"):
         return parallel.fail(f"fem-seal: {decision} (--strict)", NOT_KEPT)

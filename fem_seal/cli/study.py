@@ -91,7 +91,7 @@ def _study(options: argparse.Namespace) -> int:
         return 0
     message = "some points of the study are not computed yet"
     if options.gather:
-        return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
+        raise NotConverged(message)
     say(f"{message}; the same command without --part, or with --gather, makes the table")
     return 0
 

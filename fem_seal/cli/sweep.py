@@ -81,13 +81,12 @@ def _sweep(options: argparse.Namespace) -> int:
         except NotDrawn as error:
             say(f"{PICTURE_FILE} is not drawn: {error}")
     if tally.failed:
-        message = f"{tally.failed} of {tally.points} points failed or did not converge"
-        return parallel.fail(
-            f"fem-seal: {message}; column reason says why", NotConverged.exit_status
+        raise NotConverged(
+            f"{tally.failed} of {tally.points} points failed or did not converge; column reason "
+            "says why"
         )
     if tally.missing and options.gather:
-        message = f"{tally.missing} of {tally.points} points are not computed yet"
-        return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
+        raise NotConverged(f"{tally.missing} of {tally.points} points are not computed yet")
     return 0
 
 
