@@ -222,7 +222,7 @@ def test_a_load_against_its_enclosure_is_noticed():
     """Steps take over if a load contradicts the enclosure of its interval."""
     from fem_seal.upscaling.conductivity import Enclosure
 
-    patch = rough()
+    patch = rough(0.1)
     patch.table({1e5: 1.0, 2e5: 1.0})
     patch._enclosures[1e5, 2e5] = Enclosure((1.0, 1.0), (2.0, 2.0))
     assert patch.table().between != (None,)
@@ -233,7 +233,7 @@ def test_a_load_against_its_enclosure_is_noticed():
 def test_few_loads_are_enough():
     """The same accuracy as by steps of the load, whose error falls as 1/n, with a few loads."""
     ends, profile = EndPressures(1e5), uniform(3e5, 2e-3)
-    outcome = refined_table(rough(), profile, STRIP, ends, tolerance=0.06)
+    outcome = refined_table(rough(0.02), profile, STRIP, ends, tolerance=0.06)
     assert not outcome.reason
     table = outcome.table
     # Of K = exp(-w/c) steps have ln(upper/lower) >= 4 (1 - √r)²/(n (1 - r)) at best, r the fall.
