@@ -15,7 +15,7 @@ from math import expm1, inf, log, log1p, sinh
 
 from fem_seal import parallel
 from fem_seal.area_error import area_error
-from fem_seal.coupling import allowed_error
+from fem_seal.coupling import SETTLED
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
 from fem_seal.errors import present
@@ -156,7 +156,7 @@ class _Refined:
 def _solved_again(first: Patch, grid: _Refined, left: float) -> _Refined:
     """The same contact with a flow and a lift whose errors keep what is left of the budget."""
     # The lift claims a multiple of rtol, which is up to twice the flow's part.
-    rtol = 2 * left / (1 + 2 * allowed_error(1.0)) if grid.lifts else 2 * sinh(left)
+    rtol = 2 * left / (1 + 2 * SETTLED) if grid.lifts else 2 * sinh(left)
     settings = replace(first.flow_settings, rtol=rtol)
     known = Known(grid.patch.contact)
     solved = first.with_(surface=grid.patch.surface, known=known, flow_settings=settings)

@@ -2,4 +2,4 @@
 
 from fem_seal.coupling.lifted import lifted
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import LiftedState, allowed_error
+from fem_seal.coupling.state import SETTLED, LiftedState

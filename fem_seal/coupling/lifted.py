@@ -8,18 +8,17 @@ without ε, with its own bounds (docs/theory/lift.md).
 from dataclasses import replace
 from math import exp, inf, log
 from sys import float_info
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.newton import Steps
-from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.stages import first_stage, further_stages
-from fem_seal.coupling.state import FIRST_ORDER, LiftedState, allowed_error, spread
-from fem_seal.errors import present
+from fem_seal.coupling.state import FIRST_ORDER, SETTLED, LiftedState, log_ratio
+from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
 from fem_seal.leak_rate import LeakRate
 from fem_seal.registry import require_positive
@@ -53,7 +52,12 @@ def lifted(
         Fluid pressure [Pa] from which Newton's method starts in place of both.
     """
     require_positive(rtol=rtol)
-    allowed = allowed_error(min(rtol, FIRST_ORDER))
+    allowed = SETTLED * min(rtol, FIRST_ORDER)
+    if start is not None and problem.solid_load(start) <= 0:
+        raise InvalidInput(
+            f"start: a mean pressure of {start.mean():g} Pa carries the whole load of "
+            f"{problem.load:g} Pa; begin with less"
+        )
     uniform = problem.uniform_pressure
     if problem.load is not None and problem.load <= uniform.mean():
         return LiftedState(problem.field(uniform))
@@ -61,21 +65,23 @@ def lifted(
     def search() -> list[_End]:
         if start is None:
             return _from_both_ends(problem, allowed, dry)
-        return [_end(further_stages(problem, allowed, first_stage(problem, allowed, start)))]
+        return [_end_of(further_stages(problem, allowed, first_stage(problem, allowed, start)))]
 
     ends = parallel.on_root(search, problem.comm)
     states = [_completed(problem, allowed, *end) for end in ends]
-    found = not any(state.reason for state, _ in ends)
-    return states[0] if len(states) == 1 else _both(*states, found=found)
+    found = not any(end.state.reason for end in ends)
+    return states[0] if len(states) == 1 else _merged(*states, found=found)
 
 
-# What the first process sends to the others: a state without its leak rate, and the film that the
-# most fluid pressure opens if the state is sealed.
-_End: TypeAlias = tuple[LiftedState, GridFilm | None]
+class _End(NamedTuple):
+    """Where the stages from one start have ended, as the first process tells the others."""
+
+    state: LiftedState  #: without its leak rate
+    opened: GridFilm | None  #: film that the most fluid pressure opens, if the state is sealed
 
 
-def _end(steps: Steps) -> _End:
-    """Where the stages from one start have ended."""
+def _end_of(steps: Steps) -> _End:
+    """The end of the stages from one start."""
     point = steps.point
     state = LiftedState(
         fluid_pressure=point.problem.field(point.pressure),
@@ -87,7 +93,7 @@ def _end(steps: Steps) -> _End:
         network=point.network,
         reason=steps.failure,
     )
-    return state, point.opened if point.sealed else None
+    return _End(state, point.opened if point.sealed else None)
 
 
 def _from_both_ends(problem: LiftProblem, allowed: float, dry: ContactState | None) -> list[_End]:
@@ -104,16 +110,16 @@ def _from_both_ends(problem: LiftProblem, allowed: float, dry: ContactState | No
     first = first_stage(problem, allowed, low, dry)
     steps = further_stages(problem, allowed, first)
     if not _may_be_another(problem, steps, dry):
-        return [_end(steps)]
+        return [_end_of(steps)]
     second = first_stage(problem, allowed, high)
-    if not steps.failure and (steps.error <= allowed or _stays_sealed(steps.point)):
+    if not steps.failure and (steps.error <= allowed or steps.point.stays_sealed):
         # Where the solid floats at no level, a start that carries the whole load takes no step:
         # that it fails says nothing.
         stuck = problem.may_float and bool(second.failure)
         lost = steps.lost + second.lost
-        if stuck or (not lost and second.point.leaks_as(first.point, allowed)):
-            return [_end(steps)]
-    return [_end(steps), _end(further_stages(problem, allowed, second))]
+        if stuck or (not lost and second.point.leaks_like(first.point, allowed)):
+            return [_end_of(steps)]
+    return [_end_of(steps), _end_of(further_stages(problem, allowed, second))]
 
 
 def _may_be_another(problem: LiftProblem, steps: Steps, dry: ContactState) -> bool:
@@ -122,12 +128,8 @@ def _may_be_another(problem: LiftProblem, steps: Steps, dry: ContactState) -> bo
     There is none if that is sealed and no pressure of the fluid opens the film.
     """
     if steps.point.sealed:
-        return not (_stays_sealed(steps.point) and problem.never_opens)
+        return not (steps.point.stays_sealed and problem.never_opens)
     return steps.difficult or problem.film(dry.gap).sealed
-
-
-def _stays_sealed(point: LiftPoint) -> bool:
-    return point.sealed and point.opened is None
 
 
 def _completed(
@@ -183,14 +185,14 @@ def _why_not_settled(state: LiftedState, leak: LeakRate, allowed: float, *, know
     return ""
 
 
-def _both(first: LiftedState, second: LiftedState, *, found: bool) -> LiftedState:
-    """The second of two states, or the first alone if only that has settled.
+def _merged(first: LiftedState, second: LiftedState, *, found: bool) -> LiftedState:
+    """The state of two starts: the second one, or the first if that alone has settled.
 
-    Both are equilibria if Newton's steps have found them.
+    Both are equilibria if Newton's steps have `found` them.
     """
     leaks = [present(state.leak_rate, "leak rate") for state in (first, second)]
-    apart = spread(*(leak.value for leak in leaks))
-    widths = [spread(*leak.bounds) for leak in leaks if leak.lower]
+    apart = log_ratio(*(leak.value for leak in leaks))
+    widths = [log_ratio(*leak.bounds) for leak in leaks if leak.lower]
     shown = first if first.converged and not second.converged else second
     both = replace(shown, steps=first.steps + second.steps)
     if apart <= first.error + second.error + max(widths, default=0.0):

@@ -54,11 +54,13 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
     """
     residuals, difficult, left = [point.size], False, inf
     away = iter(AWAY)
-    for _ in range(MOST_STEPS):
+    while True:
         point.problem.report("lift", f"{len(point.network.free)} nodes, residual {point.size:.1e}")
         # GMRES may leave a tenth of what a step was to change to first order.
         if left <= tolerance and point.settled(tolerance):
             return Steps(point, tuple(residuals), difficult, "")
+        if len(residuals) > MOST_STEPS:
+            break
         step = point.step
         left = INNER * step.log_rate
         difficult |= step.unstable or step.iterations > MOST_STEPS / 2

@@ -20,17 +20,22 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import DIAGONAL, INNER, MOST_STEPS, PARTS
+from fem_seal.coupling.constants import INNER, MOST_STEPS
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import FIRST_ORDER, spread
+from fem_seal.coupling.state import FIRST_ORDER, log_ratio
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.network.network import Network
 
+# Parts of a side of the patch, in each of which errors have a sign of their own.
+PARTS = 4
+# Part of the allowed error of ln Q by which a channel along diagonals may change it: many may open.
+DIAGONAL = 0.01
 
-def not_by_chance(changes: np.ndarray) -> float:
+
+def summed_by_parts(changes: np.ndarray) -> float:
     """Sum of changes (nx, ny) in size, over parts of the patch.
 
     Changes in several places may cancel by chance, and those of the next stage need not.
@@ -93,7 +98,7 @@ class LiftPoint:
         return float(np.sqrt(np.mean(self.residual**2))) / self.problem.drop
 
     @cached_property
-    def by_u(self) -> np.ndarray:
+    def pressure_by_u(self) -> np.ndarray:
         """Derivative (nx, ny) [Pa] of the fluid's pressure by the solution u of the network."""
         return self.problem.pressure_by(self.flow.on_samples, self.critical)
 
@@ -108,11 +113,11 @@ class LiftPoint:
 
     def response(self, gap: np.ndarray, tolerance: float) -> np.ndarray:
         """R' of a change of the gap."""
-        return self.by_u * self.flow.change(gap, tolerance)
+        return self.pressure_by_u * self.flow.change(gap, tolerance)
 
     def response_transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
         """R'ᵀ of weights of the pressure."""
-        return self.flow.transposed(self.by_u * weight, tolerance)
+        return self.flow.transposed(self.pressure_by_u * weight, tolerance)
 
     def adjoint(self, tolerance: float, most: int) -> LinearSolution:
         """Solution λ of (I - G'ᵀ R'ᵀ) λ = ∂ln Q/∂p_f by `most` iterations.
@@ -143,7 +148,7 @@ class LiftPoint:
 
     def conducts_like(self, other: "LiftPoint") -> bool:
         """Whether ln Q of both differ so little that λ of one may be used for the other."""
-        return spread(self.flow.conductance, other.flow.conductance) <= FIRST_ORDER
+        return log_ratio(self.flow.conductance, other.flow.conductance) <= FIRST_ORDER
 
     @cached_property
     def _adjoint(self) -> LinearSolution:
@@ -176,7 +181,7 @@ class LiftPoint:
 
     def log_rate_change(self, gap: np.ndarray) -> float:
         """Size of the change of the logarithm of the leak rate with the gap, to first order."""
-        return not_by_chance(self.flow.log_rate_by_gap * gap)
+        return summed_by_parts(self.flow.log_rate_by_gap * gap)
 
     @cached_property
     def step(self) -> NewtonStep:
@@ -218,42 +223,45 @@ class LiftPoint:
         weight, of_samples = np.zeros_like(self.pressure), self._adjoint.x
         every = self.problem.every(of_samples)
         weight[::every, ::every] = of_samples
-        by_links, past_legs = self.flow.by_parts(self.by_u * weight, INNER**2)
-        also = past_legs > DIAGONAL * allowed
+        by_links, by_diagonals = self.flow.by_parts(self.pressure_by_u * weight, INNER**2)
+        anyway = by_diagonals > DIAGONAL * allowed
         varies, film = self.flow.varies, problem.touching_film
-        return self.network.refined(by_links, 1 - INNER, varies, also, film), epsilon
+        return self.network.refined(by_links, 1 - INNER, varies, anyway, film), epsilon
 
-    def error_by(self, other: "LiftPoint") -> float:
+    def log_rate_error(self, other: "LiftPoint") -> float:
         """Error of ln Q by the flow of another point, here or on more samples.
 
         It is λ·F of the other point; infinite if λ is not known.
         """
-        return self._weighed(other, 0.0)
+        return self._by_adjoint(other, other.residual)
 
-    def change_by(self, other: "LiftPoint") -> float:
-        """Change of ln Q from the flow of this point to that of another one, as of `error_by`."""
-        every = self.problem.every(self._adjoint.x)
-        return self._weighed(other, self.residual[::every, ::every])
+    def log_rate_change_to(self, other: "LiftPoint") -> float:
+        """Change of ln Q from the flow of this point to that of another, as of `log_rate_error`."""
+        every = other.problem.every(self.residual)
+        moved = other.residual.copy()
+        moved[::every, ::every] -= self.residual
+        return self._by_adjoint(other, moved)
 
-    def _weighed(self, other: "LiftPoint", less: np.ndarray | float) -> float:
+    def _by_adjoint(self, other: "LiftPoint", pressure: np.ndarray) -> float:
+        """Size of λ times a pressure on the samples of another point."""
         here = other.problem is self.problem
         if not (self._adjoint.converged and (here or self.conducts_like(other))):
             return np.inf
         every = other.problem.every(self._adjoint.x)
-        return not_by_chance(self._adjoint.x * (other.residual[::every, ::every] - less))
+        return summed_by_parts(self._adjoint.x * pressure[::every, ::every])
 
     def settled(self, tolerance: float) -> bool:
         """Whether λ says that a step would change ln Q, and the solid's load, by little."""
         return (
-            self.error_by(self) <= tolerance
+            self.log_rate_error(self) <= tolerance
             and self.keeps_load(tolerance)
             and not self._adjoint.unstable
         )
 
-    def leaks_as(self, other: "LiftPoint", allowed: float) -> bool:
+    def leaks_like(self, other: "LiftPoint", allowed: float) -> bool:
         """Whether both have the same ln Q, of which each may err by `allowed`."""
         apart = self.log_rate_change(self.contact.gap.values - other.contact.gap.values)
-        return apart + spread(self.flow.conductance, other.flow.conductance) <= 2 * allowed
+        return apart + log_ratio(self.flow.conductance, other.flow.conductance) <= 2 * allowed
 
     @cached_property
     def opened(self) -> GridFilm | None:
@@ -263,6 +271,11 @@ class LiftPoint:
             return problem.film(problem.touching_gap)
         film = problem.film(problem.contact_under(pressure, self.contact).gap)
         return None if film.sealed else film
+
+    @property
+    def stays_sealed(self) -> bool:
+        """Whether the film is sealed, and stays so under the most fluid pressure."""
+        return self.sealed and self.opened is None
 
     def after(self, step: NewtonStep, part: float = 1.0) -> "LiftPoint | None":
         """The point a part of a step further on; None if that leaves nothing to the solid.
@@ -317,17 +330,17 @@ class FloatingPoint(LiftPoint):
         """Whether the fluid carries the load."""
         return abs(self._lacking) <= INNER * tolerance * self.problem.drop
 
-    def error_by(self, other: LiftPoint) -> float:
+    def log_rate_error(self, other: LiftPoint) -> float:
         """Error of ln Q by the flow of another point: what its first step changes."""
         return other.step.log_rate
 
-    def change_by(self, other: LiftPoint) -> float:
+    def log_rate_change_to(self, other: LiftPoint) -> float:
         """The same: this point is an equilibrium."""
-        return self.error_by(other)
+        return self.log_rate_error(other)
 
     def settled(self, tolerance: float) -> bool:
         """Whether the next step changes ln Q, and the load, by little."""
-        return self.error_by(self) <= tolerance and self.keeps_load(tolerance)
+        return self.log_rate_error(self) <= tolerance and self.keeps_load(tolerance)
 
     def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
         """G' of a change of the pressure at a fixed level."""

@@ -11,7 +11,6 @@ from scipy.ndimage import affine_transform
 from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import FIRST_NODES
 from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import NO_LIMITS
@@ -21,6 +20,10 @@ from fem_seal.limits import Limits
 from fem_seal.network.film_pressure import FilmPressure, Solver
 from fem_seal.network.network import Network
 from fem_seal.progress import Report
+
+# Samples of the first contact, and nodes of the first network, but every fourth sample at least:
+# little beside one contact.
+FIRST_NODES = 30_000
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

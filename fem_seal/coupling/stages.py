@@ -12,11 +12,21 @@ from time import perf_counter
 import numpy as np
 
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.constants import INNER, MOST_FAILED, MOST_NODES, MOST_STEPS, SEALED
+from fem_seal.coupling.constants import INNER, MOST_STEPS
 from fem_seal.coupling.newton import Steps, equilibrium
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import spread
+from fem_seal.coupling.state import log_ratio
+
+# After so many stages without an equilibrium no finer one is tried. In one scene six had none,
+# and the seventh had.
+MOST_FAILED = 8
+# Nor after so many finer networks in a row, each of which changed ln Q by more than the one before.
+MOST_GROWN = 2
+# ε over the rms height with which a film must be sealed: with a larger one on a coarse network the
+# fluid may not reach a channel that it would open.
+SEALED = 5e-4
+MOST_NODES = 2_000_000  # of the last network, at about 1 kB each
 
 
 def first_stage(
@@ -48,8 +58,11 @@ def further_stages(problem: LiftProblem, allowed: float, steps: Steps) -> Steps:
         if start is None:
             break
         stages.estimate(start)
-        goes_on = stages.accept(start) if stages.suffices(start) else stages.solve(start)
-        if not goes_on:
+        if stages.suffices(start):
+            stages.accept(start)
+        elif not stages.ended:
+            stages.solve(start)
+        if stages.ended:
             break
     return stages.result()
 
@@ -73,28 +86,20 @@ class _Stages:
         self._by_network = inf  # the same, of the last stage that had no more samples
         self._moved = 0.0  # ln Q, by Newton's steps of the last stage
         self._error = inf  # of ln Q, by all stages to come
-        self._over = ""  # why no stage is begun though there is one
-        self._began = 0.0  # time at which the last one began [s]
+        self._grown = 0  # finer networks in a row, each of which changed ln Q by more
+        self._began = perf_counter()  # time at which the present one began [s]
+        self._over = ""  # why the stages have ended though there is another one
+        self.ended = False  #: whether the last stage is over
 
     @property
     def _on_all_samples(self) -> bool:
         return self._steps.point.problem is self._problem
 
     @property
-    def _sealed(self) -> bool:
-        """Whether the film is sealed, on all samples."""
-        return self._on_all_samples and self._steps.point.sealed
-
-    @property
-    def _stays_sealed(self) -> bool:
-        """Whether it is, and stays so under the most fluid pressure."""
-        return self._sealed and self._steps.point.opened is None
-
-    @property
     def _leaks_nothing(self) -> bool:
         """Whether the film leaks, on all samples, so little that it counts as sealed."""
-        point, problem = self._steps.point, self._problem
-        return point.problem is problem and point.flow.conductance <= problem.negligible
+        conductance, most = self._steps.point.flow.conductance, self._problem.negligible
+        return self._on_all_samples and conductance <= most
 
     def next_start(self) -> LiftPoint | None:
         """The first point of the next stage, None if it has none.
@@ -102,11 +107,12 @@ class _Stages:
         It has none where the film stays sealed with a small ε or leaks next to nothing, and where
         its network would be too large.
         """
-        self._began = perf_counter()
-        if self._over or self._leaks_nothing:
+        if self._leaks_nothing:
             return None
         problem, chain, point = self._problem, self._problem.chain, self._steps.point
-        least, stays_sealed = SEALED * problem.roughness, self._stays_sealed
+        least = SEALED * problem.roughness
+        sealed = self._on_all_samples and point.sealed
+        stays_sealed = sealed and point.stays_sealed
         if stays_sealed and problem.never_opens:
             return None
         if stays_sealed and point.epsilon <= least and not self._steps.failure:
@@ -120,7 +126,7 @@ class _Stages:
         # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's
         # steps.
         lost = epsilon**3 < float_info.epsilon * problem.roughness**3
-        if (self._sealed and lost) or len(network.free) > MOST_NODES:
+        if (sealed and lost) or len(network.free) > MOST_NODES:
             return None
         if following is point.problem:
             return replace(point, network=network, epsilon=epsilon)
@@ -135,14 +141,19 @@ class _Stages:
         times it. After difficult steps a stage moves ln Q by more than its first order.
         """
         point, ratio = self._steps.point, 0.5
-        self._change = point.change_by(start)
+        self._change = point.log_rate_change_to(start)
         if start.problem is point.problem:
             if 0 < self._by_network < inf:
                 ratio = min(self._change / self._by_network, 0.9)
+            grows = start.epsilon == point.epsilon and self._change > self._by_network
+            self._grown = self._grown + 1 if grows else 0
             self._by_network = self._change
         least = self._moved if self._steps.difficult else 0.0
-        error = point.error_by(start) + ratio / (1 - ratio) * self._change
+        error = point.log_rate_error(start) + ratio / (1 - ratio) * self._change
         self._error = max(error, least) + start.by_epsilon
+        if self._grown == MOST_GROWN and self._error > self._allowed:
+            self._over = "each finer network changes the leak rate more than the one before"
+            self.ended = True
 
     def suffices(self, start: LiftPoint) -> bool:
         """Whether the first point of a stage is an equilibrium without a step."""
@@ -151,23 +162,24 @@ class _Stages:
             return False
         return not (point.sealed or start.sealed or self._steps.failure)
 
-    def accept(self, start: LiftPoint) -> bool:
-        """Take the first point of a stage as its equilibrium; whether there are more stages."""
+    def accept(self, start: LiftPoint) -> None:
+        """Take the first point of a stage as its equilibrium."""
         self._steps = Steps(start, (start.size,), False, "").after(self._steps)
-        return not self._on_all_samples
+        self.ended = self._on_all_samples
 
-    def solve(self, start: LiftPoint) -> bool:
-        """Take Newton's steps from the first point of a stage; whether there may be more stages."""
+    def solve(self, start: LiftPoint) -> None:
+        """Take Newton's steps from the first point of a stage."""
         problem = self._problem
         exact = self._steps.difficult or start.problem is not problem
         found = equilibrium(start, INNER * self._allowed if exact else self._allowed)
         self._steps = found.after(self._steps)
-        self._moved = spread(self._steps.point.flow.conductance, start.flow.conductance)
+        self._moved = log_ratio(self._steps.point.flow.conductance, start.flow.conductance)
         if self._on_all_samples:  # no state has fewer
             # The next network has four times the nodes.
             time = 4 * (perf_counter() - self._began)
             self._over = problem.limits.exceeded(problem.began, 1.0, time)
-        return not self._on_all_samples or self._steps.lost < MOST_FAILED
+            self.ended = bool(self._over) or self._steps.lost >= MOST_FAILED
+        self._began = perf_counter()
 
     def result(self) -> Steps:
         """The steps of all stages, with the error that they leave."""

@@ -61,12 +61,7 @@ class LiftedState:
         return self.contact is not None and not self.contact.contact.any()
 
 
-def allowed_error(rtol: float) -> float:
-    """Largest error of ln Q of a settled state."""
-    return SETTLED * rtol
-
-
-def spread(one: float, other: float) -> float:
+def log_ratio(one: float, other: float) -> float:
     """|Δ ln Q|; 0 if both are sealed, infinite if only one is."""
     low, high = sorted((one, other))
     if low == high:

@@ -163,7 +163,7 @@ class Network:
         of_links: np.ndarray,
         share: float,
         varies: np.ndarray | None = None,
-        also: np.ndarray | None = None,
+        anyway: np.ndarray | None = None,
         film: GridFilm | None = None,
     ) -> "Network":
         """Network whose triangles are half as wide where they hold a share of a sum over links.
@@ -181,7 +181,7 @@ class Network:
             Square of the relative variation of the gap along each link, if it is to count.
             Triangles within a pixel then count by its largest value on their legs, which falls
             with their area where the gap is smooth, and hardly where it closes.
-        also : (C,)
+        anyway : (C,)
             Bool, triangles that are halved whatever their links tell.
         film
             One of the same patch with as many samples or more; that of this network if None.
@@ -197,8 +197,8 @@ class Network:
             order = np.argsort(-of_cells)
             count = np.searchsorted(np.cumsum(of_cells[order]), share * of_cells.sum()) + 1
             times[order[count:]] = 0
-            if also is not None:
-                times[also] = 2
+            if anyway is not None:
+                times[anyway] = 2
         film = film or self.film
         pixels = film.gap.shape[0] // self.film.gap.shape[0]
         return self.on_mesh(film, _halved(mesh, times).in_pixels(pixels))

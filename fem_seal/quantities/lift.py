@@ -10,7 +10,7 @@ of the stiffness have the wrong sign for the proof. So the factors are called es
 from collections.abc import Callable
 from math import exp, isfinite, isinf
 
-from fem_seal.coupling import allowed_error
+from fem_seal.coupling import SETTLED
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.error_budget import LIFT, Kind, Uncertainty
 from fem_seal.errors import NotConverged, present
@@ -130,9 +130,7 @@ def _resolved(patch: Patch) -> Uncertainty:
         "contact, would still change"
     )
     error = state.error
-    return Uncertainty(
-        LIFT, "estimated", sentence, exp(-error), exp(error), per_rtol=allowed_error(1.0)
-    )
+    return Uncertainty(LIFT, "estimated", sentence, exp(-error), exp(error), per_rtol=SETTLED)
 
 
 def _range(patch: Patch) -> Uncertainty:

@@ -14,7 +14,7 @@ from fem_seal.contact import press
 from fem_seal.coupling import lifted
 from fem_seal.coupling.krylov import gmres
 from fem_seal.coupling.newton import equilibrium, newton
-from fem_seal.coupling.point import FloatingPoint, LiftPoint, not_by_chance
+from fem_seal.coupling.point import FloatingPoint, LiftPoint, summed_by_parts
 from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.lifting import SceneLift
@@ -152,6 +152,38 @@ def test_stages_end_with_the_least_epsilon(monkeypatch, failure):
         assert epsilons[-1] / 4 < rounding <= epsilons[-1] == min(epsilons)
 
 
+@pytest.mark.parametrize(("factor", "ends"), [(2.0, True), (0.5, False)])
+def test_networks_that_change_ever_more_end_the_search(monkeypatch, factor, ends):
+    """The sum of what all finer networks would change is then not known."""
+    module, changes, epsilons = import_module("fem_seal.coupling.stages"), [1.0], []
+
+    def changed(point, other):
+        changes.append(factor * changes[-1])
+        return changes[-1]
+
+    def recorded(point, *arguments):
+        epsilons.append(point.epsilon)
+        return equilibrium(point, *arguments)
+
+    monkeypatch.setattr(LiftPoint, "log_rate_change_to", changed)
+    monkeypatch.setattr(module, "equilibrium", recorded)
+    problem = problem_of(scene(n=16, load=1.2e5, inlet=6e4, seed=3))
+    state = lifted(problem, 0.05, start=np.full(problem.height.shape, problem.outlet))
+    assert state.converged is not ends
+    assert ("changes the leak rate more than the one before" in state.reason) is ends
+    if ends:
+        # Of four networks with one ε the third and fourth change ln Q by more: that is not solved.
+        assert epsilons.count(epsilons[-1]) == 3
+
+
+def test_a_start_that_carries_the_load_is_refused():
+    """Nothing of the load would be left to the solid."""
+    problem = problem_of(scene(n=16, load=1e5, inlet=1.5e5))
+    start = np.full(problem.height.shape, problem.inlet)
+    with pytest.raises(InvalidInput, match="start: a mean pressure of 150000 Pa carries the whole"):
+        lifted(problem, 0.05, start=start)
+
+
 def test_difficult_stages_claim_no_less_than_they_have_changed(monkeypatch):
     """What a stage changes to first order is then no measure: its solution has to tell."""
     problem = problem_of(scene(n=32, load=1.2e5, inlet=7.2e4, seed=4))
@@ -273,9 +305,9 @@ def test_changes_in_several_places_do_not_cancel():
     """Opposite ones at both ends count twice; noise within a part of the patch cancels."""
     changes = np.zeros((8, 8))
     changes[0, 0], changes[7, 7] = 1.0, -1.0
-    assert not_by_chance(changes) == 2
-    assert not_by_chance(np.tile([[1.0, -1.0]], (8, 4))) == 0
-    assert not_by_chance(np.ones((2, 3))) == 6  # each sample once, also of few
+    assert summed_by_parts(changes) == 2
+    assert summed_by_parts(np.tile([[1.0, -1.0]], (8, 4))) == 0
+    assert summed_by_parts(np.ones((2, 3))) == 6  # each sample once, also of few
 
 
 @pytest.mark.parametrize("seed", [1, 3])
@@ -633,7 +665,7 @@ def test_a_step_that_is_not_solved_tells_no_error_of_a_solid_that_floats(monkeyp
         return replace(gmres(*arguments, **settings), converged=solved)
 
     monkeypatch.setattr(import_module("fem_seal.coupling.point"), "gmres", solution)
-    assert np.isfinite(point.error_by(replace(point))) == solved
+    assert np.isfinite(point.log_rate_error(replace(point))) == solved
 
 
 def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_level():
