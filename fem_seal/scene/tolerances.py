@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo
 
@@ -103,10 +103,8 @@ class Tolerances(Section):
 
     def given(self) -> Iterator[tuple[str, InputTolerance]]:
         """Names of the inputs, such as "contact.pressure" or "heights", and their tolerances."""
-        for section in ("contact", "seal", "solid", "fluid", "flow"):
-            fields: dict[str, Any] = dict(getattr(self, section))
-            yield from (
-                (f"{section}.{key}", value) for key, value in fields.items() if value is not None
-            )
-        if self.heights is not None:
-            yield "heights", self.heights
+        for name, value in self:
+            if isinstance(value, Section):
+                yield from ((f"{name}.{key}", one) for key, one in value if one is not None)
+            elif value is not None:
+                yield name, value

@@ -113,7 +113,7 @@ def numbers_only(scene: Scene) -> Scene:
     return scene.model_copy(update={"output": output})
 
 
-def digest_or_none(path: Path) -> str:
+def digest_if_readable(path: Path) -> str:
     """Digest of a file; the computation of the point says why one cannot be read."""
     try:
         return digest(path)

@@ -18,7 +18,7 @@ from fem_seal.scene import Scene
 from fem_seal.scene.files import scene_text
 from fem_seal.sweep.axis import Points
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import Point, ScenePoint, digest_or_none, failed, numbers_only
+from fem_seal.sweep.point import Point, ScenePoint, digest_if_readable, failed, numbers_only
 from fem_seal.sweep.store import SweepFolder
 
 
@@ -141,7 +141,7 @@ def _tasks(
     """Tasks of different points, and sentences on those that are the same as earlier ones."""
     tasks: dict[str, ScenePoint] = {}
     equal = []
-    digest_of = cache(digest_or_none)  # for this sweep: the next one may find another file
+    digest_of = cache(digest_if_readable)  # for this sweep: the next one may find another file
     for label, values, scene in scenes:
         require_trusted(scene, trust)
         name = numbers_only(scene).fingerprint(digest_of=digest_of)

@@ -16,12 +16,12 @@ WINDOW_ROUNDING = 1e-6  # part of a window by which a map may be too short for t
 def realizations(scene: Scene) -> tuple[Scene, ...]:
     """Scenes of the patches of a seal; the first patch is that of the scene itself.
 
-    The patches have no output but the seal, and neither a limit nor tolerances of inputs, which
-    change nothing of them.
+    Each is a seal of one patch. It has no output but the seal, and neither a limit nor tolerances
+    of inputs, which change nothing of it.
     """
     seal, map_ = present(scene.seal, "[seal]"), scene.measured_map
     shared: dict[str, object] = {"output": {"products": ["seal"]}}
-    shared |= dict.fromkeys(("seal.window", "limit", "tolerances"))
+    shared |= dict.fromkeys(("seal.patches", "seal.window", "limit", "tolerances"))
     changes: list[dict[str, object]]
     if map_ is not None and seal.window is not None:
         places = _places(map_, seal.window, seal.patches)

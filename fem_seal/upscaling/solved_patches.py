@@ -131,7 +131,7 @@ def solved_patches(
     """
     number = len(scenes)
     tasks = [
-        PatchTask(_name(scene, part), f"patch {k + 1} of {number}", scene, part)
+        PatchTask(scene.fingerprint(part), f"patch {k + 1} of {number}", scene, part)
         for k, scene in enumerate(scenes)
     ]
     if folder is None:
@@ -148,9 +148,3 @@ def solved_patches(
     return parallel.on_root(
         lambda: tuple(present(points.point(task.name), task.label) for task in tasks), like.comm
     )
-
-
-def _name(scene: Scene, part: float) -> str:
-    """Name of the file of a patch; how many others there are does not matter."""
-    seal = present(scene.seal, "[seal]").model_copy(update={"patches": 1})
-    return scene.model_copy(update={"seal": seal}).fingerprint(part)
