@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from project import scene_of_samples
 
-from fem_seal import pictures, run
+from fem_seal import pictures
 from fem_seal.cli.sweep import _summary
 from fem_seal.error_budget import combined
 from fem_seal.errors import InvalidInput
@@ -68,30 +68,28 @@ def without(section, key):
     return data
 
 
-@pytest.fixture(scope="module", autouse=True)
-def few_draws():
-    """Networks of patches are drawn 6 and 100 times in place of 24 and 200, which take long."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(seal_module, "drawn_seals", partial(drawn_seals, draws=6))
-        patch.setattr(seal_module, "generalised_interval", partial(generalised_interval, draws=100))
-        yield
-
-
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
     """Folder of the patches that the tests of this module have solved."""
     return tmp_path_factory.mktemp("patches")
 
 
-@pytest.fixture(autouse=True)
-def no_patch_is_solved_twice(kept, monkeypatch):
-    """A patch that another test has solved is read from its file, as after an interrupted run."""
-    solve = seal_module.solved_patches
-    monkeypatch.setattr(
-        seal_module,
-        "solved_patches",
-        lambda scenes, patch, folder, *more: solve(scenes, patch, folder or kept, *more),
-    )
+@pytest.fixture(scope="module", autouse=True)
+def cheap_seals(kept):
+    """Networks of patches are drawn 6 and 100 times in place of 24 and 200, which take long.
+
+    A patch that another test has solved is read from its file, as after an interrupted run.
+    """
+    solved = seal_module.solved_patches
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(seal_module, "drawn_seals", partial(drawn_seals, draws=6))
+        patch.setattr(seal_module, "generalised_interval", partial(generalised_interval, draws=100))
+        patch.setattr(
+            seal_module,
+            "solved_patches",
+            lambda scenes, patch, folder, *more: solved(scenes, patch, folder or kept, *more),
+        )
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +97,7 @@ def outcome(tmp_path_factory):
     """A run with a limit a thousand times what leaks."""
     folder = tmp_path_factory.mktemp("seal") / "out"
     asked = scene(output={"products": ["seal", "contact"]}, limit={"leak_rate": "1 l/h"})
-    return run(asked, folder), folder
+    return solve(asked).save(folder), folder
 
 
 def test_result(outcome):
