@@ -12,7 +12,7 @@ SCENES = sorted((ROOT / "demos" / "scenes").glob("*.toml"))
 
 # Fields that make a scene small enough for a test; the others are small by themselves. Pictures are
 # drawn of a seal and a shape, `o-ring` and `flange`; those of a patch: test_cli.py. The windows of
-# `o-ring-measured` are pressed by test_first_verdict.py.
+# `o-ring-measured` are pressed by test_first_verdict.py; `leak-experiment` is a seal as `o-ring`.
 SMALL = {
     "face-seal": ["output.products=['leak_rate', 'mesh']"],
     "first": [
@@ -42,6 +42,8 @@ SMALL = {
     ],
 }
 
+SLOW = {"leak-experiment", "o-ring-measured"}
+
 
 def test_small_fields_are_of_scenes_that_exist():
     assert set(SMALL) <= {path.stem for path in SCENES}
@@ -50,10 +52,7 @@ def test_small_fields_are_of_scenes_that_exist():
 @pytest.mark.render
 @pytest.mark.parametrize(
     "path",
-    [
-        pytest.param(path, marks=[pytest.mark.slow] * (path.stem == "o-ring-measured"))
-        for path in SCENES
-    ],
+    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW)) for path in SCENES],
     ids=lambda path: path.stem,
 )
 def test_scene_runs(path, tmp_path):

@@ -10,7 +10,6 @@ import pytest
 from PIL import Image
 
 from fem_seal import run
-from fem_seal.drawing import draw
 from fem_seal.errors import InvalidInput
 from fem_seal.render.report import described, flat, report
 from fem_seal.results import Result
@@ -175,7 +174,6 @@ def test_bounds_are_drawn(small_scene, tmp_path):
     assert captions(page) == ["How sure"]
     assert page.pictures[0].startswith(b"\x89PNG")
     assert not (tmp_path / "out" / "bounds.png").exists()
-    assert "bounds.png" in draw(tmp_path / "out", everything=True)
 
 
 def test_the_first_sentence_is_the_headline_and_what_the_limit_makes_of_it(small_scene, tmp_path):
