@@ -157,21 +157,18 @@ def _numbers_about(
         return {}
     about = {}
     for name, value in attributes.items():
-        unknown = _FACTOR.search(name)
-        if not unknown and name not in (*_MISSING, "scale_factor", "add_offset"):
-            continue
         number = np.ravel(np.asarray(value))
-        if unknown and number.dtype.kind in "iuf" and (number != 1).any():
+        numeric = number.dtype.kind in "iuf"
+        if _FACTOR.search(name) and numeric and (number != 1).any():
             raise InvalidInput(
                 f"{what} has an attribute {name} = {value}, a factor of no convention: multiply "
                 "the values by it unless they are products already, and delete it"
             )
-        if unknown:
-            continue
-        if number.size != 1 or number.dtype.kind not in "iuf":
-            shown = text_of(value) if isinstance(value, bytes) else value
-            raise InvalidInput(f"{name} of {what} must be one number, got {shown!r}")
-        about[name] = number[0]
+        if name in (*_MISSING, "scale_factor", "add_offset"):
+            if number.size != 1 or not numeric:
+                shown = text_of(value) if isinstance(value, bytes) else value
+                raise InvalidInput(f"{name} of {what} must be one number, got {shown!r}")
+            about[name] = number[0]
     return about
 
 
