@@ -212,8 +212,15 @@ def _halved(mesh: NestedMesh, times: np.ndarray) -> NestedMesh:
 
 def _chosen(columns: np.ndarray, count: int) -> sparse.csr_array:
     """Matrix that picks one of `count` values for each row."""
-    rows = np.arange(columns.size + 1)
-    return sparse.csr_array((np.ones(columns.size), columns, rows), (columns.size, count))
+    return _sums(columns[:, None], np.ones((columns.size, 1)), count)
+
+
+def _sums(columns: np.ndarray, shares: np.ndarray, count: int) -> sparse.csr_array:
+    """Matrix that sums a few of `count` values for each row (n, k), each times its share (n, k)."""
+    rows = np.arange(0, columns.size + 1, columns.shape[1])
+    matrix = sparse.csr_array((shares.ravel(), columns.ravel(), rows), (len(columns), count))
+    matrix.eliminate_zeros()
+    return matrix
 
 
 def _half_cotangents(mesh: NestedMesh, spacing: tuple[float, float]) -> np.ndarray:
@@ -228,7 +235,8 @@ def _gap_at_vertices(mesh: NestedMesh, film: GridFilm) -> sparse.csr_array:
     """Gap at the vertices, linear on the triangles of the pixels, from that at the samples."""
     (i, j), (x, y) = (mesh.xy >> DEPTH).T, (mesh.xy & (PIXEL - 1)).T / PIXEL
     corners, weights = triangle_at(i, j, x, y)
-    return _interpolated([_sample(film, *corner) for corner in corners], weights, film)
+    columns = np.stack([_sample(film, *corner) for corner in corners], axis=1)
+    return _sums(columns, np.stack(weights, axis=1), film.gap.values.size)
 
 
 def _gap_of_cells(mesh: NestedMesh, film: GridFilm) -> sparse.csr_array:
@@ -242,17 +250,6 @@ def _sample(film: GridFilm, i: np.ndarray, j: np.ndarray) -> np.ndarray:
     nx, ny = film.gap.shape
     number: np.ndarray = i % nx * ny + j % ny
     return number
-
-
-def _interpolated(
-    columns: list[np.ndarray], weights: list[np.ndarray], film: GridFilm
-) -> sparse.csr_array:
-    rows = np.tile(np.arange(len(columns[0])), len(columns))
-    entries = np.concatenate(weights), (rows, np.concatenate(columns))
-    shape = len(columns[0]), film.gap.values.size
-    matrix = sparse.csr_array(sparse.coo_array(entries, shape))
-    matrix.eliminate_zeros()
-    return matrix
 
 
 def _pressure_at_samples(
@@ -281,12 +278,7 @@ def _pressure_at_samples(
     own = np.flatnonzero(((sample % PIXEL == 0) & (sample < np.array(shape) * PIXEL)).all(axis=1))
     at_vertices = np.ravel_multi_index(tuple((sample[own] >> DEPTH).T), shape)
     columns[at_vertices, 0], entries[at_vertices] = mesh.twin[own], (1.0, 0.0, 0.0)
-    ends = np.arange(0, columns.size + 1, 3)
-    matrix = sparse.csr_array(
-        (entries.ravel(), columns.ravel(), ends), (len(columns), len(mesh.xy))
-    )
-    matrix.eliminate_zeros()
-    return matrix
+    return _sums(columns, entries, len(mesh.xy))
 
 
 def _forms(mesh: NestedMesh) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
