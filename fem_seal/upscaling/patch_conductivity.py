@@ -23,7 +23,7 @@ same holds for other powers of K. These bounds are narrower by one power of b - 
 conductivities at a and b.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import pairwise
@@ -112,20 +112,18 @@ class LoadedPatch:
         at, lower, upper = map(np.array, zip(*rows, strict=True))
         return ConductivityTable(at, lower, upper, between)
 
-    def enclose(self, intervals: Iterable[tuple[float, float]]) -> ConductivityTable:
-        """Table with enclosures of intervals between neighbouring loads [Pa].
+    def enclose(self) -> ConductivityTable:
+        """Table with enclosures of all intervals between neighbouring loads.
 
         An interval has none if a flow is not kept any more, or if the gap is not linear on a grid.
         """
-        for pair in intervals:
-            self._enclosures[pair] = self._enclosure(*pair)
+        for pair in pairwise(sorted(self._bounds)):
+            if pair not in self._enclosures:
+                self._enclosures[pair] = self._enclosure(*pair)
         return self.table()
 
     def enclosed(self) -> np.ndarray:
-        """Intervals of the table that `enclose` cannot narrow.
-
-        It has been called, or no enclosure holds.
-        """
+        """Intervals of the table that `enclose` has seen; all if no enclosure holds."""
         pairs = pairwise(sorted(self._bounds))
         return np.array([not self.convex or pair in self._enclosures for pair in pairs], dtype=bool)
 

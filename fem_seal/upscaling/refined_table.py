@@ -13,7 +13,6 @@ ones at once, and seldom need a correction.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import sqrt
 from time import perf_counter
 
@@ -58,8 +57,8 @@ def refined_table(
 ) -> SealFlow:
     """Add loads to a patch's table until the leak rate of such a seal is known to a tolerance.
 
-    Loads are added until the enclosures of all intervals should be narrow enough; then these are
-    computed. After `max_seconds` the bounds that have been reached are returned.
+    Loads are added until the enclosures of all intervals should be narrow enough; then all of these
+    are computed. After `max_seconds` the bounds that have been reached are returned.
     """
     if profile.highest <= ends.inlet:
         return lifted_off(profile, ends)
@@ -91,13 +90,12 @@ def refined_table(
             if taken > max_seconds:
                 reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
                 return replace(flow, reason=reason)
-        marked, to_enclose = _marked(table, flow, patch.enclosed(), tolerance, span, most_loads)
+        marked = _marked(table, flow, patch.enclosed(), tolerance, span, most_loads)
         loads = patch.missing(marked)
         if loads and len(loads.keys() | set(table.loads.tolist())) <= most_loads:
             table = patch.table(loads)
-        elif to_enclose.size:
-            intervals = list(pairwise(table.loads.tolist()))
-            table = patch.enclose(intervals[k] for k in to_enclose)
+        elif flow.lower > 0 and not patch.enclosed().all():
+            table = patch.enclose()
         else:
             if patch.reasons:
                 reason = f"{patch.reasons[0]}; raise that limit"
@@ -127,21 +125,21 @@ def _marked(
     tolerance: float,
     span: tuple[float, float],
     most_loads: int = MOST_LOADS,
-) -> tuple[dict[float, float], np.ndarray]:
-    """Loads [Pa] to compute, each with a multiple of the flows' tolerance; intervals to enclose.
+) -> dict[float, float]:
+    """Loads [Pa] to compute, each with a multiple of the flows' tolerance; none: enclose first.
 
     `enclosed` are the intervals that have their enclosures, `span` the smallest and the largest
-    load along the path. No interval is to be enclosed where loads are.
+    load along the path.
     """
-    loads, none = table.loads, np.zeros(0, dtype=int)
+    loads = table.loads
     if flow.lower == 0:
         # Without a lower bound, refine only towards the load that seals.
-        return _halved(table, span, int(np.argmax(np.append(table.lower, 0.0) == 0))), none
+        return _halved(table, span, int(np.argmax(np.append(table.lower, 0.0) == 0)))
     demand = _Demand.of(table, flow)
     error, of_flows = _errors(table, flow)
     room = (1 - REST) * (tolerance - of_flows)
     if room <= 0:
-        return demand.looser(loads, span), none
+        return demand.looser(loads, span)
     first, last = demand.extent(span, REST / (1 - REST) * room)
     if loads.size + 2 > most_loads:
         first, last = loads[[0, -1]]
@@ -156,14 +154,8 @@ def _marked(
         pieces[np.argmax(left * (1 / pieces**2 - 1 / (pieces + 1) ** 2))] += 1
     added = np.setdiff1d(demand.cut(nodes, pieces), loads)
     if added.size:
-        return demand.looser(np.union1d(loads, added), span), none
-    to_enclose = np.flatnonzero(~enclosed)
-    if not to_enclose.size:
-        return _halved(table, span, int(np.argmax(error))), none
-    gain = (error - expected)[1:-1][to_enclose]
-    order = np.argsort(-gain)
-    enough = np.searchsorted(np.cumsum(gain[order]), error[1:-1].sum() - room)
-    return {}, to_enclose[order][: enough + 1]
+        return demand.looser(np.union1d(loads, added), span)
+    return _halved(table, span, int(np.argmax(error))) if enclosed.all() else {}
 
 
 def _halved(table: ConductivityTable, span: tuple[float, float], k: int) -> dict[float, float]:
