@@ -8,6 +8,8 @@ import pytest
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.field_file import GAP_NAMES, HEIGHT_NAMES, Stated, read_map
+from fem_seal.field_file.read import READERS
+from fem_seal.field_file.recorded import Recorded
 from fem_seal.gap_file import load_gap
 
 NX, NY = 6, 4
@@ -68,6 +70,24 @@ def test_contact_of_tamaas_is_where_it_has_traction(tmp_path):
     assert np.array_equal(load_gap(tmp_path / "a.npz", Stated(unit="m")).values, GAP)
     layouts.tamaas_npz(tmp_path / "b.npz", SIZE, gap=left)
     assert np.array_equal(load_gap(tmp_path / "b.npz", Stated(unit="m")).values, left)
+
+
+def test_a_file_is_read_once_until_it_changes(tmp_path, monkeypatch):
+    reads = []
+
+    def read(path, names):
+        reads.append(path)
+        return Recorded(np.load(path), "m", (1.0, 1.0), "m")
+
+    monkeypatch.setitem(READERS, ".npy", read)
+    for values in (GAP, GAP + 1):
+        np.save(tmp_path / "a.npy", values)
+        for factor in (1.0, 2.0):
+            stated = Stated(height_factor=factor)
+            assert np.array_equal(
+                read_map(tmp_path / "a.npy", HEIGHT_NAMES, stated).values, factor * values
+            )
+    assert len(reads) == 2
 
 
 def test_contact_below(tmp_path):
