@@ -7,6 +7,7 @@ The rule and how well it held: docs/guide/contact-grid.md.
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from math import exp, inf, log, log1p
 
 import numpy as np
@@ -147,7 +148,7 @@ def solved_on_half(patch: Patch) -> Callable[[], OnHalf]:
         or available_memory() < BYTES_BESIDE + each * samples
         or (not lifted and patch.sealed)
     ):
-        return lambda: OnHalf.of(patch, patch.state == "sealed")
+        return partial(_solved_here, patch)
     settings = patch.scene, patch.surface, patch.load, patch.lift, patch.flow_settings
     return Beside(_solved_beside, *settings)
 
@@ -161,6 +162,10 @@ def half_beside(patch: Patch) -> Iterator[None]:
     finally:
         if isinstance(half_of, Beside):
             half_of.end()
+
+
+def _solved_here(patch: Patch) -> OnHalf:
+    return OnHalf.of(patch, patch.state == "sealed")
 
 
 def _solved_beside(
