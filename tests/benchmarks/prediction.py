@@ -1,13 +1,13 @@
 """How far predicted time and memory are off (`fem-seal run --dry-run`).
 
-    OMP_NUM_THREADS=1 python tests/benchmarks/prediction.py [--most SECONDS]
+    OMP_NUM_THREADS=1 python tests/benchmarks/prediction.py [--most SECONDS] [--runs N]
 
 Runs scenes of all kinds as a user does, each in a process of its own: contacts, dry and lifted
 flows, seals, pictures. Prints CPU seconds and peak memory over those predicted, and how many lie
 within a factor of 1.5. Scenes that are predicted to take longer than --most (60 s) are left out.
 The constants of `fem_seal/prediction.py` were fitted to the first column of seconds on one machine.
-The machine's pace is taken anew before each scene: on a virtual one it may change twofold in a
-minute, which the factors contain.
+The machine's pace is taken anew before each run: on a virtual one it may change twofold within
+seconds, which the factors contain. The means of several runs contain less of it.
 """
 
 import argparse
@@ -18,6 +18,7 @@ import sys
 import tempfile
 from itertools import product
 from pathlib import Path
+from statistics import mean
 
 from fem_seal import prediction
 from fem_seal.scene import Scene
@@ -68,21 +69,28 @@ def main() -> None:
     """Print the table."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--most", type=float, default=60.0)
-    most = options.parse_args().most
+    options.add_argument("--runs", type=int, default=1, help="runs of each scene")
+    given = options.parse_args()
     times, memories = [], []
     print("seconds  predicted  factor  GB    predicted  factor  scene")
     for scene, settings in cases():
-        prediction._pace.cache_clear()
-        said = prediction.predicted(Scene.from_file(SCENES / scene, settings))
-        if said.seconds > most:
+        runs = []
+        for _ in range(given.runs):
+            prediction._pace.cache_clear()
+            said = prediction.predicted(Scene.from_file(SCENES / scene, settings))
+            if said.seconds > given.most:
+                break
+            with tempfile.TemporaryDirectory() as out:
+                seconds, memory = measured(scene, settings, out)
+            runs.append((seconds, said.seconds, memory, said.memory))
+        if not runs:
             continue
-        with tempfile.TemporaryDirectory() as out:
-            seconds, memory = measured(scene, settings, out)
-        times.append(seconds / said.seconds)
-        memories.append(memory / said.memory)
+        seconds, expected, memory, expected_memory = map(mean, zip(*runs, strict=True))
+        times.append(seconds / expected)
+        memories.append(memory / expected_memory)
         print(
-            f"{seconds:7.1f}  {said.seconds:9.1f}  {times[-1]:6.2f}  {memory / 1e9:4.2f}  "
-            f"{said.memory / 1e9:9.2f}  {memories[-1]:6.2f}  {scene} {' '.join(settings)}",
+            f"{seconds:7.1f}  {expected:9.1f}  {times[-1]:6.2f}  {memory / 1e9:4.2f}  "
+            f"{expected_memory / 1e9:9.2f}  {memories[-1]:6.2f}  {scene} {' '.join(settings)}",
             flush=True,
         )
     if not times:
