@@ -81,7 +81,7 @@ def lifting_problem(
     by_differences, solver = settings.method == "finite-difference", eliminated
     if not by_differences:
         # Finite differences do without FEniCSx.
-        from fem_seal.flow.linear import by_multigrid
+        from fem_seal.flow.multigrid import by_multigrid
 
         solver = partial(by_multigrid, eliminated=eliminated, report=report)
     inlet, outlet = scene.flow.gauge_pressures

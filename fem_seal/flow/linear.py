@@ -17,10 +17,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from math import fsum
-from weakref import finalize
 
 import numpy as np
-from scipy import sparse
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import HAS_HYPRE, MPI, PETSc
@@ -28,7 +26,6 @@ from fem_seal.flow.energy import Energy
 from fem_seal.flow.integrals import AT_ONCE, batch
 from fem_seal.flow.numbering import Numbering
 from fem_seal.mesh.grouping import parts
-from fem_seal.progress import NOTE, Report, silent
 
 MAX_ITERATIONS = 100
 # CG computes its energy as that of its start minus a decrease. Where less than this part of the
@@ -195,7 +192,7 @@ class CellSpace:
             )
             moved = values + np.concatenate(self.comm.allgather(x.array_r))
         finally:
-            _destroy(x, right_side)
+            destroy(x, right_side)
         if np.isfinite(moved).all():
             moved = numbering.representable(moved)
             total = self.energy(tensor, partial(numbering.corners, moved))
@@ -368,7 +365,7 @@ def minimise_by_cg(
         x.set(0)
         return (), ("no preconditioner can be set up for conductivities so far apart")
     finally:
-        _destroy(solution, residual)
+        destroy(solution, residual)
     history = tuple(residuals[1:])
     if solver.getConvergedReason() > 0:
         return history, ""
@@ -378,56 +375,7 @@ def minimise_by_cg(
     return history, f"CG stopped after {len(history)} iterations {state}"
 
 
-_Solve = Callable[[np.ndarray, float], np.ndarray]
-
-
-def by_multigrid(
-    matrix: sparse.csr_array,
-    eliminated: Callable[[sparse.csr_array], _Solve],
-    report: Report = silent,
-) -> _Solve:
-    """Solver (right side, relative tolerance) -> solution of a symmetric positive matrix.
-
-    CG stops by the norm of the preconditioned residual, which is about that of the error: pockets
-    that hardly conduct count as much as the channels. CG breaks down at conductances over more
-    decades than double precision has digits; the solver of `eliminated` takes its place then, and
-    the user is told. The iterations and the residual of each solve are reported.
-    """
-    index = PETSc.IntType
-    rows = matrix.indptr.astype(index), matrix.indices.astype(index), matrix.data
-    whole = PETSc.Mat().createAIJ(matrix.shape, csr=rows, comm=PETSc.COMM_SELF)
-    solver = preconditioned_cg(whole)
-    solver.setNormType(PETSc.KSP.NormType.PRECONDITIONED)
-    solver.setConvergenceHistory(reset=True)
-    x, b = whole.createVecs()
-    elimination: _Solve | None = None  # from the first breakdown on
-
-    def solve(right_side: np.ndarray, tolerance: float) -> np.ndarray:
-        """Solution by CG, or by elimination once CG has broken down."""
-        nonlocal elimination
-        if elimination is not None:
-            return elimination(right_side, tolerance)
-        b.setArray(right_side)
-        solver.setTolerances(rtol=tolerance, atol=0.0, max_it=2 * MAX_ITERATIONS)
-        solver.solve(b, x)
-        if solver.getConvergedReason() > 0:
-            history = solver.getConvergenceHistory()
-            steps, residual = solver.getIterationNumber(), history[-1] / (history[0] or 1.0)
-            report("lift", f"{len(right_side)} unknowns, {steps} iterations to {residual:.1e}")
-            return x.array_r.copy()
-        report(
-            NOTE,
-            f"the multigrid solver broke down on {len(right_side)} unknowns of the film's "
-            "pressure; elimination, as exact but slower, takes its place",
-        )
-        elimination = eliminated(matrix)
-        return elimination(right_side, tolerance)
-
-    # Free the memory with the function: petsc4py would defer it.
-    finalize(solve, _destroy, solver, whole, x, b).atexit = False
-    return solve
-
-
-def _destroy(*petsc_objects: PETSc.Object) -> None:
+def destroy(*petsc_objects: PETSc.Object) -> None:
+    """Free objects of PETSc at once: petsc4py would defer it."""
     for one in petsc_objects:
         one.destroy()

@@ -11,7 +11,7 @@ from scipy import sparse
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.solver import by_differences
-from fem_seal.flow.linear import by_multigrid
+from fem_seal.flow.multigrid import by_multigrid
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL
