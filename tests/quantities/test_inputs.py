@@ -97,7 +97,7 @@ def test_each_input_opens_the_film_in_its_direction(name):
 
 
 BOX = (0.12e6, 3e4, 1, LIFTED)
-MORE = [(0.2e6, 3e4, 3, DRY), (0.16e6, 3e4, 1, LIFTED), (0.1e6, 8e4, 5, LIFTED)]
+MORE = [(0.15e6, 3e4, 3, DRY), (0.13e6, 5e4, 2, LIFTED), (0.1e6, 8e4, 5, LIFTED)]
 MORE += [(0.12e6, 3e4, 1, DRY)]
 
 
