@@ -59,7 +59,7 @@ class Worker:
     def answer(self) -> Any:
         """Wait for the answer, or raise the error of the function; EOFError if the process ended.
 
-        An error that is none of fem_seal's ends it.
+        An error that is none of fem_seal's ends the process.
         """
         try:
             reply, peak = self._connection.recv()

@@ -21,7 +21,8 @@ from fem_seal.coupling.state import log_ratio
 # After so many stages without an equilibrium no finer one is tried. In one scene six had none,
 # and the seventh had.
 MOST_FAILED = 8
-# Nor after so many finer networks in a row, each of which changed ln Q by more than the one before.
+# The stages end after so many finer networks in a row that each change ln Q by more than the one
+# before: the sum of what all further ones would change is not known then.
 MOST_GROWN = 2
 # ε over the rms height with which a film must be sealed: with a larger one on a coarse network the
 # fluid may not reach a channel that it would open.
@@ -86,7 +87,7 @@ class _Stages:
         self._by_network = inf  # the same, of the last stage that had no more samples
         self._moved = 0.0  # ln Q, by Newton's steps of the last stage
         self._error = inf  # of ln Q, by all stages to come
-        self._grown = 0  # finer networks in a row, each of which changed ln Q by more
+        self._grown = 0  # finer networks in a row that changed ln Q by more than the one before
         self._began = perf_counter()  # time at which the present one began [s]
         self._over = ""  # why the stages have ended though there is another one
         self.ended = False  #: whether the last stage is over

@@ -54,7 +54,7 @@ def _given_gap_entry(patch: Patch) -> Uncertainty | None:
 
 def _shape_entry(patch: Patch) -> Uncertainty | None:
     shape = patch.scene.shape
-    # A straight edge and a constant gap are those of any mesh.
+    # Any mesh represents straight edges and a constant gap exactly.
     if shape is None or (shape.kind in ("rectangle", "strip") and shape.gap is not None):
         return None
     sentence = (

@@ -39,7 +39,7 @@ _LEFT_OUT = {
 class Point:
     """A finished point, in SI units; None where its scene does not give the number."""
 
-    # Infinite numbers stay what they are in its file, where null would mean "not known".
+    # The file of a point keeps infinite numbers as Infinity: null, the default, means "not known".
     __pydantic_config__ = ConfigDict(extra="forbid", ser_json_inf_nan="constants")
 
     values: tuple[str, ...]  #: values of the axes, as text

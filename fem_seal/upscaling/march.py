@@ -23,7 +23,7 @@ SHOOTING = 1e-9
 PRESSURE_ROUNDING = 1e-12  # relative rounding error of a pressure
 # Length of a step in ln Q by which an end of the searched range is moved, and most such steps.
 WIDENING, MOST_WIDENINGS = 5.0, 100
-# Brent's method takes at most the square of the 40 that halving the bracket would take.
+# Halving the bracket takes 40 iterations; Brent's method takes at most the square of that.
 MOST_ITERATIONS = 1600
 RELATIVE = 4 * np.finfo(float).eps  # smallest relative tolerance that SciPy accepts
 
