@@ -86,6 +86,22 @@ def test_two_processes_write_the_results_of_one(tmp_path):
         assert (two.lift and two.lift.steps) == (one.lift and one.lift.steps), name
 
 
+def test_patches_of_a_sealed_seal_have_one_temporary_folder():
+    """Solved under less load as well, which needs a folder: with one each, both wait for ever."""
+    sealed = seal_scene(contact={"pressure": 1e6}, limit={"leak_rate": "1 ml/h"})
+    code = """
+import json, sys
+from mpi4py import MPI
+from fem_seal.scene import Scene
+from fem_seal.solved import solve
+seal = solve(Scene.from_mapping(json.loads(sys.argv[1])), comm=MPI.COMM_WORLD).seal
+assert seal.state == "sealed" and seal.lowered is not None
+assert len(set(MPI.COMM_WORLD.allgather(repr(seal.lowered)))) == 1
+"""
+    status, _, error = mpirun("-c", code, json.dumps(sealed.to_mapping()))
+    assert status == 0, error
+
+
 def test_a_process_that_waits_sleeps_and_lends_its_core():
     """While the first sleeps for a second, neither computes for as much as half of it."""
     code = """
