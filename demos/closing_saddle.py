@@ -23,11 +23,12 @@ import numpy as np
 from scipy.optimize import curve_fit
 
 from fem_seal import fenicsx  # noqa: F401 (DOLFINx has to be loaded before VTK)
-from fem_seal.contact import press
+from fem_seal.contact import ContactState, press
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.render.plot import new_figure
+from fem_seal.threshold import threshold_of_pressure
 
 EXPONENT = 69 / 20
 # (p_c - p)/p_c; at the smallest one 1024 samples just resolve the saddle.
@@ -60,22 +61,20 @@ class Saddle:
         return (half[1:] + half[:-1]) / -np.diff(np.log(DISTANCES))
 
 
-def pressed(samples: int, pressure: float) -> GridField:
-    """Gap of one period of the lattice, with the saddle in its middle, under a mean pressure."""
+def pressed(samples: int, pressure: float) -> ContactState:
+    """One period of the lattice, with the saddle in its middle, under a mean pressure."""
     wave = np.cos(2 * np.pi * np.arange(samples) / samples)
     lattice = GridField(wave[None, :] - wave[:, None], (1 / samples, 1 / samples), periodic=True)
-    return press(lattice, 1.0, pressure=pressure, tolerance=1e-10).gap
+    return press(lattice, 1.0, pressure=pressure, tolerance=1e-10)
 
 
 def saddle(samples: int) -> Saddle:
-    """Bisect the pressure that closes the saddle, then enclose leak rates ever nearer to it."""
-    leaking, sealed = 0.5, np.pi  # contact is full at a pressure of 2π
-    while sealed - leaking > 1e-6 * leaking:
-        middle = 0.5 * (leaking + sealed)
-        tight = GridFilm(pressed(samples, middle), "periodic").sealed
-        leaking, sealed = (leaking, middle) if tight else (middle, sealed)
-    closing = float(0.5 * (leaking + sealed))
-    gaps = [pressed(samples, closing * (1 - distance)) for distance in DISTANCES]
+    """Find the pressure that closes the saddle, then enclose leak rates ever nearer to it."""
+    start, is_sealed = pressed(samples, 0.5), lambda gap: GridFilm(gap, "periodic").sealed
+    closing = threshold_of_pressure(
+        start, lambda pressure, _: pressed(samples, pressure), is_sealed, precision=1e-6
+    ).pressure_sealed
+    gaps = [pressed(samples, closing * (1 - distance)).gap for distance in DISTANCES]
     settings = FlowSettings(viscosity=1 / 12, pressure_drop=1.0, rtol=0.01)
     bounds = tuple(leak_rate(GridFilm(gap, "periodic"), settings).bounds for gap in gaps)
     tightest = tuple(float(gap.values[samples // 2, samples // 2]) for gap in gaps)

@@ -125,8 +125,8 @@ def sealed_under(patch: Patch, part: float) -> bool:
 def is_estimated(scene: Scene) -> bool:
     """Whether a patch is solved on half of its samples as well."""
     contact, accuracy = scene.contact, scene.accuracy
-    wanted = scene.total_error is None and (accuracy is None or accuracy.contact_grid)
-    return wanted and contact is not None and contact.is_elastic and scene.shape is None
+    asked = scene.total_error is None and (accuracy is None or accuracy.contact_grid)
+    return asked and contact is not None and contact.is_elastic and scene.shape is None
 
 
 def pays_beside(samples: float, lifted: bool, comm: parallel.Comm = None) -> bool:

@@ -225,8 +225,8 @@ class Patch:
         if self._known.contact is not None or self.scene.contact is None:
             return self._known.contact
         press, surface = CONTACTS[self.scene.contact.model], present(self.surface, "surface")
-        given = self.scene, surface, self._contact_start, self.load, self.report
-        return self.on_root("contact", partial(press, *given))
+        arguments = self.scene, surface, self._contact_start, self.load, self.report
+        return self.on_root("contact", partial(press, *arguments))
 
     @property
     def elastic(self) -> ContactState:
@@ -264,8 +264,8 @@ class Patch:
         from fem_seal.sensitivity import sensitivity
 
         elastic = narrowed(self.film_contact, ContactState, "contact")
-        given = self.scene, self.load, height, elastic, lifted
-        return self.on_root("sensitivity", partial(sensitivity, *given))
+        arguments = self.scene, self.load, height, elastic, lifted
+        return self.on_root("sensitivity", partial(sensitivity, *arguments))
 
     @property
     def lifted_off(self) -> bool:

@@ -15,7 +15,7 @@ from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.steps import elastic_contact
 
-PRECISION = 1.01  # ratio of the two pressures between which an elastic contact seals
+PRECISION = 0.01  # largest relative distance of the two pressures between which a contact seals
 LOAD_RATIO = 1.5  # ratio of pressures while only a leaking or only a sealed one is known
 LEAST_OF_FIRST = 1e-6  # the search ends below this part of the first pressure
 
@@ -57,6 +57,7 @@ def threshold_of_pressure(
     start: ContactState,
     press: Callable[[float, ContactState], ContactState],
     is_sealed: Callable[[GridField], bool],
+    precision: float = PRECISION,
 ) -> Threshold:
     """Bisect the pressure between a leaking and a sealed elastic contact.
 
@@ -71,7 +72,7 @@ def threshold_of_pressure(
     while (
         leaking is None
         or sealed is None
-        or (sealed.mean_pressure > PRECISION * leaking.mean_pressure)
+        or sealed.mean_pressure > (1 + precision) * leaking.mean_pressure
     ):
         if leaking is not None and sealed is not None:
             pressure = sqrt(leaking.mean_pressure * sealed.mean_pressure)

@@ -23,7 +23,9 @@ with ended_silently():
         mesh,
         new,
         render,
+        report,
         run,
+        schema,
         study,
         surface,
         sweep,
@@ -62,7 +64,7 @@ COMMANDS = {
         "demos/scenes/first.toml --vary contact.pressure=0.1MPa,0.2MPa",
     ),
     "report": (
-        render.add_report,
+        report.add,
         "gather a result folder in one HTML page, pictures inside",
         "results/first",
     ),
@@ -80,7 +82,7 @@ COMMANDS = {
     ),
     "doctor": (doctor.add, "say what works here, and what to install", ""),
     "schema": (
-        doctor.add_schema,
+        schema.add,
         "print the JSON schema of scene files, by which editors complete and check them",
         "> scene.schema.json",
     ),

@@ -1,10 +1,9 @@
-"""fem-seal doctor and fem-seal schema: checks of the installation, and the schema for editors.
+"""fem-seal doctor: checks of the installation.
 
 Each part of the installation that may crash is tried in a process of its own.
 """
 
 import argparse
-import json
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -83,24 +82,12 @@ def add(command: argparse.ArgumentParser) -> None:
     command.set_defaults(command=_doctor)
 
 
-def add_schema(command: argparse.ArgumentParser) -> None:
-    """Let the command print the schema."""
-    command.set_defaults(command=_schema)
-
-
 def _doctor(options: argparse.Namespace) -> int:
     findings = list(examine())
     say(table(findings))
     broken = [finding.name for finding in findings if finding.required and not finding.works]
     if broken:
         raise MissingPackage(f"not working here: {', '.join(broken)}; the table says what to do")
-    return 0
-
-
-def _schema(options: argparse.Namespace) -> int:
-    from fem_seal.scene.schema import scene_schema
-
-    say(json.dumps(scene_schema(), indent=2))
     return 0
 
 

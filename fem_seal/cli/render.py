@@ -1,4 +1,4 @@
-"""fem-seal render and fem-seal report: a result folder in pictures, and as one HTML page."""
+"""fem-seal render: the pictures of a result folder, drawn again."""
 
 import argparse
 
@@ -7,12 +7,6 @@ from fem_seal.cli.printing import say
 from fem_seal.progress import Display
 
 FLOW = "flow.png"
-
-
-def add_report(command: argparse.ArgumentParser) -> None:
-    """Add the folder."""
-    add_path(command, "folder", "DIR", "folder of fem-seal run or leak --out")
-    command.set_defaults(command=_report)
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -24,13 +18,6 @@ def add(command: argparse.ArgumentParser) -> None:
         help="also pressure, refined mesh, relief, and how the bounds closed",
     )
     command.set_defaults(command=_render)
-
-
-def _report(options: argparse.Namespace) -> int:
-    from fem_seal.render.report import report
-
-    say(f"{report(options.folder)}")
-    return 0
 
 
 def _render(options: argparse.Namespace) -> int:

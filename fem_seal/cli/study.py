@@ -156,8 +156,8 @@ def _cross_validation(options: argparse.Namespace) -> Text:
     rows = [row for of_gap, _ in compared.values() for row in of_gap]
     scenes = [patch.scene for patch in patches.values()]
     of_what = "lifted contact" if any(scene.lift == "resolved" for scene in scenes) else "contact"
-    given = all(scene.contact is None for scene in scenes)
-    title = f"{options.scene.stem}, {'given gap' if given else of_what}"
+    is_given_gap = all(scene.contact is None for scene in scenes)
+    title = f"{options.scene.stem}, {'given gap' if is_given_gap else of_what}"
 
     def write() -> None:
         """Write the table of all methods, and its picture."""

@@ -11,7 +11,6 @@ from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
-from fem_seal.registry import require_positive
 
 LEAST_SPAN = 1e-100  # [m]; below it, or above its inverse, squares of heights leave float64
 
@@ -50,9 +49,6 @@ class ContactPair:
             )
         if height.values.size == 1:
             raise InvalidInput("elastic contact needs more than one sample: a single one is rigid")
-        require_positive(contact_modulus=contact_modulus)
-        if threads is not None and (threads != int(threads) or threads < 1):
-            raise InvalidInput(f"threads must be a positive integer, got {threads}")
         with np.errstate(over="ignore"):
             span = float(np.ptp(height.values))
         if span > 0 and not LEAST_SPAN < span < 1 / LEAST_SPAN:

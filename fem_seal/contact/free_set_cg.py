@@ -50,10 +50,10 @@ class ExtensionRule:
     settled: float = 0.02
     settled_at_start: float = 0.2
     #: iterations without a new smallest certificate after which the extension is left out again
-    rises: int = 2
-    patience: int = 12  #: iterations without a halved certificate after which it is left out again
+    most_rises: int = 2
+    most_slow: int = 12  #: iterations without a halved certificate after which it is left out again
     #: factor by which the certificate must fall before the extension is tried once more
-    fall: float = 5
+    fall_to_retry: float = 5
 
 
 DEFAULT_RULE = ExtensionRule()
@@ -217,8 +217,8 @@ class _Settling:
         if certificate <= self.halved / 2:
             self.halved, self.halved_at = certificate, iteration
         rises, slow = iteration - self.least_at, iteration - self.halved_at
-        if rises >= rule.rises or slow > rule.patience:
-            self.settled, self.below = False, min(self.least, self.later) / rule.fall
+        if rises >= rule.most_rises or slow > rule.most_slow:
+            self.settled, self.below = False, min(self.least, self.later) / rule.fall_to_retry
         return self.settled
 
 

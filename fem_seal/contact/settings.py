@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, cast, get_args
 
-from fem_seal.contact.halfspace import Layer
+from fem_seal.contact.halfspace import PRECISIONS, Layer
 from fem_seal.errors import InvalidInput
 from fem_seal.registry import require_known, require_not_negative, require_positive
 
@@ -15,6 +15,9 @@ class ElasticSolid:
     contact_modulus: float  #: E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2
     layer: Layer | None = None  #: layer of finite thickness; None for a half-space
 
+    def __post_init__(self) -> None:
+        require_positive(contact_modulus=self.contact_modulus)
+
 
 @dataclass(frozen=True)
 class Arithmetic:
@@ -24,6 +27,12 @@ class Arithmetic:
     #: "mixed" or "double": mixed computes search directions in float32, all else in float64: same
     #: iterations
     precision: str = "mixed"
+
+    def __post_init__(self) -> None:
+        require_known(PRECISIONS, self.precision, "precision")
+        threads = self.threads
+        if threads is not None and (threads != int(threads) or threads < 1):
+            raise InvalidInput(f"threads must be a positive integer, got {threads}")
 
 
 USUAL_ARITHMETIC = Arithmetic()

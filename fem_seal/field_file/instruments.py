@@ -61,8 +61,8 @@ def _readable(path: Path) -> Iterator[None]:
             yield
     except _BROKEN + from_package as error:
         # Others name parts of the reader's program.
-        told = isinstance(error, (*from_package, OSError, ValueError))
-        reason = str(error).strip().split("\n")[0] if told else ""
+        of_the_file = isinstance(error, (*from_package, OSError, ValueError))
+        reason = str(error).strip().split("\n")[0] if of_the_file else ""
         reason = reason or "it is damaged, or of another format than its name says"
         raise InvalidInput(f"{path} cannot be read by SurfaceTopography: {reason}") from None
 

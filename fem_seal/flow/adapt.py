@@ -58,17 +58,11 @@ def _too_many(unknowns: float) -> str:
     return f"the next mesh would have more than {number_of(int(unknowns), 'unknown')}"
 
 
-def unchanged(solution: LevelSolution) -> LevelSolution:
-    """Return the solution as it is: without slip there are no bounds to add."""
-    return solution
-
-
 def refined(
     gap: GapOnMesh,
     start: Start,
     strategy: Strategy,
     stopping: Stopping,
-    widen: Callable[[LevelSolution], LevelSolution] = unchanged,
 ) -> Iterator[LevelSolution]:
     """Yield a solution on each finer mesh, until `stopping` ends the refinement.
 
@@ -76,8 +70,6 @@ def refined(
     ----------
     start
         The first mesh, which must leave a path for the flow, and functions to start from.
-    widen
-        Adds to a solution the bounds for a gas that slips, before `stopping` judges it.
     """
     max_unknowns = strategy.max_unknowns or np.inf
     outlook = _Outlook(strategy.uniform or strategy.every_dual)
@@ -98,7 +90,7 @@ def refined(
         cells = problem.space.count
         level = SolvedLevel(problem.unknowns, cells, best, log.residuals, log.seconds)
         yield stopping.judged(
-            LevelSolution(level, problem, solution.pressure, solution.stream, corrected), widen
+            LevelSolution(level, problem, solution.pressure, solution.stream, corrected)
         )
         del corrected
         if stopping.ended:

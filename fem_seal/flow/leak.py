@@ -10,7 +10,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, MeshFilm, require_film
 from fem_seal.film.law import CUBE, FilmLaw, leak_rate_of_square
-from fem_seal.flow.adapt import GROWTH, refined, unchanged
+from fem_seal.flow.adapt import GROWTH, refined
 from fem_seal.flow.field import boundary_flows, flow_field, length_unit
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, GapOnMesh, VertexGap
 from fem_seal.flow.level import LevelSolution
@@ -89,18 +89,20 @@ def leak_rate(
     if film.sealed:
         return LeakRate.sealed(settings.method)
     slipping = None if settings.slip is None else SlippingFilm(settings.slip, film)
-    slip_factor, law, widen = 1.0, CUBE, unchanged
+    slip_factor, law = 1.0, CUBE
     if slipping is not None:
-        slip_factor, law, widen = slipping.slip_factor, slipping.mean_law, slipping.widened
+        slip_factor, law = slipping.slip_factor, slipping.mean_law
     rate = leak_rate_of_square(film.largest_gap, settings.viscosity, settings.pressure_drop)
     units = _Units(film, settings.pressure_drop, rate * slip_factor)
     stopping = _stopping(film, settings, units, parallel.communicator(comm))
+    if slipping is not None:
+        stopping.with_slip_bounds = slipping.widened
     # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
     strategy = _strategy(settings, stopping, every_dual or start is not None, tuning or Tuning())
     gap, mesh = first_mesh(film, stopping.narrowest, strategy, law)
     start = Start.first(gap, mesh) if start is None else start.through(gap)
     levels: list[Level] = []
-    for solution in refined(gap, start, strategy, stopping, widen):
+    for solution in refined(gap, start, strategy, stopping):
         levels.append(units.level(solution.level))
         if progress is not None:
             progress(levels[-1])

@@ -323,7 +323,7 @@ class LevelSolution:
     #: channel
     stream: Streams | None
     corrected: CorrectedBounds | None  #: bounds on this mesh; None without a stream function
-    #: bounds for a gas that slips, if a `widen` of the loop has added them
+    #: bounds for a gas that slips, if `Stopping.with_slip_bounds` has added them
     slip: Bounds | None = None
 
     @property

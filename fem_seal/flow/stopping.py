@@ -136,6 +136,11 @@ class Decision:
         return ""
 
 
+def without_slip(solution: LevelSolution) -> LevelSolution:
+    """Return the solution as it is: without slip there are no bounds to add."""
+    return solution
+
+
 @dataclass(eq=False)
 class Stopping:
     """Ends a refinement whose criterion is met or out of reach, or at a limit."""
@@ -146,6 +151,8 @@ class Stopping:
     narrowest: float  #: gap of the critical constriction over the largest gap
     comm: MPI.Comm  #: the first of its ranks decides
     advice: str = ""  #: what to do if the tolerance is out of reach
+    #: adds to a solution the bounds for a gas that slips, before it is judged
+    with_slip_bounds: Callable[[LevelSolution], LevelSolution] = without_slip
     started: float = field(default_factory=time.perf_counter)  #: perf_counter() at the start
     #: history of the refinement
     levels: list[SolvedLevel] = field(default_factory=list, init=False)
@@ -167,17 +174,15 @@ class Stopping:
         """End the refinement for a reason."""
         self.reason = reason
 
-    def judged(
-        self, solution: LevelSolution, widen: Callable[[LevelSolution], LevelSolution]
-    ) -> LevelSolution:
+    def judged(self, solution: LevelSolution) -> LevelSolution:
         """Decide whether the refinement ends with this solution; certify it if it does."""
-        solution = widen(solution)
+        solution = self.with_slip_bounds(solution)
         self.levels.append(solution.level)
         self.reached = self.criterion.reached(solution)
         if not self.reached:
             self.reason = self._reason_to_stop(solution)
         if self.reason and solution.stream is None:
-            solution = widen(solution.certified())
+            solution = self.with_slip_bounds(solution.certified())
             self.levels[-1] = solution.level
             self.reached = self.criterion.reached(solution)
             self.reason = "" if self.reached else self.reason

@@ -18,7 +18,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 
 # Key of the entry if flow.lift is "none"; else it is `LIFT`.
-KEY = "fluid_pressure"
+NEGLECTED = "fluid_pressure"
 # The fluid's pressure is neglected below this part of the contact pressure.
 NEGLIGIBLE_PRESSURE = 1e-3
 REMEDY = "flow.lift = 'resolved' solves contact and flow together"
@@ -59,7 +59,7 @@ def _neglected(patch: Patch) -> Uncertainty | None:
     if patch.scene.shape is None and (lower, upper) != (1.0, 1.0):
         words.append(REMEDY)
     kind: Kind = "not covered" if None in (lower, upper) else "estimated"
-    return Uncertainty(KEY, kind, "; ".join(words), lower, upper, True, upper_rate)
+    return Uncertainty(NEGLECTED, kind, "; ".join(words), lower, upper, True, upper_rate)
 
 
 def _opened(
@@ -228,7 +228,7 @@ def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:
     )
     if patch.scene.shape is None:
         sentence += f"; {REMEDY}"
-    return Uncertainty(KEY, "not covered", sentence, caution=True)
+    return Uncertainty(NEGLECTED, "not covered", sentence, caution=True)
 
 
 def _ratio(pressure: float, load: float) -> str:

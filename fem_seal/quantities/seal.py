@@ -19,11 +19,11 @@ from fem_seal.error_budget import (
 from fem_seal.errors import present
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
+from fem_seal.quantities.advice import open_entries
 from fem_seal.quantities.inputs import inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import slip_entry_at
 from fem_seal.quantities.uncertainties import model_entry, surface_entry
-from fem_seal.quantities.verdict import open_entries
 from fem_seal.rarefied import FIRST_ORDER
 from fem_seal.upscaling.mosaic import (
     DRAWS,

@@ -23,7 +23,7 @@ NODES = 2  # nodes along a side of a patch
 MOST_ALONG, BLOCK = 40, 16
 DRAWS = 24  # mosaics that are drawn for a seal
 DRAWN_BLOCKS = 100  # drawn blocks of a seal, through one of which leaking patches may conduct
-LEVEL = 0.95  # probability of a confidence interval
+CONFIDENCE = 0.95  # probability of a confidence interval
 # Fewest leaking patches from which the scatter of their logarithms is estimated.
 LEAST_LEAKING = 3
 
@@ -166,7 +166,7 @@ def generalised_interval(
             for s, d in zip(np.minimum(sigma, 20.0), share, strict=True)
         ]
         seals = np.exp(mu) * mosaic_conductivity(np.array(patches))
-    tail = (1 - LEVEL) / 2
+    tail = (1 - CONFIDENCE) / 2
     lower, upper = np.quantile(seals, [tail, 1 - tail])
     return float(lower), float(upper)
 
@@ -183,7 +183,7 @@ def sealed_share(sealed: int, patches: int) -> tuple[float, float]:
     """Confidence interval of the share of sealed patches by Clopper and Pearson."""
     from scipy.stats import binomtest
 
-    interval = binomtest(sealed, patches).proportion_ci(LEVEL, method="exact")
+    interval = binomtest(sealed, patches).proportion_ci(CONFIDENCE, method="exact")
     return float(interval.low), float(interval.high)
 
 
@@ -202,5 +202,5 @@ def patches_for(sigma: float, factor: float) -> int:
     """
     from scipy.stats import norm
 
-    width = 2 * norm.ppf(0.5 + LEVEL / 2) / np.log(factor)
+    width = 2 * norm.ppf(0.5 + CONFIDENCE / 2) / np.log(factor)
     return max(LEAST_LEAKING, int(np.ceil(width**2 * (sigma**2 + sigma**4 / 2))))

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE
 
-from fem_seal.contact import CONTACT_METHODS, Load, press
+from fem_seal.contact import CONTACT_METHODS, Arithmetic, ElasticSolid, Load, press
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.methods import ContactStopping, converge
 from fem_seal.contact.problem import Problem
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
+from fem_seal.limits import Limits
 
 
 def periodic(values):
@@ -83,9 +84,18 @@ def test_a_state_that_is_no_contact_is_refused(gap, pressure, message):
         ContactState(*fields, E_STAR)
 
 
-def test_a_load_of_no_known_kind_is_refused():
-    with pytest.raises(InvalidInput, match="load = 'presure' is unknown; choose from pressure"):
-        Load("presure", 1.0)
+@pytest.mark.parametrize(
+    ("kind", "arguments", "message"),
+    [
+        (Load, ("presure", 1.0), "load = 'presure' is unknown; choose from pressure"),
+        (ElasticSolid, (-5.0,), "contact_modulus = -5.0 must be a positive number"),
+        (Arithmetic, (None, "single"), "precision = 'single' is unknown; choose from double"),
+        (Limits, (2.5,), "unknowns must be a whole number, got 2.5"),
+    ],
+)
+def test_settings_are_checked_where_they_are_made(kind, arguments, message):
+    with pytest.raises(InvalidInput, match=message):
+        kind(*arguments)
 
 
 def test_progress_hears_every_iteration(rough):

@@ -117,7 +117,7 @@ def test_safeguard():
     saved = iterated(height, PRESSURE, early)
     assert saved.certificate <= 1e-6
     assert differing(saved, default) <= 1
-    endless = replace(early, rises=10**6, patience=10**6)
+    endless = replace(early, most_rises=10**6, most_slow=10**6)
     assert iterated(height, PRESSURE, endless, limit=4 * saved.iteration).certificate > 1e-6
 
 
@@ -203,7 +203,7 @@ def test_iterates_are_those_of_the_pseudocode(settled):
     pair = ContactPair.prepared(height, ElasticSolid(E_STAR), Arithmetic(precision="double"))
     mean = PRESSURE / pair.unit_pressure
     problem = Problem(pair.scaled_heights, pair.half_space, mean_pressure=mean)
-    rule = ExtensionRule(settled, settled, rises=10**6, patience=10**6)
+    rule = ExtensionRule(settled, settled, most_rises=10**6, most_slow=10**6)
     draw = np.random.default_rng(1)
     start = mean * draw.uniform(0.5, 1.5, height.shape)
     start *= mean / start.mean()

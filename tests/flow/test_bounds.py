@@ -81,7 +81,7 @@ def solution(lower, upper, **options) -> Solution:
 
 
 def judged(stopping, *solutions):
-    return [stopping.judged(one, lambda one: one) for one in solutions]
+    return [stopping.judged(one) for one in solutions]
 
 
 def stopping(criterion, **limits) -> Stopping:

@@ -18,9 +18,10 @@ from fem_seal.error_budget import (
 from fem_seal.errors import Inconsistent
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
+from fem_seal.quantities.advice import what_would_decide
 from fem_seal.quantities.headline import Headline
 from fem_seal.quantities.uncertainties import error_budget
-from fem_seal.quantities.verdict import verdict, what_would_decide
+from fem_seal.quantities.verdict import verdict
 from fem_seal.render.report import report
 from fem_seal.results import Result
 from fem_seal.results.words import budget_words, summary_of

@@ -13,8 +13,9 @@ from fem_seal import run
 from fem_seal.error_budget import Uncertainty
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
+from fem_seal.quantities.advice import what_would_decide
 from fem_seal.quantities.headline import Shown, headline
-from fem_seal.quantities.verdict import verdict, what_would_decide
+from fem_seal.quantities.verdict import verdict
 from fem_seal.render.report import report
 from fem_seal.results import Result
 from fem_seal.results.words import summary_of

@@ -1,0 +1,159 @@
+"""What might decide a verdict that the bounds and the error budget leave open."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import expm1, log, sinh, sqrt
+
+from fem_seal.digits import in_digits, rounded_down
+from fem_seal.error_budget import (
+    CONTACT_AREA,
+    CONTACT_GRID,
+    INPUTS,
+    ErrorBudget,
+    Uncertainty,
+    combined,
+)
+from fem_seal.errors import present
+from fem_seal.leak_rate import LeakRate, relative_width
+from fem_seal.quantities.headline import Headline
+from fem_seal.scene import Scene
+
+Needed = tuple[float | None, int | None]  # tolerance and unknowns that would decide
+LEAST_RTOL = 1e-6  # smallest tolerance that is advised; the estimate is not more precise
+
+
+def what_would_decide(
+    leak: LeakRate,
+    limit: float,
+    lower: float | None = 1.0,
+    upper: float | None = 1.0,
+    per_rtol: float = 0.0,
+) -> Needed:
+    """Tolerance and unknowns at which bounds exclude a limit L [m³/s]; None if unknown.
+
+    With a leak rate of Q = √(lower upper) and the factors of the other uncertainties, a bracket of
+    the flow with ln(upper / lower) = 2 w just touches the limit where Q e^w (upper factor) = L or
+    Q e^-w (lower factor) = L; (upper - lower) / √(lower upper) is 2 sinh w then. Uncertainties that
+    are at most `per_rtol` times this width, and proportional to it, make w (1 + 2 per_rtol) of w. A
+    factor of None is unbounded.
+    """
+    low, high = leak.bounds
+    if low == 0:
+        return None, None
+    distance = log(limit / sqrt(low * high))
+    half_widths = [distance - log(upper)] if upper is not None else []
+    if lower:
+        half_widths.append(log(lower) - distance)
+    needed = 2 * sinh(max(half_widths, default=0.0) / (1 + 2 * per_rtol))
+    if needed < LEAST_RTOL:
+        return None, None
+    reached = relative_width(*leak.refined_bounds)
+    # This is sufficient. A wider bracket may decide too, if all of it lies on one side.
+    return needed, max(round(leak.unknowns * reached / needed), leak.unknowns)
+
+
+@dataclass(frozen=True)
+class Undecided:
+    """A leak rate that may lie on either side of its limit."""
+
+    scene: Scene
+    leak: LeakRate
+    head: Headline
+    limit: float  #: [m³/s]
+    needed: Needed  #: what would decide by the flow alone
+    fixed: ErrorBudget  #: the entries that flow.rtol does not narrow
+
+    @property
+    def advice(self) -> str:
+        """A setting that might decide, or why none can: what the first rule says that applies."""
+        rules: tuple[Callable[[], str], ...] = (
+            self._by_a_lower_bound,
+            self._by_total_error,
+            self._by_inputs,
+            self._by_flow,
+            self._by_none,
+        )
+        return next(filter(None, (rule() for rule in rules)))
+
+    @property
+    def _counted(self) -> list[Uncertainty]:
+        return [entry for entry in self.fixed if entry.counted]
+
+    @property
+    def _estimate(self) -> float:
+        """The leak rate that is taken for the true one [m³/s]."""
+        return sqrt(self.leak.bounds[0] * self.leak.bounds[1])
+
+    @property
+    def _decides(self) -> bool:
+        """Whether limit.decide is set: the scene needs no flow.rtol until its flow has decided."""
+        return self.scene.deciding_rate is not None
+
+    def _by_a_lower_bound(self) -> str:
+        if self.leak.bounds[0] > 0:
+            return ""
+        return (
+            "there is no lower bound yet, allow more unknowns, time or memory (flow.max_unknowns, "
+            "max_seconds, max_memory)"
+        )
+
+    def _by_total_error(self) -> str:
+        """A total error chooses grid and flow.rtol itself; it covers neither inputs nor slip."""
+        is_set, counted = self.scene.total_error is not None, self._counted
+        others = [entry for entry in counted if entry.key not in (CONTACT_GRID, CONTACT_AREA)]
+        by_grid = not others and CONTACT_GRID in {entry.key for entry in counted}
+        factor = combined(others)[self._estimate < self.limit]
+        if not ((is_set or by_grid) and factor):
+            return ""
+        total = expm1(abs(log(self.limit / self._estimate)) - abs(log(factor)))
+        if not LEAST_RTOL < total < 1:
+            return ""
+        other = "limit.decide" if self._decides else "flow.rtol"
+        instead = "" if is_set else f", in place of {other},"
+        return f"accuracy.total = {total:.2g}{instead} might decide"
+
+    def _by_inputs(self) -> str:
+        """The input that matters most, and how well it must be known.
+
+        The logarithms of the entry's factors are taken as proportional to the tolerances.
+        """
+        below = self._estimate < self.limit
+        inputs = next((entry for entry in self._counted if entry.key == INPUTS), None)
+        sides = [(e.lower, e.upper)[below] for e in self._counted if e is not inputs]
+        if inputs is None or None in sides:
+            return ""
+        name, part, share = present(inputs.largest, "input that matters most")
+        # The end of the headline that is beyond the limit, and the factor that moves it there.
+        end = self.head.upper if below else self.head.lower
+        if end:
+            side = inputs.upper if end > self.limit else inputs.lower
+            own, excess = share * abs(log(side or 1.0)), abs(log(end / self.limit))
+            if 0 < excess < own:
+                needed, now = rounded_down(100 * part * (1 - excess / own), 2), 100 * part
+                return f"{name} to ±{needed} % in place of ±{in_digits(now, 2)} % might decide"
+        return f"no smaller tolerance of {name} alone decides, the input that matters most"
+
+    def _by_flow(self) -> str:
+        """A smaller flow.rtol, which a scene with a total error does not take."""
+        rtol, unknowns = self.needed
+        if rtol is None or unknowns is None or self.scene.total_error is not None:
+            return ""
+        about = f"about {in_digits(unknowns, 2)} unknowns"
+        if self._decides and not self.leak.converged:
+            return f"{about} might decide (flow.max_unknowns, max_seconds, max_memory)"
+        # A flow that has decided may have bounds too wide for the entries beside it.
+        instead = " in place of limit.decide" if self._decides else ""
+        return f"flow.rtol = {rtol:.2g}{instead} might decide, with {about}"
+
+    def _by_none(self) -> str:
+        if unbounded := open_entries(self.fixed):
+            return "; ".join(entry.sentence for entry in unbounded)
+        if self._counted:
+            names = " and ".join(entry.name for entry in self._counted)
+            return f"no flow.rtol decides it while {names} may change the leak rate so much"
+        return "the best estimate is the limit itself"
+
+
+def open_entries(budget: ErrorBudget) -> list[Uncertainty]:
+    """List the entries that leave a side unbounded."""
+    return [entry for entry in budget if entry.counted and None in (entry.lower, entry.upper)]
