@@ -84,9 +84,9 @@ def sensitivity(
     point = _point(problem, epsilon, contact, lifted)
     flow, adjoint, weight = point.flow, np.zeros_like(gap), point.flow.log_rate_by_gap
     if lifted is not None:
-        adjoint = _solution(point.adjoint(ADJOINT_TOLERANCE, ADJOINT_ITERATIONS))
-        weight = weight + point.response_transposed(adjoint, ADJOINT_TOLERANCE)
-    z = point.gap_change(weight, ADJOINT_TOLERANCE)
+        adjoint = _solution(point.linear.adjoint(ADJOINT_TOLERANCE, ADJOINT_ITERATIONS))
+        weight = weight + point.linear.response_transposed(adjoint, ADJOINT_TOLERANCE)
+    z = point.linear.gap_change(weight, ADJOINT_TOLERANCE)
     by_height = -problem.stiffness * problem.solid.pressure(z)
     by_input = {"heights": float(np.vdot(by_height, height.values))}
     solid = scene.solid
@@ -156,7 +156,7 @@ class ByLoad:
     @cached_property
     def gap(self) -> np.ndarray:
         """∂g/∂P (nx, ny) [m/Pa]."""
-        return self._point.gap_change(self._fluid - 1, LOAD_TOLERANCE)
+        return self._point.linear.gap_change(self._fluid - 1, LOAD_TOLERANCE)
 
     @cached_property
     def pressure(self) -> np.ndarray:
@@ -187,11 +187,11 @@ class ByLoad:
     @cached_property
     def _fluid(self) -> np.ndarray:
         """∂p/∂P (nx, ny)."""
-        none, point = np.zeros(self.contact.gap.shape), self._point
+        none, linear = np.zeros(self.contact.gap.shape), self._point.linear
         if self.lifted is None or self.critical == 0:
             return none
-        at_fixed = point.response(point.gap_change(none - 1, LOAD_TOLERANCE), LOAD_TOLERANCE)
-        return _solution(point.solved(at_fixed, LOAD_TOLERANCE, ADJOINT_ITERATIONS)[0])
+        at_fixed = linear.response(linear.gap_change(none - 1, LOAD_TOLERANCE), LOAD_TOLERANCE)
+        return _solution(linear.solved(at_fixed, LOAD_TOLERANCE, ADJOINT_ITERATIONS)[0])
 
 
 def _epsilon(problem: LiftProblem, critical: float) -> float:

@@ -5,8 +5,7 @@ a gap, an equilibrium is a zero of F(p) = R(G(p)) - p. One step solves
 
     (I - R' G') δ = F
 
-by GMRES; a plain pass, p = R(G(p)), would compute contact and flow in turn. G' is the tangent of
-the contact (`contact.tangent`), R' that of the flow (`network.film_pressure`).
+by GMRES (`linearised`); a plain pass, p = R(G(p)), would compute contact and flow in turn.
 
 A solid that floats on its fluid has no contact that fixes its level. The level t is then an unknown
 of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
@@ -21,7 +20,8 @@ import numpy as np
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
 from fem_seal.coupling.constants import INNER, MOST_STEPS
-from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
+from fem_seal.coupling.krylov import LinearSolution
+from fem_seal.coupling.linearised import Linearised, summed_by_parts
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import FIRST_ORDER, log_ratio
 from fem_seal.errors import present
@@ -29,20 +29,8 @@ from fem_seal.film import GridFilm
 from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.network.network import Network
 
-# Parts of a side of the patch, in each of which errors have a sign of their own.
-PARTS = 4
 # Part of the allowed error of ln Q by which a channel along diagonals may change it: many may open.
 DIAGONAL = 0.01
-
-
-def summed_by_parts(changes: np.ndarray) -> float:
-    """Sum of changes (nx, ny) in size, over parts of the patch.
-
-    Changes in several places may cancel by chance, and those of the next stage need not.
-    """
-    rows, columns = (np.arange(min(PARTS, n)) * n // min(PARTS, n) for n in changes.shape)
-    parts = np.add.reduceat(np.add.reduceat(changes, rows, axis=0), columns, axis=1)
-    return float(np.abs(parts).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,35 +91,11 @@ class LiftPoint:
         return self.problem.pressure_by(self.flow.on_samples, self.critical)
 
     @cached_property
-    def _tangent(self) -> ContactTangent:
+    def linear(self) -> Linearised:
+        """Contact and flow to first order."""
         problem, opened = self.problem, self.contact.gap.values > 0
-        return ContactTangent(problem.solid, problem.stiffness, opened, problem.mean_gap_held)
-
-    def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
-        """G' of a change of the pressure: change of the gap [m]; this operator is symmetric."""
-        return self._tangent.change(pressure, tolerance)
-
-    def response(self, gap: np.ndarray, tolerance: float) -> np.ndarray:
-        """R' of a change of the gap."""
-        return self.pressure_by_u * self.flow.change(gap, tolerance)
-
-    def response_transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
-        """R'ᵀ of weights of the pressure."""
-        return self.flow.transposed(self.pressure_by_u * weight, tolerance)
-
-    def adjoint(self, tolerance: float, most: int) -> LinearSolution:
-        """Solution λ of (I - G'ᵀ R'ᵀ) λ = ∂ln Q/∂p_f by `most` iterations.
-
-        λ (nx, ny) [1/Pa] says what a wrong flow changes: one whose pressure differs by d changes
-        ln Q by λ·d in the end.
-        """
-        exact = INNER * tolerance
-        return gmres(
-            lambda weight: weight - self.gap_change(self.response_transposed(weight, exact), exact),
-            self.gap_change(self.flow.log_rate_by_gap, exact),
-            tolerance,
-            most,
-        )
+        tangent = ContactTangent(problem.solid, problem.stiffness, opened, problem.mean_gap_held)
+        return Linearised(tangent.change, self.flow, self.pressure_by_u)
 
     def thinned_to(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""
@@ -160,37 +124,19 @@ class LiftPoint:
             if point.conducts_like(self):
                 # No later step corrects an error of λ. Next to closing λ is large: what GMRES
                 # leaves of its right side, times the step, is an error of λ·F.
-                adjoint = point.adjoint(INNER**2, MOST_STEPS)
+                adjoint = point.linear.adjoint(INNER**2, MOST_STEPS)
                 if not adjoint.unstable:
                     break
         return adjoint
 
-    def solved(
-        self, right_side: np.ndarray, tolerance: float, most: int, *, to_stable: bool = False
-    ) -> tuple[LinearSolution, np.ndarray]:
-        """Solution δ of (I - R' G') δ = right side, and G' δ; arguments as of `gmres`."""
-        exact, moved = INNER * tolerance, list[np.ndarray]()
-
-        def applied(change: np.ndarray) -> np.ndarray:
-            moved.append(self.gap_change(change, exact))
-            return change - self.response(moved[-1], exact)
-
-        solution = gmres(applied, right_side, tolerance, most, to_stable=to_stable)
-        gap = weighted_sum(solution.parts, moved) if moved else np.zeros_like(right_side)
-        return solution, gap
-
-    def log_rate_change(self, gap: np.ndarray) -> float:
-        """Size of the change of the logarithm of the leak rate with the gap, to first order."""
-        return summed_by_parts(self.flow.log_rate_by_gap * gap)
-
     @cached_property
     def step(self) -> NewtonStep:
         """Newton's step."""
-        solution, gap = self.solved(self.residual, INNER, MOST_STEPS, to_stable=True)
+        solution, gap = self.linear.solved(self.residual, INNER, MOST_STEPS, to_stable=True)
         return NewtonStep(
             pressure=solution.x,
             gap=gap,
-            log_rate=self.log_rate_change(gap) if solution.converged else np.inf,
+            log_rate=self.linear.log_rate_change(gap) if solution.converged else np.inf,
             iterations=solution.iterations,
             unstable=solution.unstable,
         )
@@ -260,7 +206,7 @@ class LiftPoint:
 
     def leaks_like(self, other: "LiftPoint", allowed: float) -> bool:
         """Whether both have the same ln Q, of which each may err by `allowed`."""
-        apart = self.log_rate_change(self.contact.gap.values - other.contact.gap.values)
+        apart = self.linear.log_rate_change(self.contact.gap.values - other.contact.gap.values)
         return apart + log_ratio(self.flow.conductance, other.flow.conductance) <= 2 * allowed
 
     @cached_property
@@ -342,23 +288,26 @@ class FloatingPoint(LiftPoint):
         """Whether the next step changes ln Q, and the load, by little."""
         return self.log_rate_error(self) <= tolerance and self.keeps_load(tolerance)
 
-    def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
-        """G' of a change of the pressure at a fixed level."""
-        return self.problem.displacement(pressure)
+    @cached_property
+    def linear(self) -> Linearised:
+        """Contact and flow to first order, at a fixed level."""
+        displacement = self.problem.displacement
+        return Linearised(lambda pressure, _: displacement(pressure), self.flow, self.pressure_by_u)
 
     @cached_property
     def step(self) -> NewtonStep:
         """Newton's step: that at a fixed level, and the level that restores the load."""
-        fixed, by_pressure = self.solved(self.residual, INNER, MOST_STEPS)
-        by_rise = self.response(np.ones_like(self.pressure), INNER**2)
-        lifted, by_level = self.solved(by_rise, INNER, MOST_STEPS)
+        linear = self.linear
+        fixed, by_pressure = linear.solved(self.residual, INNER, MOST_STEPS)
+        by_rise = linear.response(np.ones_like(self.pressure), INNER**2)
+        lifted, by_level = linear.solved(by_rise, INNER, MOST_STEPS)
         level = (self._lacking - float(fixed.x.mean())) / float(lifted.x.mean())
         gap = by_pressure + level * (1 + by_level)
         solved = fixed.converged and lifted.converged
         return NewtonStep(
             pressure=fixed.x + level * lifted.x,
             gap=gap,
-            log_rate=self.log_rate_change(gap) if solved else np.inf,
+            log_rate=self.linear.log_rate_change(gap) if solved else np.inf,
             iterations=max(fixed.iterations, lifted.iterations),
             level=level,
         )

@@ -13,8 +13,9 @@ import fem_seal as fs
 from fem_seal.contact import press
 from fem_seal.coupling import lifted
 from fem_seal.coupling.krylov import gmres
+from fem_seal.coupling.linearised import Linearised, summed_by_parts
 from fem_seal.coupling.newton import equilibrium, newton
-from fem_seal.coupling.point import FloatingPoint, LiftPoint, summed_by_parts
+from fem_seal.coupling.point import FloatingPoint, LiftPoint
 from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.lifting import SceneLift
@@ -257,13 +258,13 @@ def test_fewer_samples_that_alone_are_unstable_do_not_keep_the_steps_going(monke
     """λ is then that of more samples. README's scene on 512², 0.22 MPa, took all 20 steps."""
     monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", 1500)
     problem = problem_of(scene(1.2e5, 6e4, n=16).with_({"surface.shape": [64, 64]}))
-    adjoint, samples = LiftPoint.adjoint, []
+    adjoint, samples = Linearised.adjoint, []
 
-    def judged(point, *arguments):
-        samples.append(point.pressure.shape)
-        return replace(adjoint(point, *arguments), unstable=point.problem is not problem)
+    def judged(linear, *arguments):
+        samples.append(linear.pressure_by_u.shape)
+        return replace(adjoint(linear, *arguments), unstable=samples[-1] != (64, 64))
 
-    monkeypatch.setattr(LiftPoint, "adjoint", judged)
+    monkeypatch.setattr(Linearised, "adjoint", judged)
     pressure, epsilon = np.zeros((64, 64)), 0.02 * problem.roughness
     network, contact = problem.first_network, problem.contact_under(pressure)
     assert not newton(LiftPoint(problem, network, epsilon, pressure, contact), 0.025).failure
@@ -664,7 +665,7 @@ def test_a_step_that_is_not_solved_tells_no_error_of_a_solid_that_floats(monkeyp
     def solution(*arguments, **settings):
         return replace(gmres(*arguments, **settings), converged=solved)
 
-    monkeypatch.setattr(import_module("fem_seal.coupling.point"), "gmres", solution)
+    monkeypatch.setattr(import_module("fem_seal.coupling.linearised"), "gmres", solution)
     assert np.isfinite(point.log_rate_error(replace(point))) == solved
 
 
