@@ -253,7 +253,7 @@ def error_of_sealed(tried: Sequence[Patch], shortest: float) -> Uncertainty:
             "a finer one may leak"
         )
         return estimate(CONTACT_GRID, sentence, 1.0)
-    change = abs(loads[-1] / loads[-2] - 1) + PRECISION - 1
+    change = abs(loads[-1] / loads[-2] - 1) + PRECISION
     margin = f"twice the {per_cent(change)} by which the grid moves the load that seals"
     if stays_sealed(tried[-1], 1 - 2 * change, loads[-1]):
         sentence = f"it stays sealed under a load that is less by {margin}"

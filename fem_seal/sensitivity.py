@@ -86,7 +86,7 @@ def sensitivity(
     if lifted is not None:
         adjoint = _solution(point.linear.adjoint(ADJOINT_TOLERANCE, ADJOINT_ITERATIONS))
         weight = weight + point.linear.response_transposed(adjoint, ADJOINT_TOLERANCE)
-    z = point.linear.gap_change(weight, ADJOINT_TOLERANCE)
+    z = point.gap_change(weight, ADJOINT_TOLERANCE)
     by_height = -problem.stiffness * problem.solid.pressure(z)
     by_input = {"heights": float(np.vdot(by_height, height.values))}
     solid = scene.solid
@@ -156,7 +156,7 @@ class ByLoad:
     @cached_property
     def gap(self) -> np.ndarray:
         """∂g/∂P (nx, ny) [m/Pa]."""
-        return self._point.linear.gap_change(self._fluid - 1, LOAD_TOLERANCE)
+        return self._point.gap_change(self._fluid - 1, LOAD_TOLERANCE)
 
     @cached_property
     def pressure(self) -> np.ndarray:
@@ -187,9 +187,10 @@ class ByLoad:
     @cached_property
     def _fluid(self) -> np.ndarray:
         """∂p/∂P (nx, ny)."""
-        none, linear = np.zeros(self.contact.gap.shape), self._point.linear
+        none = np.zeros(self.contact.gap.shape)
         if self.lifted is None or self.critical == 0:
             return none
+        linear = self._point.linear
         at_fixed = linear.response(linear.gap_change(none - 1, LOAD_TOLERANCE), LOAD_TOLERANCE)
         return _solution(linear.solved(at_fixed, LOAD_TOLERANCE, ADJOINT_ITERATIONS)[0])
 

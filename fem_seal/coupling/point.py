@@ -91,11 +91,18 @@ class LiftPoint:
         return self.problem.pressure_by(self.flow.on_samples, self.critical)
 
     @cached_property
+    def _tangent(self) -> ContactTangent:
+        problem, opened = self.problem, self.contact.gap.values > 0
+        return ContactTangent(problem.solid, problem.stiffness, opened, problem.mean_gap_held)
+
+    def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
+        """G' of a change of the pressure: change of the gap [m]; this operator is symmetric."""
+        return self._tangent.change(pressure, tolerance)
+
+    @cached_property
     def linear(self) -> Linearised:
         """Contact and flow to first order."""
-        problem, opened = self.problem, self.contact.gap.values > 0
-        tangent = ContactTangent(problem.solid, problem.stiffness, opened, problem.mean_gap_held)
-        return Linearised(tangent.change, self.flow, self.pressure_by_u)
+        return Linearised(self.gap_change, self.flow, self.pressure_by_u)
 
     def thinned_to(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""
@@ -288,11 +295,9 @@ class FloatingPoint(LiftPoint):
         """Whether the next step changes ln Q, and the load, by little."""
         return self.log_rate_error(self) <= tolerance and self.keeps_load(tolerance)
 
-    @cached_property
-    def linear(self) -> Linearised:
-        """Contact and flow to first order, at a fixed level."""
-        displacement = self.problem.displacement
-        return Linearised(lambda pressure, _: displacement(pressure), self.flow, self.pressure_by_u)
+    def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
+        """G' of a change of the pressure at a fixed level."""
+        return self.problem.displacement(pressure)
 
     @cached_property
     def step(self) -> NewtonStep:
