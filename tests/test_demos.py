@@ -10,14 +10,18 @@ from project import ROOT, printed_by
 
 DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
 # What they show has tests beside the library: adaptive and uniform meshes, contacts near closing,
-# slip, lifts from both starts, verdicts that count the lift, derivatives by heights.
+# slip, lifts from both starts and for more and more pressure (extremes/test_extreme_lifts.py),
+# verdicts that count the lift, derivatives by heights.
 DEAR = ("certified_leak", "closing_saddle", "gas_that_slips", "how_the_lift_is_solved")
-DEAR += ("when_is_a_limit_kept", "where_must_i_polish")
+DEAR += ("when_does_the_fluid_matter", "when_is_a_limit_kept", "where_must_i_polish")
 
 # Arguments of main that make a demo small; the others are small by themselves.
 SMALL = {
     "certified_leak": {"n": 96, "rtol": 0.2},
-    "closing_contact": {"loads": 2, "changes": ("surface.shape=[64, 64]",)},
+    "closing_contact": {
+        "loads": 2,
+        "changes": ("surface.shape=[32, 32]", "surface.short_wavelength=12.5 um"),
+    },
     "closing_saddle": {},
     "gas_that_slips": {"n": 32, "rtol": 0.3, "points": 3},
     "how_contact_is_solved": {"n": 64},

@@ -120,7 +120,8 @@ def test_recipes_of_the_page(tmp_path, monkeypatch, capsys, here):
     first, *others = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     exec(first, names)
     # The others do not print numbers of the page.
-    smaller = {"surface.shape": (32, 32), "surface.short_wavelength": "12.5 um", "flow.rtol": 0.3}
+    smaller = {"surface.shape": (16, 16), "surface.short_wavelength": "25 um", "flow.rtol": 0.3}
+    smaller |= {"surface.long_wavelength": "50 um", "accuracy.contact_grid": False}
     names["scene"] = names["scene"].with_(smaller)
     for code in others:
         exec(code.replace("np.pi, 64", "np.pi, 32"), names)

@@ -11,14 +11,16 @@ from fem_seal.scene import Scene
 SCENES = sorted((ROOT / "demos" / "scenes").glob("*.toml"))
 
 # Fields that make a scene small enough for a test; the others are small by themselves. Pictures are
-# drawn of a seal and a shape, `o-ring` and `flange`; those of a patch: test_cli.py. The windows of
-# `o-ring-measured` are pressed by test_first_verdict.py; `leak-experiment` is a seal as `o-ring`.
+# drawn by test_cli.py of a patch, by test_first_verdict.py of a seal, by scene/test_shapes.py of a
+# shape. The windows of `o-ring-measured` are pressed by test_first_verdict.py; `leak-experiment` is
+# a seal as `o-ring`.
 SMALL = {
     "face-seal": ["output.products=['leak_rate', 'mesh']"],
     "first": [
         *("surface.shape=[64, 64]", "surface.short_wavelength=6.4 um", "flow.rtol=0.2"),
         "output.products=['contact', 'leak_rate', 'mesh']",
     ],
+    "flange": ["output.products=['leak_rate']"],
     "gas": [
         *("surface.shape=[64, 64]", "surface.short_wavelength=128 um"),
         "limit.leak_rate=1e-5 mbar l/s",  # the smoother surface leaks less
@@ -29,7 +31,7 @@ SMALL = {
     ],
     "o-ring": [
         *("surface.shape=[32, 32]", "surface.short_wavelength=6.3 um"),
-        *("seal.patches=2", "seal.rtol=0.9"),
+        *("seal.patches=1", "seal.rtol=0.9", "output.products=['seal']"),
     ],
     "o-ring-measured": [
         *("seal.patches=2", "seal.window=['25 um', '25 um']", "seal.rtol=0.9"),

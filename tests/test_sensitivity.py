@@ -40,17 +40,20 @@ def scene(*settings: str) -> Scene:
 
 
 class Equilibrium:
-    """Contact of a scene, lifted or dry, and ln Q of the network on its samples."""
+    """Contact of a scene, lifted or dry, and ln Q of the network on its samples.
 
-    def __init__(self, scene: Scene, lift: bool, height: GridField | None = None, start=None):
+    It is searched from another equilibrium, if there is one `near`.
+    """
+
+    def __init__(self, scene: Scene, lift: bool, height: GridField | None = None, near=None):
         self.scene, self.load = scene, scene.load
         self.height = Patch(scene).surface if height is None else height
         self.problem = lifting_problem(scene, self.load, scene.flow_settings, self.height, silent)
         self.epsilon = EPSILON * float(self.height.values.std())
         self.pressure, held = None, None if self.load.kind == "mean_gap" else self.load.value
-        self.contact = elastic_contact(scene, self.height, start, self.load)
+        self.contact = elastic_contact(scene, self.height, None, self.load)
         if lift:
-            p = np.zeros(self.height.shape)
+            p = np.zeros(self.height.shape) if near is None else near.pressure
             for _ in range(200):  # plain passes converge at this load
                 self.contact = self.problem.contact_under(p, self.contact)
                 flow = self.flow
@@ -101,7 +104,9 @@ def test_derivatives_by_inputs(state):
     }
     for name, derivative in found.items():
         ends = [
-            Equilibrium(state.scene.scaled({name: 1 + sign * step}), state.pressure is not None)
+            Equilibrium(
+                state.scene.scaled({name: 1 + sign * step}), state.pressure is not None, near=state
+            )
             for sign in (1, -1)
         ]
         difference = (ends[0].log_rate - ends[1].log_rate) / (2 * step)

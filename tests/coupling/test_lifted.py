@@ -53,9 +53,8 @@ def test_vanishing_fluid_pressure_gives_the_dry_answer():
 
 
 GAS = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
-OTHERS = (
-    {"sides": "wall"},
-    {"representation": "constant"},
+DIFFERENT = (
+    {"sides": "wall", "representation": "constant"},
     {"method": "finite-difference"},
     {"load": 1.5e5, "inlet": 1.4e5},
     {"load": 3e5, "inlet": 2.5e5},  # the first of the three is sealed
@@ -64,11 +63,11 @@ OTHERS = (
 )
 
 
-@pytest.mark.parametrize("settings", [*({"seed": seed} for seed in (1, 5)), *OTHERS], ids=str)
+@pytest.mark.parametrize("settings", DIFFERENT, ids=str)
 def test_range_encloses_resolved(settings):
     """Dry contacts under P₀ - p_out and P₀ - p_in leak no more and no less than the lifted one."""
-    resolved = Patch(scene(**settings))
-    low, high = lift_range(Patch(scene(**settings, lift="range")))
+    resolved = Patch(scene(n=16, **settings))
+    low, high = lift_range(Patch(scene(n=16, **settings, lift="range")))
     assert resolved.lifted.converged
     rates = low, resolved.leak_rate, high
     if settings.get("method") == "finite-difference":
@@ -84,8 +83,7 @@ def test_range_encloses_resolved(settings):
     ("n", "load", "inlet", "shares"),
     [
         (16, 4.5e5, 3e5, (0.6,)),
-        (16, 5e5, 3.5e5, (0.6,)),
-        pytest.param(16, 5e5, 3.5e5, (0.3, 0.9), marks=pytest.mark.slow),
+        pytest.param(16, 5e5, 3.5e5, (0.3, 0.6, 0.9), marks=pytest.mark.slow),
         pytest.param(32, 4.5e5, 3e5, (0.3, 0.6, 0.9), marks=pytest.mark.slow),
     ],
 )
@@ -153,13 +151,12 @@ def test_stages_end_with_the_least_epsilon(monkeypatch, failure):
         assert epsilons[-1] / 4 < rounding <= epsilons[-1] == min(epsilons)
 
 
-@pytest.mark.parametrize(("factor", "ends"), [(2.0, True), (0.5, False)])
-def test_networks_that_change_ever_more_end_the_search(monkeypatch, factor, ends):
+def test_networks_that_change_ever_more_end_the_search(monkeypatch):
     """The sum of what all finer networks would change is then not known."""
     module, changes, epsilons = import_module("fem_seal.coupling.stages"), [1.0], []
 
     def changed(point, other):
-        changes.append(factor * changes[-1])
+        changes.append(2 * changes[-1])
         return changes[-1]
 
     def recorded(point, *arguments):
@@ -170,11 +167,10 @@ def test_networks_that_change_ever_more_end_the_search(monkeypatch, factor, ends
     monkeypatch.setattr(module, "equilibrium", recorded)
     problem = problem_of(scene(n=16, load=1.2e5, inlet=6e4, seed=3))
     state = lifted(problem, 0.05, start=np.full(problem.height.shape, problem.outlet))
-    assert state.converged is not ends
-    assert ("changes the leak rate more than the one before" in state.reason) is ends
-    if ends:
-        # Of four networks with one ε the third and fourth change ln Q by more: that is not solved.
-        assert epsilons.count(epsilons[-1]) == 3
+    assert not state.converged
+    assert "changes the leak rate more than the one before" in state.reason
+    # Of four networks with one ε the third and fourth change ln Q by more: that is not solved.
+    assert epsilons.count(epsilons[-1]) == 3
 
 
 def test_a_start_that_carries_the_load_is_refused():
@@ -217,21 +213,17 @@ def test_the_second_start_goes_on_if_the_first_has_lost_its_equilibrium(monkeypa
 
     monkeypatch.setattr(import_module("fem_seal.coupling.stages"), "equilibrium", marked)
     monkeypatch.setattr(module, "further_stages", counted)
-    lifted(problem_of(scene(3e5, 2.5e5)), 0.05)
+    lifted(problem_of(scene(3e5, 2.5e5, n=16)), 0.05)
     assert len(ends) == 1 + lost
 
 
-@pytest.mark.parametrize("load", [1.2e5, 2e5])
-def test_a_thinned_problem_leads_to_the_same_state(monkeypatch, load):
+def test_a_thinned_problem_leads_to_the_same_state(monkeypatch):
     """Sixteen samples in the shortest wave, four of them in the thinned problem.
 
     With fewer contacts on all samples, one at least, and within what both claim.
     """
-    fine, states, contacts = (
-        scene(load, 0.5 * load, n=16).with_({"surface.shape": [64, 64]}),
-        [],
-        [],
-    )
+    fine = scene(1.2e5, 6e4, n=16).with_({"surface.shape": [64, 64]})
+    states, contacts = [], []
     press = SceneLift.press
     for nodes in (4096, 300):
         monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", nodes)
@@ -311,10 +303,9 @@ def test_changes_in_several_places_do_not_cancel():
     assert summed_by_parts(np.ones((2, 3))) == 6  # each sample once, also of few
 
 
-@pytest.mark.parametrize("seed", [1, 3])
-def test_both_starts_come_to_one_state(seed):
+def test_both_starts_come_to_one_state():
     """From the outlet's and from the inlet's pressure: the same to what is claimed."""
-    problem = problem_of(scene(seed=seed, load=1.2e5, inlet=6e4))
+    problem = problem_of(scene(seed=3, load=1.2e5, inlet=6e4))
     shape = problem.height.shape
     low, high = (
         lifted(problem, 0.02, start=np.full(shape, pressure))
@@ -534,7 +525,7 @@ def gate_and_chamber(load=0.301, place=0.3, depth=0.8, n=32):
 @pytest.mark.parametrize(
     ("load", "place", "depth"),
     [
-        (0.301, 0.3, 0.8),
+        pytest.param(0.301, 0.3, 0.8, marks=pytest.mark.slow),
         pytest.param(0.295, 0.3, 0.8, marks=pytest.mark.slow),
         (0.31, 0.15, 0.6),
     ],
@@ -592,7 +583,7 @@ def test_a_singular_operator_is_not_solved(matrix, b):
     assert solution.iterations <= 2
 
 
-@pytest.mark.parametrize("load", [5.35e4, 9e4, 1.2e5])
+@pytest.mark.parametrize("load", [5.35e4, 1.2e5])
 def test_a_flat_counter_face(load):
     """Without roughness the solid's own displacement says what a small gap is.
 

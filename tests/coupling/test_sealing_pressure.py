@@ -15,7 +15,7 @@ from fem_seal.coupling import lifted
 from fem_seal.grid import GridField
 
 NX, NY, WAVES = 64, 32, 64
-ENDS = [(0.2, 0.1), (0.4, 0.3), (0.7, 0.6)]  # pressures of the two ends over p*
+ENDS = [(0.2, 0.1), (0.7, 0.6)]  # pressures of the two ends over p*
 
 
 def leak_rate(load, inlet, outlet):
@@ -40,7 +40,7 @@ def state_at(load, inlet, outlet, nx=NX, **flow):
 
 @pytest.mark.parametrize(("inlet", "outlet"), ENDS)
 def test_leak_rate_below_the_sealing_pressure(inlet, outlet):
-    """At P₀ = p_in + 0.8 p* all four leak alike, at any pressure of the inlet and the outlet.
+    """At P₀ = p_in + 0.8 p* both leak alike, at any pressure of the inlet and the outlet.
 
     The dry contact on these samples conducts 2, 6 and 12 % too little at 0.8, 0.85 and 0.9 p*, and
     the first weighs most.
@@ -52,6 +52,7 @@ def test_leak_rate_below_the_sealing_pressure(inlet, outlet):
     assert state.leak_rate.value == pytest.approx(leak_rate(load, inlet, outlet), rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_film_that_loses_its_pressure_just_before_the_outlet():
     """Closed under the outlet's pressure alone, open under the inlet's: the integral leaks.
 

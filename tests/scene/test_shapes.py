@@ -24,7 +24,7 @@ from fem_seal.theory.closed_forms import disc_array
 UNIT = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³, Δp = 1
 RING = {"kind": "face-seal", "inner_radius": 1, "outer_radius": 2, "mesh_size": 0.25}
 STRIP = {"kind": "strip", "length": 2, "width": 1, "mesh_size": 0.2}
-PLATE = {"kind": "plate-with-holes", "length": 2, "width": 1, "holes": [2, 1], "radius": 0.3}
+PLATE = {"kind": "plate-with-holes", "holes": [1, 2], "radius": 0.3}
 
 
 def scene(shape: dict, products=("leak_rate",), **flow: object) -> dict:
@@ -74,13 +74,13 @@ def test_face_seal():
     assert (orders > 1.8).all(), (widths, errors)
 
 
-@pytest.mark.parametrize(("said", "angle"), [("60 deg", np.pi / 3), (5.0, 5.0)])
-def test_gap_of_a_sector_that_grows_with_the_angle(said, angle):
+def test_gap_of_a_sector_that_grows_with_the_angle():
     """The flow is radial if the gap depends on theta alone: Q = ∫ g³ dtheta / ln(r_out/r_in).
 
     Theta runs from 0 to the angle of the sector, beyond π as well.
     """
-    shape = RING | {"kind": "sector", "angle": said, "mesh_size": 0.1}
+    angle = np.radians(300)
+    shape = RING | {"kind": "sector", "angle": "300 deg", "mesh_size": 0.1}
     flow = solved({**shape, "gap_expression": "1 + theta"}, rtol=0.01)
     exact = ((1 + angle) ** 4 - 1) / 4 / np.log(2)
     # An edge of length h lies up to h²/8r inside its arc; δQ/Q = (δr/r)/ln 2 on either circle.
@@ -90,13 +90,11 @@ def test_gap_of_a_sector_that_grows_with_the_angle(said, angle):
     assert flow.lower * (1 - slack) <= exact <= flow.upper * (1 + slack)
 
 
-@pytest.mark.parametrize("holes", [[2, 1], [1, 2]])
-def test_plate_with_holes_is_the_array_of_discs(holes):
+def test_plate_with_holes_is_the_array_of_discs():
     """Perrins, McKenzie and McPhedran (1979); polygons with n corners on a circle lie between it
     and the one of radius r cos(π/n). Holes beside each other have walls of their own."""
-    length, width = map(float, holes)
-    size = 0.06
-    plate = PLATE | {"length": length, "width": width, "holes": holes, "mesh_size": size, "gap": 1}
+    length, width, size = 1.0, 2.0, 0.06
+    plate = PLATE | {"length": length, "width": width, "mesh_size": size, "gap": 1}
     flow = solved(plate, rtol=0.01)
     inside = np.sqrt(1 - (size / 2 / 0.3) ** 2)
     full, less = (disc_array(np.pi * r**2) * width / length for r in (0.3, 0.3 * inside))
@@ -110,9 +108,7 @@ WEDGE = GridField(np.add.outer(1 + np.arange(9) / 4, np.arange(5) / 8), (0.25, 0
 ROUGH = GridField(np.maximum(0, np.random.default_rng(8).normal(0.7, 0.5, (17, 9))), (0.125, 0.125))
 
 
-@pytest.mark.parametrize(
-    ("kind", "grid"), [("strip", WEDGE), ("rectangle", WEDGE), ("rectangle", ROUGH)]
-)
+@pytest.mark.parametrize(("kind", "grid"), [("strip", WEDGE), ("rectangle", ROUGH)])
 def test_gmsh_mesh_and_pixel_mesh_of_one_gap(kind, grid, tmp_path):
     """A plane gap is the same function on any triangles, a rough one on those of the pixels, which
     `rectangle` makes: both brackets hold one number."""

@@ -31,9 +31,9 @@ def assert_standard_normal(z):
     assert SPREAD[0] < np.sqrt(np.mean(z**2)) < SPREAD[1]
 
 
-@pytest.mark.parametrize("hurst", [0.3, 0.8])
-def test_hurst_and_cut_offs(hurst):
-    n = 128
+def test_hurst_and_cut_offs():
+    """H = 0.8: the other tests."""
+    n, hurst = 128, 0.3
     fits = [fit_spectrum(made(n, seed, hurst)) for seed in SEEDS]
     assert_standard_normal(deviations(fits, hurst))
     for fit in fits:

@@ -185,8 +185,7 @@ def test_leak_rate_falls_with_load_to_zero_at_the_threshold():
     assert effective_film_conductivity(states[-1], viscosity=1e-3, threshold=0.5) > 0
 
 
-@pytest.mark.parametrize("area", ["persson", "wang-mueser"])
-@pytest.mark.parametrize("part", [0.5, 0.99])
+@pytest.mark.parametrize(("area", "part"), [("persson", 0.5), ("wang-mueser", 0.99)])
 def test_the_narrowest_gaps_are_resolved(area, part):
     """K solves Bruggeman's equation, integrated adaptively over each bell, to 1e-5 up to closing.
 

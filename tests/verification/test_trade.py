@@ -150,11 +150,11 @@ def gas_scene():
 
 
 def test_commands_write_what_they_say(small_scene, gas_scene, tmp_path, capsys):
-    """A part of a study, in two processes, leaves the table to the same command without it."""
+    """A part of a study leaves the table to the same command without it."""
     path = write_toml(tmp_path / "gas.toml", gas_scene)
     study = ["study", "trade", str(path), "--set", "fluid.slip=false"]
     study += ["--out", str(tmp_path / "trade")]
-    assert cli.main([*study, "--part", "1/2", "--jobs", "2"]) == 0
+    assert cli.main([*study, "--part", "1/2"]) == 0
     assert "not computed yet" in capsys.readouterr().out
     assert not (tmp_path / "trade" / "trade.csv").exists()
     assert cli.main(study) == 0
