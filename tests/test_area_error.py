@@ -93,7 +93,7 @@ NARROW = [
     ("pressure", "settings", "more"),
     [
         *((0.18, ["flow.lift=none"], k) for k in (-5.4, 0.0, 5.4)),
-        (0.05, ["flow.lift=none"], 5.4),
+        *((0.05, ["flow.lift=none"], k) for k in (-5.4, 5.4)),
         (0.14, LIFTED, 5.4),
         (0.2, ["flow.lift=none", *NARROW], -0.4),
     ],
