@@ -30,6 +30,8 @@ def test_the_answer_is_that_of_this_process():
 def test_it_has_one_thread_and_starts_mpi_on_its_own(monkeypatch):
     for name in ("PMIX_RANK", "OMPI_COMM_WORLD_SIZE", "OMPI_MCA_btl"):
         monkeypatch.setenv(name, "1")
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    assert environment()["OMP_NUM_THREADS"] == "1"
     assert not {"PMIX_RANK", "OMPI_COMM_WORLD_SIZE"} & environment().keys()
     assert "OMPI_MCA_btl" in environment()
     assert Beside(parallel.cores)() == 1

@@ -254,27 +254,22 @@ def test_scene_with_everything(small_scene, tmp_path):
 
 @pytest.mark.render
 def test_reference_scene_runs(tmp_path, capsys, monkeypatch):
-    """The scene of docs/reference/scene.md, on fewer samples; its pictures can be drawn again."""
+    """The scene of docs/reference/scene.md, on fewer samples; its pictures are drawn afterwards."""
     (tmp_path / "reference.toml").write_text(REFERENCE)
-    smaller = ("--set", "surface.shape=[32, 32]", "--set", "surface.short_wavelength=8 um")
-    products = 'output.products=["contact", "leak_rate", "pictures", "mesh"]'
+    smaller = ("--set", "surface.shape=[24, 24]", "--set", "surface.short_wavelength=10 um")
+    products = 'output.products=["contact", "leak_rate", "mesh"]'
     assert run("run", "reference.toml", *smaller, "--set", products, "--out", "out") == 0
-    pictures = [*OF_LIFTED_CONTACT]
-    files = ["contact.npz", "flow.vtu", "result.json", *pictures]
-    assert below(tmp_path / "out") == sorted(files)
+    files = ["contact.npz", "flow.vtu", "result.json"]
+    assert below(tmp_path / "out") == files
     result = read_result(tmp_path / "out")
     assert 0 < result["leak_rate"]["lower"] <= result["leak_rate"]["upper"]
-    drawn = [(tmp_path / "out" / name).read_bytes() for name in pictures]
-    for name in pictures:
-        (tmp_path / "out" / name).unlink()
+    assert len(result["levels"]) > 1
     assert run("render", "out", "--all") == 0
-    assert [(tmp_path / "out" / name).read_bytes() for name in pictures] == drawn
     again = read_result(tmp_path / "out")
     assert again | {"files": result["files"]} == result
-    assert len(result["levels"]) > 1
     details = ["bounds.png", "mesh.png", "pressure.png", "relief.png"]
-    assert below(tmp_path / "out") == sorted([*files, *details])
-    assert set(details) < set(read_result(tmp_path / "out")["files"])
+    assert below(tmp_path / "out") == sorted([*files, *OF_LIFTED_CONTACT, *details])
+    assert {*OF_LIFTED_CONTACT, *details} < set(again["files"])
     # Without the mesh the flow cannot be drawn, which is said.
     (tmp_path / "out" / "flow.vtu").unlink()
     monkeypatch.setattr(drawing, "draw_pictures", lambda _, field, *more: field and 1 / 0)
@@ -285,19 +280,21 @@ def test_reference_scene_runs(tmp_path, capsys, monkeypatch):
     assert "flow.png is left as it was" in second
 
 
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
-    """The letter's own relaxation takes seconds here, and is interrupted in their first tenths."""
+def test_interrupted_run_leaves_nothing(small_scene, tmp_path):
+    """The letter's own relaxation takes seconds here, and is interrupted in their first tenths.
+
+    A termination takes the same way: mesh/test_trust.py.
+    """
     small_scene["surface"].update(shape=[512, 512], short_wavelength="0.5 um")
     small_scene["contact"].update(solver="damped", tolerance=1e-13)
     write_toml(tmp_path / "scene.toml", small_scene)
     # Tests that a shell runs in the background ignore SIGINT, and their children would, too.
-    heard = partial(signal.signal, end, signal.SIG_DFL)
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     process = started("-m", "fem_seal", "run", "scene.toml", "--out", "out", preexec_fn=heard)
     while not list(tmp_path.glob("out/.fem-seal-*")) and process.poll() is None:
         time.sleep(0.02)
     time.sleep(0.2)
-    process.send_signal(end)
+    process.send_signal(signal.SIGINT)
     output, error = process.communicate(timeout=60)
     assert process.returncode == 130, error
     assert error == "fem-seal: interrupted; nothing half-written is left\n"

@@ -15,7 +15,7 @@ from threading import Timer
 
 import numpy as np
 import pytest
-from project import MPI_ENVIRONMENT, alone, printed_by, rows, started, write_toml
+from project import MPI_ENVIRONMENT, alone, printed_by, rows, scene_of_samples, started, write_toml
 
 from fem_seal import cli
 from fem_seal.beside import peak_beside
@@ -45,20 +45,28 @@ def run(*arguments):
     return cli.main(["sweep", "scene.toml", *arguments])
 
 
-def test_rows_are_the_same_for_jobs_and_parts(capsys):
+@pytest.fixture(scope="module")
+def rows_of_one(tmp_path_factory):
+    """Rows of the small scene varied by VARY, all computed by this process."""
+    folder = tmp_path_factory.mktemp("one")
+    scene = write_toml(folder / "scene.toml", scene_of_samples(32))
+    sweep(scene, combinations(*VARY[1::2]), folder / "out")
+    return rows(folder / "out")
+
+
+def test_rows_are_the_same_for_jobs_and_parts(rows_of_one, capsys):
     """To the last digit: a chain is begun and ended by one process, wherever that runs."""
-    assert run(*VARY, "--out", "one") == 0
     assert run(*VARY, "--out", "two", "--jobs", "2") == 0
-    assert rows("two") == rows("one")
+    assert rows("two") == rows_of_one
     for k in (2, 1):
         assert run(*VARY, "--out", "parts", "--part", f"{k}/2") == 0
         assert len(rows("parts")) == {2: 2, 1: 6}[k]
-    assert rows("parts") == rows("one")
+    assert rows("parts") == rows_of_one
     capsys.readouterr()
     Path("two/sweep.csv").unlink()
     assert run(*VARY, "--out", "two", "--gather") == 0
     assert "0 of them computed now" in capsys.readouterr().out
-    assert rows("two") == rows("one")
+    assert rows("two") == rows_of_one
     assert run("--vary", "surface.seed=1..4", "--vary", VARY[3], "--out", "two", "--gather") == 3
     assert "2 of 8 points are not computed yet" in capsys.readouterr().err
 
@@ -77,13 +85,12 @@ def dask_cluster():
 
 
 @pytest.mark.parametrize("begun", [partial(ThreadPoolExecutor, 1), dask_cluster])
-def test_rows_are_the_same_for_any_executor(begun, scene_file):
+def test_rows_are_the_same_for_any_executor(begun, scene_file, rows_of_one):
     points = combinations(*VARY[1::2])
-    sweep(scene_file, points, Path("one"))
     with begun() as executor:
         tally = sweep(scene_file, points, Path("other"), work=Work(executor=executor))
     assert (tally.points, tally.computed, tally.failed) == (6, 6, 0)
-    assert rows("other") == rows("one")
+    assert rows("other") == rows_of_one
 
 
 MPI_SCRIPT = """
@@ -97,7 +104,7 @@ from fem_seal.verification.cross_validation import StudiedGap, compare
 from fem_seal.verification.exact_cases import CASES
 
 def compute(executor):
-    points = combinations("surface.seed=1..3", "contact.area_fraction=0.1,0.2")
+    points = combinations("surface.seed=1..2")
     sweep(Path("scene.toml"), points, Path("mpi"), work=Work(executor=executor))
     gap = StudiedGap.of_case(CASES["series-channel"], [8])
     assert compare([gap], ("adaptive",), work=Work(executor=executor))
@@ -124,7 +131,7 @@ def test_rows_are_the_same_for_workers_of_mpi(small_scene, tmp_path):
     (tmp_path / "script.py").write_text(MPI_SCRIPT)
     program = ("mpirun", "-n", "2", "--oversubscribe", sys.executable, "script.py")
     assert printed_by(*program, cwd=tmp_path, **MPI_ENVIRONMENT).split() == ["[1]", "[1]"]
-    assert run(*VARY, "--out", "one") == 0
+    assert run("--vary", "surface.seed=1..2", "--out", "one") == 0
     assert rows("mpi") == rows("one")
 
 
@@ -345,21 +352,6 @@ def test_processes_that_solve_together_end_together(tmp_path):
     assert "MemoryError: 8 TB" in done.stderr
 
 
-def environment_of(path):
-    Path(path).write_text("\n".join(f"{k}={v}" for k, v in os.environ.items()))
-
-
-def test_a_worker_is_alone_with_one_thread(tmp_path, monkeypatch):
-    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
-    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
-    farm([tmp_path / "seen"], environment_of, 1, lambda: 0)
-    seen = (tmp_path / "seen").read_text().splitlines()
-    assert "OMP_NUM_THREADS=1" in seen
-    assert not [line for line in seen if line.startswith("OMPI_COMM")]
-    assert os.environ["OMPI_COMM_WORLD_SIZE"] == "2"
-    assert "OMP_NUM_THREADS" not in os.environ
-
-
 def test_sweeps_that_are_killed_go_on():
     """Two into one folder: no point is lost or half written, and the next one leaves nothing else.
 
@@ -368,7 +360,7 @@ def test_sweeps_that_are_killed_go_on():
     sweep = ("-m", "fem_seal", "sweep", "scene.toml", "--out", "out", "--vary")
     ways = ("surface.seed=1..99", "--jobs", "2"), ("surface.seed=50..149",)
     sweeps = [started(*sweep, *way) for way in ways]
-    while len(list(Path("out").glob("points/[!.]*"))) < 4:
+    while not list(Path("out").glob("points/[!.]*")):
         assert [process.poll() for process in sweeps] == [None, None]
         time.sleep(0.05)
     for process in sweeps:
@@ -379,7 +371,7 @@ def test_sweeps_that_are_killed_go_on():
     assert kept
     table = {}
     for folder in ("out", "undisturbed"):
-        assert run("--vary", "surface.seed=1..3,50..52", "--out", folder) == 0
+        assert run("--vary", "surface.seed=1,50", "--out", folder) == 0
         table[folder] = {row["surface.seed"]: row for row in rows(folder)}
     assert table["undisturbed"].items() <= table["out"].items()
     assert all(path.read_bytes() == point for path, point in kept.items())
@@ -522,8 +514,8 @@ def test_memory_of_jobs_keeps_within_the_limit(tmp_path, monkeypatch):
     monkeypatch.setattr("fem_seal.beside._peaks", [0])
     times = tmp_path / "times"
     times.mkdir()
-    farm([times] * 5, hold_memory, 4, lambda: len(list(times.iterdir())), 1000 * MB)
+    farm([times] * 3, hold_memory, 4, lambda: len(list(times.iterdir())), 1000 * MB)
     spans = [tuple(map(float, path.read_text().split()[:2])) for path in times.iterdir()]
-    assert len(spans) == 5
+    assert len(spans) == 3
     assert max(sum(a <= start < b for a, b in spans) for start, _ in spans) <= 2
     assert 600 * MB <= peak_beside() <= 1000 * MB

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from slow_reference import edges, pieces, spans
@@ -21,6 +21,7 @@ levels = st.builds(
 )
 
 
+@settings(max_examples=50)
 @given(levels, st.sampled_from(["wall", "periodic"]), st.sampled_from(["linear", "constant"]))
 def test_critical_constriction_is_the_highest_level_that_spans(h, sides, representation):
     """What carries flow is what is joined to both ends."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from slow_reference import pieces
@@ -18,6 +18,7 @@ CONNECTIVITIES = ("4", "8", "triangulation")
 masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12))
 
 
+@settings(max_examples=40)
 @given(masks, st.sampled_from(CONNECTIVITIES), st.tuples(st.booleans(), st.booleans()))
 def test_clusters_are_the_components_of_the_neighbour_pairs(mask, connectivity, periodic):
     labels, count = clusters.label(mask, connectivity, periodic)
@@ -38,6 +39,7 @@ def test_sizes_and_largest():
     assert not clusters.largest(*clusters.label(np.zeros((3, 4), bool), "8")).any()
 
 
+@settings(max_examples=60)
 @given(masks, st.sampled_from(CONNECTIVITIES))
 def test_either_open_or_contact_crosses(open_, connectivity):
     """Open from inlet to outlet, or contact from wall to wall; with periodic sides, contact all the
@@ -49,6 +51,7 @@ def test_either_open_or_contact_crosses(open_, connectivity):
     assert joins_ends(open_, connectivity, (False, True)) != around
 
 
+@settings(max_examples=40)
 @given(masks, st.sampled_from(CONNECTIVITIES), st.sampled_from((0, 1)))
 def test_winding_needs_a_spanning_row_of_samples(mask, connectivity, axis):
     """A path around the cell visits every line across it."""

@@ -18,7 +18,7 @@ def films(gap: np.ndarray) -> tuple[MeshFilm, GridFilm]:
     return MeshFilm(mesh, gap[i, j]), GridFilm(GridField(gap, (1.0, 1.0)))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(2, 8), st.integers(2, 8), st.floats(0, 0.7), st.integers(0, 10**6))
 def test_pixel_triangulation_has_the_constriction_of_its_grid(nx, ny, contact, seed):
     rng = np.random.default_rng(seed)

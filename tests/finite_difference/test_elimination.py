@@ -2,10 +2,11 @@
 
 from fractions import Fraction
 from functools import partial
+from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.linalg import spsolve
 
@@ -43,7 +44,7 @@ def schur_links(links, eliminated):
 
 
 # Within few nodes, over the halves of a panel, over panels and over blocks of columns.
-@pytest.mark.parametrize(("size", "eliminated"), [(5, 1), (9, 7), (40, 21), (330, 130), (620, 300)])
+@pytest.mark.parametrize(("size", "eliminated"), [(5, 1), (9, 7), (40, 21), (330, 130)])
 def test_both_eliminations_leave_the_schur_complement(size, eliminated):
     """Links of 0.5 to 1 between all nodes: well conditioned, so that both are good to rounding.
 
@@ -64,19 +65,21 @@ def test_both_eliminations_leave_the_schur_complement(size, eliminated):
 
 
 # Sizes inside a tile, over its edge, over several tiles and over the column blocks of the kernel.
-SHAPES = [(2, 1), (2, 7), (3, 2), (9, 1), (33, 32), (34, 33), (20, 70), (70, 20), (97, 190)]
+SHAPES = [(2, 1), (2, 7), (3, 2), (9, 1), (33, 32), (34, 33), (20, 70), (70, 20)]
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize(
+    ("shape", "periodic"), [*product(SHAPES, (False, True)), ((97, 190), True)]
+)
 def test_same_as_kirchhoffs_equations(shape, periodic):
     """Both solve the same stencil; the factorisation loses about condition number (1e4) · eps."""
     stencil = random_stencil(shape, periodic, np.random.default_rng(shape))
     assert conductance(stencil) == approx(assembled_conductance(stencil), rel=1e4 * EPS)
 
 
-@pytest.mark.parametrize("shape", [(3, 3), (12, 7), (70, 45), (200, 131)])
-@pytest.mark.parametrize("decades", [0.0, 60.0])
+@pytest.mark.parametrize(
+    ("shape", "decades"), [((3, 3), 60.0), ((12, 7), 0.0), ((70, 45), 60.0), ((97, 131), 60.0)]
+)
 def test_planar_dual_conducts_the_reciprocal(shape, decades):
     """Links 1/c across the links c of a strip with walls, driven from wall to wall: product 1.
 
@@ -112,6 +115,7 @@ def series_parallel(stencil):
     return float(ao + bo)
 
 
+@settings(max_examples=40)
 @given(st.integers(2, 12), st.integers(0, 2**31), st.sampled_from([10.0, 30.0, 200.0]))
 def test_relative_accuracy_at_any_contrast(length, seed, decades):
     """Links over up to 200 decades, against exact rational arithmetic.

@@ -75,8 +75,8 @@ def inside(points: np.ndarray, corner: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("halved", [0, 1])
-@pytest.mark.parametrize("width", [2, 4, 8])
-@pytest.mark.parametrize("shape", [(16, 24), (136, 8)])  # the latter is summed in strips
+@pytest.mark.parametrize("width", [2, 8])
+@pytest.mark.parametrize("shape", [(16, 24), (72, 8)])  # the latter is summed in strips
 def test_pyramid_against_all_pixel_triangles_inside(width, halved, shape):
     """Every coarse cell, diagonal and axial, against the plain mean of what lies in it.
 
@@ -101,7 +101,7 @@ def test_pyramid_against_all_pixel_triangles_inside(width, halved, shape):
         assert means == pytest.approx(exact, rel=128 * EPS)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10)
 @given(
     st.integers(0, 10**6),
     st.sampled_from(["linear", "constant"]),

@@ -119,7 +119,7 @@ def assert_overlap(one, other) -> None:
 # --- one gap -------------------------------------------------------------------------------------
 
 
-@settings(max_examples=40)
+@settings(max_examples=24)
 @given(cases())
 def test_sealed_exactly_when_no_path_is_open(case):
     """Joined samples, the labelled lattice, the cells of the mesh and the spots of the
@@ -139,7 +139,7 @@ def test_sealed_exactly_when_no_path_is_open(case):
             assert flow.converged
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(cases())
 def test_brackets_enclose_one_number(case):
     """Uniform and adaptive meshes bracket the same leak rate ever closer."""
@@ -174,7 +174,7 @@ def images(case: Case):
     yield case, case.with_samples(shifted), ny % 2 == 0
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(cases(), st.integers(0, 2))
 def test_images(case, which):
     """As much flows through a gap as through its image, on the same mesh to the tolerance."""
@@ -210,7 +210,7 @@ def test_scales(case, powers, method):
     assert other.by_differences(**fluid) == pytest.approx(expected, rel=ROUNDING)
 
 
-@settings(max_examples=24)
+@settings(max_examples=16)
 @given(cases(), SEEDS, st.sampled_from([0.03, 0.3]), st.sampled_from([0.0, 0.7]))
 def test_monotone_in_the_gap(case, seed, share, factor):
     """More contact, or a lower gap anywhere, at some places or at many, never lets more through."""
@@ -224,7 +224,7 @@ def test_monotone_in_the_gap(case, seed, share, factor):
         assert before.state == "leaking" or after.state == "sealed"
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(cases())
 def test_walls_let_no_more_through_than_periodic_sides(case):
     """Periodic pressures are among those admitted between walls, and fluxes between walls among
@@ -238,7 +238,7 @@ def test_walls_let_no_more_through_than_periodic_sides(case):
         assert (wall <= repeated * (1 + 4e-8)).all()
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(
     st.tuples(*[st.integers(1, 7)] * 2),
     st.sampled_from([(1.0, 1.0), (3.0, 1.0)]),

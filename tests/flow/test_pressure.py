@@ -48,9 +48,9 @@ def error_norms(field: FlowField) -> dict[str, float]:
 
 @pytest.fixture(scope="module")
 def errors_of_the_channel() -> list[dict[str, float]]:
-    """On four uniform meshes, each the last one halved; CG goes on until it adds nothing."""
+    """On three uniform meshes, each the last one halved; CG goes on until it adds nothing."""
     norms = []
-    for n in (16, 32, 64, 128):
+    for n in (16, 32, 64):
         gap = vertex_gap(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * x) + 0 * y, (n, n))
         exact = {"method": "uniform", "tuning": Tuning(tolerance=1e-14)}
         flow = bracketed(GridFilm(gap), 1e-3, 1, field=True, **exact)
@@ -82,9 +82,8 @@ def assert_linear(field: FlowField, tolerance: float) -> None:
     np.testing.assert_allclose(field.pressure, exact, rtol=0, atol=allowed * WATER["pressure_drop"])
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_uniform_gap_on_scattered_points(seed):
-    mesh = scattered_square(400, seed)
+def test_uniform_gap_on_scattered_points():
+    mesh = scattered_square(400, 0)
     tuning = Tuning(tolerance=1e-14)
     flow = leak_rate(
         MeshFilm(mesh, np.full(len(mesh.xy), 2e-6)[mesh.twin]), field=True, tuning=tuning, **WATER
@@ -92,8 +91,9 @@ def test_uniform_gap_on_scattered_points(seed):
     assert_linear(flow.field, tuning.tolerance)
 
 
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
-@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize(
+    ("representation", "sides"), [("linear", "wall"), ("constant", "periodic")]
+)
 def test_uniform_gap_on_a_mesh_refined_for_another(representation, sides):
     """The adaptive mesh of a rough gap, with cells of many sizes."""
     flows, tuning = [], Tuning(tolerance=1e-14)

@@ -94,7 +94,7 @@ def test_units_and_directions_do_not_matter():
     assert bounds_on(MeshFilm(changed, gap.values)) == pytest.approx(reference, rel=1e-6)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=6)
 @given(st.integers(0, 10**6), st.sampled_from(["ring", "square", "hole"]), st.floats(0, 0.5))
 def test_random_gaps_with_contact_are_enclosed(seed, shape, contact):
     """Brackets on all meshes hold one number; sealed means so for triangles and for paths."""
@@ -111,7 +111,7 @@ def test_random_gaps_with_contact_are_enclosed(seed, shape, contact):
     if gap.constriction is None:
         assert leak_rate(gap, **FLUID).state == "sealed"
         return
-    flow = bracketed(gap, 0.05, 1500)
+    flow = bracketed(gap, 0.05, 700)
     assert max(level.lower for level in flow.levels) <= min(level.upper for level in flow.levels)
     assert flow.lower > 0
     # Power traces let every open path through at once: no patch bars the way.
@@ -150,7 +150,7 @@ def test_inlet_and_outlet_on_any_stretch(outlet, inner, contact):
     difference = pressure.energies.item() - stream.conductance
     shares = problem.indicators(problem.flows(pressure, stream))
     assert shares.sum() == pytest.approx(difference, abs=1e-9 * pressure.energies.item())
-    lower, upper = bounds_on(gap, 6000)
+    lower, upper = bounds_on(gap, 3000)
     assert stream.conductance < lower < upper < pressure.energies.item()
     assert upper < 1.4 * lower
 

@@ -51,8 +51,10 @@ def mass_bounds(gap, slip: Slip, representation="constant", spacing=(1.0, 1.0), 
 
 
 @LAWS
-@pytest.mark.parametrize(("representation", "p_out"), [("linear", 0.0), ("constant", 1.999)])
-@pytest.mark.parametrize("B", [1e-6, 0.3, 1e9])
+@pytest.mark.parametrize(
+    ("B", "representation", "p_out"),
+    [(1e-6, "constant", 1.999), (0.3, "linear", 0.0), (1e9, "constant", 0.0)],
+)
 def test_uniform_channel(law, representation, p_out, B):
     """The weight w(p) = c(g p/B) of the channel's own gap leaves nothing of the pressure open."""
     slip = Slip(2.0, p_out, B, law)
@@ -110,7 +112,7 @@ def test_checkerboard_in_both_limits(B, power):
 
 
 @LAWS
-@pytest.mark.parametrize(("B", "aspect"), [(1e-3, 0.2), (0.3, 5.0), (1e7, 0.2)])
+@pytest.mark.parametrize(("B", "aspect"), [(0.3, 5.0), (1e7, 0.2)])
 def test_linear_gap_that_touches_along_the_flow(law, aspect, B):
     """At nearly one pressure p is linear: Σ dy mean 𝒦 of the profile is exact. The lower bound
     rests on power traces for all powers of the gap at the contact."""
@@ -127,9 +129,14 @@ def test_linear_gap_that_touches_along_the_flow(law, aspect, B):
     assert found.converged
 
 
-@pytest.mark.parametrize("law", [FIRST_ORDER, MIRRORS], ids=["first order", "kinetic"])
 @pytest.mark.parametrize(
-    ("B", "p_out", "shape"), [(1e-2, 0.5, False), (3.0, 0.0, True), (1e4, 0.0, False)]
+    ("law", "B", "p_out", "shape"),
+    [
+        (FIRST_ORDER, 1e-2, 0.5, False),
+        (FIRST_ORDER, 3.0, 0.0, True),
+        (MIRRORS, 3.0, 0.0, True),
+        (MIRRORS, 1e4, 0.0, False),
+    ],
 )
 def test_wedge(law, B, p_out, shape):
     """g falls along the flow from 1 to 0.1. The gap at which slip does not depend on the pressure
@@ -172,9 +179,8 @@ def check_random(seed: int, law) -> LeakRate:
     return found
 
 
-@LAWS
-@pytest.mark.parametrize("seed", range(2))
-def test_random_gaps_enclose_the_nonlinear_solution(law, seed):
+@pytest.mark.parametrize(("seed", "law"), [(0, FIRST_ORDER), (1, KINETIC)])
+def test_random_gaps_enclose_the_nonlinear_solution(seed, law):
     check_random(seed, law)
 
 

@@ -115,7 +115,7 @@ def weight_of(slip, g_0, tilt):
     return weight.times(np.linspace(*slip.pressures, 4), tilt * np.array([0.0, 0.5, 0.6, 1.0]))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20)
 @given(COEFFICIENTS, PRESSURES, st.tuples(GAP, GAP, st.floats(0, 1), st.floats(0, 1)), TILT)
 def test_bounding_laws_bound_all_pressures(coefficient, pressures, interval, tilt):
     """On an interval of gaps, for all pressures and weights; from above nowhere wider on a part."""
@@ -145,7 +145,7 @@ def test_bounding_laws_bound_all_pressures(coefficient, pressures, interval, til
     assert at_mean.above.of_gap(1.0) == pytest.approx(1.0)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20)
 @given(COEFFICIENTS, PRESSURES, st.tuples(GAP, GAP, GAP), TILT)
 def test_means_of_bounding_laws(coefficient, pressures, gaps, tilt):
     """Means on a triangle hold for all pressures; those of its quarters together are no more."""

@@ -16,9 +16,10 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import relative_width
 
 
-@pytest.mark.parametrize("opening", [1, 6])
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize(
+    ("opening", "representation", "sides"),
+    [(1, "linear", "periodic"), (6, "linear", "wall"), (1, "constant", "wall")],
+)
 def test_the_guide_never_becomes_a_bound(opening, representation, sides):
     """A barrier with a narrow or a wide opening of a tenth of the gap, amid coarse cells,
     which are closed: the regularised dual that guides the refinement lets hundreds of times too
@@ -56,8 +57,9 @@ def test_the_time_of_the_last_dual_counts():
     assert {"regularised dual", "dual", "correction"} <= level.seconds.keys()
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize(
+    ("representation", "sides"), [("linear", "wall"), ("constant", "periodic")]
+)
 def test_pockets_beside_a_channel(representation, sides):
     """In squares of 16 samples, most of which hold a piece of both: no level knows of the pocket,
     in which nothing flows. 1e-7: two solves of one problem, 1e-8 each."""
@@ -84,13 +86,13 @@ def test_no_level_begins_that_would_not_end_in_time():
     assert "is used up" in Limits(seconds=40).exceeded(started)
 
 
-@pytest.mark.parametrize("ahead", [0, 2, 4])
+@pytest.mark.parametrize("ahead", [0, 4])
 def test_a_limit_leaves_both_bounds(ahead):
     """Meshes that look ahead may be four times the last: each that might be the last before a limit
     gets a true dual, so that a run which ends there has a lower bound."""
     gap = rough_gap((64, 64), 0.0, 9, smooth=1)
     gap = GridField(gap.values + 0.3, gap.spacing, gap.periodic)
-    for most in (124, 482, 1472, 4148):
+    for most in (124, 482, 1472):
         flow = leak_rate(
             GridFilm(gap, sides="periodic"),
             rtol=2e-3,
@@ -102,7 +104,7 @@ def test_a_limit_leaves_both_bounds(ahead):
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("height", [1.0, 1e4, 1e8, 1e12])
+@pytest.mark.parametrize("height", [1.0, 1e12])
 def test_a_start_of_any_energy(representation, height):
     """Noise has up to 1e24 times the energy of the minimum, far more than what double precision
     can tell from its neighbour: CG starts again from what is left of it. 2e-8 each, of minima from
@@ -129,8 +131,9 @@ def test_gap_at_the_vertices_of_any_mesh(seed, periodic):
     assert np.array_equal(values == 0, problem.values == 0)
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize(
+    ("representation", "sides"), [("linear", "periodic"), ("constant", "wall")]
+)
 def test_bounds_from_the_mesh_of_another_film(representation, sides):
     """Lifted by a few per cent of its largest gap: they overlap with those from the coarsest mesh,
     in fewer steps."""

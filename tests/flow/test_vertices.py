@@ -37,11 +37,11 @@ def test_flow_through_a_vertex_is_resolved():
     assert width(gap, 4000, tuning=Tuning(theta_residual=0.0)) > 2
 
 
-@pytest.mark.parametrize("seed", [7, 26, 44])
-def test_random_decades(seed):
+@pytest.mark.parametrize(("seed", "most"), [(7, 1.106), (44, 1.5)])
+def test_random_decades(seed, most):
     """Of these brackets two spanned a factor of 2e4 and 1e8 at 35 000 unknowns: equipotential
     cells that touch at low vertices were of one pressure for good."""
-    assert width(random_decades(seed), 20_000) < {7: 1.106, 26: 1.106, 44: 1.5}[seed]
+    assert width(random_decades(seed), 20_000) < most
 
 
 def test_low_vertex_between_wide_parts_is_a_joint():
@@ -114,7 +114,7 @@ def layers_in_series(rows: int, decades: float, seed: int) -> GridField:
     return GridField(np.repeat(heights[:, None], 3, axis=1), (1.0, 1.0))
 
 
-@pytest.mark.parametrize("seed", [2, 4, 6, 8])
+@pytest.mark.parametrize("seed", [2, 4])
 def test_rows_of_low_vertices_that_conduct_well_stay_coarse(seed):
     """Stiff cells on both sides of a low row touch there alone; yet beside the lowest row, which
     carries the same flow, it conducts well. When the cells along such rows were halved all the
