@@ -11,9 +11,7 @@ from fem_seal.flow import hierarchical
 from fem_seal.flow.integrals import AT_ONCE
 
 
-@pytest.mark.parametrize(
-    ("representation", "periodic"), [("linear", True), ("constant", False)]
-)
+@pytest.mark.parametrize(("representation", "periodic"), [("linear", True), ("constant", False)])
 def test_bubbles_in_small_batches(representation, periodic, monkeypatch):
     """The cells of an edge belong to one bubble, in whatever batch they are: apart, each would
     have a bubble of its own, the pressure could jump and the bounds would cross the truth. The

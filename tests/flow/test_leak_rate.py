@@ -145,8 +145,10 @@ def field_of(film, **options):
 
 @pytest.mark.parametrize(
     ("method", "sides", "representation"),
-    [("uniform", "wall", "constant"), ("adaptive", "wall", "linear")]
-    + [("uniform", "periodic", "linear"), ("adaptive", "periodic", "constant")],
+    [
+        *(("uniform", "wall", "constant"), ("adaptive", "wall", "linear")),
+        *(("uniform", "periodic", "linear"), ("adaptive", "periodic", "constant")),
+    ],
 )
 def test_flow_field_carries_the_leak_rate(method, sides, representation):
     """∫ j_x dx dy = Q Lx. For the discrete flow Q is the inflow: 1 - x/Lx is 1 on the inlet, 0 on
