@@ -89,6 +89,8 @@ def _parsed(text: str) -> "pint.Unit":
     import pint
 
     registry = _registry()
+    if "%" in text and text != "%":  # pint's is a hundredth: "% ml/h" would be 0.01 ml/h
+        raise ValueError(text)
     try:
         unit = registry.parse_units(text)
     except (pint.PintError, TokenError, *_NO_UNIT):

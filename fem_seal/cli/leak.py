@@ -85,11 +85,12 @@ def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
         if (text := given[name]) is not None:
             if not text:
                 raise InvalidInput(f"--{option} is empty")
+            parts = list(parts_of(field.annotation))
             # What TOML has not: yes, no, and whole numbers such as 1e6.
-            if re.fullmatch(r"\d+[eE]\+?\d\d?", text):
+            if int in parts and re.fullmatch(r"\d+[eE]\+?\d\d?", text):
                 text = str(int(float(text)))
             text = {"yes": "true", "no": "false"}.get(text, text)
-            is_list = any(get_origin(part) is tuple for part in parts_of(field.annotation))
+            is_list = any(get_origin(part) is tuple for part in parts)
             data = override(data, f"{name}=[{text}]" if is_list else f"{name}={text}")
     return Scene.from_mapping(data), [f"assumed    {', '.join(assumed)}"] if assumed else []
 

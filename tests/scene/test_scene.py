@@ -67,7 +67,7 @@ def test_pound_per_square_inch():
         *((text, "rad", "is not in a unit of rad") for text in ("5 %", "1 GB")),
         ("80 %", "byte", "is not in a unit of byte"),
         # Symbols have no plural: MPas could be MPa or MPa s.
-        *((f"1 {name}", "Pa", "has an unknown unit") for name in ("MPas", "mPas")),
+        *((f"1 {name}", "Pa", "has an unknown unit") for name in ("MPas", "mPas", "% Pa")),
         ("3 ss", "s", "has an unknown unit"),
         # Pint's px is a 96th of an inch; of a map it would be the distance of the samples.
         *((text, "m", "is in pixels") for text in ("5 px", "5 um/px", "5 pixels")),
