@@ -303,20 +303,10 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
             )
 
 
-def _ambient_and_lift(scene: "Scene") -> Iterator[str]:
-    """An ambient pressure that is missing or contradicts the scene, and a lift of nothing."""
-    flow, contact, lift = scene.flow, scene.contact, scene.flow.lift
-    if scene.leaks == "nothing":
-        needs = ""
-        if lift == "range":
-            needs = "is of the leak rate, which output.products does not name; choose 'resolved'"
-        elif lift == "resolved" and (scene.fluid is None or not flow.is_driven):
-            needs = "needs [fluid] and the pressures of [flow]; give them"
-        if needs:
-            yield f"flow.lift = {lift!r} {needs}, or leave it out"
-        if not scene.solves_flow:
-            return
-    if scene.fluid is None:
+def _ambient(scene: "Scene") -> Iterator[str]:
+    """An ambient pressure that is missing or contradicts the scene."""
+    flow, contact = scene.flow, scene.contact
+    if scene.fluid is None or (scene.leaks == "nothing" and not scene.solves_flow):
         return
     if flow.ambient_pressure is not None and flow.pressure_drop is not None:
         yield (
@@ -335,7 +325,22 @@ def _ambient_and_lift(scene: "Scene") -> Iterator[str]:
             "is below 1 bar, and the pressure above that on the back of the solid carries part of "
             "the load; give it, such as '1 bar' or, if all is in a vacuum, the outlet's"
         )
-    if lift in (None, "none"):
+
+
+def _lift(scene: "Scene") -> Iterator[str]:
+    """A lift that needs what the scene has not, or that has nothing to lift."""
+    flow, contact, lift = scene.flow, scene.contact, scene.flow.lift
+    if scene.leaks == "nothing":
+        needs = ""
+        if lift == "range":
+            needs = "is of the leak rate, which output.products does not name; choose 'resolved'"
+        elif lift == "resolved" and (scene.fluid is None or not flow.is_driven):
+            needs = "needs [fluid] and the pressures of [flow]; give them"
+        if needs:
+            yield f"flow.lift = {lift!r} {needs}, or leave it out"
+        if not scene.solves_flow:
+            return
+    if lift in (None, "none") or scene.fluid is None:
         return
     setting = f"flow.lift = {lift!r}"
     if scene.shape is not None:
@@ -401,5 +406,5 @@ def _sensitivity(scene: "Scene") -> Iterator[str]:
 
 CHECKS = (
     *(_shape, _origin, _load, _seal_product, _seal, _window, _accuracy, _rates),
-    *(_finite_differences, _tolerances, _ambient_and_lift, _tensor, _sensitivity),
+    *(_finite_differences, _tolerances, _ambient, _lift, _tensor, _sensitivity),
 )
