@@ -102,6 +102,11 @@ def may_open(entry: Uncertainty) -> bool:
     return entry.counted and entry.upper is None
 
 
+def may_close(entry: Uncertainty) -> bool:
+    """Whether an entry may put a solid that is lifted off back into a finite leak rate."""
+    return entry.counted and entry.lower == 0
+
+
 ErrorBudget = tuple[Uncertainty, ...]
 
 

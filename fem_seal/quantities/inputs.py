@@ -65,10 +65,27 @@ def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRa
             "known of a solid in contact only: change one input at a time"
         )
         return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
+    if leak.state == "lifted off":
+        with patch.timed("inputs"):
+            closing = _at_corner(patch, -1)
+            # Of a film that floats `rate_of` tells no leak rate, and yet it is finite.
+            stays = closing.lifted_off or (
+                closing.lifted is None and rate_of(closing).state == "lifted off"
+            )
+        return _of_lifted_off(stays)
     with patch.timed("inputs"):
         closed, opened = (rate_of(_at_corner(patch, end)) for end in (-1, 1))
     carried = lifted.fluid_load / load if lifted is not None and load else 0.0
     return _entry(scene, leak, closed, opened, carried)
+
+
+def _of_lifted_off(stays: bool) -> Uncertainty:
+    """Entry of a film that is lifted off, by whether it stays so at the ends that close it."""
+    sentence = "with all inputs of [tolerances] at the ends that close the film, "
+    if stays:
+        return Uncertainty(INPUTS, "estimated", f"{sentence}it is lifted off as well", 1.0, 1.0)
+    sentence += "the solid is not lifted off, and the leak rate is finite"
+    return Uncertainty(INPUTS, "estimated", sentence, 0.0, 1.0, caution=True)
 
 
 def _times(leak: LeakRate, factor: float) -> LeakRate:
@@ -104,7 +121,7 @@ def _at_corner(patch: Patch, end: int) -> Patch:
         surface = replace(surface, values=factor * surface.values)
     start = contact.pressure.values if isinstance(contact, ContactState) else None
     settings = replace(scene.flow_settings, rtol=patch.flow_settings.rtol)
-    if end < 0 and patch.lifted is not None:
+    if end < 0 and patch.lifted is not None and patch.state == "leaking":
         settings = replace(settings, negligible=NEGLIGIBLE_LEAK * patch.leak_rate.value)
     return patch.with_(scene=scene, surface=surface, contact_start=start, flow_settings=settings)
 
@@ -145,7 +162,7 @@ def _entry(
         sentence,
         largest=(name, part, shares[name] / (sum(shares.values()) or 1.0)),
     )
-    if leak.state == "lifted off" or opened.state == "sealed":
+    if opened.state == "sealed":
         return entry(1.0, 1.0)
     if opened.state == "lifted off":
         return entry(0.0, None, caution=True)

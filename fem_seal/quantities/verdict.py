@@ -10,6 +10,7 @@ from fem_seal.error_budget import (
     combined,
     ends_words,
     entry_words,
+    may_close,
     may_open,
 )
 from fem_seal.leak_rate import FlowState, LeakRate
@@ -64,9 +65,12 @@ def verdict(
     allowed = f"{shown.text(limit)} allowed"
     decision, comparison = _compared(leak.state, head, limit, allowed)
     needed: Needed = (None, None)
-    if decision == "undecided" and leak.state == "sealed":
-        opening = "; ".join(entry.sentence for entry in rest if may_open(entry))
-        comparison = f"{opening}; {allowed}"
+    unsettling = {"sealed": may_open, "lifted off": may_close}.get(leak.state)
+    doubts = [entry.sentence for entry in rest if unsettling is not None and unsettling(entry)]
+    if leak.state == "lifted off" and doubts:
+        decision = "undecided"
+    if decision == "undecided" and doubts:
+        comparison = f"{'; '.join(doubts)}; {allowed}"
     elif decision == "undecided":
         if advice is None:
             others = (*(entry for entry in budget if entry.key == SLIP_INTERVAL), *rest)

@@ -230,6 +230,16 @@ def test_a_stiffer_solid_may_leak_less():
     assert entry(solved).kind == "not covered"
 
 
+@pytest.mark.parametrize(("tolerance", "decision"), [("5 %", "above limit"), ("20 %", "undecided")])
+def test_a_film_that_is_lifted_off_may_not_be_under_more_load(tolerance, decision):
+    """The fluid in a uniform film carries half of its drop: 0.05 MPa, 6 % more than 0.047 MPa."""
+    settings = [*COARSE, LIFTED, "contact.pressure=0.047 MPa", "limit.leak_rate=1 l/h"]
+    solved = solve(scene(*settings, f"tolerances.contact.pressure={tolerance}"))
+    assert solved.state == "lifted off"
+    assert solved.verdict.decision == decision
+    assert entry(solved).lower == (1.0 if decision == "above limit" else 0.0)
+
+
 def test_a_load_that_may_not_exceed_the_pressure_of_the_fluid():
     """The dry contact keeps the limit under the load less 0.14 MPa, not under nine tenths of it."""
     settings = [DRY, "flow.pressure_drop=0.14 MPa"]
