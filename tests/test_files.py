@@ -237,7 +237,7 @@ def test_a_mesh_that_the_disk_cuts_off_is_not_the_geometry_s_fault(tmp_path, ref
 def test_a_mesh_does_not_replace_that_of_another_scene(tmp_path, refused):
     """Its pictures would lie beside the result of that scene, as if they were its own."""
     out = tmp_path / "out"
-    solve(Scene.from_mapping(RING)).save(out)
+    solve(Scene.from_mapping(RING | {"output": {"products": ["contact"]}})).save(out)
     wider = RING | {"shape": RING["shape"] | {"gap": "4 um"}}
     error = refused("mesh", write_toml(tmp_path / "wider.toml", wider), "--out", out)
     assert f"{out} holds the result of another scene" in error

@@ -15,7 +15,7 @@ from threading import Timer
 
 import numpy as np
 import pytest
-from project import MPI_ENVIRONMENT, alone, printed_by, rows, scene_of_samples, started, write_toml
+from project import MPI_ENVIRONMENT, alone, rows, scene_of_samples, started, write_toml
 
 from fem_seal import cli
 from fem_seal.beside import peak_beside
@@ -86,53 +86,12 @@ def dask_cluster():
 
 @pytest.mark.parametrize("begun", [partial(ThreadPoolExecutor, 1), dask_cluster])
 def test_rows_are_the_same_for_any_executor(begun, scene_file, rows_of_one):
+    """Workers of MPI: test_two_processes.py."""
     points = combinations(*VARY[1::2])
     with begun() as executor:
         tally = sweep(scene_file, points, Path("other"), work=Work(executor=executor))
     assert (tally.points, tally.computed, tally.failed) == (6, 6, 0)
     assert rows("other") == rows_of_one
-
-
-MPI_SCRIPT = """
-from pathlib import Path
-from mpi4py import MPI
-from mpi4py.futures import MPICommExecutor
-from fem_seal.points import StudyTask, points_of
-from fem_seal.progress import silent
-from fem_seal.sweep import Work, combinations, sweep
-from fem_seal.verification.cross_validation import StudiedGap, compare
-from fem_seal.verification.exact_cases import CASES
-
-def compute(executor):
-    points = combinations("surface.seed=1..2")
-    sweep(Path("scene.toml"), points, Path("mpi"), work=Work(executor=executor))
-    gap = StudiedGap.of_case(CASES["series-channel"], [8])
-    assert compare([gap], ("adaptive",), work=Work(executor=executor))
-
-def one():
-    return 1
-
-if __name__ == "__main__":
-    with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:
-        if executor is not None:
-            compute(executor)
-    print(points_of([StudyTask("point", "point", one, ())], int, None, None, silent), flush=True)
-"""
-
-
-@pytest.mark.mpi
-def test_rows_are_the_same_for_workers_of_mpi(small_scene, tmp_path):
-    """A worker solves alone, and waits for nobody: not even to start PETSc.
-
-    A study without a folder has one for all processes.
-    """
-    small_scene["flow"] |= {"method": "adaptive", "rtol": 0.5}
-    write_toml(tmp_path / "scene.toml", small_scene)
-    (tmp_path / "script.py").write_text(MPI_SCRIPT)
-    program = ("mpirun", "-n", "2", "--oversubscribe", sys.executable, "script.py")
-    assert printed_by(*program, cwd=tmp_path, **MPI_ENVIRONMENT).split() == ["[1]", "[1]"]
-    assert run("--vary", "surface.seed=1..2", "--out", "one") == 0
-    assert rows("mpi") == rows("one")
 
 
 def test_a_table_of_points():
@@ -477,10 +436,9 @@ def test_a_point_is_expected_to_take_no_more_than_its_numbers(jobs, scene_file, 
     assert found[0].memory < PICTURE_IMPORTS[1]
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_a_sweep_of_no_points(jobs, scene_file):
+def test_a_sweep_of_no_points(scene_file):
     with pytest.raises(InvalidInput, match="no points"):
-        sweep(scene_file, (("surface.seed",), []), Path("out"), work=Work(jobs))
+        sweep(scene_file, (("surface.seed",), []), Path("out"), work=Work(2))
 
 
 def test_an_executor_is_left_no_chains_after_an_error(tmp_path):

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from dolfinx_meshes import MESHES
 from lifted_scenes import scene as lifted_scene
-from project import MPI_ENVIRONMENT, alone, scene_of_samples, write_toml
+from project import MPI_ENVIRONMENT, alone, rows, scene_of_samples, write_toml
 from test_seal_of_a_scene import scene as seal_scene
 
 from fem_seal.results import Result
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
+from fem_seal.sweep import combinations, sweep
 
 pytestmark = pytest.mark.mpi
 
@@ -33,6 +34,8 @@ SCENES = {
     "threshold": PRESSED | {"output": {"products": ["threshold"]}},
     "trapped": PRESSED | {"output": {"products": ["trapped_volume"]}},
 }
+# A worker of an executor solves alone, and waits for nobody: not even to start PETSc. A study
+# without a folder has one for all processes.
 # While the first process sleeps for a second, neither computes for as much as half of it.
 # The clock of the second process is hours ahead: if it ended a seal alone by max_seconds, the first
 # would wait for ever.
@@ -42,11 +45,20 @@ from importlib import import_module
 from itertools import count
 from pathlib import Path
 from mpi4py import MPI
+from mpi4py.futures import MPICommExecutor
 from fem_seal import parallel
 from fem_seal.cli import main
+from fem_seal.points import StudyTask, points_of
+from fem_seal.progress import silent
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
+from fem_seal.sweep import Work, combinations, sweep
+from fem_seal.verification.cross_validation import StudiedGap, compare
+from fem_seal.verification.exact_cases import CASES
 import bounds_on_ranks
+
+def one():
+    return 1
 
 def first():
     time.sleep(1)
@@ -54,6 +66,13 @@ def first():
 
 parallel.abort_together()
 world, folder = MPI.COMM_WORLD, Path(sys.argv[1])
+with MPICommExecutor(world, root=0) as executor:
+    if executor is not None:
+        work = Work(executor=executor)
+        sweep(folder / "dry.toml", combinations("surface.seed=1,2"), folder / "sweep", work=work)
+        assert compare([StudiedGap.of_case(CASES["series-channel"], [8])], ("adaptive",), work=work)
+assert points_of([StudyTask("point", "point", one, ())], int, None, None, silent) == [1]
+
 threads = os.environ.pop("OMP_NUM_THREADS")
 own, spent = os.sched_getaffinity(0), time.process_time()
 cores, lent = parallel.on_root(first)
@@ -168,3 +187,9 @@ def test_two_processes_write_the_results_of_one(by_two):
         # Three loads are solved before the clock is read.
         assert name != "seal" or (two.converged and len(two.seal.loads) > 3)
         assert (two.lift and two.lift.steps) == (one.lift and one.lift.steps), name
+
+
+def test_rows_of_workers_are_those_of_this_process(by_two):
+    points = combinations("surface.seed=1,2")
+    sweep(by_two / "dry.toml", points, by_two / "rows")
+    assert rows(by_two / "sweep") == rows(by_two / "rows")

@@ -5,6 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from fem_seal.expression import evaluate
+from fem_seal.film import MeshFilm
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.threshold import threshold_of_cut
@@ -13,12 +15,17 @@ SIZE = 0.05  # of the mesh, in units of the square's side
 
 
 @cache
-def film(expression, length=1):
-    """Rectangle 1 m wide, meshed, with the gap of a formula."""
+def mesh(length):
+    """Rectangle 1 m wide, meshed."""
     sizes = {"length": f"{length} m", "width": "1 m", "mesh_size": f"{SIZE} m"}
-    rectangle = {"kind": "rectangle", **sizes, "gap_expression": expression}
+    rectangle = {"kind": "rectangle", **sizes, "gap": "1 m"}
     scene = {"shape": rectangle, "output": {"products": ["contact"]}}
-    return Patch(Scene.from_mapping(scene)).film
+    return Patch(Scene.from_mapping(scene)).film.mesh
+
+
+def film(expression, length=1):
+    """The rectangle with the gap of a formula."""
+    return MeshFilm(mesh(length), evaluate(expression, mesh(length).xy))
 
 
 @pytest.mark.parametrize("gap", [0.3, 1.0, 1.5])

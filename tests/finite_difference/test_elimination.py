@@ -1,13 +1,10 @@
-"""Star-mesh elimination against textbook resistors, a dense solve, and exact rationals."""
+"""Star-mesh elimination against textbook resistors, a dense solve, and planar duality."""
 
-from fractions import Fraction
 from functools import partial
 from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.sparse.linalg import spsolve
 
 from fem_seal.finite_difference.elimination import conductance
@@ -78,7 +75,7 @@ def test_same_as_kirchhoffs_equations(shape, periodic):
 
 
 @pytest.mark.parametrize(
-    ("shape", "decades"), [((3, 3), 60.0), ((12, 7), 0.0), ((70, 45), 60.0), ((97, 131), 60.0)]
+    ("shape", "decades"), [((3, 3), 200.0), ((12, 7), 0.0), ((70, 45), 200.0), ((97, 131), 60.0)]
 )
 def test_planar_dual_conducts_the_reciprocal(shape, decades):
     """Links 1/c across the links c of a strip with walls, driven from wall to wall: product 1.
@@ -92,38 +89,6 @@ def test_planar_dual_conducts_the_reciprocal(shape, decades):
     across[1:-1] = 1 / stencil.y[1:-1].T
     dual = Stencil((1 / stencil.x).T, across, False)
     assert conductance(stencil) * conductance(dual) == approx(1, rel=1000 * EPS)
-
-
-def series_parallel(stencil):
-    """Exact rational conductance of a ladder of two columns, reduced row by row from the outlet."""
-    x = [[Fraction(v) for v in row] for row in stencil.x.tolist()]
-    y = [Fraction(v) for (v,) in stencil.y.tolist()]
-    # Three terminals: the nodes a, b of the current row and the outlet.
-    ao, bo, ab = x[-1][0], x[-1][1], Fraction(0)
-    for i in range(len(x) - 2, -1, -1):
-        ab += y[i + 1]
-        for side in (0, 1):
-            link = x[i][side]
-            first, second = (ao, ab) if side == 0 else (bo, ab)
-            total = link + first + second
-            new_o, new_ab = link * first / total, link * second / total
-            other_o = first * second / total
-            if side == 0:
-                ao, ab, bo = new_o, new_ab, bo + other_o
-            else:
-                bo, ab, ao = new_o, new_ab, ao + other_o
-    return float(ao + bo)
-
-
-@settings(max_examples=40)
-@given(st.integers(2, 12), st.integers(0, 2**31), st.sampled_from([10.0, 30.0, 200.0]))
-def test_relative_accuracy_at_any_contrast(length, seed, decades):
-    """Links over up to 200 decades, against exact rational arithmetic.
-
-    Tolerance: every conductance is the result of fewer than 100 operations on positive numbers.
-    """
-    stencil = random_stencil((length + 1, 2), False, np.random.default_rng(seed), decades)
-    assert conductance(stencil) == approx(series_parallel(stencil), rel=100 * EPS)
 
 
 def test_no_chain_of_links_is_exactly_zero():

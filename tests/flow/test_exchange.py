@@ -29,7 +29,7 @@ from fem_seal.flow import film_from_dolfinx, flow_functions
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FacetTag
 
-SAME = 2 * np.sqrt(0.3 * 4e-8)  # bounds of one mesh, as in test_mpi
+SAME = 2 * np.sqrt(0.3 * 4e-8)  # bounds of one mesh, as in test_two_processes
 WATER = {"viscosity": 1e-3, "pressure_drop": 1e5}
 
 

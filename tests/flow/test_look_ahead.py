@@ -123,32 +123,6 @@ def test_fewer_levels_for_the_same_bounds():
     assert max(ahead.lower, blind.lower) <= min(ahead.upper, blind.upper)
 
 
-@pytest.mark.parametrize("periodic_sides", [False, True])
-def test_each_vertex_is_moved_once(periodic_sides):
-    """The second look leaves what the first has found."""
-    gap = represented(rough_gap((32, 32), 0.3, 3), cut=0.05, width=2)
-    _, _, regularised, start = solved(gap, 2, periodic_sides)
-    # Whatever can be halved is halved at each look.
-    marks = some_marked(start, -np.inf, 0.0)
-    count = len(start.refined(gap, marks.times).streams[0])
-    once, twice = (halved_ahead(start, gap, marks, regularised, times) for times in (1, 2))
-    assert len(twice.streams[0]) > len(once.streams[0]) > count
-    assert np.array_equal(once.streams[0][:count], twice.streams[0][:count])
-
-
-def test_nothing_is_halved_in_contact():
-    """However little is asked for: the inside of a patch needs no finer mesh."""
-    gap = np.ones((65, 65))
-    gap[16:49, 16:49] = 0
-    gap = represented(GridField(gap, (1.0, 1.0)), cut=1e-3, width=8)
-    _, _, regularised, start = solved(gap, 8, False)
-    marks = some_marked(start, -np.inf, 0.0)
-    plain, ahead = start.refined(gap, marks.times), halved_ahead(start, gap, marks, regularised, 1)
-    x, y = ahead.mesh.points((1.0, 1.0))[len(plain.mesh.xy) :].T
-    assert len(x) > 50
-    assert not ((np.abs(x - 32) < 8) & (np.abs(y - 32) < 8)).any()
-
-
 def of_a_plate_with_a_hole():
     """As `solved`: ψ is one unknown on the wall of the island."""
     mesh = square_with_hole(9, 5)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
-from project import printed_by
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
@@ -133,19 +132,3 @@ def test_bad_paths_are_refused(tmp_path):
     with page(WINDOW, tmp_path / "new" / "page.png"):
         pass
     assert (tmp_path / "new" / "page.png").is_file()
-
-
-def test_pictures_of_a_grid_need_no_opengl(tmp_path):
-    """VTK is not loaded, so that they are drawn where no OpenGL library is installed."""
-    code = (
-        "import sys, numpy as np\n"
-        "from fem_seal.film import GridFilm\n"
-        "from fem_seal.grid import GridField\n"
-        "from fem_seal.render import contact_picture, gap_picture\n"
-        "film = GridFilm(GridField(np.eye(9), (1.0, 1.0)))\n"
-        f"folder = {str(tmp_path)!r}\n"
-        "contact_picture(film, folder + '/contact.png'), gap_picture(film, folder + '/gap.png')\n"
-        "assert not {'pyvista', 'vtkmodules'} & set(sys.modules)\n"
-    )
-    printed_by("-c", code)
-    assert all((tmp_path / f"{name}.png").stat().st_size > 1000 for name in ("contact", "gap"))
