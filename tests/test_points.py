@@ -35,7 +35,7 @@ from fem_seal.prediction import PICTURE_IMPORTS, predicted
 from fem_seal.scene import Scene
 from fem_seal.sweep import Work, combinations, read_points, sweep
 
-VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
+VARY = ("--vary", "surface.seed=1..2", "--vary", "contact.area_fraction=0.1,0.2")
 
 
 pytestmark = pytest.mark.usefixtures("scene_file")
@@ -60,15 +60,15 @@ def test_rows_are_the_same_for_jobs_and_parts(rows_of_one, capsys):
     assert rows("two") == rows_of_one
     for k in (2, 1):
         assert run(*VARY, "--out", "parts", "--part", f"{k}/2") == 0
-        assert len(rows("parts")) == {2: 2, 1: 6}[k]
+        assert len(rows("parts")) == {2: 2, 1: 4}[k]
     assert rows("parts") == rows_of_one
     capsys.readouterr()
     Path("two/sweep.csv").unlink()
     assert run(*VARY, "--out", "two", "--gather") == 0
     assert "0 of them computed now" in capsys.readouterr().out
     assert rows("two") == rows_of_one
-    assert run("--vary", "surface.seed=1..4", "--vary", VARY[3], "--out", "two", "--gather") == 3
-    assert "2 of 8 points are not computed yet" in capsys.readouterr().err
+    assert run("--vary", "surface.seed=1..3", "--vary", VARY[3], "--out", "two", "--gather") == 3
+    assert "2 of 6 points are not computed yet" in capsys.readouterr().err
 
 
 @contextmanager
@@ -90,7 +90,7 @@ def test_rows_are_the_same_for_any_executor(begun, scene_file, rows_of_one):
     points = combinations(*VARY[1::2])
     with begun() as executor:
         tally = sweep(scene_file, points, Path("other"), work=Work(executor=executor))
-    assert (tally.points, tally.computed, tally.failed) == (6, 6, 0)
+    assert (tally.points, tally.computed, tally.failed) == (4, 4, 0)
     assert rows("other") == rows_of_one
 
 
@@ -167,7 +167,7 @@ def answer(last):
 
 
 def test_a_worker_that_is_killed_while_idle_is_replaced(monkeypatch):
-    monkeypatch.setattr("fem_seal.points.farm.available_memory", lambda: time.sleep(0.5) or 10**10)
+    monkeypatch.setattr("fem_seal.points.farm.available_memory", lambda: time.sleep(0.3) or 10**10)
     assert farm([True, False], answer, 1, lambda: 0) == ([True, False], [])
 
 
@@ -341,7 +341,7 @@ def test_sweeps_that_are_killed_go_on():
 
 def test_summary_and_picture(capsys):
     """Median and spread over seeds are those of the rows; the picture is drawn on request."""
-    assert run(*VARY, "--out", "out", "--picture") == 0
+    assert run("--vary", "surface.seed=1..3", *VARY[2:], "--out", "out", "--picture") == 0
     table = rows("out")
     with Path("out/summary.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))

@@ -10,12 +10,11 @@ from fem_seal.flow import Tuning
 from fem_seal.grid import GridField
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("periodic", [False, True])
-@pytest.mark.parametrize("contact", [0.0, 0.3])
 @pytest.mark.parametrize(
-    ("tolerance", "spacing"), [(1e-8, (1.0, 1.0)), (1e-1, (1.0, 1.0)), (1e-8, (5.0, 1.0))]
+    ("representation", "periodic"), [("linear", False), ("linear", True), ("constant", True)]
 )
+@pytest.mark.parametrize("contact", [0.0, 0.3])
+@pytest.mark.parametrize(("tolerance", "spacing"), [(1e-8, (5.0, 1.0)), (1e-1, (1.0, 1.0))])
 def test_indicators_are_positive_and_sum_to_the_difference(
     representation, periodic, contact, tolerance, spacing
 ):

@@ -232,7 +232,7 @@ def test_nothing_winds(representation):
     assert not found.upper.any()
 
 
-@pytest.mark.parametrize("least", [1e-3, 1e-6, 1e-8, 1e-20])
+@pytest.mark.parametrize("least", [1e-3, 1e-20])
 def test_thin_lines_both_ways(least):
     """Of the cell's 16 rows one resists: 16 times its conductivity, less at the crossing.
 
@@ -338,8 +338,7 @@ def test_interval_of_an_off_diagonal_component():
     assert max(found) == pytest.approx(high, abs=1e-5)
 
 
-@pytest.mark.parametrize("length", [1e-3, 1e4])
-@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize(("length", "representation"), [(1e-3, "linear"), (1e4, "constant")])
 def test_tensor_of_a_gas_that_slips(length, representation):
     """At the mean pressure a channel of height h conducts h³ + l h², and stripes do so in parallel:
     constant ones exactly, linear ones with Σ (a³ + a²b + ab² + b³)/4 + l (a² + ab + b²)/3."""

@@ -95,7 +95,7 @@ def exact_drop(corners, c, v, s) -> Fraction:
     return drop
 
 
-@pytest.mark.parametrize("aspect", [1e-3, 0.1, 1.0, 10.0, 1e3])
+@pytest.mark.parametrize("aspect", [1e-3, 1.0, 1e3])
 def test_rounding_of_drops(aspect):
     """The drop of each cell errs by less than its bound, beside exact arithmetic on its quarters;
     their coefficients differ a thousandfold, and bubble functions go up and down at random."""

@@ -24,8 +24,7 @@ def test_a_constant_added_changes_nothing():
     assert np.array_equal(shape.slopes(v, c), shape.slopes(v + 7, c))
 
 
-@pytest.mark.parametrize("width", [1, 2, 4])
-@pytest.mark.parametrize("halved", [0, 1, 2])
+@pytest.mark.parametrize(("width", "halved"), [(1, 1), (2, 0), (4, 2)])
 @pytest.mark.parametrize("highest", [1.0, 100.0])
 def test_means_on_the_quarters_of_a_gas_that_slips(width, halved, highest):
     """Neither mean exceeds that of the whole, or the hierarchical correction would take away more

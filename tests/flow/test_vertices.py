@@ -34,7 +34,7 @@ def test_flow_through_a_vertex_is_resolved():
     """Upper/lower stays above a thousand where only the shares are looked at."""
     gap = random_decades(17)
     assert width(gap, 4000) < 1.106
-    assert width(gap, 4000, tuning=Tuning(theta_residual=0.0)) > 2
+    assert width(gap, 1500, tuning=Tuning(theta_residual=0.0)) > 2
 
 
 @pytest.mark.parametrize(("seed", "most"), [(7, 1.106), (44, 1.5)])
