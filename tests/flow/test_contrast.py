@@ -14,9 +14,10 @@ from fem_seal.grid import GridField
 FLUX = 1e-4  # relative error of a flux that the solver allows: the root of that of the energy
 
 
+@pytest.mark.slow  # cheaper ones: test_invariants.py, test_vertices.py, test_closed_forms.py
 @example(seed=31, decades=7)
 @example(seed=1568, decades=41)
-@settings(max_examples=1, derandomize=True)
+@settings(max_examples=10, derandomize=True)
 @given(seed=st.integers(0, 10_000), decades=st.integers(3, 50))
 def test_rough_constriction(seed, decades):
     """Adaptive and uniform bounds of one gap overlap, and what flows in flows out.
@@ -32,9 +33,9 @@ def test_rough_constriction(seed, decades):
     values[rng.uniform(size=values.shape) < 0.1] = 0
     gap = GridField(values, (1.0, 1.0))
     adaptive, uniform = (
-        leak_rate(GridFilm(gap), method=method, rtol=0.1, limits=Limits(unknowns=most), **FLUID)
+        leak_rate(GridFilm(gap), method=method, rtol=0.05, limits=Limits(unknowns=most), **FLUID)
         # Most gaps take a few hundred unknowns.
-        for method, most in (("adaptive", 8_000), ("uniform", 2_000))
+        for method, most in (("adaptive", 20_000), ("uniform", 8_000))
     )
     assert adaptive.converged or not uniform.converged
     assert adaptive.converged or "unknowns" in adaptive.reason

@@ -5,9 +5,8 @@ import pytest
 from gaps import areas_and_slopes, bracketed
 from project import leak_rate
 from sample_gaps import rough_gap
-from triangulations import scattered_square
 
-from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
@@ -80,15 +79,6 @@ def assert_linear(field: FlowField, tolerance: float) -> None:
     allowed = np.sqrt(2 * tolerance * (1 + np.log(1 / shortest)))
     exact = WATER["pressure_drop"] * (1 - x / x.max())
     np.testing.assert_allclose(field.pressure, exact, rtol=0, atol=allowed * WATER["pressure_drop"])
-
-
-def test_uniform_gap_on_scattered_points():
-    mesh = scattered_square(400, 0)
-    tuning = Tuning(tolerance=1e-14)
-    flow = leak_rate(
-        MeshFilm(mesh, np.full(len(mesh.xy), 2e-6)[mesh.twin]), field=True, tuning=tuning, **WATER
-    )
-    assert_linear(flow.field, tuning.tolerance)
 
 
 @pytest.mark.parametrize(

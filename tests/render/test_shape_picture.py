@@ -2,23 +2,31 @@
 
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from fem_seal.leak_rate import FlowField
+from fem_seal.mesh.gap_source import Formula
 from fem_seal.patch import Patch
-from fem_seal.render import shape
+from fem_seal.render import offscreen, shape
 from fem_seal.render.colours import CONTACT, NO_FLOW
 from fem_seal.scene import Scene
 
-SIZE = {"length": "4 mm", "width": "2 mm", "mesh_size": "1 mm"}
 
-
-def strip(gap):
-    scene = {"shape": {"kind": "rectangle", **SIZE, **gap}, "output": {"products": ["contact"]}}
+@cache
+def uniform(mesh_size):
+    """A strip with a gap of 1 um."""
+    shape = {"kind": "rectangle", "length": "4 mm", "width": "2 mm", "mesh_size": mesh_size}
+    scene = {"shape": shape | {"gap": "1 um"}, "output": {"products": ["contact"]}}
     return Patch(Scene.from_mapping(scene)).film
+
+
+def strip(expression="1e-6", mesh_size="1 mm"):
+    film, formula = uniform(mesh_size), Formula(expression)
+    return replace(film, values=formula(film.mesh.xy), formula=formula)
 
 
 def flow_everywhere(film, density=1.0):
@@ -46,7 +54,7 @@ def keys(monkeypatch):
 
 def test_key_names_open_places_without_flow_only_where_there_are_some(keys, tmp_path):
     """All cells flow; one cell does not; one flows weakly, in the lowest colour of the bar."""
-    film = strip({"gap": "1 um"})
+    film = strip()
     whole = flow_everywhere(film)
     part = replace(whole, cells=whole.cells[1:], flux=whole.flux[1:])
     weak = replace(
@@ -59,7 +67,7 @@ def test_key_names_open_places_without_flow_only_where_there_are_some(keys, tmp_
 
 
 def test_key_names_contact_if_the_gap_has_contact(keys, tmp_path):
-    film = strip({"gap_expression": "max(0, 1e-6 * (x / 0.002 - 1))"})
+    film = strip("max(0, 1e-6 * (x / 0.002 - 1))")
     shape.draw_shape(film, flow_everywhere(film), tmp_path)
     assert all(CONTACT in key for key in keys.values())
 
@@ -69,10 +77,11 @@ def area_of(layers):
     return sum(shape._area(layer.points, layer.cells) for layer in layers)
 
 
-def test_contact_is_drawn_where_the_formula_is_zero():
+def test_contact_is_drawn_where_the_formula_is_zero(monkeypatch):
     """A disc: its area to the pixels of its rim. The film as meshed touches on less."""
+    monkeypatch.setattr(shape, "LONG_SIDE", offscreen.LONG_SIDE)
     radius, gap = 0.6e-3, "max(0, (x - 0.002)**2 + (y - 0.001)**2 - 0.36e-6)"
-    film = strip({"gap_expression": gap, "mesh_size": "0.2 mm"})
+    film = strip(gap, "0.2 mm")
     pixel = 4e-3 / shape.LONG_SIDE
     # Sub-triangles of at most a pixel are in or out as a whole: an error of a pixel along the rim.
     rim = 2 * np.pi * radius * pixel
@@ -84,6 +93,6 @@ def test_contact_is_drawn_where_the_formula_is_zero():
 
 @pytest.mark.render
 def test_flow_of_a_shape_does_not_claim_to_run_along_x(tmp_path):
-    film = strip({"gap": "1 um"})
+    film = strip()
     with shape._page(film, tmp_path / "a.png", []) as axes:
         assert axes.get_xlabel() == "x [mm]"
