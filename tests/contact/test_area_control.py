@@ -63,5 +63,5 @@ def test_work_of_the_search_is_counted(rough):
     by_pressure = press(rough, E_STAR, pressure=by_area.mean_pressure)
     assert by_area.iterations > by_pressure.iterations
     assert by_area.fft_pairs > by_pressure.fft_pairs
-    # 1.1 to 2 times on larger surfaces (tests/benchmarks/contact_costs.py).
+    # 1.1 to 2 times on larger surfaces (docs/measurements/contact.md).
     assert by_area.fft_pairs < 3 * by_pressure.fft_pairs
