@@ -208,14 +208,13 @@ def test_a_total_that_no_grid_keeps_is_not_converged():
     assert leak.lower < leak.value < leak.upper
 
 
-@pytest.mark.parametrize("seed", [2, 7])
-def test_the_total_error_is_kept(accurate_scene, seed):
+def test_the_total_error_is_kept(accurate_scene):
     """Against the same surface on 256 x 256, four times the finest grid chosen or more.
 
     The reference is itself off: by its bracket, ±1 %, and by some 0.5 % of the contact grid, the
     change from 128 to 256 samples over two.
     """
-    accurate_scene["surface"]["seed"] = seed
+    accurate_scene["surface"]["seed"] = 2
     patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
     assert choice.samples[0] <= 64
     assert patch.leak_rate.converged
@@ -292,9 +291,9 @@ def test_a_lift_is_not_solved_to_any_tolerance():
     assert "accuracy.max_refinement" in patch.leak_rate.reason
 
 
-@pytest.mark.parametrize("total", [0.3, 0.1])
-def test_the_lift_is_part_of_the_total(accurate_scene, total):
+def test_the_lift_is_part_of_the_total(accurate_scene):
     """All entries of the budget together, the lift's too, keep the total that was asked for."""
+    total = 0.1
     accurate_scene["flow"]["lift"] = "resolved"
     accurate_scene["surface"]["short_wavelength"] = "8 um"
     accurate_scene["accuracy"] = {"total": total}

@@ -24,6 +24,9 @@ SCENE = FILE | {
     "limit": {"leak_rate": "1 ml/h"},
     "output": {"products": ["leak_rate", "mesh"]},
 }
+DRY = {name: SCENE[name] for name in ("surface", "solid", "contact")} | {
+    "output": {"products": ["contact", "pictures"]}
+}
 
 
 def in_python(**sections):
@@ -124,6 +127,8 @@ def test_recipes_of_the_page(tmp_path, monkeypatch, capsys, here):
     smaller |= {"surface.long_wavelength": "50 um", "accuracy.contact_grid": False}
     names["scene"] = names["scene"].with_(smaller)
     for code in others:
+        if "fs.pictures(" in code:
+            names["solved"] = fs.solve(Scene.from_mapping(DRY))
         exec(code.replace("np.pi, 64", "np.pi, 32"), names)
     [said] = re.findall(r"```text\n(.*?)\n```", PAGE, re.DOTALL)
     printed = capsys.readouterr().out.splitlines()[0]
@@ -223,8 +228,7 @@ def test_pyvista_mesh_carries_the_flow(patch):
 
 @pytest.mark.render
 def test_pictures_at_a_prompt_are_those_of_a_run(tmp_path):
-    dry = {name: SCENE[name] for name in ("surface", "solid", "contact")}
-    solved = fs.solve(Scene.from_mapping(dry | {"output": {"products": ["contact", "pictures"]}}))
+    solved = fs.solve(Scene.from_mapping(DRY))
     shown = fs.pictures(solved)
     result = solved.save(tmp_path / "out")
     assert {f"{name}.png" for name in shown} == {n for n in result.files if n.endswith(".png")}

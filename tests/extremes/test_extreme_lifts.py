@@ -25,7 +25,7 @@ def assert_loads_balance(patch):
     assert state.contact.mean_pressure + state.fluid_load == pytest.approx(LOAD, rel=1e-12)
 
 
-SHARES = (1e-6, 1e-2, 0.5, 0.99, 1 - 1e-6)
+SHARES = (1e-6, 0.5, 1 - 1e-6)
 
 
 @pytest.mark.parametrize("share", SHARES, ids=lambda share: f"{share:.6g}")
@@ -47,7 +47,7 @@ def test_more_leaks_per_pressure_drop_the_more_the_fluid_lifts():
         assert more.upper / high >= less.lower / low
 
 
-@pytest.mark.parametrize("share", [1.0, 1.3, 2.0, 1e6], ids=lambda share: f"{share:g}")
+@pytest.mark.parametrize("share", [1.0, 1.3, 1e6], ids=lambda share: f"{share:g}")
 def test_inlet_above_the_load(share):
     """Inlet pressures at and above the load, from 1 to 1e6 times."""
     patch = lifted(share)
@@ -60,15 +60,12 @@ def test_inlet_above_the_load(share):
     assert_loads_balance(patch)
 
 
-@pytest.mark.parametrize("unit", [1e-9, 1e9], ids=lambda unit: f"{unit:g}")
-def test_lift_units(unit):
-    """Pressures and moduli in other units."""
-
-    def solved(unit):
-        solid = {"contact_modulus": 1e7 * unit}
-        return Patch(scene(LOAD * unit, 1e5 * unit, N, solid=solid))
-
-    reference, scaled = solved(1.0), solved(unit)
+def test_lift_units():
+    """Pressures and moduli in another unit."""
+    unit = 1e9
+    solid = {"contact_modulus": 1e7 * unit}
+    reference = lifted(2 / 3)
+    scaled = Patch(scene(LOAD * unit, 1e5 * unit, N, solid=solid))
     assert scaled.lifted.steps == reference.lifted.steps
     value = reference.leak_rate.value * unit
     # Rounding moves single samples at the rim of contact.

@@ -196,7 +196,8 @@ def rough_with_gas(rtol):
     return LoadedPatch(Patch(scene(fluid=fluid, flow=flow)), rtol)
 
 
-@pytest.mark.parametrize("rough", [rough, rough_with_gas])
+# Powers of a slipping conductivity: test_seal_flow.py.
+@pytest.mark.parametrize("rough", [rough, pytest.param(rough_with_gas, marks=pytest.mark.slow)])
 def test_enclosures_hold_loads_inside(rough):
     """K at loads inside an interval overlaps its enclosure, which is narrower than its ends.
 

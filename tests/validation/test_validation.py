@@ -16,7 +16,7 @@ PAGE = (ROOT / "docs/validation.md").read_text(encoding="utf-8")
 # Other codes, where `make peers` has installed them, take half a minute. What the other slow rows
 # compare has tests in coupling/, flow/, contact/ and test_fluid.py.
 SLOW = {*PEER_ROWS, "finite-differences", "helium-molecular", "helium-viscous"}
-SLOW |= {"lifted-channel", "lifted-grids", "sealing-load", "stiff-wedge"}
+SLOW |= {"lifted-channel", "lifted-grids", "sealing-load", "stiff-wedge", "gap-exponent"}
 NAMES = [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in ROWS]
 NUMBER = r"-?\d[\d.]*(?:e[-+]?\d+)?"
 
