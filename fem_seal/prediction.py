@@ -113,15 +113,7 @@ def predicted(
 
     The patches of a [seal] count as shared among workers, or one after the other without `work`.
     """
-    if scene.shape is not None:
-        raise InvalidInput("time and memory of a [shape] depend on its mesh and are not predicted")
-    if scene.flow.method == "uniform" and scene.solves_flow:
-        raise InvalidInput(
-            "time and memory of flow.method = 'uniform' depend on how smooth the gap is, and are "
-            "not predicted: each mesh has four times the unknowns of the last, and "
-            "flow.max_unknowns, flow.max_seconds or flow.max_memory ends them; 'adaptive' needs "
-            "fewer unknowns for the same flow.rtol"
-        )
+    _require_predictable(scene)
     shape, channels = _grid(scene, surface)
     samples, pace = prod(shape), _pace()
     stages = _stages(_Laws(scene, channels), shape)
@@ -160,6 +152,19 @@ def predicted(
         exceeds = f"that exceeds the {work.memory / 1e9:.3g} GB of --memory"
         advice = f"{exceeds}; {advice}" if advice else exceeds
     return Prediction(shape, patches, jobs, parts, each_patch, memory, advice)
+
+
+def _require_predictable(scene: Scene) -> None:
+    """Raise InvalidInput for scenes whose time depends on what only the solution shows."""
+    if scene.shape is not None:
+        raise InvalidInput("time and memory of a [shape] depend on its mesh and are not predicted")
+    if scene.flow.method == "uniform" and scene.solves_flow:
+        raise InvalidInput(
+            "time and memory of flow.method = 'uniform' depend on how smooth the gap is, and are "
+            "not predicted: each mesh has four times the unknowns of the last, and "
+            "flow.max_unknowns, flow.max_seconds or flow.max_memory ends them; 'adaptive' needs "
+            "fewer unknowns for the same flow.rtol"
+        )
 
 
 def _rtol(scene: Scene) -> float:

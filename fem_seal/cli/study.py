@@ -25,8 +25,10 @@ from fem_seal.registry import choose
 from fem_seal.tables import as_csv, as_text
 
 if TYPE_CHECKING:
+    from fem_seal.leak_rate import Bounded
     from fem_seal.patch import Patch
     from fem_seal.scene import Scene
+    from fem_seal.verification.cross_validation import Row
 
 # Columns on a terminal, within 100 characters; the CSV has all.
 COLUMNS = (
@@ -169,8 +171,16 @@ def _cross_validation(options: argparse.Namespace) -> Text:
             cross_validation_figure(rows, path, title, compared[""][1])
 
     parallel.on_root(write)
+    slips = any(scene.slip is not None for scene in scenes)
+    return _cross_validation_text(compared, slips=slips)
+
+
+def _cross_validation_text(
+    compared: "dict[str, tuple[list[Row], Bounded]]", *, slips: bool
+) -> list[str]:
+    """Lines of all gaps by their names: the methods beside the certified bounds."""
     text = []
-    if any(scene.slip is not None for scene in scenes):
+    if slips:
         text.append(
             "no slip    the methods are compared without the slip of the gas: the leak rates are "
             "those of fluid.slip = false"
@@ -178,6 +188,7 @@ def _cross_validation(options: argparse.Namespace) -> Text:
     for name, (of_gap, bracket) in compared.items():
         text += [*filter(None, [name]), as_text(of_gap, COLUMNS)]
         text.append(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
+    rows = [row for of_gap, _ in compared.values() for row in of_gap]
     wrong = [row for row in rows if row.verdict == "disagrees"]
     for row in wrong:
         where = f"{row.gap}: {row.method}" if row.gap else row.method
