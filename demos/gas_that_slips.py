@@ -18,8 +18,7 @@
 # beyond, from molecules that fly along the gap.
 #
 # In a rough gap ∇·((g³ p + B g²)/(12 η) ∇p) = 0, weakly ∫ (g³ p + B g²)/(12 η) ∇p·∇q dA = 0 for all
-# q that are 0 at both ends. No power of p makes that linear, but two linear problems enclose the
-# leak rate: these are the bounds below.
+# q that are 0 at both ends. Two linear problems enclose the leak rate: these are the bounds below.
 # `mpirun -n 2 python demos/gas_that_slips.py` shares each flow between two processes.
 
 # %%
@@ -132,17 +131,17 @@ def main(
         assert least <= high * 1.005
         print(f"helium leaks {low:.3f} to {high:.3f} times as much at {pressures[place]:.0e} Pa")
     widths = []
-    for gas, points in curves.items():
-        lower, upper = ([getattr(point, name) for point in points] for name in ("lower", "upper"))
+    for gas, curve in curves.items():
+        lower, upper = ([getattr(point, name) for point in curve] for name in ("lower", "upper"))
         widths += list(np.log(np.divide(upper, lower)))
         # Knudsen's minimum: somewhere in between the leak rate is lower than at both ends.
         least = int(np.argmin(upper))
         assert upper[least] < min(lower[0], lower[-1])
         print(f"{gas} leaks least at about {pressures[least]:.0e} Pa")
         # Kinetic theory lies above first order, to the accuracy of the bounds.
-        assert all(point.upper > point.first_order / (1 + rtol) for point in points)
+        assert all(point.upper > point.first_order / (1 + rtol) for point in curve)
         # Without slip the flow would vanish with the pressure.
-        assert points[0].without_slip < 1e-3 * points[0].lower
+        assert curve[0].without_slip < 1e-3 * curve[0].lower
     assert max(widths) < rtol + 0.1  # slip widens the bounds beyond the tolerance
     print(f"bounds at most ±{50 * max(widths):.1f} % wide")
     return curves

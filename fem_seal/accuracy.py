@@ -255,14 +255,14 @@ def error_of_sealed(tried: Sequence[Patch], shortest: float) -> Uncertainty:
         return estimate(CONTACT_GRID, sentence, 1.0)
     change = abs(loads[-1] / loads[-2] - 1) + PRECISION
     margin = f"twice the {per_cent(change)} by which the grid moves the load that seals"
-    if stays_sealed(tried[-1], 1 - 2 * change, loads[-1]):
+    if stays_sealed_under(tried[-1], 1 - 2 * change, loads[-1]):
         sentence = f"it stays sealed under a load that is less by {margin}"
         return estimate(CONTACT_GRID, sentence, 1.0, 1.0)
     sentence = f"a finer grid may leak: this one does under a load that is less by {margin}"
     return estimate(CONTACT_GRID, sentence, 1.0)
 
 
-def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
+def stays_sealed_under(patch: Patch, part: float, sealing: float) -> bool:
     """Whether a sealed patch stays sealed under a part of its load.
 
     The fluid's pressure counts as in the verdict on the whole load: resolved, or as much of the

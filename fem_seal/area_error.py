@@ -78,7 +78,7 @@ class _Reach:
     closed: float  #: ΔP [Pa] to the larger load, or the way of the plane of a bearing contact [m]
     opened: float  #: to the smaller load
     rate: float  #: most that ln Q may change by it, per ΔP
-    stays_sealed: bool  #: whether the samples that open leave a sealed film sealed
+    sealed_with_fewer: bool  #: whether the samples that open leave a sealed film sealed
 
 
 def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
@@ -129,7 +129,7 @@ def _smallest(values: np.ndarray, number: int) -> float:
 
 def _of_sealed(patch: Patch, reach: _Reach, words: str) -> Uncertainty:
     """Whether a film that is sealed as computed leaks under the load of the asked area."""
-    if reach.opened == 0 or reach.stays_sealed:
+    if reach.opened == 0 or reach.sealed_with_fewer:
         words += "; with as few as were asked for it is sealed as well"
         return estimate(CONTACT_AREA, words, 1.0, 1.0)
     words += "; with fewer a path may open"

@@ -8,7 +8,7 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.files import temporary_folder
+from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
@@ -36,7 +36,8 @@ class Picture:
     def save(self, path: str | Path) -> Path:
         """Write the picture into a PNG file and return its path."""
         path = Path(path)
-        path.write_bytes(self.png)
+        with atomic_write(path) as file:
+            file.write_bytes(self.png)
         return path
 
 

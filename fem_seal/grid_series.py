@@ -105,7 +105,7 @@ class OnHalf:
     """Leak rate of a patch on half of its samples."""
 
     grid: OnGrid | None  #: None if lifted off
-    stays_sealed: bool  #: whether it is sealed, under a little less load as well
+    sealed_under_less: bool  #: whether it is sealed, under a little less load as well
 
     @classmethod
     def of(cls, patch: Patch, less: bool) -> "OnHalf":
@@ -255,10 +255,10 @@ def _from_coarser(patch: Patch, coarse: OnHalf) -> Uncertainty:
 def _of_sealed(coarse: OnHalf) -> Uncertainty:
     """Whether a finer grid may open a sealed patch: the coarser one must be sealed with less."""
     less = f"under {per_cent(1 - STILL_SEALED)} less load"
-    if coarse.stays_sealed:
+    if coarse.sealed_under_less:
         words = f"half of the samples are sealed as well, also {less}"
         return estimate(CONTACT_GRID, words, 1.0, 1.0)
-    words = f"a finer grid may leak: half of the samples leak {less}"
+    words = f"a finer grid may leak: half of the samples do not stay sealed {less}"
     return estimate(CONTACT_GRID, words, 1.0)
 
 

@@ -3,9 +3,8 @@
 import time
 from dataclasses import dataclass
 
-from fem_seal.errors import InvalidInput
 from fem_seal.memory import available_memory, peak_memory
-from fem_seal.registry import require_not_negative
+from fem_seal.registry import require_count, require_not_negative
 
 # Usual ratio of the unknowns of an adaptive mesh, and of the peak memory, to the level before.
 USUAL_GROWTH = 2.0
@@ -27,8 +26,8 @@ class Limits:
     def __post_init__(self) -> None:
         limits = vars(self)
         require_not_negative(**{name: most for name, most in limits.items() if most is not None})
-        if self.unknowns is not None and self.unknowns != int(self.unknowns):
-            raise InvalidInput(f"unknowns must be a whole number, got {self.unknowns}")
+        if self.unknowns is not None:
+            require_count(unknowns=self.unknowns)
 
     def exceeded(self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0) -> str:
         """Message on the limit that the next level would exceed; empty if there is none.

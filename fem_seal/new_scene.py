@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.digits import rounded_down, with_prefix
+from fem_seal.digits import number_of, rounded_down, with_prefix
 from fem_seal.errors import InvalidInput, printable
 from fem_seal.field_file.markers import suspected_mark, without_marked
 from fem_seal.field_file.profiles import holds_profiles, read_profiles
@@ -40,7 +40,7 @@ viscosity = "1 mPa s"           # yours: water
 pressure_drop = "1 bar"         # yours
 # lift = "none"                 # the contact as if dry; docs/guide/lift.md
 sides = "periodic"
-rtol = 0.1                      # relative width of the bounds of the leak rate; out with [seal]
+rtol = 0.1                      # relative width of the bounds; not with [seal]
 
 [output]
 products = ["contact", "leak_rate", "pictures"]
@@ -137,7 +137,9 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
     if part > MOST_FILLED:
         lines.append(
             _line(
-                "max_missing", f"{np.ceil(20 * part) / 20:g}", f"more than {MOST_FILLED:g}: a crop?"
+                "max_missing",
+                f"{np.ceil(20 * part) / 20:g}",
+                f"more than the usual {MOST_FILLED:g}; would a crop do?",
             )
         )
     if not recorded.periodic:
@@ -212,8 +214,8 @@ def _profiles(path: Path, name: str, stated: Stated) -> tuple[list[str], list[st
         "seed = 1",
     ]
     facts = [
-        f"{count} profile(s) of {samples} samples, {with_prefix(profiles.step, 'm', 6)} apart, "
-        f"{with_prefix(length, 'm')} long"
+        f"{number_of(count, 'profile')} of {samples} samples, "
+        f"{with_prefix(profiles.step, 'm', 6)} apart, {with_prefix(length, 'm')} long"
     ]
     return lines, facts
 

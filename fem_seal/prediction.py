@@ -179,7 +179,7 @@ def _stages(laws: "_Laws", shape: tuple[int, int]) -> dict[str, float]:
     stages, lifted = {"contact": contact}, scene.lift == "resolved"
     if scene.solves_flow:
         stages["flow and lift" if lifted else "flow"] = flow
-    if scene.needs_flow:
+    if scene.needs_leak_rate:
         if scene.lift == "range":
             stages["range"] = contact + flow
         if laws.by_area:

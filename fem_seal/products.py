@@ -29,7 +29,7 @@ def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False)
     require_scene(scene)
     by_elements = scene.flow.method != "finite-difference"
     # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
-    drawn = flow and by_elements and scene.leaks != "nothing"
+    drawn = flow and by_elements and scene.leak_rate_of != "nothing"
     if pictures and (drawn or scene.shape is not None):
         from fem_seal.render.offscreen import require_gl
 
@@ -39,7 +39,7 @@ def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False)
 
         raise MissingPackage(NO_GMSH)
     tensor = flow and "conductivity_tensor" in scene.output.products
-    if tensor or (flow and by_elements and (scene.solves_flow or scene.leaks == "seal")):
+    if tensor or (flow and by_elements and (scene.solves_flow or scene.leak_rate_of == "seal")):
         differences = not tensor and scene.takes({"flow.method": "finite-difference"})
         without = "; flow.method = 'finite-difference' works without" if differences else ""
         require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
@@ -61,7 +61,7 @@ def write_products(patch: Patch, seal: SealLeak | None, folder: Path) -> tuple[s
     """Write arrays and pictures into an empty folder, and return the names of the files."""
     products, film = patch.scene.output.products, patch.film
     contact = ContactArrays.of(patch)
-    leak = patch.leak_rate if patch.scene.needs_flow else None
+    leak = patch.leak_rate if patch.scene.needs_leak_rate else None
     with writing(folder.parent):
         if contact is not None:
             write_contact(folder, contact)

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from math import isfinite
-from numbers import Real
+from numbers import Integral, Real
 from typing import TypeVar
 
 from fem_seal.errors import InvalidInput
@@ -27,6 +27,13 @@ def require_positive(**values: float) -> None:
     for name, value in values.items():
         if not (isinstance(value, Real) and isfinite(value) and value > 0):
             raise InvalidInput(f"{name} = {value!r} must be a positive number, in SI units")
+
+
+def require_count(**values: object) -> None:
+    """Raise InvalidInput if one of the named values is not a whole number of at least 1."""
+    for name, value in values.items():
+        if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= 1):
+            raise InvalidInput(f"{name} = {value!r} must be a whole number >= 1")
 
 
 def require_not_negative(**values: float) -> None:

@@ -44,7 +44,7 @@ from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal import SealLeak, solve_seal, under_less_load
 
 # Lower loads of a sealed seal may take half of the predicted time of the run, at least this [s].
-A_MINUTE = 60.0
+LEAST_SECONDS = 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,7 @@ class Solved:
         """The content of result.json, with the names of the files beside it."""
         patch, scene, film = self.patch, self.patch.scene, self.patch.film
         parts: dict[str, Any] = {"accuracy": self.choice}
-        if scene.needs_flow:
+        if scene.needs_leak_rate:
             leak = patch.leak_rate
             parts |= _named(leak, "method", "unknowns", "inflow", "outflow", "levels")
             parts["leak_rate"] = Rate.of(leak)
@@ -247,7 +247,8 @@ def answer(
     """
     start, scene = perf_counter(), patch.scene
     contact = patch.contact  # computes surface and contact
-    estimated = isinstance(contact, ContactState) and scene.leaks == "patch" and is_estimated(scene)
+    elastic = isinstance(contact, ContactState)
+    estimated = elastic and scene.leak_rate_of == "patch" and is_estimated(scene)
     # The dry contact uses all cores, a flow only one: half of the samples are solved beside it.
     with half_beside(patch) if estimated else nullcontext():
         # All processes solve film and flow together. From here on `parallel.on_root` marks what the
@@ -272,7 +273,7 @@ Leak = tuple[LeakRate | None, ErrorBudget, SealLeak | None]
 def _leak_of(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
     if patch.scene.seal is not None:
         return _leak_of_seal(patch, patches, work)
-    if not patch.scene.needs_flow:
+    if not patch.scene.needs_leak_rate:
         return None, (), None
     return patch.leak_rate, error_budget(patch), None
 
@@ -287,7 +288,7 @@ def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak
         patch.report(NOTE, str(expected))
         seal = solve_seal(patch, patches, work, each=expected.each_patch)
         if seal.state == "sealed" and patch.scene.limit is not None:
-            seconds = max(expected.seconds / 2, A_MINUTE)
+            seconds = max(expected.seconds / 2, LEAST_SECONDS)
             seal = under_less_load(patch, seal, seconds, patches, work, expected.each_patch)
 
     def rate_of(other: Patch) -> LeakRate:

@@ -98,7 +98,7 @@ def threshold_of_pressure(
 def threshold(patch: Patch) -> Threshold | None:
     """Threshold of the contact, or of the given gap, of a patch.
 
-    None if a contact without load, or a given gap that is sealed already, has none.
+    None if a given gap is sealed already, or a contact has no load.
     """
     dry = dry_threshold(patch)
     if dry is None or dry.pressure_sealed is None or patch.lift == "none":

@@ -24,9 +24,17 @@ _PIXEL = re.compile(r"\b(px|pixels?)\b")
 _NO_UNIT = ValueError, TypeError, SyntaxError, AssertionError, ArithmeticError
 _WORD = re.compile(r"[^\W\d_]+")
 # Example of a quantity of each SI unit, for messages.
-_EXAMPLES = {"m": "5 um", "Pa": "2 MPa", "Pa s": "1 mPa s", "s": "10 min", "byte": "2 GB"}
-_EXAMPLES |= {"K": "20 degC", "kg/mol": "29 g/mol", "rad": "90 deg"}
-_EXAMPLES |= {"N/m": "2 kN/m"}
+_EXAMPLES = {
+    "m": "5 um",
+    "Pa": "2 MPa",
+    "Pa s": "1 mPa s",
+    "s": "10 min",
+    "byte": "2 GB",
+    "K": "20 degC",
+    "kg/mol": "29 g/mol",
+    "rad": "90 deg",
+    "N/m": "2 kN/m",
+}
 
 # Kinds of leak rate, by volume, pressure × volume, amount or mass per time, with their SI units.
 RATES = {"volume": "m^3/s", "throughput": "Pa m^3/s", "amount": "mol/s", "mass": "kg/s"}

@@ -12,7 +12,7 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.accuracy import chosen_grid as chosen_grid_of
-from fem_seal.accuracy import chosen_patch, stays_sealed
+from fem_seal.accuracy import chosen_patch, stays_sealed_under
 from fem_seal.error_budget import combined, estimate
 from fem_seal.grid import GridField
 from fem_seal.grid_series import (
@@ -275,8 +275,8 @@ def test_less_load_only_opens(lift):
     load = sealing_load(sealed)
     # The fluid takes at most 20 kPa of the load, and `sealing_load` is up to 1 % too large.
     safe, unsafe = (load + 2e4) / 4e5, 0.98 * load / 4e5
-    assert stays_sealed(sealed, 1.001 * safe, load)
-    assert not stays_sealed(sealed, unsafe, load)
+    assert stays_sealed_under(sealed, 1.001 * safe, load)
+    assert not stays_sealed_under(sealed, unsafe, load)
 
 
 def test_a_lift_is_not_solved_to_any_tolerance():

@@ -23,9 +23,7 @@ def add(command: argparse.ArgumentParser) -> None:
     add_jobs(command, ", for the patches of a [seal]")
     command.add_argument(
         "--dry-run",
-        dest="command",
-        action="store_const",
-        const=_predict,
+        action="store_true",
         help="print the expected time and memory; solve and write nothing",
     )
     add_output(command, "results/NAME for NAME.toml, and -KEY=VALUE for each --set")
@@ -38,6 +36,8 @@ def _run(options: argparse.Namespace) -> int:
     from fem_seal.scene.files import scene_text
     from fem_seal.solved import run
 
+    if options.dry_run:
+        return _predict(options)
     text = scene_text(options.scene)
     scene = Scene.from_text(text, options.scene, options.overrides)
     require_limit(options, scene)

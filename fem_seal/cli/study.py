@@ -109,7 +109,7 @@ def _scene(options: argparse.Namespace, assignments: Sequence[str] = ()) -> "Sce
         raise InvalidInput(
             "a study has its own grids; take accuracy.total out of the scene, and set flow.rtol"
         )
-    if not scene.needs_flow:
+    if not scene.needs_leak_rate:
         raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")
     return scene
 

@@ -34,7 +34,6 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def _surface(options: argparse.Namespace) -> int:
     from fem_seal.patch import Patch
-    from fem_seal.quantities.remarks import cautions_of_map, steep
     from fem_seal.render.plot import FORMATS
     from fem_seal.scene import ProfileSurface
     from fem_seal.steps import spectrum_of_profiles
@@ -61,24 +60,31 @@ def _surface(options: argparse.Namespace) -> int:
         surface_figure(prepared, fit, options.out)
     if options.csv is not None:
         write_text(options.csv, _csv(prepared, spectrum))
-    head = ("step", "samples", "missing", "rms height", "rms slope", "seam", "skewness")
-    lines = [aligned([head, *map(_cells, prepared.steps)])]
-    if _is_scene(options):
-        try:
-            prepared.require_cell("as it is")
-        except InvalidInput as error:
-            lines.append(str(error))  # an elastic contact would refuse the surface
-    slope = steep(prepared.steps[-1].rms_slope, "the surface")
-    cautions = [*cautions_of_map(patch), *filter(None, (slope,))]
-    lines += [*(f"caution: {sentence}" for sentence in cautions), ""]
+    lines = _of_steps(prepared, patch, is_cell=_is_scene(options))
     rows = [*_map_rows(prepared), *_longest(scene), *_fit_rows(fit, failure)]
     if spectrum is not None:
         rows += _profile_rows(spectrum, prepared.field)
-    lines += [f"{name:<19} {text}" for name, text in rows]
+    lines += ["", *(f"{name:<19} {text}" for name, text in rows)]
     if not _is_scene(options):
         lines.append(f"fem-seal new {options.scene} writes a scene that presses it")
     say("\n".join(lines))
     return 0
+
+
+def _of_steps(prepared: "PreparedSurface", patch: "Patch", *, is_cell: bool) -> list[str]:
+    """Table of the steps of a preparation, what a contact would refuse in a cell, and cautions."""
+    from fem_seal.quantities.remarks import cautions_of_map, steep
+
+    head = ("step", "samples", "missing", "rms height", "rms slope", "seam", "skewness")
+    lines = [aligned([head, *map(_cells, prepared.steps)])]
+    if is_cell:
+        try:
+            prepared.require_cell("as it is")
+        except InvalidInput as error:
+            lines.append(str(error))
+    slope = steep(prepared.steps[-1].rms_slope, "the surface")
+    cautions = [*cautions_of_map(patch), *filter(None, (slope,))]
+    return lines + [f"caution: {sentence}" for sentence in cautions]
 
 
 def _is_scene(options: argparse.Namespace) -> bool:

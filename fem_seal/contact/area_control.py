@@ -28,7 +28,7 @@ SEARCH_TOLERANCE = 1e-3
 # pressure; with 2 up to 1.7 times, with 10 up to 1.5 times.
 SIDE_KNOWN = 5
 # The first iterates touch nearly everywhere: no trial ends above this certificate.
-SETTLED = 0.1
+TRIAL_CERTIFICATE = 0.1
 MOST_TRIALS = 8
 # Relative width of the pressure bracket at which the area is taken to jump over the target.
 SMALLEST_STEP = 1e-6
@@ -95,9 +95,9 @@ def _trial(
             stopping.progress(iterate.iteration, iterate.certificate)
         area = np.count_nonzero(iterate.pressure) / iterate.pressure.size
         if start is None:
-            area *= 1 - min(iterate.certificate, SETTLED)
+            area *= 1 - min(iterate.certificate, TRIAL_CERTIFICATE)
         miss = abs(area / area_fraction - 1)
-        if iterate.certificate <= max(min(SETTLED, miss / SIDE_KNOWN), SEARCH_TOLERANCE):
+        if iterate.certificate <= max(min(TRIAL_CERTIFICATE, miss / SIDE_KNOWN), SEARCH_TOLERANCE):
             break
         if iterate.iteration >= limit:
             break

@@ -31,9 +31,9 @@ from fem_seal.contact.problem import Iterate, Iterates, Problem
 LARGE = 1024
 # Fewest samples of a grid on which pressure and gap begin rough. Smaller arrays stay in the cache,
 # where precision costs little.
-ROUGH_FROM = 512**2
+SINGLE_FROM = 512**2
 # Certificate down to which they may be rough, if it is also this many times their rounding.
-ROUGH_ABOVE, ROUNDINGS = 1e-4, 10
+SINGLE_ABOVE, ROUNDINGS = 1e-4, 10
 
 
 @dataclass(frozen=True)
@@ -81,10 +81,10 @@ def free_set_cg(
     rz_old, iteration, settled = inf, 0, False
     while True:
         certificate = state.displace()  # 1
-        if state.is_too_rough(certificate):
+        if state.needs_double(certificate):
             # The same pressure once more, in double precision. The next direction is that of the
             # residual alone: rounding has spoilt the conjugacy of those before.
-            state.refine()
+            state.to_double()
             rz_old = inf
             continue
         yield Iterate(iteration, state.p, certificate, state.g)
@@ -116,7 +116,8 @@ def free_set_cg(
 class _Pressed:
     """The pressure p and the gap g that it causes: steps 1 and 8.
 
-    Both are in single precision until the certificate comes near the tolerance or their rounding.
+    Without units, as the `Problem`. On large grids both are in single precision until the
+    certificate comes near the tolerance or their rounding.
     After a step p is still to be scaled to the load, which the next pass over it does.
     """
 
@@ -127,20 +128,20 @@ class _Pressed:
         self._exact_wall = (
             problem.heights if mean is not None else problem.heights - problem.mean_gap
         )
-        self.load = None if mean is None else mean * pressure.size  #: Σp [Pa]; None at a level
+        self.load = None if mean is None else mean * pressure.size  #: Σp; None at a level
         dtype = half_space.steer.values.dtype
-        self._rough = dtype != pressure.dtype and pressure.size >= ROUGH_FROM
+        self._single = dtype != pressure.dtype and pressure.size >= SINGLE_FROM
         self.p, self._wall = pressure, self._exact_wall
-        if self._rough:
+        if self._single:
             self.p, self._wall = pressure.astype(dtype), self._exact_wall.astype(dtype)
-        self.level = 0.0  #: δ [m]
+        self.level = 0.0  #: δ
         self._scale, self._total = 1.0, float(self.p.sum())
         self._uniform = bool(np.ptp(self.p) == 0)
 
     @property
     def g(self) -> np.ndarray:
-        """Displacement, and after `displace` the gap [m], in the half-space's work array."""
-        return self._half_space.steer.values if self._rough else self._half_space.exact.values
+        """Displacement, and after `displace` the gap, in the half-space's work array."""
+        return self._half_space.steer.values if self._single else self._half_space.exact.values
 
     def displace(self) -> float:
         """Scale p to the load, and compute gap and level; return the certificate."""
@@ -148,7 +149,7 @@ class _Pressed:
         _scale(passes, self.p, self._scale, out=self.g)
         if self._uniform:
             self.g[...] = 0.0  # It displaces uniformly: no transform for a cold start.
-        elif self._rough:
+        elif self._single:
             half_space.displace_in_steer()
         else:
             half_space.displace()
@@ -157,17 +158,17 @@ class _Pressed:
         self.level = 0.0 if self.load is None else work / self._total
         return self._problem.certificate_from(self._total, work, lowest)
 
-    def is_too_rough(self, certificate: float) -> bool:
-        """Whether p and g are rough, and the certificate is near to the tolerance or rounding."""
-        if not self._rough:
+    def needs_double(self, certificate: float) -> bool:
+        """Whether p and g are single, and the certificate is near to the tolerance or rounding."""
+        if not self._single:
             return False
         rounding = ROUNDINGS * self._problem.rounding(self.p, self.p.dtype)
-        return certificate <= max(ROUGH_ABOVE, self._problem.tolerance, rounding)
+        return certificate <= max(SINGLE_ABOVE, self._problem.tolerance, rounding)
 
-    def refine(self) -> None:
+    def to_double(self) -> None:
         """Go on in double precision."""
         self._exact[...] = self.p
-        self.p, self._wall, self._rough = self._exact, self._exact_wall, False
+        self.p, self._wall, self._single = self._exact, self._exact_wall, False
         self._sum_up(float(self.p.sum()))
 
     def advance(self, alpha: float, t: np.ndarray) -> None:

@@ -79,8 +79,8 @@ class HalfSpace:
         Threads of the FFTs and of the passes over the arrays; None for the cores of this process,
         or for one below `THREADED_FROM` samples.
     precision
-        "mixed" or "double": precision of preconditioner and curvature, which only steer the
-        iteration. Displacements are always double.
+        "mixed" or "double": precision of `steer`, in which a solver computes what only steers its
+        iteration, and what is not yet near its tolerance.
 
     Attributes
     ----------

@@ -11,7 +11,7 @@ from fem_seal.contact.polonsky_keer import polonsky_keer
 from fem_seal.contact.problem import Iterate, Iterates, Measures, Problem
 from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput, NotConverged, present
-from fem_seal.registry import require_known
+from fem_seal.registry import require_count, require_known
 
 Progress = Callable[[int, float], None]
 
@@ -64,8 +64,8 @@ class ContactStopping:
             raise InvalidInput(
                 f"tolerance must lie in [{SMALLEST_TOLERANCE}, 1), got {self.tolerance}"
             )
-        if self.max_iterations is not None and self.max_iterations < 1:
-            raise InvalidInput(f"max_iterations must be at least 1, got {self.max_iterations}")
+        if self.max_iterations is not None:
+            require_count(max_iterations=self.max_iterations)
 
     def shortfalls(self, measures: Measures, rounding: float) -> dict[str, tuple[float, float]]:
         """Value and limit of each measure that misses its limit.

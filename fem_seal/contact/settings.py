@@ -5,7 +5,7 @@ from typing import Literal, cast, get_args
 
 from fem_seal.contact.halfspace import PRECISIONS, Layer
 from fem_seal.errors import InvalidInput
-from fem_seal.registry import require_known, require_not_negative, require_positive
+from fem_seal.registry import require_count, require_known, require_not_negative, require_positive
 
 
 @dataclass(frozen=True)
@@ -24,15 +24,14 @@ class Arithmetic:
     """How the transforms are computed."""
 
     threads: int | None = None  #: of FFTs and passes over arrays; None: `HalfSpace` chooses
-    #: "mixed" or "double": mixed computes search directions in float32, all else in float64: same
-    #: iterations
+    #: "double", or "mixed": single precision until the certificate comes near the tolerance; the
+    #: result is double
     precision: str = "mixed"
 
     def __post_init__(self) -> None:
         require_known(PRECISIONS, self.precision, "precision")
-        threads = self.threads
-        if threads is not None and (threads != int(threads) or threads < 1):
-            raise InvalidInput(f"threads must be a positive integer, got {threads}")
+        if self.threads is not None:
+            require_count(threads=self.threads)
 
 
 USUAL_ARITHMETIC = Arithmetic()

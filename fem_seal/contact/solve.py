@@ -73,8 +73,8 @@ def press(
         Threads of the FFTs and of the passes over the arrays; the cores of this process on large
         grids if left out.
     precision
-        "mixed" or "double": mixed computes search directions in float32, all else in float64: same
-        iterations.
+        "double", or "mixed": search directions, and on large grids all arrays, in single precision
+        until the certificate comes near the tolerance; the result is double.
     max_iterations
         Largest number of iterations of a solve; the default depends on the solver.
     progress

@@ -17,7 +17,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.coupling.newton import Steps
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.stages import first_stage, further_stages
-from fem_seal.coupling.state import FIRST_ORDER, SETTLED, LiftedState, log_ratio
+from fem_seal.coupling.state import LARGEST_CHANGE, SETTLED, LiftedState, log_ratio
 from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
 from fem_seal.leak_rate import LeakRate
@@ -52,7 +52,7 @@ def lifted(
         Fluid pressure [Pa] from which Newton's method starts in place of both.
     """
     require_positive(rtol=rtol)
-    allowed = SETTLED * min(rtol, FIRST_ORDER)
+    allowed = SETTLED * min(rtol, LARGEST_CHANGE)
     if start is not None and problem.solid_load(start) <= 0:
         raise InvalidInput(
             f"start: a mean pressure of {start.mean():g} Pa carries the whole load of "

@@ -9,7 +9,7 @@ from fem_seal.coupling.point import FloatingPoint, LiftPoint
 
 # The parts of a step that are tried until |F| falls; and the parts that the first, second, ... step
 # away from unstable states takes.
-HALVED, AWAY = (1.0, 1 / 2, 1 / 4, 1 / 8), (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)
+STEP_PARTS, AWAY = (1.0, 1 / 2, 1 / 4, 1 / 8), (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Steps:
     difficult: bool
     failure: str  #: why the last point is no equilibrium, else ""
     lost: int = 0  #: stages that have come to no equilibrium, with this one
-    change: float = inf  #: of ln Q by the last stage
+    change: float = inf  #: of ln Q by the flow of the last stage
     error: float = inf  #: of ln Q, estimated
 
     def after(self, before: "Steps") -> "Steps":
@@ -64,7 +64,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
         step = point.step
         left = INNER * step.log_rate
         difficult |= step.unstable or step.iterations > MOST_STEPS / 2
-        parts = list(islice(away, 1)) if step.unstable else HALVED
+        parts = list(islice(away, 1)) if step.unstable else STEP_PARTS
         tried: list[LiftPoint] = []
         for part in parts:
             other = point.after(step, part)

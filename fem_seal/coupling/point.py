@@ -23,7 +23,7 @@ from fem_seal.coupling.constants import INNER, MOST_STEPS
 from fem_seal.coupling.krylov import LinearSolution
 from fem_seal.coupling.linearised import Linearised, summed_by_parts
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import FIRST_ORDER, log_ratio
+from fem_seal.coupling.state import LARGEST_CHANGE, log_ratio
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.network.film_pressure import FilmPressure
@@ -102,7 +102,8 @@ class LiftPoint:
     @cached_property
     def linear(self) -> Linearised:
         """Contact and flow to first order."""
-        return Linearised(self.gap_change, self.flow, self.pressure_by_u)
+        # Not this point's own method: a point that refers to itself would outlive its use.
+        return Linearised(self._tangent.change, self.flow, self.pressure_by_u)
 
     def thinned_to(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""
@@ -119,7 +120,7 @@ class LiftPoint:
 
     def conducts_like(self, other: "LiftPoint") -> bool:
         """Whether ln Q of both differ so little that λ of one may be used for the other."""
-        return log_ratio(self.flow.conductance, other.flow.conductance) <= FIRST_ORDER
+        return log_ratio(self.flow.conductance, other.flow.conductance) <= LARGEST_CHANGE
 
     @cached_property
     def _adjoint(self) -> LinearSolution:
@@ -295,9 +296,11 @@ class FloatingPoint(LiftPoint):
         """Whether the next step changes ln Q, and the load, by little."""
         return self.log_rate_error(self) <= tolerance and self.keeps_load(tolerance)
 
-    def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
-        """G' of a change of the pressure at a fixed level."""
-        return self.problem.displacement(pressure)
+    @cached_property
+    def linear(self) -> Linearised:
+        """Contact and flow to first order, at a fixed level."""
+        displacement = self.problem.displacement
+        return Linearised(lambda pressure, _: displacement(pressure), self.flow, self.pressure_by_u)
 
     @cached_property
     def step(self) -> NewtonStep:

@@ -141,7 +141,7 @@ class LiftProblem(ABC):
         return self.solid.displacement(pressure / self.stiffness).copy()
 
     def film_pressure(self, gap: np.ndarray, network: Network, epsilon: float) -> FilmPressure:
-        """Pressure u between 1 and 0 in a film that conducts as a gap ε [m] more everywhere."""
+        """Pressure u between 1 and 0 in a film that conducts as g³ + ε³, with ε [m] everywhere."""
         step = 1e-6
         cubes = np.cbrt(self.cubes(gap) + epsilon**3)
         slope = (self.cubes(gap * (1 + step)) - self.cubes(gap * (1 - step))) / (2 * step)

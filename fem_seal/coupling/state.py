@@ -12,7 +12,7 @@ from fem_seal.network.network import Network
 # An equilibrium has settled if its ln Q errs by at most this part of the flow's rtol.
 SETTLED = 1 / 2
 # Largest tolerance of ln Q, whose errors are estimated to first order.
-FIRST_ORDER = 0.3
+LARGEST_CHANGE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class LiftedState:
     contact: ContactState | None = None
     leak_rate: LeakRate | None = None  #: through the contact's gap; None if lifted off
     steps: int = 0  #: Newton's steps
-    change: float = 0.0  #: change of ln Q by the last step, to first order
+    change: float = 0.0  #: change of ln Q by the flow of the last stage, to first order
     error: float = 0.0  #: error of ln Q, estimated
     lowest: float = inf  #: least leak rate that is not excluded [m³/s]
     highest: float = inf  #: largest leak rate that is not excluded [m³/s]

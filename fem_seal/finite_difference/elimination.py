@@ -192,14 +192,15 @@ def rim(nx: int, ny: int) -> list[tuple[int, int]]:
 # Most tiles along the side of a rectangle that is reduced in one batch; limits its memory.
 CHUNK = 4
 # Numbers of the nodes that stand for the whole inlet and the whole outlet.
-INLET, OUTLET = -2, -1
+INLET_NODE, OUTLET_NODE = -2, -1
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
     """A part of the stencil after its inner nodes have been eliminated."""
 
-    #: (N,) int, numbers of the outer nodes, sorted, without repetition; INLET and OUTLET come first
+    #: (N,) int, numbers of the outer nodes, sorted, without repetition; INLET_NODE and OUTLET_NODE
+    #: come first
     nodes: np.ndarray
     links: np.ndarray  #: (N, N), conductances between them; the diagonal has no meaning
 
@@ -298,6 +299,6 @@ def _tile_piece(pixels: Pixels, row: int, column: int, links: np.ndarray) -> Pie
     i, j = np.array(rim(TILE, TILE)).T
     i, j = i + row * TILE, j + column * TILE
     numbers = i * pixels.x.shape[1] + j
-    numbers[i == 0] = INLET
-    numbers[i == pixels.x.shape[0]] = OUTLET
+    numbers[i == 0] = INLET_NODE
+    numbers[i == pixels.x.shape[0]] = OUTLET_NODE
     return _contract(numbers, links)

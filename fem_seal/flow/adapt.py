@@ -85,7 +85,8 @@ def refined(
         del start
         log.lap("mesh")
         solution = _solve(problem, guess, strategy, outlook, log)
-        bounds, corrected = _bounded(problem, solution, strategy, outlook, log)
+        bounds, corrected = _bounded(problem, solution, log)
+        outlook.learn(problem, solution, bounds, strategy.rtol)
         best = bounds if best is None else bounds.tightened(best)
         cells = problem.space.count
         level = SolvedLevel(problem.unknowns, cells, best, log.residuals, log.seconds)
@@ -113,6 +114,17 @@ def refined(
         log.lap("refine")
 
 
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """Solutions on one mesh: pressure, regularised and true stream function."""
+
+    pressure: Pressures
+    regularised: Streams | None = None
+    stream: Streams | None = None
+    #: relative width of the corrected bounds that the regularised dual foretells
+    expected: float = np.inf
+
+
 @dataclass
 class _Outlook:
     """What the meshes so far foretell of the next one."""
@@ -120,6 +132,15 @@ class _Outlook:
     true_dual: bool  #: whether the true dual is solved first, since the bounds may decide there
     #: ratio of the bracket's widths after and before the hierarchical correction
     correction_ratio: float = USUAL_CORRECTION_RATIO
+
+    def learn(self, problem: LevelProblem, solution: _Solved, bounds: Bounds, rtol: float) -> None:
+        """Take how much the correction has narrowed the bounds of a mesh, and how near they are."""
+        if solution.stream is not None and np.isfinite(bounds.excess):
+            difference = problem.difference(solution.pressure, solution.stream)
+            self.correction_ratio = width_ratio(bounds.excess, difference)
+            self.true_dual = True
+        if solution.expected < DUAL_NEXT * rtol:
+            self.true_dual = True
 
 
 def width_ratio(corrected: float, solved: float) -> float:
@@ -141,17 +162,6 @@ class _Log:
         self._last = now
         if solved is not None:
             self.residuals[name] = solved.residuals
-
-
-@dataclass(frozen=True, eq=False)
-class _Solved:
-    """Solutions on one mesh: pressure, regularised and true stream function."""
-
-    pressure: Pressures
-    regularised: Streams | None = None
-    stream: Streams | None = None
-    #: relative width of the corrected bounds that the regularised dual foretells
-    expected: float = np.inf
 
 
 def _solve(
@@ -182,26 +192,15 @@ def _solve(
 
 
 def _bounded(
-    problem: LevelProblem, solution: _Solved, strategy: Strategy, outlook: _Outlook, log: _Log
+    problem: LevelProblem, solution: _Solved, log: _Log
 ) -> tuple[Bounds, CorrectedBounds | None]:
-    """Bounds of a solution, with the hierarchical correction if the true dual is solved.
-
-    They tell the outlook by how much the correction narrows them, and whether the next mesh is to
-    solve the true dual first.
-    """
+    """Bounds of a solution, with the hierarchical correction if the true dual is solved."""
     bounds = problem.upper_bound(solution.pressure)
-    corrected: CorrectedBounds | None = None
-    if solution.stream is not None:
-        corrected = problem.corrected(solution.pressure, solution.stream)
-        bounds = corrected.tightened(bounds)
-        log.lap("correction")
-        if np.isfinite(bounds.excess):
-            difference = problem.difference(solution.pressure, solution.stream)
-            outlook.correction_ratio = width_ratio(bounds.excess, difference)
-            outlook.true_dual = True
-    if solution.expected < DUAL_NEXT * strategy.rtol:
-        outlook.true_dual = True
-    return bounds, corrected
+    if solution.stream is None:
+        return bounds, None
+    corrected = problem.corrected(solution.pressure, solution.stream)
+    log.lap("correction")
+    return corrected.tightened(bounds), corrected
 
 
 def _regularised_dual(

@@ -173,10 +173,10 @@ class Pyramid:
 
         def fill(strip: slice) -> None:
             half = slice(strip.start // 2, strip.stop // 2)
-            means = pixel_means(slice(strip.start, min(strip.stop, squares[0])))
-            beyond = strip.stop - strip.start - means.shape[1], my - squares[1]
-            means = np.pad(means, [(0, 0), (0, beyond[0]), (0, beyond[1]), (0, 0)])
-            diagonal[1][:, half], axial[1][:, half] = _summed(means)
+            pixels = pixel_means(slice(strip.start, min(strip.stop, squares[0])))
+            beyond = strip.stop - strip.start - pixels.shape[1], my - squares[1]
+            pixels = np.pad(pixels, [(0, 0), (0, beyond[0]), (0, beyond[1]), (0, 0)])
+            diagonal[1][:, half], axial[1][:, half] = _summed(pixels)
 
         # Work in strips: the means on all pixels would take most of the pyramid's memory.
         with ThreadPoolExecutor(cores()) as pool:

@@ -46,9 +46,9 @@ class Bounds:
         pairs = [Bounds(low.lower, up.upper) for low in (self, other) for up in (self, other)]
         return min(pairs, key=lambda pair: (pair.width, np.trace(pair.upper)))
 
-    def over(self, mean: "Bounds") -> tuple[float, float]:
-        """Factors <= 1 and >= 1 by which bounds of a leak rate exceed those without slip."""
-        (lower, upper), (mean_lower, mean_upper) = self.numbers, mean.numbers
+    def slip_factors(self, at_mean: "Bounds") -> tuple[float, float]:
+        """Factors <= 1 and >= 1 from the bounds at the mean pressure to these, of any pressure."""
+        (lower, upper), (mean_lower, mean_upper) = self.numbers, at_mean.numbers
         least = min(lower / mean_lower, 1.0) if mean_lower > 0 else 1.0
         return least, max(upper / mean_upper, 1.0)
 

@@ -222,7 +222,7 @@ class _Units:
             inflow=inflow,
             outflow=outflow,
             levels=tuple(levels),
-            slip_interval=None if slip is None else slip.over(level.bounds),
+            slip_interval=None if slip is None else slip.slip_factors(level.bounds),
         )
 
     def field(self, solution: LevelSolution) -> FlowField:

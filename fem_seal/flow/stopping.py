@@ -123,7 +123,7 @@ class Decision:
             return ""
         low, high = exp(-self.margin), exp(self.margin)
         if solution.slip is not None:
-            least, most = solution.slip.over(bounds)
+            least, most = solution.slip.slip_factors(bounds)
             low, high = low * least, high * most
         if lower * high * self.unit >= self.limit >= upper * low * self.unit:
             if self.margin == 0:

@@ -19,7 +19,7 @@ OUTSIDE = 1e-6  # largest distance [pixel] by which rounding may put a vertex ou
 # Rounding error of coordinates [pixel]; gmsh writes them to 1e-9 at best.
 COORDINATE_ROUNDING = 1e-6
 CHANNEL_ABOVE = 0.1  # a channel ends where the gap falls below this part of its mean
-GROWTH = 0.5  # growth of the edge length with the distance to the nearest bank of a channel
+EDGE_GROWTH = 0.5  # growth of the edge length with the distance to the nearest bank of a channel
 FINEST_RASTER = 1500  # largest number of points along the longer side
 UNIT_SUSPECTED = 200  # ratio of the extents of mesh and grid beyond which their units must differ
 
@@ -157,7 +157,7 @@ def channel_sizes(gap: GapSource, rectangle: Box, smallest: float, largest: floa
         if not region.all():
             to_bank = distance_transform_edt(region, sampling=spacing)
             distance = np.where(region, to_bank, distance)
-    sizes = np.minimum(smallest + GROWTH * distance, largest)
+    sizes = np.minimum(smallest + EDGE_GROWTH * distance, largest)
     return SizeField(sizes, (rectangle.x0, rectangle.y0), tuple(spacing))
 
 

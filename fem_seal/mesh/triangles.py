@@ -23,7 +23,9 @@ from fem_seal.mesh.nested import TooFine
 # unknown ψ.
 INSIDE, INLET, OUTLET, BOTTOM, TOP, ISLAND = range(6)
 
-NARROWEST = 2.0**-40  # shortest edge to halve over the largest coordinate, which rounds at 2^-53
+SHORTEST_EDGE = (
+    2.0**-40
+)  # shortest edge to halve over the largest coordinate, which rounds at 2^-53
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +120,7 @@ class TriangleMesh(Mesh):
         """
         a, b = xy[ends[:, 0]], xy[ends[:, 1]]
         largest = np.abs(xy).max()
-        if (np.abs(a - b).max(axis=1, initial=0.0) < NARROWEST * largest).any():
+        if (np.abs(a - b).max(axis=1, initial=0.0) < SHORTEST_EDGE * largest).any():
             raise TooFine(f"triangles below 2^-40 of the mesh ({largest:.3g} m) would be needed")
         return (a + b) / 2
 

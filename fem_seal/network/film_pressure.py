@@ -24,7 +24,7 @@ from fem_seal.network.network import Network
 # Right side and relative tolerance -> solution.
 Solve = Callable[[np.ndarray, float], np.ndarray]
 Solver = Callable[[sparse.csr_array], Solve]
-EXACT = 1e-6  # relative tolerance of the pressure
+PRESSURE_TOLERANCE = 1e-6  # relative tolerance of the pressure
 
 
 def eliminated(matrix: sparse.csr_array) -> Solve:
@@ -76,7 +76,7 @@ class FilmPressure:
         matrix = sparse.csr_array(sparse.diags(between.sum(axis=1)) - between)[network.free]
         self._solve = solver(sparse.csr_array(matrix[:, network.free]))
         u = network.inlet.astype(float)
-        u[network.free] = self._solve(-(matrix @ u), EXACT)
+        u[network.free] = self._solve(-(matrix @ u), PRESSURE_TOLERANCE)
         self._links, self._u, self._drop, self._places = links, u, u[a] - u[b], places
         self.on_samples = np.clip(self._to_samples(u), 0.0, 1.0)  #: (nx, ny)
         self.dissipation = links * self._drop**2  #: (links,), in a unit of its own

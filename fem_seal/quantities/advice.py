@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import expm1, log, sinh, sqrt
+from typing import NamedTuple
 
 from fem_seal.digits import in_digits, rounded_down
 from fem_seal.error_budget import (
@@ -18,7 +19,14 @@ from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.headline import Headline
 from fem_seal.scene import Scene
 
-Needed = tuple[float | None, int | None]  # tolerance and unknowns that would decide
+
+class Needed(NamedTuple):
+    """What would decide; None where that is not known."""
+
+    rtol: float | None = None
+    unknowns: int | None = None
+
+
 LEAST_RTOL = 1e-6  # smallest tolerance that is advised; the estimate is not more precise
 
 
@@ -39,17 +47,17 @@ def what_would_decide(
     """
     low, high = leak.bounds
     if low == 0:
-        return None, None
+        return Needed()
     distance = log(limit / sqrt(low * high))
     half_widths = [distance - log(upper)] if upper is not None else []
     if lower:
         half_widths.append(log(lower) - distance)
     needed = 2 * sinh(max(half_widths, default=0.0) / (1 + 2 * per_rtol))
     if needed < LEAST_RTOL:
-        return None, None
+        return Needed()
     reached = relative_width(*leak.refined_bounds)
     # This is sufficient. A wider bracket may decide too, if all of it lies on one side.
-    return needed, max(round(leak.unknowns * reached / needed), leak.unknowns)
+    return Needed(needed, max(round(leak.unknowns * reached / needed), leak.unknowns))
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def _opened(
             f"pressure of {_pressure(load)}"
         )
         return [words + more, lifted_off], None, None
-    opened, under = _at_the_end(patch, load - inlet, 1)
+    opened, under = _at_the_end(patch, load - inlet, upper=True)
     if opened is None:
         return [words + more, *under], None, None
     stays = opened.state == "sealed"
@@ -93,7 +93,7 @@ def _closed(patch: Patch, load: float, outlet: float) -> tuple[list[str], float 
     ]
     if patch.leak_rate.state == "sealed":
         return words, 1.0
-    closed, under = _at_the_end(patch, load - outlet, 0)
+    closed, under = _at_the_end(patch, load - outlet, upper=False)
     return [*words, *under], None if closed is None else _lower_factor(patch.leak_rate, closed)
 
 
@@ -171,34 +171,33 @@ def lift_range(patch: Patch) -> tuple[LeakRate, LeakRate]:
         return (patch.leak_rate if outlet == 0 else under(load - outlet)), under(load - inlet)
 
 
-def _at_the_end(patch: Patch, pressure: float, side: int) -> tuple[LeakRate | None, list[str]]:
+def _at_the_end(patch: Patch, pressure: float, *, upper: bool) -> tuple[LeakRate | None, list[str]]:
     """Leak rate of the dry contact under another pressure [Pa], and words about it.
 
-    None if it cannot change the verdict, by an upper (1) or a lower (0) end: without a limit, or
-    where the dry contact may be beyond it on that side already. None with [tolerances] as well:
+    None if it cannot change the verdict, by its upper or its lower end: without a limit, or where
+    the dry contact may be beyond it on that side already. None with [tolerances] as well:
     the fluid changes the leak rate at their ends by another factor, and may lift the solid off.
     """
     limit = patch.scene.limit
     if limit is None or patch.scene.tolerances is not None:
         return None, []
     allowed = limit.volume_rate(patch.scene.drive)
-    if (patch.leak_rate.bounds[1] > allowed) if side else (patch.leak_rate.bounds[0] <= allowed):
+    low, high = patch.leak_rate.bounds
+    if (high > allowed) if upper else (low <= allowed):
         return None, []
     with patch.timed("fluid pressure"):
         try:
             leak = patch.pressed_by(pressure).leak_rate
         except NotConverged:
             return None, [f"the contact under {_pressure(pressure)} did not converge"]
-    under = f"under the {_pressure(pressure)} that "
-    under += "are left for the solid" if side else "press the solid then"
-    if leak.state == "sealed":
-        return leak, [f"{under} the contact is sealed{' all the same' * side}"]
-    end = (
-        f"at most {rounded_up(leak.bounds[1])}"
-        if side
-        else f"at least {rounded_down(leak.bounds[0])}"
-    )
-    return leak, [f"{under}, {end} m^3/s"]
+    low, high = leak.bounds
+    if upper:
+        under = f"under the {_pressure(pressure)} that are left for the solid"
+        sealed, end = "the contact is sealed all the same", f"at most {rounded_up(high)} m^3/s"
+    else:
+        under = f"under the {_pressure(pressure)} that press the solid then"
+        sealed, end = "the contact is sealed", f"at least {rounded_down(low)} m^3/s"
+    return leak, [f"{under} {sealed}" if leak.state == "sealed" else f"{under}, {end}"]
 
 
 def _lower_factor(dry: LeakRate, closed: LeakRate) -> float:

@@ -38,7 +38,7 @@ def quantities(patch: Patch) -> Quantities | None:
     """
     scene = patch.scene
     named = set(scene.output.products)
-    if scene.limit and scene.needs_flow:
+    if scene.limit and scene.needs_leak_rate:
         named.add("constriction")
     names = [name for name in QUANTITIES if name in named]
     if patch.lifted_off:
@@ -83,7 +83,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
 
     flow = patch.scene.flow
     # With a leak rate that of its flow, which a total error chooses.
-    rtol = patch.flow_settings.rtol if patch.scene.needs_flow else flow.rtol
+    rtol = patch.flow_settings.rtol if patch.scene.needs_leak_rate else flow.rtol
 
     def progress(unknowns: int, width: float) -> None:
         patch.report("tensor", f"{unknowns} unknowns, known to {width:.2g}")

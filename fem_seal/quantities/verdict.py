@@ -64,7 +64,7 @@ def verdict(
     stated, limit = scene.limit.leak_rate, scene.limit.volume_rate(scene.drive)
     allowed = f"{shown.text(limit)} allowed"
     decision, comparison = _compared(leak.state, head, limit, allowed)
-    needed: Needed = (None, None)
+    needed = Needed()
     unsettling = {"sealed": may_open, "lifted off": may_close}.get(leak.state)
     doubts = [entry.sentence for entry in rest if unsettling is not None and unsettling(entry)]
     if leak.state == "lifted off" and doubts:

@@ -30,7 +30,7 @@ PICTURES = (*OF_LIFTED_CONTACT, "seal.png", "sensitivity.png", "shape.png")
 def draw_patch(patch: Patch, folder: Path, seal: SealLeak | None = None) -> None:
     """Draw the pictures of a patch, and of its seal, into a folder; see `draw_pictures`."""
     lifted_off = patch.lifted_off or (seal is not None and seal.state == "lifted off")
-    field = patch.leak_rate.field if patch.scene.needs_flow else None
+    field = patch.leak_rate.field if patch.scene.needs_leak_rate else None
     record = None if seal is None else SealRecord.of(seal)
     film = None if lifted_off else patch.film
     draw_pictures(film, field, folder, ContactArrays.of(patch), record)

@@ -108,7 +108,7 @@ class LiftRecord(Record):
     model: str
     solid_pressure: float | None = None
     fluid_pressure: float | None = None
-    steps: int
+    steps: int = 0
     change: Finite = None
     lowest: Finite
     highest: Finite
@@ -126,7 +126,7 @@ class LiftRecord(Record):
         if model == "range":
             low, high = patch.once(lift_range)
             lowest, highest = low.ends[0], high.ends[1]
-            return cls(model=model, steps=2, lowest=lowest, highest=highest, dry=dry)
+            return cls(model=model, lowest=lowest, highest=highest, dry=dry)
         state = present(patch.lifted, "lifted state")
         return cls(
             model=model,

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from copy import deepcopy
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -211,6 +212,7 @@ def _of_present_version(scene: dict[str, Any]) -> dict[str, Any]:
 
 def _of_schema_1(data: dict[str, Any]) -> dict[str, Any]:
     """The content of a result.json of the first schema in the present one."""
+    data = deepcopy(data)
     for entry in data.get("error_budget") or ():
         entry.setdefault("key", entry["name"].replace(" ", "_"))
     data["certificate"] = data.pop("kkt_residual", None)

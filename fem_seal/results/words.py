@@ -258,7 +258,8 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
         if lift.highest is None:
             ends = ends if lift.lowest else []
             # Without a lower end the outlet's pressure alone lifts it off.
-            ends.append(f"without limit{' if the seal lifts off' * (lift.lowest is not None)}")
+            may_close = lift.lowest is not None
+            ends.append("without limit if the seal lifts off" if may_close else "without limit")
         both = ", and ".join(ends)
         return f"{both}, whatever the fluid's pressure between those of inlet and outlet"
     if lift.solid_pressure is None:
@@ -269,7 +270,7 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
     if not lift.settled:
         steps += ", not settled"
     elif lift.change:
-        steps += f", the last changed the leak rate by {100 * lift.change:.2g} %"
+        steps += f", the last stage changed the leak rate by {100 * lift.change:.2g} %"
     assumed = " (the model lets contact conduct with a small gap ε)" if sealed else ""
     return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {steps}"
 

@@ -180,7 +180,7 @@ def _accuracy(scene: "Scene") -> Iterator[str]:
         if is_changed(accuracy, "max_refinement"):
             yield "accuracy.max_refinement limits the grids that accuracy.total tries; give both"
         return
-    if not scene.needs_flow:
+    if not scene.needs_leak_rate:
         yield "[accuracy] is about the leak rate, which output.products does not name"
     if not accuracy.contact_grid:
         yield (
@@ -211,7 +211,7 @@ def _finite_differences(scene: "Scene") -> Iterator[str]:
 def _rates(scene: "Scene") -> Iterator[str]:
     """Pressures, units and limits that do not fit the fluid or the products."""
     unit, limit, flow = scene.output.leak_rate_unit, scene.limit, scene.flow
-    if scene.leaks == "nothing":
+    if scene.leak_rate_of == "nothing":
         for name, value in (("[limit]", limit), ("output.leak_rate_unit", unit)):
             if value is not None:
                 yield f"{name} is about the leak rate, which output.products does not name"
@@ -250,7 +250,7 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
     """Tolerances of inputs that the scene does not give, and of 100 % or more."""
     if scene.tolerances is None:
         return
-    if scene.leaks == "nothing":
+    if scene.leak_rate_of == "nothing":
         yield "[tolerances] is about the leak rate, which output.products does not name"
     given = dict(scene.tolerances.given())
     if not given:
@@ -306,7 +306,7 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
 def _ambient(scene: "Scene") -> Iterator[str]:
     """An ambient pressure that is missing or contradicts the scene."""
     flow, contact = scene.flow, scene.contact
-    if scene.fluid is None or (scene.leaks == "nothing" and not scene.solves_flow):
+    if scene.fluid is None or (scene.leak_rate_of == "nothing" and not scene.solves_flow):
         return
     if flow.ambient_pressure is not None and flow.pressure_drop is not None:
         yield (
@@ -330,7 +330,7 @@ def _ambient(scene: "Scene") -> Iterator[str]:
 def _lift(scene: "Scene") -> Iterator[str]:
     """A lift that needs what the scene has not, or that has nothing to lift."""
     flow, contact, lift = scene.flow, scene.contact, scene.flow.lift
-    if scene.leaks == "nothing":
+    if scene.leak_rate_of == "nothing":
         needs = ""
         if lift == "range":
             needs = "is of the leak rate, which output.products does not name; choose 'resolved'"

@@ -121,7 +121,7 @@ class Contact(Section):
         None, description="gfmd only; the contact has failed after so many"
     )
     precision: Literal["mixed", "double"] = Field(
-        "mixed", description="of search directions, all else is double; gfmd only"
+        "mixed", description="single until near the tolerance, or double throughout; gfmd only"
     )
     threads: Count | None = Field(
         None, le=1024, description="gfmd only; the cores of this process if left out"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from fem_seal.digits import number_of
 from fem_seal.scene.readable import sections_in
 
 if TYPE_CHECKING:
@@ -57,6 +58,9 @@ def _sentence(error: "ErrorDetails", place: "_Place", root: type[BaseModel]) -> 
             return f"{place} = {given!r} should be a table of keys, [{place}]"
         case "greater_than_equal":  # pydantic writes 1e-13 with thirteen decimals
             return f"{place} = {given!r} should be greater than or equal to {error['ctx']['ge']:g}"
+        case "too_short":
+            least = error["ctx"]["min_length"]
+            return f"{place} = {given!r} is too short: give at least {number_of(least, 'value')}"
         case "value_error":
             return f"{place} = {given!r} {error['ctx']['error']}"
     text = error["msg"].removeprefix("Input ").replace("Tuple should", "should")

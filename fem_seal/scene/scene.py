@@ -199,21 +199,21 @@ class Scene(Section):
         return None if self.accuracy is None else self.accuracy.total
 
     @property
-    def needs_flow(self) -> bool:
+    def needs_leak_rate(self) -> bool:
         """Whether some product needs the leak rate."""
         return any(PRODUCTS[name].leak_rate for name in self.output.products)
 
     @property
     def solves_flow(self) -> bool:
         """Whether the flow is solved: for a product, or since it lifts the solid."""
-        return self.needs_flow or self.lift == "resolved"
+        return self.needs_leak_rate or self.lift == "resolved"
 
     @property
-    def leaks(self) -> Literal["nothing", "patch", "seal"]:
+    def leak_rate_of(self) -> Literal["nothing", "patch", "seal"]:
         """Whose leak rate is asked for, if any."""
         if self.seal is not None:
             return "seal"
-        return "patch" if self.needs_flow else "nothing"
+        return "patch" if self.needs_leak_rate else "nothing"
 
     @property
     def load(self) -> Load:

@@ -35,7 +35,7 @@ class Flow(Section):
     inlet_pressure: Pressure | None = Field(None, description="absolute; with outlet_pressure")
     outlet_pressure: NonNegativePressure | None = Field(None, description="absolute, 0 is vacuum")
     ambient_pressure: NonNegativePressure | None = Field(
-        None, description="absolute, on the back of the solid; the outlet's if left out"
+        None, description="absolute, on the back of the solid; else the outlet's, if 1 bar or more"
     )
     lift: Lift | None = Field(
         None, description="effect of the fluid's pressure; resolved under a contact.pressure"

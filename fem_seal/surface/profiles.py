@@ -23,9 +23,8 @@ from fem_seal.surface.cell import HANN_DEPENDENCE
 # law with H = 0.8 by 2 %, and by 6 % in the bins next to its cut-offs.
 LINE_BIN_RATIO = 1.25
 FEWEST_SAMPLES = 16  # fewest samples of a profile
-DENSITY_ROUNDING = (
-    1e-28  # densities below this part of the largest are rounding errors beyond a cut-off
-)
+# Densities below this part of the largest are rounding errors beyond a cut-off.
+DENSITY_ROUNDING = 1e-28
 LINE_DEGREES = {"mean": 0, "line": 1, "quadratic": 2}
 
 

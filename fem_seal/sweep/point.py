@@ -8,10 +8,11 @@ from pydantic import ConfigDict
 
 from fem_seal import __version__
 from fem_seal.errors import NotConverged
+from fem_seal.files import digest
 from fem_seal.parallel import Comm
 from fem_seal.points import Task
 from fem_seal.progress import Report
-from fem_seal.results.result import Result, digest
+from fem_seal.results.result import Result
 from fem_seal.scene import Scene
 from fem_seal.scene.sections import PRODUCTS
 from fem_seal.solved import answer, solve
@@ -107,7 +108,7 @@ class Point:
 def numbers_only(scene: Scene) -> Scene:
     """Leave out the products that are files: pictures and meshes are for single runs."""
     products = [name for name in scene.output.products if not PRODUCTS[name].folder]
-    if scene.needs_flow and "leak_rate" not in products:
+    if scene.needs_leak_rate and "leak_rate" not in products:
         products.append("leak_rate")
     output = scene.output.model_copy(update={"products": tuple(products)})
     return scene.model_copy(update={"output": output})

@@ -15,7 +15,7 @@ MOST_RISE = 50.0
 MOST_TAIL = 8.0  # fall of ln K up to which it is extrapolated above the last load
 # Exponents m and n, so that K^m is concave in the gap and K^n convex: of K ~ g³, and under slip by
 # either law, for which all m up to 0.333 and n from 0.57 on would do.
-CUBE, SLIPPING = (1 / 3, 1 / 3), (0.3, 0.6)
+CUBIC, SLIPPING = (1 / 3, 1 / 3), (0.3, 0.6)
 # Steps inside an enclosure: K falls by about the part FALL in each; most of them.
 FALL, ENCLOSURE_STEPS = 0.002, 500
 
@@ -32,7 +32,7 @@ class Enclosure:
     #: in results of older versions 3
     lower: tuple[float, ...]
     upper: tuple[float, ...]
-    exponents: tuple[float, float] = CUBE  #: m and n
+    exponents: tuple[float, float] = CUBIC  #: m and n
 
     def steps(self) -> int:
         """Number of steps that follow the bounds closely."""

@@ -43,7 +43,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.steps import elastic_contact, flow_progress
-from fem_seal.upscaling.conductivity import CUBE, SLIPPING, ConductivityTable, Enclosure
+from fem_seal.upscaling.conductivity import CUBIC, SLIPPING, ConductivityTable, Enclosure
 
 if TYPE_CHECKING:
     from fem_seal.flow.nearby import MeshedFlow
@@ -143,7 +143,7 @@ class LoadedPatch:
             above = self._flows[b]
             resistances = above.resistances_above(self._film(line))
             lower = self._per_square(above) / resistances[::-1]
-        exponents = CUBE if self.patch.scene.slip is None else SLIPPING
+        exponents = CUBIC if self.patch.scene.slip is None else SLIPPING
         return Enclosure(tuple(lower.tolist()), tuple(upper.tolist()), exponents)
 
     def critical_gap(self, load: float) -> float | None:

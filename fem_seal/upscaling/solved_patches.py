@@ -34,9 +34,8 @@ class SolvedPatch:
     """Conductivity of a patch at the net loads that the seal needs."""
 
     table: ConductivityTable
-    reason: (
-        str  #: why the leak rate of a seal of such patches is not known to seal.rtol, else empty
-    )
+    #: why the leak rate of a seal of such patches is not known to seal.rtol, else empty
+    reason: str
     #: estimated relative error of the conductivity due to the grid of the contact, at the load that
     #: matters most; None if there is no estimate
     contact_error: float | None

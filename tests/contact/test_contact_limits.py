@@ -90,7 +90,9 @@ def test_a_state_that_is_no_contact_is_refused(gap, pressure, message):
         (Load, ("presure", 1.0), "load = 'presure' is unknown; choose from pressure"),
         (ElasticSolid, (-5.0,), "contact_modulus = -5.0 must be a positive number"),
         (Arithmetic, (None, "single"), "precision = 'single' is unknown; choose from double"),
-        (Limits, (2.5,), "unknowns must be a whole number, got 2.5"),
+        (Arithmetic, (float("nan"),), "threads = nan must be a whole number"),
+        (ContactStopping, ("free-set-cg", 1e-6, 1.5), r"max_iterations = 1\.5 must be a whole"),
+        (Limits, (2.5,), r"unknowns = 2\.5 must be a whole number >= 1"),
     ],
 )
 def test_settings_are_checked_where_they_are_made(kind, arguments, message):

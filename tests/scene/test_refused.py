@@ -92,7 +92,7 @@ BAD = {
         "flow.representation=quadratic": "choose from 'linear' or 'constant'",
         "flow.max_unknowns=0": "flow.max_unknowns = 0",
         "flow.max_seconds=5 s": "max_seconds ends a refinement, and method = 'finite-difference' d",
-        "output.products=[]": "output.products = .* at least 1 item",
+        "output.products=[]": r"output.products = \[\] is too short: give at least 1 value$",
         "output.products=['leak']": r"output.products\[0\] = 'leak' is not allowed",
         "output.products=['mesh']": "finite-difference",
         "tolerances.heights='5 %'": "tolerances. compares bounds",

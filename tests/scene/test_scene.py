@@ -236,7 +236,7 @@ def test_bearing_needs_no_solid_and_contact_no_fluid(small_scene):
     del small_scene["solid"], small_scene["fluid"], small_scene["flow"]
     small_scene["contact"]["model"] = "bearing"
     small_scene["output"]["products"] = ["contact"]
-    assert not Scene.from_mapping(small_scene).needs_flow
+    assert not Scene.from_mapping(small_scene).needs_leak_rate
 
 
 @pytest.mark.parametrize("section", ["surface", "solid", "contact"])
