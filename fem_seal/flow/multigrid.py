@@ -8,15 +8,16 @@ from scipy import sparse
 
 from fem_seal.fenicsx import PETSc
 from fem_seal.flow.linear import MAX_ITERATIONS, destroy, preconditioned_cg
-from fem_seal.network.film_pressure import Solve
 from fem_seal.progress import NOTE, Report, silent
+
+_Solve = Callable[[np.ndarray, float], np.ndarray]
 
 
 def by_multigrid(
     matrix: sparse.csr_array,
-    eliminated: Callable[[sparse.csr_array], Solve],
+    eliminated: Callable[[sparse.csr_array], _Solve],
     report: Report = silent,
-) -> Solve:
+) -> _Solve:
     """Solver (right side, relative tolerance) -> solution of a symmetric positive matrix.
 
     CG stops by the norm of the preconditioned residual, which is about that of the error: pockets
@@ -31,7 +32,7 @@ def by_multigrid(
     solver.setNormType(PETSc.KSP.NormType.PRECONDITIONED)
     solver.setConvergenceHistory(reset=True)
     x, b = whole.createVecs()
-    elimination: Solve | None = None  # from the first breakdown on
+    elimination: _Solve | None = None  # from the first breakdown on
 
     def solve(right_side: np.ndarray, tolerance: float) -> np.ndarray:
         """Solution by CG, or by elimination once CG has broken down."""
