@@ -14,12 +14,8 @@ from scipy.optimize import minimize
 
 from fem_seal.errors import present
 from fem_seal.film import Film
-from fem_seal.film.law import (
-    FilmLaw,
-    PressureWeight,
-    bounding_law,
-    mean_pressure_law,
-)
+from fem_seal.film.law import FilmLaw, mean_pressure_law
+from fem_seal.film.slip_bounds import PressureWeight, bounding_law
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh

@@ -5,7 +5,7 @@ import pytest
 from gaps import everything, represented
 from sample_gaps import rough_gap
 
-from fem_seal.film.law import PressureWeight, bounding_law
+from fem_seal.film.slip_bounds import PressureWeight, bounding_law
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.quarters import QuarterShape
 from fem_seal.fluid import Slip

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_averages import mean_over_triangle
 
-from fem_seal.film.law import Conductivity, PressureWeight, bounding_law, mean_pressure_law
+from fem_seal.film.law import Conductivity, mean_pressure_law
+from fem_seal.film.slip_bounds import PressureWeight, bounding_law
 from fem_seal.flow import averages
 from fem_seal.flow.averages import (
     conductivity_of_corners,
