@@ -97,6 +97,7 @@ def test_a_home_that_cannot_be_written(folder, monkeypatch):
     assert os.environ["XDG_CACHE_HOME"] != str(cache)
 
 
+@pytest.mark.slow  # what is said: test_builds_of_dolfinx_that_do_not_do
 def test_dolfinx_without_petsc(folder):
     program = (
         "import sys; sys.modules['petsc4py'] = None; from fem_seal.cli import main; "

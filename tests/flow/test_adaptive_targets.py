@@ -58,7 +58,7 @@ def test_half_width_falls_like_one_over_unknowns(hurst, short, area, sides):
 
 def test_adaptive_needs_a_fraction_of_the_uniform_mesh_near_percolation():
     gap = elastic_gap(64, 0.8, 4, 0.38, 3)
-    uniform = refine(gap, "periodic", 1e-3, 70_000, method="uniform")
+    uniform = refine(gap, "periodic", 1e-3, 30_000, method="uniform")
     half_width = uniform.levels[-1].half_width
     adaptive = refine(gap, "periodic", 2 * half_width, uniform.unknowns)
     assert adaptive.levels[-1].half_width <= half_width
