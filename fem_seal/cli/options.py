@@ -143,7 +143,7 @@ def add_work(command: argparse.ArgumentParser, default: int | None = 1) -> None:
     add_jobs(command, default=default)
     command.add_argument(
         "--part",
-        type=part,
+        type=part_of_points,
         default=(1, 1),
         metavar="K/N",
         help="only share K of N of the work, for job arrays, such as 2/8 (1/1)",
@@ -155,7 +155,7 @@ def add_work(command: argparse.ArgumentParser, default: int | None = 1) -> None:
     )
 
 
-def part(text: str) -> tuple[int, int]:
+def part_of_points(text: str) -> tuple[int, int]:
     """Read K/N."""
     try:
         k, n = map(int, text.split("/"))

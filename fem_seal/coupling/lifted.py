@@ -69,8 +69,9 @@ def lifted(
 
     ends = parallel.on_root(search, problem.comm)
     states = [_completed(problem, allowed, *end) for end in ends]
-    found = not any(end.state.reason for end in ends)
-    return states[0] if len(states) == 1 else _merged(*states, found=found)
+    if len(states) == 1:
+        return states[0]
+    return _merged(*states, in_equilibrium=not any(end.state.reason for end in ends))
 
 
 class _End(NamedTuple):
@@ -185,10 +186,10 @@ def _why_not_settled(state: LiftedState, leak: LeakRate, allowed: float, *, know
     return ""
 
 
-def _merged(first: LiftedState, second: LiftedState, *, found: bool) -> LiftedState:
+def _merged(first: LiftedState, second: LiftedState, *, in_equilibrium: bool) -> LiftedState:
     """The state of two starts: the second one, or the first if that alone has settled.
 
-    Both are equilibria if Newton's steps have `found` them.
+    Newton's steps have brought both into equilibrium, or not.
     """
     leaks = [present(state.leak_rate, "leak rate") for state in (first, second)]
     apart = log_ratio(*(leak.value for leak in leaks))
@@ -197,7 +198,7 @@ def _merged(first: LiftedState, second: LiftedState, *, found: bool) -> LiftedSt
     both = replace(shown, steps=first.steps + second.steps)
     if apart <= first.error + second.error + max(widths, default=0.0):
         return both
-    settled = found and all(s.converged or s.state == "sealed" for s in (first, second))
+    settled = in_equilibrium and all(s.converged or s.state == "sealed" for s in (first, second))
     what = "have two equilibria" if settled else "come to two states, not both of them settled"
     names = [f"{leak.value:.3g} m^3/s" if leak.value else "0 (sealed)" for leak in leaks]
     opened = [present(state.contact, "contact").gap.values > 0 for state in (first, second)]

@@ -172,8 +172,8 @@ class _Stages:
         """Take Newton's steps from the first point of a stage."""
         problem = self._problem
         exact = self._steps.difficult or start.problem is not problem
-        found = equilibrium(start, INNER * self._allowed if exact else self._allowed)
-        self._steps = found.after(self._steps)
+        steps = equilibrium(start, INNER * self._allowed if exact else self._allowed)
+        self._steps = steps.after(self._steps)
         self._moved = log_ratio(self._steps.point.flow.conductance, start.flow.conductance)
         if self._on_all_samples:  # no state has fewer
             # The next network has four times the nodes.

@@ -8,9 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_seal.digits import with_prefix
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.registry import require_positive
+
+
+def _length(metres: float) -> str:
+    return with_prefix(metres, "m", 6)
 
 
 @dataclass(frozen=True)
@@ -54,13 +59,13 @@ class Spectrum:
         grid = max(length / n for length, n in zip(size, shape, strict=True))
         if self.short_wavelength < grid * (1 - 1e-9):
             raise InvalidInput(
-                f"short_wavelength = {self.short_wavelength:g} m is finer than the grid, whose "
-                f"samples are {grid:g} m apart; raise it or shape"
+                f"short_wavelength = {_length(self.short_wavelength)} is finer than the grid, "
+                f"whose samples are {_length(grid)} apart; raise it or shape"
             )
         if self.long_wavelength > max(size) * (1 + 1e-9):
             raise InvalidInput(
-                f"long_wavelength = {self.long_wavelength:g} m does not fit into the cell of size "
-                f"{size[0]:g} m by {size[1]:g} m"
+                f"long_wavelength = {_length(self.long_wavelength)} does not fit into the cell of "
+                f"size {_length(size[0])} by {_length(size[1])}"
             )
 
     @property

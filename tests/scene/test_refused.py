@@ -65,7 +65,7 @@ BAD = {
         "surface.shape=[32, 31.5]": r"surface.shape\[1\] = 31.5 should be a valid integer",
         "surface.shape=32": "surface.shape = 32 should be a list",
         "surface.size=[1e-5, '1 s']": r"surface.size\[1\] = '1 s' is not in a unit of m",
-        "surface.short_wavelength=0.9 um": "short_wavelength = 9e-07 m is finer than the grid",
+        "surface.short_wavelength=0.9 um": "short_wavelength = 900 nm is finer than the grid",
         "surface.rms_height=1 um": "exactly one of rms_height, rms_slope; got rms_height and rms_s",
         "surface.rms_slope=": "exactly one of rms_height, rms_slope; got none",
         "surface.scaling=exactly": "choose from 'exact' or 'ensemble'",
