@@ -239,6 +239,7 @@ def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path):
     scene = FIRST | {
         "surface": FIRST["surface"] | {"seed": 22},
         "contact": {"pressure": "0.24 MPa"},
+        "flow": FIRST["flow"] | {"lift": "none"},
         "limit": {"leak_rate": "1e-17 ml/h"},
         "accuracy": {"total": 0.1, "max_refinement": 1},
     }
@@ -257,7 +258,8 @@ def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path):
 def test_a_grid_that_misses_the_shortest_wave_is_no_evidence():
     """Two samples in the shortest wave on the scene's grid, one on the next coarser: not judged."""
     fine = FIRST["surface"] | {"short_wavelength": "3.125 um", "seed": 35}
-    scene = FIRST | {"surface": fine, "contact": {"pressure": "0.6 MPa"}}
+    dry = FIRST["flow"] | {"lift": "none"}
+    scene = FIRST | {"surface": fine, "contact": {"pressure": "0.6 MPa"}, "flow": dry}
     for finest, upper in ((1, None), (2, 1.0)):
         accuracy = {"total": 0.1, "max_refinement": finest}
         patch, choice = chosen_patch(Scene.from_mapping(scene | {"accuracy": accuracy}))

@@ -13,6 +13,7 @@ from fem_seal.accuracy import chosen_patch
 from fem_seal.drawing import draw
 from fem_seal.patch import Known, Patch
 from fem_seal.quantities.lift import lift_range
+from fem_seal.quantities.verdict import verdict
 from fem_seal.results import Result, read_contact
 from fem_seal.results.words import remarks, summary_of
 from fem_seal.scene import Scene
@@ -78,7 +79,8 @@ def test_what_is_lifted_off_has_no_pictures(tmp_path):
 
 def test_budget_and_verdict_count_the_lift():
     """The entry's factors widen the bounds of the flow, and a limit between them is undecided."""
-    result = solve(scene()).result()
+    solved = solve(scene())
+    result = solved.result()
     lift, leak = entry(result), result.leak_rate
     assert lift.kind == "estimated"
     assert lift.lower < 1 < lift.upper < 1.1
@@ -91,9 +93,8 @@ def test_budget_and_verdict_count_the_lift():
     assert result.lift.change < np.log(lift.upper) * (1 + 1e-9)
 
     def decision(limit):
-        mapping = scene().to_mapping()
-        mapping["limit"] = {"leak_rate": f"{limit} m^3/s"}
-        return solve(Scene.from_mapping(mapping)).result().verdict.decision
+        limited = scene().with_({"limit": {"leak_rate": f"{limit} m^3/s"}})
+        return verdict(limited, solved.leak_rate, solved.budget).decision
 
     assert decision(1.01 * leak.upper * lift.upper) == "within limit"
     assert decision(0.99 * leak.lower * lift.lower) == "above limit"
@@ -108,11 +109,11 @@ def test_a_decision_counts_the_lift():
     """
 
     def judged(limit, **flow):
-        mapping = scene(max_unknowns=20_000, **flow).to_mapping()
-        mapping["limit"] = {"leak_rate": f"{limit} m^3/s", "decide": True}
-        return solve(Scene.from_mapping(mapping)).result()
+        limit = {"leak_rate": f"{limit} m^3/s", "decide": True}
+        limited = scene(max_unknowns=20_000, **flow).with_({"limit": limit})
+        return solve(limited).result()
 
-    most = solve(scene(rtol=0.005)).result().leak_rate.upper
+    most = Patch(scene(rtol=0.005)).leak_rate.upper
     found = [judged(part * most) for part in (1.01, 0.993, 0.9)]
     decisions = [(one.verdict.decision, one.converged) for one in found]
     within, undecided, above = (

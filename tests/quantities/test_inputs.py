@@ -86,14 +86,14 @@ def test_corners_by_hand():
 
 @pytest.mark.parametrize("name", sorted(OPENS.keys() - {"seal.line_load"}))
 def test_each_input_opens_the_film_in_its_direction(name):
-    """One input at a time: less leaks at the end that closes, and more at that which opens."""
+    """One input at a time: a tenth more of it opens the film or closes it, as the table says."""
     pressures = ["flow.pressure_drop=", "flow.inlet_pressure=2 bar", "flow.outlet_pressure=1 bar"]
     given = pressures * name.endswith(("inlet_pressure", "outlet_pressure"))
     if name == "solid.youngs_modulus":
         given = ["solid.contact_modulus=", "solid.youngs_modulus=8 MPa", "solid.poisson_ratio=0.5"]
-    tolerance = f"tolerances.{name}=10 %"
-    far = entry(solve(scene(*COARSE, DRY, "contact.pressure=0.1 MPa", *given, tolerance)))
-    assert far.lower < 1 < far.upper
+    nominal = scene(*COARSE, DRY, "flow.method=finite-difference", *given)
+    less, more = (Patch(nominal.scaled({name: part})).leak_rate.value for part in (0.9, 1.1))
+    assert np.sign(more - less) == OPENS[name]
 
 
 BOX = (0.12e6, 3e4, 1, LIFTED)

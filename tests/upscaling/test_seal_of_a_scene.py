@@ -50,7 +50,7 @@ def sections() -> dict:
     return made | {
         "contact": {"pressure": "0.2 MPa"},
         "flow": {"pressure_drop": "0.5 bar", "sides": "periodic"},
-        "seal": {"leak_path": "0.1 mm", "circumference": "10 mm", "patches": 3, "rtol": 0.9},
+        "seal": {"leak_path": "0.1 mm", "circumference": "10 mm", "patches": 3, "rtol": 1.5},
         "output": {"products": ["seal"], "leak_rate_unit": "ml/h"},
     }
 
@@ -96,7 +96,9 @@ def cheap_seals(kept):
 def outcome(tmp_path_factory):
     """A run with a limit a thousand times what leaks."""
     folder = tmp_path_factory.mktemp("seal") / "out"
-    asked = scene(output={"products": ["seal", "contact"]}, limit={"leak_rate": "1 l/h"})
+    asked = scene(
+        output={"products": ["seal", "contact"]}, limit={"leak_rate": "1 l/h"}, seal={"rtol": 0.9}
+    )
     return solve(asked).save(folder), folder
 
 
