@@ -29,10 +29,10 @@ def test_methods_agree_to_the_certificate(rough, solver, load):
     assert np.count_nonzero(state.contact != exact.contact) <= 1
 
 
-GRIDS = st.sampled_from([(32, 24), (37, 53), (61, 61), (128, 8), (7, 64), (64, 1)])
+GRIDS = st.sampled_from([(32, 24), (37, 53), (61, 61), (128, 8), (7, 64), (64, 1), (2000, 2)])
 
 
-@given(st.integers(0, 1000), GRIDS, st.floats(1e-6, 3), st.floats(0.05, 1))
+@given(st.integers(0, 1000), GRIDS, st.floats(-8, 1).map(lambda x: 10**x), st.floats(0.05, 1))
 @settings(max_examples=40, deadline=None)
 def test_random_surfaces(seed, shape, load, hurst):
     height = rough_surface(shape, hurst=hurst, short=1, seed=seed)
@@ -83,27 +83,3 @@ def test_order_of_the_methods(rough, load):
     }
     assert pairs["fista"] < pairs["damped"]
     assert pairs["free-set-cg"] < pairs["polonsky-keer"]
-
-
-def test_reruns_are_identical(rough):
-    one, other = (press(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE) for _ in range(2))
-    assert np.array_equal(one.pressure.values, other.pressure.values)
-
-
-SHAPES = [(64, 64), (128, 128), (96, 40), (61, 67), (256, 256), (33, 128)]
-
-
-@pytest.mark.slow
-def test_five_hundred_random_scenes():
-    random = np.random.default_rng(2)
-    for seed in range(500):
-        shape = SHAPES[seed % len(SHAPES)]
-        long = max(shape) / random.choice([1, 2, 4, 8])
-        short = random.uniform(1, min(8, long / 1.5))
-        height = rough_surface(
-            shape, hurst=random.uniform(0.05, 1), short=short, long=long, seed=seed
-        )
-        pressure = 10 ** random.uniform(-5, 0.5) * E_STAR * SLOPE
-        state = press(height, E_STAR, pressure=pressure)
-        check_equilibrium(state, height, 1e-6)
-        assert state.iterations < 100

@@ -34,6 +34,12 @@ def test_first_touch(rough, load):
     assert np.array_equal(state.gap.values, rough.values.max() - rough.values)
 
 
+def test_a_flat_surface_touches_everywhere():
+    state = press(periodic(np.zeros((16, 16))), E_STAR, pressure=1e3)
+    assert state.contact_area_fraction == 1
+    assert state.pressure.values == pytest.approx(1e3, rel=1e-12)
+
+
 def test_apart(rough):
     """A mean gap larger than the highest peak: no contact at all."""
     wanted = 1.5 * rough.values.max()
@@ -127,7 +133,7 @@ def test_progress_hears_every_iteration(rough):
         ({"height": GridField(np.ones((1, 1)), (1e-6, 1e-6), True)}, "more than one sample"),
         ({"solver": "newton"}, "free-set-cg, damped, fista, polonsky-keer"),
         ({"precision": "single"}, "double, mixed"),
-        ({"tolerance": 0.0}, "tolerance"),
+        ({"tolerance": 1e-15}, "tolerance must lie in"),
         ({"max_iterations": 0}, "max_iterations"),
         ({"threads": 0}, "threads"),
         ({"start": np.ones((3, 3))}, "start"),

@@ -6,7 +6,7 @@ that carry a billionth of the load may be far from contact.
 
 import numpy as np
 import pytest
-from contact_campaign import campaign
+from contact_campaign import case, compare, wrong
 from contact_cases import E_STAR, check_equilibrium, rough_surface
 
 from fem_seal.contact import CONTACT_METHODS, ElasticSolid, press
@@ -103,6 +103,17 @@ def test_rounding_refuses_no_correct_state(shape, load):
     assert state.contact_area_fraction == 1
 
 
-def test_structured_surfaces_agree_with_the_plain_solver():
-    lines: list[str] = []
-    assert campaign(range(48), lines.append) == 0, lines
+@pytest.mark.parametrize("seeds", [range(36), pytest.param(range(2000), marks=pytest.mark.slow)])
+def test_structured_surfaces_agree_with_the_plain_solver(seeds):
+    """One surface in a hundred may raise NotConverged."""
+    refused = 0
+    for seed in seeds:
+        one = case(seed)
+        try:
+            state = one.solved()
+        except NotConverged:
+            refused += 1
+            continue
+        comparison = compare(one, state)
+        assert not wrong(comparison, one.load), (seed, one, comparison)
+    assert refused <= len(seeds) // 100
