@@ -6,6 +6,7 @@ import subprocess
 from math import hypot
 
 import pytest
+from in_workers import ended_elsewhere
 from project import scene_of_samples
 
 from fem_seal import grid_series, parallel
@@ -45,7 +46,7 @@ def test_its_error_is_raised_here():
 
 @pytest.mark.parametrize("ended", ["killed", "no memory"])
 def test_an_ended_process_is_made_up_for(ended, capfd):
-    assert Beside(_ended_elsewhere, TESTING, ended)() == TESTING
+    assert Beside(ended_elsewhere, TESTING, ended)() == TESTING
     assert capfd.readouterr().err == ""
 
 
@@ -56,14 +57,6 @@ def test_it_ends_with_what_it_stands_beside(beside_always, monkeypatch):
         solve(Scene.from_mapping(scene_of_samples(32)))
     (process,) = beside_always
     assert process.returncode == -signal.SIGKILL
-
-
-def _ended_elsewhere(process, how):
-    if os.getpid() != process:
-        if how == "no memory":
-            raise MemoryError
-        os.kill(os.getpid(), signal.SIGKILL)
-    return process
 
 
 @pytest.fixture

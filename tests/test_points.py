@@ -1,9 +1,7 @@
 """Points in many processes: same rows for any number of jobs and parts, whichever is killed."""
 
 import csv
-import os
 import pickle
-import signal
 import subprocess
 import sys
 import time
@@ -11,10 +9,10 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from threading import Timer
 
 import numpy as np
 import pytest
+from in_workers import MB, answer, die, fail, fine, hold_memory, keep_and_die, meet, no_answer, stay
 from project import MPI_ENVIRONMENT, alone, rows, scene_of_samples, started, write_toml
 
 from fem_seal import cli
@@ -159,21 +157,9 @@ def test_what_is_no_field_with_values(texts, message):
         combinations(*texts.split())
 
 
-def answer(last):
-    """End the process a moment after its answer, if that is to be the last one."""
-    if last:
-        Timer(0.1, os.kill, (os.getpid(), signal.SIGKILL)).start()
-    return last
-
-
 def test_a_worker_that_is_killed_while_idle_is_replaced(monkeypatch):
     monkeypatch.setattr("fem_seal.points.farm.available_memory", lambda: time.sleep(0.3) or 10**10)
     assert farm([True, False], answer, 1, lambda: 0) == ([True, False], [])
-
-
-def stay(path):
-    Path(path).write_text(str(os.getpid()))
-    time.sleep(60)
 
 
 def test_an_interrupt_ends_the_process_of_each_chain(tmp_path):
@@ -193,33 +179,10 @@ def test_an_interrupt_ends_the_process_of_each_chain(tmp_path):
     assert not process.exists()
 
 
-def no_answer(path):
-    raise ZeroDivisionError(path)
-
-
 def test_a_defect_of_a_task_ends_the_computation(capfd):
     with pytest.raises(Inconsistent, match="error stands above"):
         farm(["there"], no_answer, 1, lambda: 0)
     assert "ZeroDivisionError: there" in capfd.readouterr().err
-
-
-def fine():
-    return 1
-
-
-def fail():
-    raise InvalidInput("an error of its own")
-
-
-def die():
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def keep_and_die(path):
-    """End as a process does that is killed once it has written its point."""
-    path.parent.mkdir(exist_ok=True)
-    path.write_text("1")
-    die()
 
 
 def chain_of(folder, *functions, begin=lambda: None):
@@ -370,9 +333,6 @@ def test_errors_of_a_scene_come_back_from_a_worker():
     assert (str(again), again.lines) == (str(error), error.lines)
 
 
-MB = 1_000_000
-
-
 def test_processes_are_started_as_the_memory_holds_them():
     """What running ones may still grow by is not given away a second time."""
     assert processes_that_fit(3000 * MB, [3000 * MB], 9000 * MB) == 4
@@ -380,15 +340,6 @@ def test_processes_are_started_as_the_memory_holds_them():
     assert processes_that_fit(3000 * MB, [100 * MB] * 3, 8700 * MB) == 3
     assert processes_that_fit(3000 * MB, [3000 * MB], 100 * MB) == 1
     assert processes_that_fit(0, [], 100 * MB) == 1
-
-
-def meet(folder):
-    """Wait until another process has come, at most 20 s; whether one has."""
-    Path(folder, str(os.getpid())).touch()
-    end = time.monotonic() + 20
-    while len(list(Path(folder).iterdir())) < 2 and time.monotonic() < end:
-        time.sleep(0.05)
-    return len(list(Path(folder).iterdir())) == 2
 
 
 def test_processes_do_not_wait_for_the_first_point(tmp_path):
@@ -453,15 +404,6 @@ def test_an_executor_is_left_no_chains_after_an_error(tmp_path):
     with ThreadPoolExecutor(1) as executor, pytest.raises(InvalidInput, match="full"):
         compute_points([Chain(full, (task,)) for task in tasks], Work(executor=executor))
     assert len(computed) < len(tasks)
-
-
-def hold_memory(folder):
-    """Hold 300 MB for a moment, and write down when; a chain for `farm`."""
-    start = time.monotonic()
-    held = np.ones(300 * MB, dtype=np.uint8)
-    time.sleep(0.7)
-    path = Path(folder) / f"{start}"
-    path.write_text(f"{start} {time.monotonic()} {held[-1]}")
 
 
 def test_memory_of_jobs_keeps_within_the_limit(tmp_path, monkeypatch):
