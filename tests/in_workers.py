@@ -1,4 +1,4 @@
-"""What workers compute in tests: they start in a fifth of a second, for nothing heavy is imported."""
+"""What workers compute in tests: they start at once, for nothing heavy is imported here."""
 
 import os
 import signal
