@@ -196,7 +196,8 @@ def test_one_gas_in_every_unit(gap_scene):
     """The rates of one gas in all units agree through R T, M and the reference."""
     shown, gap = {}, 1e-6 * (1 + np.random.default_rng(4).random((9, 9)))
     for unit in ("l/min", "mbar l/s", "mol/s", "kg/s"):
-        scene = Scene.from_mapping(gap_scene(gap, leak_rate_unit=unit, products=["leak_rate"]))
+        scene = gap_scene(gap, leak_rate_unit=unit, products=["leak_rate"])
+        scene = Scene.from_mapping(scene).with_({"flow.rtol": 0.5})
         result = solve(scene).result()
         shown[unit] = result.leak_rate_shown
         assert shown[unit].unit == unit

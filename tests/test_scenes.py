@@ -13,7 +13,7 @@ SCENES = sorted((ROOT / "demos" / "scenes").glob("*.toml"))
 # Fields that make a scene small enough for a test; the others are small by themselves. Pictures are
 # drawn by test_cli.py of a patch, by test_first_verdict.py of a seal, by scene/test_shapes.py of a
 # shape. The windows of `o-ring-measured` are pressed by test_first_verdict.py; `leak-experiment` is
-# a seal as `o-ring`.
+# a seal as `o-ring`, `blasted_twin` a map as `blasted`.
 SMALL = {
     "face-seal": ["output.products=['leak_rate', 'mesh']"],
     "first": [
@@ -44,7 +44,7 @@ SMALL = {
     ],
 }
 
-SLOW = {"leak-experiment", "o-ring-measured"}
+SLOW = {"blasted_twin", "leak-experiment", "o-ring-measured"}
 
 
 def test_small_fields_are_of_scenes_that_exist():

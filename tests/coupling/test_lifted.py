@@ -681,14 +681,13 @@ def wedge_carries(n, level=0.0):
     return 1 - np.append(0, lost[:-1]).mean() / lost[-1]
 
 
-@pytest.mark.parametrize("modulus", [1e9, 1e13])
-def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load(modulus):
+def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load():
     """However stiff: its gap, and so ln Q, hardly changes before the contact is lost.
 
     It touches at one sample, a tent over 4 of the n² cells. Blocking a share f of the area takes
     about 2 f from the conductance. The solid's own deflection is of the order of P₀ L/E*.
     """
-    n, load, height = 32, 1e5, 1e-5
+    n, load, height, modulus = 32, 1e5, 1e-5, 1e13
     values = -np.repeat(height * (1 - 0.5 * np.arange(n) / n), n).reshape(n, n)
     values[n // 2, n // 2] = 0.0
     surface = GridField(values, (1e-3 / n, 1e-3 / n), True)

@@ -55,7 +55,7 @@ def test_percolation():
         values = np.maximum(0.0, gap.values - width)
         values[gap.values == width] = part * width
         film = GridFilm(GridField(values, gap.spacing, periodic=True), "periodic")
-        leak = bracketed(film, 0.05, 1500)
+        leak = bracketed(film, 0.3, 1500)
         assert leak.lower <= before
         assert (leak.state, leak.upper > 0) == (("leaking", True) if part else ("sealed", False))
         before = leak.upper

@@ -28,10 +28,9 @@ def entry(patch):
     return found
 
 
-@pytest.mark.parametrize("pressure", [0.03, 0.15])
-def test_four_times_the_samples_lie_within_the_factors(pressure):
+def test_four_times_the_samples_lie_within_the_factors():
     """The rule was calibrated on other contacts (tests/benchmarks/contact_grid.py)."""
-    patch = Patch(scene(f"{pressure} MPa"))
+    patch = Patch(scene("0.15 MPa"))
     grid = entry(patch)
     finer = patch.with_(
         surface=resample(patch.surface, (128, 128)),
