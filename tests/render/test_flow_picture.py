@@ -45,7 +45,7 @@ def test_decades_of_flow_are_equal_steps_of_colour():
     assert np.abs(drawn - middles).max() <= 2 / 255
 
 
-@pytest.mark.parametrize("density", [0.0, 1e-12, 1e-9])
+@pytest.mark.parametrize("density", [0.0, 1e-9])
 def test_flow_below_the_scale_has_the_colour_of_its_end(density):
     """White is left to what no flow can reach."""
     field = structured_flow(20, 10, SIZE, lambda x: density + 0 * x)
