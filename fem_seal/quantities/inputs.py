@@ -162,7 +162,7 @@ def _entry(
         sentence,
         largest=(name, part, shares[name] / (sum(shares.values()) or 1.0)),
     )
-    if opened.state == "sealed":
+    if leak.state == "lifted off" or opened.state == "sealed":
         return entry(1.0, 1.0)
     if opened.state == "lifted off":
         return entry(0.0, None, caution=True)

@@ -230,11 +230,18 @@ def test_a_stiffer_solid_may_leak_less():
     assert entry(solved).kind == "not covered"
 
 
-@pytest.mark.parametrize(("tolerance", "decision"), [("5 %", "above limit"), ("20 %", "undecided")])
+@pytest.mark.parametrize(
+    ("tolerance", "decision"),
+    [
+        ("contact.pressure=5 %", "above limit"),
+        ("contact.pressure=20 %", "undecided"),
+        ("fluid.viscosity=5 %", "above limit"),
+    ],
+)
 def test_a_film_that_is_lifted_off_may_not_be_under_more_load(tolerance, decision):
     """The fluid in a uniform film carries half of its drop: 0.05 MPa, 6 % more than 0.047 MPa."""
     settings = [*COARSE, LIFTED, "contact.pressure=0.047 MPa", "limit.leak_rate=1 l/h"]
-    solved = solve(scene(*settings, f"tolerances.contact.pressure={tolerance}"))
+    solved = solve(scene(*settings, f"tolerances.{tolerance}"))
     assert solved.state == "lifted off"
     assert solved.verdict.decision == decision
     assert entry(solved).lower == (1.0 if decision == "above limit" else 0.0)
