@@ -14,7 +14,7 @@ import pytest
 from fem_seal.error_budget import INPUTS
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.inputs import OPENS, TINY, corner, input_shares
+from fem_seal.quantities.inputs import OPENS, TINY, _on_line, corner, input_shares
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
@@ -191,6 +191,12 @@ def test_the_tolerance_that_decides():
     # ln Q is not linear in the load: half of that tolerance leaves room for it.
     narrow = f"tolerances.contact.pressure={0.5 * float(needed)} %"
     assert solve(scene(*settings, narrow)).verdict.decision == "within limit"
+
+
+def test_shares_follow_the_pieces_between_the_solved_loads():
+    points = [(0.0, 0.0), (1.0, 1.0), (2.0, 4.0)]
+    assert [_on_line(x, points) for x in (-1.0, 0.5, 1.5, 3.0)] == [-1.0, 0.5, 2.5, 7.0]
+    assert _on_line(2.0, points[:1]) == -2.0
 
 
 def test_shares_next_to_lift_off():
