@@ -172,9 +172,9 @@ def test_rough_iterates_end_in_the_same_contact(heights, load, monkeypatch):
     """
     height = GridField(heights, (1e-6, 1e-6), periodic=True)
     if "tolerance" in load:
-        monkeypatch.setattr("fem_seal.contact.free_set_cg.ROUGH_ABOVE", 0)
+        monkeypatch.setattr("fem_seal.contact.free_set_cg.SINGLE_ABOVE", 0)
     exact = press(height, E_STAR, **load)
-    monkeypatch.setattr("fem_seal.contact.free_set_cg.ROUGH_FROM", 0)
+    monkeypatch.setattr("fem_seal.contact.free_set_cg.SINGLE_FROM", 0)
     mixed = press(height, E_STAR, **load)
     more = mixed.iterations - exact.iterations
     assert more <= 1
@@ -187,7 +187,7 @@ def test_rough_iterates_end_in_the_same_contact(heights, load, monkeypatch):
 
 def test_a_loose_contact_is_exact_as_well(monkeypatch):
     """Its certificate is that of its pressure in double precision."""
-    monkeypatch.setattr("fem_seal.contact.free_set_cg.ROUGH_FROM", 0)
+    monkeypatch.setattr("fem_seal.contact.free_set_cg.SINGLE_FROM", 0)
     height, stopping = rough_surface(), ContactStopping(tolerance=0.1, gap_tolerance=np.inf)
     load = Load("pressure", 6e4)
     state = contact_under(height, ElasticSolid(E_STAR), load, stopping, Arithmetic())

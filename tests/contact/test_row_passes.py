@@ -42,7 +42,7 @@ def test_an_error_of_a_thread_is_raised():
 
 def test_contact_has_the_same_digits(monkeypatch):
     """Whatever the number of threads of the passes and of the FFTs, in both precisions."""
-    monkeypatch.setattr("fem_seal.contact.free_set_cg.ROUGH_FROM", 0)
+    monkeypatch.setattr("fem_seal.contact.free_set_cg.SINGLE_FROM", 0)
     height = rough_surface((310, 600), short=2)
     states = [press(height, E_STAR, pressure=0.02 * E_STAR, threads=n) for n in (1, 3)]
     assert np.array_equal(*(state.pressure.values for state in states))

@@ -474,7 +474,7 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(kept, monkeypa
 
     A limit above it is kept, one below it undecided; many sealed patches need no such load.
     """
-    monkeypatch.setattr("fem_seal.solved.A_MINUTE", np.inf)
+    monkeypatch.setattr("fem_seal.solved.LEAST_SECONDS", np.inf)
     monkeypatch.setattr(seal_module, "temporary_folder", lambda: nullcontext(kept))
     asked = scene(contact={"pressure": 0.35e6}, seal={"patches": 3}, limit={"leak_rate": "9 ml/h"})
     solved = solve(asked)
