@@ -6,7 +6,7 @@ import pytest
 
 @pytest.mark.parametrize(
     ("kind", "examples"),
-    [("scenes", 20), ("gaps", 8), ("heights", 20), ("meshes", 20), ("results", 6)],
+    [("scenes", 10), ("gaps", 6), ("heights", 10), ("meshes", 10), ("results", 4)],
 )
 def test_broken_input(kind, examples):
     tally = fuzz.campaign(examples, [kind])
