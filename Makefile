@@ -33,8 +33,8 @@ demo: .venv/ready
 
 # A worker that has nothing left to do takes over tests of another.
 PYTEST = .venv/bin/python -m pytest -n $(shell env -u OMP_NUM_THREADS nproc) --dist worksteal
-QUICK = contact field_file film finite_difference flow mesh quantities scene surface theory \
-	test_architecture.py test_docs.py test_docstrings.py
+QUICK = contact field_file film finite_difference flow mesh scene theory test_architecture.py \
+	test_docs.py test_docstrings.py
 
 test: .venv/ready
 	$(PYTEST)
