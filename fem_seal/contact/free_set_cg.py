@@ -13,8 +13,8 @@ to the whole grid, 1_F the mean over F taken out (only at a prescribed load):
     7   α = <r, t> / <t, S t>
     8   p = max(p - α t, 0), scaled to the load
 
-On a large grid p and g are rough, in the steering precision, until the certificate comes near to
-the tolerance or to their rounding.
+On a large grid p and g are in the steering precision, single if `precision` is "mixed", until the
+certificate comes near the tolerance or their rounding.
 """
 
 from dataclasses import dataclass, field
@@ -29,10 +29,10 @@ from fem_seal.contact.problem import Iterate, Iterates, Problem
 
 # Samples along a side up to which `ExtensionRule` holds as it stands.
 LARGE = 1024
-# Fewest samples of a grid on which pressure and gap begin rough. Smaller arrays stay in the cache,
-# where precision costs little.
+# Fewest samples of a grid on which pressure and gap begin in single precision. Smaller arrays stay
+# in the cache, where precision costs little.
 SINGLE_FROM = 512**2
-# Certificate down to which they may be rough, if it is also this many times their rounding.
+# Certificate down to which they may stay so, if it is also this many times their rounding.
 SINGLE_ABOVE, ROUNDINGS = 1e-4, 10
 
 
@@ -71,8 +71,9 @@ def free_set_cg(
     forward transform.
 
     Numbers in comments are the steps of the module's docstring. The gap is stored in the
-    half-space's exact work array, z and a rough gap in its steering array. Passes over the arrays
-    go block by block, in the half-space's threads, and steps that read the same arrays are merged.
+    half-space's exact work array, z and a gap in single precision in its steering array. Passes
+    over the arrays go block by block, in the half-space's threads, and steps that read the same
+    arrays are merged.
     """
     half_space, passes = problem.half_space, problem.half_space.passes
     state, z = _Pressed(problem, pressure), half_space.steer.values

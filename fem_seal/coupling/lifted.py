@@ -189,7 +189,7 @@ def _why_not_settled(state: LiftedState, leak: LeakRate, allowed: float, *, know
 def _merged(first: LiftedState, second: LiftedState, *, in_equilibrium: bool) -> LiftedState:
     """The state of two starts: the second one, or the first if that alone has settled.
 
-    Newton's steps have brought both into equilibrium, or not.
+    `in_equilibrium` says whether Newton's steps have brought both there.
     """
     leaks = [present(state.leak_rate, "leak rate") for state in (first, second)]
     apart = log_ratio(*(leak.value for leak in leaks))

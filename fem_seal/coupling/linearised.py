@@ -21,9 +21,10 @@ PARTS = 4
 
 
 def summed_by_parts(changes: np.ndarray) -> float:
-    """Sum of changes (nx, ny) in size, over parts of the patch.
+    """Sum over parts of the patch of |sum of the changes (nx, ny) within a part|.
 
-    Changes in several places may cancel by chance, and those of the next stage need not.
+    A plain sum may be small because changes in distant places cancel by chance; in the next stage
+    they may not.
     """
     rows, columns = (np.arange(min(PARTS, n)) * n // min(PARTS, n) for n in changes.shape)
     parts = np.add.reduceat(np.add.reduceat(changes, rows, axis=0), columns, axis=1)

@@ -21,8 +21,8 @@ from fem_seal.coupling.state import log_ratio
 # After so many stages without an equilibrium no finer one is tried. In one scene six had none,
 # and the seventh had.
 MOST_FAILED = 8
-# The stages end after so many finer networks in a row that each change ln Q by more than the one
-# before: the sum of what all further ones would change is not known then.
+# Where each of so many finer networks in a row changes ln Q by more than the network before it, the
+# stages end: such changes do not say what all further networks would add up to.
 MOST_GROWN = 2
 # ε over the rms height with which a film must be sealed: with a larger one on a coarse network the
 # fluid may not reach a channel that it would open.

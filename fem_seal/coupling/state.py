@@ -11,7 +11,7 @@ from fem_seal.network.network import Network
 
 # An equilibrium has settled if its ln Q errs by at most this part of the flow's rtol.
 SETTLED = 1 / 2
-# Largest tolerance of ln Q, whose errors are estimated to first order.
+# Largest change of ln Q of which first orders tell something; larger tolerances count as this one.
 LARGEST_CHANGE = 0.3
 
 

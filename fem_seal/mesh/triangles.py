@@ -23,9 +23,8 @@ from fem_seal.mesh.nested import TooFine
 # unknown ψ.
 INSIDE, INLET, OUTLET, BOTTOM, TOP, ISLAND = range(6)
 
-SHORTEST_EDGE = (
-    2.0**-40
-)  # shortest edge to halve over the largest coordinate, which rounds at 2^-53
+# Shortest edge to halve, over the largest coordinate, which rounds at 2^-53.
+SHORTEST_EDGE = 2.0**-40
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,7 @@ class SolvedPatch:
     """Conductivity of a patch at the net loads that the seal needs."""
 
     table: ConductivityTable
-    #: why the leak rate of a seal of such patches is not known to seal.rtol, else empty
+    #: why the bounds of a seal of such patches miss seal.rtol; empty if they meet it
     reason: str
     #: estimated relative error of the conductivity due to the grid of the contact, at the load that
     #: matters most; None if there is no estimate

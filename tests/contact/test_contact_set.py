@@ -6,7 +6,7 @@ that carry a billionth of the load may be far from contact.
 
 import numpy as np
 import pytest
-from contact_campaign import case, compare, wrong
+from contact_campaign import campaign
 from contact_cases import E_STAR, check_equilibrium, rough_surface
 
 from fem_seal.contact import CONTACT_METHODS, ElasticSolid, press
@@ -106,14 +106,7 @@ def test_rounding_refuses_no_correct_state(shape, load):
 @pytest.mark.parametrize("seeds", [range(24), pytest.param(range(2000), marks=pytest.mark.slow)])
 def test_structured_surfaces_agree_with_the_plain_solver(seeds):
     """One surface in a hundred may raise NotConverged."""
-    refused = 0
-    for seed in seeds:
-        one = case(seed)
-        try:
-            state = one.solved()
-        except NotConverged:
-            refused += 1
-            continue
-        comparison = compare(one, state)
-        assert not wrong(comparison, one.load), (seed, one, comparison)
+    lines: list[str] = []
+    failures, refused = campaign(seeds, lines.append)
+    assert failures == 0, lines
     assert refused <= len(seeds) // 100
