@@ -102,7 +102,7 @@ def sensitivity(
         other = scene.scaled({name: factor})
         settings = other.flow_settings
         there = lifting_problem(other, load, settings, height, silent)
-        through = there.film_pressure(gap, point.network, epsilon) if there.slips else flow
+        through = there.film_pressure(gap, point.network, epsilon) if settings.slip else flow
         rate = through.conductance * settings.pressure_drop / settings.viscosity
         return log(rate), there.pressure_of(through.on_samples, point.critical)
 

@@ -70,7 +70,7 @@ class LiftPoint:
     @cached_property
     def critical(self) -> float:
         """Gap of the critical constriction, ε at least [m]; 0 unless the fluid slips."""
-        if not self.problem.slips:
+        if self.problem.settings.slip is None:
             return 0.0
         constriction = self.problem.film(self.contact.gap).constriction
         return max(constriction.gap if constriction else 0.0, self.epsilon)
@@ -93,7 +93,8 @@ class LiftPoint:
     @cached_property
     def _tangent(self) -> ContactTangent:
         problem, opened = self.problem, self.contact.gap.values > 0
-        return ContactTangent(problem.solid, problem.stiffness, opened, problem.mean_gap_held)
+        held = problem.prescribed.kind == "mean_gap"
+        return ContactTangent(problem.solid, problem.stiffness, opened, held)
 
     def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
         """G' of a change of the pressure: change of the gap [m]; this operator is symmetric."""
@@ -114,7 +115,7 @@ class LiftPoint:
             problem.field(field.values[::every, ::every])
             for field in (self.contact.gap, self.contact.pressure)
         )
-        contact = ContactState(gap, pressure, problem.contact_modulus)
+        contact = ContactState(gap, pressure, problem.elastic.contact_modulus)
         below = self.pressure[::every, ::every]
         return LiftPoint(problem, problem.first_network, self.epsilon, below, contact)
 
@@ -268,7 +269,7 @@ class FloatingPoint(LiftPoint):
         if gap.min() <= 0:
             return None
         none = problem.field(np.zeros_like(gap))
-        contact = ContactState(problem.field(gap), none, problem.contact_modulus)
+        contact = ContactState(problem.field(gap), none, problem.elastic.contact_modulus)
         return replace(self, pressure=pressure, contact=contact, level=level)
 
     @cached_property

@@ -1,6 +1,6 @@
 """The coupled problem of contact and flow."""
 
-from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
@@ -10,13 +10,14 @@ from scipy.ndimage import affine_transform
 
 from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
+from fem_seal.contact.settings import Arithmetic, ElasticSolid, Load
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
-from fem_seal.flow_settings import NO_LIMITS
+from fem_seal.flow_settings import FlowSettings
+from fem_seal.fluid import Drive
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
-from fem_seal.limits import Limits
 from fem_seal.network.film_pressure import FilmPressure, Solver
 from fem_seal.network.network import Network
 from fem_seal.progress import Report
@@ -26,68 +27,70 @@ from fem_seal.progress import Report
 FIRST_NODES = 30_000
 
 
+Press = Callable[[GridField, ContactState | np.ndarray | None, Load], ContactState]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
-class LiftProblem(ABC):
+class LiftProblem:
     """Contact and flow; pressures are above ambient.
 
-    `fem_seal.lifting.SceneLift` takes the laws of solid and fluid from a scene.
+    `fem_seal.lifting.lifting_problem` makes one of a scene.
     """
 
     height: GridField  #: counter-face h [m]
-    contact_modulus: float  #: E* [Pa]
-    slips: bool  #: whether the fluid is a gas that slips at the walls
-    links: str  #: mean of g³ along a link of the network, see `finite_difference.links`
-    solver: Solver  #: of the network's matrix
-    refines: bool  #: whether the fluid's pressure may be solved on finer networks than the contact
+    elastic: ElasticSolid
+    arithmetic: Arithmetic  #: of the contact
+    prescribed: Load  #: pressure P₀ of solid and fluid, contact area or mean gap
+    settings: FlowSettings  #: a limit of time ends the stages, which then have not settled
+    drive: Drive
     inlet: float  #: fluid pressure at the inlet [Pa], the higher one
     outlet: float  #: fluid pressure at the outlet [Pa]
-    load: float | None  #: P₀ of solid and fluid [Pa]; None if area or mean gap is prescribed
-    mean_gap_held: bool  #: whether the mean gap is prescribed
+    press: Press  #: contact of heights, from a first guess, under the load that the solid carries
+    film: Callable[[GridField], GridFilm]  #: film of a gap
+    #: leak rate of a film, by all processes together
+    leak_rate: Callable[[FlowSettings, GridFilm], LeakRate]
+    solver: Solver  #: of the network's matrix
     report: Report  #: called with each step
-    #: conductance [m³], as of `FilmPressure`, of a film that counts as sealed: its stages end early
-    negligible: float = 0.0
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
-    limits: Limits = NO_LIMITS  #: a limit of time ends the stages, which then have not settled
-    began: float = field(default_factory=perf_counter)  #: when that time began to count
+    began: float = field(default_factory=perf_counter)  #: when a limit of time began to count
 
     def __post_init__(self) -> None:
         if not self.inlet > self.outlet:
             raise Inconsistent(f"pressures of a lift: {self.inlet} Pa to {self.outlet} Pa")
 
-    @abstractmethod
-    def half_space(self, heights: GridField) -> HalfSpace:
-        """Solid on the grid of a counter-face."""
+    @property
+    def load(self) -> float | None:
+        """P₀ [Pa]; None if area or mean gap is prescribed, which the fluid does not change."""
+        return self.prescribed.value if self.prescribed.kind == "pressure" else None
 
-    @abstractmethod
-    def press(
-        self, heights: GridField, load: float | None, start: ContactState | np.ndarray | None
-    ) -> ContactState:
-        """Contact of heights under the load that is left to the solid [Pa].
+    @property
+    def refines(self) -> bool:
+        """Whether the fluid's pressure may be solved on finer networks than the contact."""
+        return self.settings.method != "finite-difference"
 
-        The load is None where an area or a mean gap is prescribed, which the fluid does not change.
-        """
+    @property
+    def negligible(self) -> float:
+        """Conductance [m³], as of `FilmPressure`, of a film that counts as sealed."""
+        settings = self.settings
+        return 12 * settings.viscosity * settings.negligible / settings.pressure_drop
 
-    @abstractmethod
-    def film(self, gap: GridField) -> GridFilm:
-        """Film of a gap."""
-
-    @abstractmethod
     def flow(self, film: GridFilm, error: float) -> LeakRate:
-        """Leak rate of a film, by all processes together.
+        """Leak rate of a film; a decision against a limit counts the lift's error of ln Q."""
+        return self.leak_rate(replace(self.settings, margin=error), film)
 
-        A decision against a limit counts the error of ln Q that the lift leaves.
-        """
-
-    @abstractmethod
     def cubes(self, gap: np.ndarray) -> np.ndarray:
         """Cubes [m³] of the gaps that conduct without slip as much as gaps (nx, ny) [m] do."""
+        slip = self.settings.slip
+        return gap**3 if slip is None else gap**2 * slip.per_square_gap(gap)
 
-    @abstractmethod
     def pressure_of(self, u: np.ndarray, critical: float) -> np.ndarray:
         """Fluid pressure [Pa] where the linear problem has the solution u between 0 and 1.
 
         Under slip it depends on the gap of the critical constriction [m].
         """
+        both = np.append(u.ravel(), 0.0) * self.drive.pressure_drop
+        absolute = self.drive.pressure(both, self.settings.slip, critical)
+        return self.outlet + (absolute[:-1] - absolute[-1]).reshape(u.shape)
 
     @cached_property
     def solid(self) -> HalfSpace:
@@ -95,13 +98,16 @@ class LiftProblem(ABC):
 
         Made when it is first asked for: in `on_root` it has the threads of all processes.
         """
-        return self.half_space(self.height)
+        shape, spacing, arithmetic = self.height.shape, self.height.spacing, self.arithmetic
+        return HalfSpace(
+            shape, spacing, self.elastic.layer, arithmetic.threads, arithmetic.precision
+        )
 
     @property
     def stiffness(self) -> float:
         """Pressure that the unit of `solid.pressure` stands for, per displacement [Pa/m]."""
         dx, dy = self.height.spacing
-        return self.contact_modulus / (2 * (dx * dy) ** 0.5)
+        return self.elastic.contact_modulus / (2 * (dx * dy) ** 0.5)
 
     @property
     def drop(self) -> float:
@@ -132,9 +138,10 @@ class LiftProblem(ABC):
         self, pressure: np.ndarray, start: ContactState | np.ndarray | None = None
     ) -> ContactState:
         """Contact with a fluid pressure [Pa]: a dry one with heights h - S p_f."""
-        load = None if self.load is None else self.solid_load(pressure)
+        solid = self.solid_load(pressure)
+        load = self.prescribed if self.load is None else Load("pressure", solid)
         lowered = self.height.values - self.displacement(pressure)
-        return self.press(self.field(lowered), load, start)
+        return self.press(self.field(lowered), start, load)
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement [m] under a pressure (nx, ny) [Pa], of zero mean."""
@@ -171,7 +178,7 @@ class LiftProblem(ABC):
     def first_network(self) -> Network:
         """The coarsest network of the flow; that of finite differences is never refined."""
         if not self.refines:
-            return Network.of_stencil(self.touching_film, self.links)
+            return Network.of_stencil(self.touching_film, self.settings.links)
         return Network.uniform(self.touching_film, -self.doublings)
 
     @cached_property

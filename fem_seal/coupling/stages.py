@@ -178,7 +178,7 @@ class _Stages:
         if self._on_all_samples:  # no state has fewer
             # The next network has four times the nodes.
             time = 4 * (perf_counter() - self._began)
-            self._over = problem.limits.exceeded(problem.began, 1.0, time)
+            self._over = problem.settings.limits.exceeded(problem.began, 1.0, time)
             self.ended = bool(self._over) or self._steps.lost >= MOST_FAILED
         self._began = perf_counter()
 

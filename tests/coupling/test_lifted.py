@@ -18,7 +18,6 @@ from fem_seal.coupling.newton import equilibrium, newton
 from fem_seal.coupling.point import FloatingPoint, LiftPoint
 from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
-from fem_seal.lifting import SceneLift
 from fem_seal.network.film_pressure import eliminated
 from fem_seal.network.network import Network
 from fem_seal.patch import Patch
@@ -224,17 +223,15 @@ def test_a_thinned_problem_leads_to_the_same_state(monkeypatch):
     """
     fine = scene(1.2e5, 6e4, n=16).with_({"surface.shape": [64, 64]})
     states, contacts = [], []
-    press = SceneLift.press
     for nodes in (4096, 300):
         monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", nodes)
         problem, shapes = problem_of(fine), []
 
-        def pressed(problem, heights, *arguments, shapes=shapes):
+        def pressed(heights, *arguments, press=problem.press, shapes=shapes):
             shapes.append(heights.shape)
-            return press(problem, heights, *arguments)
+            return press(heights, *arguments)
 
-        monkeypatch.setattr(SceneLift, "press", pressed)
-        states.append(lifted(problem, 0.05))
+        states.append(lifted(replace(problem, press=pressed), 0.05))
         contacts.append(shapes.count((64, 64)))
     every, thinned = states
     assert every.converged
