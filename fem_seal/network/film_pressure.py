@@ -69,7 +69,7 @@ class FilmPressure:
         self._network, self._slope = network, slope
         self._unit = float(gap.max())
         places = network.to_places @ (gap.ravel() / self._unit)
-        links, self._by_sides = network.conductances(places)
+        links, self._by_places = network.links(places), network.links_by_gap(places)
         (a, b), nodes = network.ends, len(network.free)
         entries = (np.append(links, links), (np.append(a, b), np.append(b, a)))
         between = sparse.csr_array(sparse.coo_array(entries, (nodes, nodes)))
@@ -81,7 +81,7 @@ class FilmPressure:
         self.on_samples = np.clip(self._to_samples(u), 0.0, 1.0)  #: (nx, ny)
         self.dissipation = links * self._drop**2  #: (links,), in a unit of its own
         one, other = places[network.between]
-        #: (links,), square of (c - c')/(c + c') with the gaps c, c' at the two sides of each link
+        #: (legs,), square of (c - c')/(c + c') with the gaps c, c' at the two sides of each leg
         self.varies = ((one - other) / (one + other)) ** 2
 
     @property
@@ -98,7 +98,7 @@ class FilmPressure:
         """Change of u (nx, ny) with one of the gap (nx, ny) [m], to a relative tolerance."""
         network = self._network
         moved = network.to_places @ (self._slope * gap).ravel() / self._unit
-        flux = (self._by_sides * moved[network.between]).sum(axis=0) * self._drop
+        flux = (self._by_places @ moved) * self._drop
         (a, b), nodes = network.ends, len(network.free)
         inflow = np.bincount(b, flux, nodes) - np.bincount(a, flux, nodes)
         return self._to_samples(self._solved(inflow, tolerance))
@@ -146,9 +146,8 @@ class FilmPressure:
 
     def _by_gap(self, by_links: np.ndarray) -> np.ndarray:
         """Derivative by the gap at the samples from that by the conductances of the links."""
-        network, both = self._network, (self._by_sides * by_links).ravel()
-        by_places = np.bincount(network.between.ravel(), both, network.to_places.shape[0])
-        by_samples: np.ndarray = network.to_places.T @ by_places
+        network = self._network
+        by_samples: np.ndarray = network.to_places.T @ (self._by_places.T @ by_links)
         return by_samples.reshape(network.film.gap.shape) * self._slope
 
     def _to_samples(self, of_nodes: np.ndarray) -> np.ndarray:

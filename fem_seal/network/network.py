@@ -6,12 +6,17 @@ mesh of any mixture of sizes makes a network, on the contact's own grid, a coars
 one where the pressure needs it. A link conducts as the mean of g³ between the gaps at its two ends,
 or, where each sample fills one pixel, of the two triangles beside it.
 
+Where pixels are not square, triangles between those of different sizes have no right angle. Their
+longest side is then a link as well. Its weight, half the cotangent of the opposite angle, is
+negative where that is obtuse; it conducts as the harmonic mean of the two legs, with which the
+matrix stays positive definite (docs/theory/lift.md).
+
 Finite differences have the network of their own stencil: its nodes are the centres of pixels that
 one sample fills, and it is never refined.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import sparse
@@ -34,9 +39,10 @@ class Network:
     """Nodes and links of a network; places are where its gaps are: nodes, or triangles."""
 
     film: GridFilm  #: a film on the grid of the contact
-    ends: np.ndarray  #: (2, links), nodes at the two ends of each link
-    between: np.ndarray  #: (2, links), places between whose gaps a link has its mean of g³
-    weight: np.ndarray  #: width of each link over its length
+    #: (2, links), nodes at the two ends of each link: legs first, then longest sides
+    ends: np.ndarray
+    between: np.ndarray  #: (2, legs), places between whose gaps a leg has its mean of g³
+    weight: np.ndarray  #: (links,), width of each link over its length
     rule: str  #: name of the mean of g³, see `links.LINKS`
     to_places: sparse.csr_array  #: gap at the places from that at the samples
     to_samples: sparse.csr_array  #: pressure at the samples from that at the nodes
@@ -45,14 +51,18 @@ class Network:
     mesh: NestedMesh | None = None  #: None for the stencil of finite differences
     legs: np.ndarray | None = None  #: (C, 2), link along each leg of a triangle of the mesh
     corners: np.ndarray | None = None  #: (C, 3), nodes of each triangle, the right angle first
+    #: (2, longest sides), legs of the triangle of each longest side that is a link
+    beside: np.ndarray = field(default_factory=lambda: np.empty((2, 0), dtype=int))
 
     def __post_init__(self) -> None:
-        shapes = {self.ends.shape, self.between.shape}
-        if shapes != {(2, len(self.weight))} or (self.inlet & self.free).any():
+        links = self.between.shape[1] + self.beside.shape[1]
+        if self.ends.shape != (2, links) or self.weight.shape != (links,):
             raise Inconsistent(
-                f"a network of {len(self.weight)} links, with ends and places {shapes}, and "
-                f"{np.count_nonzero(self.inlet & self.free)} unknowns at the inlet"
+                f"a network of {links} links, with ends {self.ends.shape} and "
+                f"{len(self.weight)} weights"
             )
+        if (self.inlet & self.free).any():
+            raise Inconsistent("a network with unknowns at the inlet")
 
     @classmethod
     def of_stencil(cls, film: GridFilm, rule: str) -> "Network":
@@ -110,37 +120,45 @@ class Network:
         last = np.empty(len(key), dtype=np.int64)
         last[legs] = np.arange(len(legs))
         own = np.arange(count) == mesh.twin
+        of_legs, of_longest = _half_cotangents(mesh, film.gap.spacing)
+        legs = legs.reshape(-1, 2)
+        oblique = np.flatnonzero(np.abs(of_longest) > EDGE)
         return cls(
             film=film,
-            ends=ends,
+            ends=np.hstack([ends, cells[oblique, 1:].T]),
             between=ends if linear else np.stack([first, last]) // 2,
-            weight=np.bincount(legs, _half_cotangents(mesh, film.gap.spacing).ravel()),
+            weight=np.append(np.bincount(legs.ravel(), of_legs.ravel()), of_longest[oblique]),
             rule="linear-gap" if linear else "arithmetic",
             to_places=_gap_at_vertices(mesh, film) if linear else _gap_of_cells(mesh, film),
             to_samples=_pressure_at_samples(mesh, cells, film.gap.shape, 0.0 if linear else 0.5),
             inlet=mesh.inlet,
             free=own & ~mesh.inlet & ~mesh.outlet,
             mesh=mesh,
-            legs=legs.reshape(-1, 2),
+            legs=legs,
             corners=cells,
+            beside=legs[oblique].T,
         )
-
-    def conductances(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Conductances (links,) with a gap at the places, times 12 η, and their derivatives.
-
-        These are (2, links), by both gaps that a link lies between.
-        """
-        rule, step = LINKS[self.rule], 1e-5
-        a, b = gap[self.between]
-        by_sides = [
-            (rule(a * (1 + step), b) - rule(a * (1 - step), b)) / (2 * step * a),
-            (rule(a, b * (1 + step)) - rule(a, b * (1 - step))) / (2 * step * b),
-        ]
-        return self.links(gap), self.weight * np.stack(by_sides)
 
     def links(self, gap: np.ndarray) -> np.ndarray:
         """Conductances (links,) with a gap at the places, times 12 η."""
-        return self.weight * LINKS[self.rule](*gap[self.between])
+        of_legs = LINKS[self.rule](*gap[self.between])
+        return self.weight * np.append(of_legs, harmonic_mean(*of_legs[self.beside]))
+
+    def links_by_gap(self, gap: np.ndarray) -> sparse.csr_array:
+        """Derivatives (links, places) of the conductances by the gap at the places."""
+        rule, step = LINKS[self.rule], 1e-5
+        a, b = gap[self.between]
+        by_a = (rule(a * (1 + step), b) - rule(a * (1 - step), b)) / (2 * step * a)
+        by_b = (rule(a, b * (1 + step)) - rule(a, b * (1 - step))) / (2 * step * b)
+        matrix = _sums(self.between.T, np.stack([by_a, by_b], axis=1), len(gap))
+        if self.beside.size:
+            one, other = rule(a, b)[self.beside]
+            first, second = (matrix[legs] for legs in self.beside)
+            # Of the harmonic mean 2 u v/(u + v), by u and by v.
+            by_first, by_second = 2 * np.stack([other, one]) ** 2 / (one + other) ** 2
+            of_longest = _times(by_first, first) + _times(by_second, second)
+            matrix = sparse.csr_array(sparse.vstack([matrix, of_longest]))
+        return _times(self.weight, matrix)
 
     def past_legs(self, gap: np.ndarray) -> np.ndarray:
         """Conductances (C,) of triangles along their longest sides beside their legs, times 12 η.
@@ -168,17 +186,16 @@ class Network:
     ) -> "Network":
         """Network whose triangles are half as wide where they hold a share of a sum over links.
 
-        A link's error falls with the square of its length: each triangle counts by its area. Where
-        pixels are not square, triangles between those of different sizes have no right angle; then
-        all are halved.
+        A link's error falls with the square of its length: each triangle counts by its area, and by
+        its legs.
 
         Parameters
         ----------
         of_links : (links,)
         share
             Part of the sum over triangles that those to be halved hold.
-        varies : (links,)
-            Square of the relative variation of the gap along each link, if it is to count.
+        varies : (legs,)
+            Square of the relative variation of the gap along each leg, if it is to count.
             Triangles within a pixel then count by its largest value on their legs, which falls
             with their area where the gap is smooth, and hardly where it closes.
         anyway : (C,)
@@ -187,18 +204,18 @@ class Network:
             One of the same patch with as many samples or more; that of this network if None.
         """
         mesh, legs = present(self.mesh, "mesh"), present(self.legs, "legs")
+        a, b = (mesh.xy[corner] / PIXEL for corner in mesh.cells.T[:2])
+        beside = np.bincount(legs.ravel())
+        of_cells = (of_links[: len(beside)] / beside)[legs].sum(axis=1)
+        area = ((b - a) ** 2).sum(axis=1)
+        inside = area if varies is None else varies[legs].max(axis=1) + SMOOTH * area
+        of_cells *= np.where(area > 1, area, inside)
+        order = np.argsort(-of_cells)
+        count = np.searchsorted(np.cumsum(of_cells[order]), share * of_cells.sum()) + 1
         times = np.full(len(legs), 2, dtype=np.int8)
-        if np.isclose(*self.film.gap.spacing):
-            a, b = (mesh.xy[corner] / PIXEL for corner in mesh.cells.T[:2])
-            of_cells = (of_links / np.bincount(legs.ravel()))[legs].sum(axis=1)
-            area = ((b - a) ** 2).sum(axis=1)
-            inside = area if varies is None else varies[legs].max(axis=1) + SMOOTH * area
-            of_cells *= np.where(area > 1, area, inside)
-            order = np.argsort(-of_cells)
-            count = np.searchsorted(np.cumsum(of_cells[order]), share * of_cells.sum()) + 1
-            times[order[count:]] = 0
-            if anyway is not None:
-                times[anyway] = 2
+        times[order[count:]] = 0
+        if anyway is not None:
+            times[anyway] = 2
         film = film or self.film
         pixels = film.gap.shape[0] // self.film.gap.shape[0]
         return self.on_mesh(film, _halved(mesh, times).in_pixels(pixels))
@@ -223,12 +240,20 @@ def _sums(columns: np.ndarray, shares: np.ndarray, count: int) -> sparse.csr_arr
     return matrix
 
 
-def _half_cotangents(mesh: NestedMesh, spacing: tuple[float, float]) -> np.ndarray:
-    """Width over length (C, 2) that a triangle adds to each of its legs."""
+def _times(factors: np.ndarray, matrix: sparse.csr_array) -> sparse.csr_array:
+    """Matrix with each row times a factor."""
+    return sparse.csr_array(sparse.diags(factors) @ matrix)
+
+
+def _half_cotangents(
+    mesh: NestedMesh, spacing: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Width over length that a triangle adds to its legs (C, 2), and to its longest side (C,)."""
     _, b, c = np.moveaxis(mesh.corners(np.array(spacing), mesh.cells), 1, 0)
-    area = np.abs(b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
-    opposite = [((c - b) * c).sum(axis=1), ((b - c) * b).sum(axis=1)]
-    return np.stack(opposite, axis=1) / (2 * area[:, None])
+    double_area = np.abs(b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])[:, None]
+    dots = np.stack([((c - b) * c).sum(axis=1), ((b - c) * b).sum(axis=1), (b * c).sum(axis=1)], 1)
+    half = dots / (2 * double_area)
+    return half[:, :2], half[:, 2]
 
 
 def _gap_at_vertices(mesh: NestedMesh, film: GridFilm) -> sparse.csr_array:
