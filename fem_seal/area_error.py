@@ -15,7 +15,7 @@ be too coarse for a narrow place, and 3 Δg_c/g_c of the critical constriction a
 the flow next to closing.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil, floor, inf
 
@@ -27,6 +27,7 @@ from fem_seal.error_budget import CONTACT_AREA, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
+from fem_seal.grid_series import error_beyond
 from fem_seal.lifting import lifting_problem
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -137,7 +138,8 @@ def _of_sealed(patch: Patch, reach: _Reach, words: str) -> Uncertainty:
     if not isinstance(patch.film_contact, ContactState) or load <= 0:
         return estimate(CONTACT_AREA, words, 1.0)
     lighter = patch.pressed_by(load, patch.lift)
-    most, lifted = lighter.leak_rate.ends[1], lighter.lifted
+    rate, lifted = lighter.leak_rate, lighter.lifted
     if lifted is not None:
-        most = max(most, lifted.highest)
+        rate = replace(rate, upper=max(rate.ends[1], lifted.highest))
+    most = rate.widened(*error_beyond(patch, lighter)).ends[1]
     return estimate(CONTACT_AREA, words, 1.0, upper_rate=most if most < inf else None)

@@ -237,6 +237,21 @@ def estimated_error(patch: Patch) -> Uncertainty:
         return estimate(CONTACT_GRID, f"on half of the samples: {error}")
 
 
+def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
+    """Factors on the ends of another load's leak rate for what its contact grid errs more.
+
+    The factors of the entry of `patch` multiply its leak rate as well. Next to sealing the grid
+    errs far more, and a finer one may be sealed. Lower factor 0 and upper None: open.
+    """
+    if not (is_estimated(patch.scene) or patch.scene.total_error is not None):
+        return 1.0, 1.0
+    here, there = (each.once(estimated_error) for each in (patch, other))
+    lower = (there.lower or 0.0) / here.lower if here.lower else 1.0
+    if here.upper is None:
+        return min(lower, 1.0), 1.0
+    return min(lower, 1.0), None if there.upper is None else max(there.upper / here.upper, 1.0)
+
+
 def _from_coarser(patch: Patch, coarse: OnHalf) -> Uncertainty:
     if patch.state == "sealed":
         return _of_sealed(coarse)

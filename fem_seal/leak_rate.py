@@ -205,6 +205,17 @@ class LeakRate:
         lower, upper = self.bounds
         return lower / low, upper / high
 
+    def widened(self, lower: float, upper: float | None) -> "LeakRate":
+        """The same with factors <= 1 and >= 1 on its ends, of which None opens the upper one.
+
+        A sealed film with an open upper end may leak any amount: it counts as lifted off.
+        """
+        low, high = self.ends
+        if upper is None and self.state == "sealed":
+            return LeakRate.lifted_off(self.method)
+        most = inf if upper is None else upper * high
+        return dataclasses.replace(self, lower=lower * low, upper=most)
+
     @classmethod
     def sealed(cls, method: str) -> "LeakRate":
         """Leak rate of a gap without an open path from inlet to outlet: exactly zero."""

@@ -190,6 +190,8 @@ def _stages(laws: "_Laws", shape: tuple[int, int]) -> dict[str, float]:
             both = laws.contact(fewer) + laws.flow(fewer, loose)
             beside = flow if pays_beside(samples, lifted) else 0.0
             stages["contact grid"] = max(both - beside, 0.0)
+            if scene.lift == "range":
+                stages["range"] += both
     if "conductivity_tensor" in scene.output.products:
         stages["tensor"] = 2 * flow  # along x and along y
     return stages

@@ -87,7 +87,7 @@ class Solved:
         patch, scene = self.patch, self.patch.scene
         flows = [patch.leak_rate if scene.solves_flow else None, self.leak_rate]
         if scene.lift == "range":
-            flows += patch.once(lift_range)
+            flows += lift_range(patch)
         tensor = None if self.quantities is None else self.quantities.conductivity_tensor
         return [flow for flow in (*flows, tensor) if flow is not None]
 
@@ -292,7 +292,11 @@ def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak
             seal = under_less_load(patch, seal, seconds, patches, work, expected.each_patch)
 
     def rate_of(other: Patch) -> LeakRate:
-        return solve_seal(other, patches, work, each=expected.each_patch)
+        there = solve_seal(other, patches, work, each=expected.each_patch)
+        if seal.contact_error is None or there.contact_error is None:
+            return there
+        beyond = max((1 + there.contact_error) / (1 + seal.contact_error), 1.0)
+        return there.widened(1 / beyond, beyond)
 
     return seal, seal_budget(patch, seal, rate_of), seal
 

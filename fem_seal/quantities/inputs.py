@@ -25,7 +25,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 
-# Direction of each input in which more leaks.
+# Direction of each input in which more leaks; for the viscosity of a gas that slips: `_viscosity`.
 OPENS = {
     "contact.pressure": -1,
     "seal.line_load": -1,
@@ -42,22 +42,27 @@ OPENS = {
 NEGLIGIBLE_LEAK = 1e-4
 NOT_KNOWN = "errors of the inputs"  # name of the entry without factors
 TINY = 1e-9  # least part of the load that counts as left to the solid
+VISCOSITIES = 17  # of a gas that slips, between the ends of its tolerance
 STIFFNESSES = ("solid.youngs_modulus", "solid.contact_modulus", "heights")
 
 
-def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRate]) -> Uncertainty:
+def inputs_entry(
+    patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRate], gap: float | None
+) -> Uncertainty:
     """Entry of the inputs, from the leak rates at the two ends of [tolerances].
 
-    `rate_of` gives the leak rate of another patch, or of a seal of such patches.
+    `rate_of` gives the leak rate of another patch, or of a seal of such patches, with bounds that
+    hold what its contact grid errs more than that of the scene. `gap` is that of the critical
+    constriction [m], None where no path is open.
     """
     scene, load, lifted = patch.scene, patch.carried_load, patch.lifted
     if scene.tolerances is None:
         sentence = "load, solid, fluid and heights count as exact, without [tolerances]"
         return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
     if scene.scales_exactly:
-        viscosities = (_ends(scene, end)["fluid.viscosity"] for end in (-1, 1))
+        viscosities = (_ends(scene, end, gap)["fluid.viscosity"] for end in (-1, 1))
         closed, opened = (_times(leak, 1 / viscosity) for viscosity in viscosities)
-        return _entry(scene, leak, closed, opened, 0.0)
+        return _entry(scene, leak, closed, opened, 0.0, gap)
     if lifted is not None and (lifted.floats or _may_float(patch)):
         # Higher heights, or a stiffer solid, may then lower the leak rate.
         sentence = (
@@ -67,16 +72,16 @@ def inputs_entry(patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRa
         return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
     if leak.state == "lifted off":
         with patch.timed("inputs"):
-            closing = _at_corner(patch, -1)
+            closing = _at_corner(patch, -1, gap)
             # Of a film that floats `rate_of` tells no leak rate, and yet it is finite.
             stays = closing.lifted_off or (
                 closing.lifted is None and rate_of(closing).state == "lifted off"
             )
         return _of_lifted_off(stays)
     with patch.timed("inputs"):
-        closed, opened = (rate_of(_at_corner(patch, end)) for end in (-1, 1))
+        closed, opened = (rate_of(_at_corner(patch, end, gap)) for end in (-1, 1))
     carried = lifted.fluid_load / load if lifted is not None and load else 0.0
-    return _entry(scene, leak, closed, opened, carried)
+    return _entry(scene, leak, closed, opened, carried, gap)
 
 
 def _of_lifted_off(stays: bool) -> Uncertainty:
@@ -95,7 +100,7 @@ def _times(leak: LeakRate, factor: float) -> LeakRate:
 
 def _may_float(patch: Patch) -> bool:
     """Whether the fluid may carry all of a load of [tolerances] on a solid that is uncertain."""
-    opened = corner(patch.scene, 1)
+    opened = corner(patch.scene, 1, None)
     load, (inlet, _) = opened.load, opened.flow.gauge_pressures
     uncertain = not patch.scene.tolerated.keys().isdisjoint(STIFFNESSES)
     return uncertain and load.kind == "pressure" and load.value <= inlet
@@ -113,9 +118,9 @@ def rate_in_range(patch: Patch) -> LeakRate:
     return replace(leak, state="leaking", value=leak.value or upper, lower=lower, upper=upper)
 
 
-def _at_corner(patch: Patch, end: int) -> Patch:
+def _at_corner(patch: Patch, end: int, gap: float | None) -> Patch:
     """Patch with all inputs of [tolerances] at the ends where most (1) or least (-1) leaks."""
-    scene, surface, contact = corner(patch.scene, end), patch.surface, patch.contact
+    scene, surface, contact = corner(patch.scene, end, gap), patch.surface, patch.contact
     if surface is not None:
         factor = 1 + end * patch.scene.tolerated.get("heights", 0.0)
         surface = replace(surface, values=factor * surface.values)
@@ -126,28 +131,54 @@ def _at_corner(patch: Patch, end: int) -> Patch:
     return patch.with_(scene=scene, surface=surface, contact_start=start, flow_settings=settings)
 
 
-def corner(scene: Scene, end: int) -> Scene:
+def corner(scene: Scene, end: int, gap: float | None) -> Scene:
     """The scene with all inputs at the ends that open (1) or close (-1) the film.
 
     It asks for nothing but the leak rate.
     """
     product = "leak_rate" if scene.seal is None else "seal"
-    return scene.scaled(_ends(scene, end)).with_(
+    return scene.scaled(_ends(scene, end, gap)).with_(
         {"tolerances": None, "limit": None, "output.products": [product]}
     )
 
 
-def _ends(scene: Scene, end: int) -> dict[str, float]:
+def _ends(scene: Scene, end: int, gap: float | None) -> dict[str, float]:
     """Factor on each input at one end of its tolerance."""
-    return {name: 1 + end * OPENS[name] * part for name, part in scene.tolerated.items()}
+    ends = {name: 1 + end * OPENS[name] * part for name, part in scene.tolerated.items()}
+    if scene.slip is not None and "fluid.viscosity" in ends:
+        ends["fluid.viscosity"] = _viscosity(scene, end, gap)
+    return ends
+
+
+def _viscosity(scene: Scene, end: int, gap: float | None) -> float:
+    """Factor on the viscosity at which a channel as high as the critical constriction leaks most.
+
+    Or least, at the end -1. Slip grows with the viscosity, since the mean free path does: below
+    Knudsen's minimum more of a gas leaks the more viscous it is.
+    """
+    part = scene.tolerated["fluid.viscosity"]
+    factors = 1 + part * np.linspace(-1, 1, VISCOSITIES)
+    leaks = [end * _channel(scene.scaled({"fluid.viscosity": f}), gap) for f in factors.tolist()]
+    return float(factors[np.argmax(leaks)])
+
+
+def _channel(scene: Scene, gap: float | None) -> float:
+    """Leak rate of a channel of a gap [m] over g³: Δp/η, times what slip adds."""
+    gain = 1.0 if scene.slip is None or gap is None else scene.slip.mean_gain(gap)
+    return gain * scene.drive.pressure_drop / scene.viscosity
 
 
 def _entry(
-    scene: Scene, leak: LeakRate, closed: LeakRate, opened: LeakRate, carried: float
+    scene: Scene,
+    leak: LeakRate,
+    closed: LeakRate,
+    opened: LeakRate,
+    carried: float,
+    gap: float | None,
 ) -> Uncertainty:
     """Entry from three leak rates, and the part of the load that the fluid carries."""
     carried = min(carried, 1 - TINY)
-    shares = input_shares(scene, leak, closed, opened, carried)
+    shares = input_shares(scene, leak, closed, opened, carried, gap)
     name = max(shares, key=lambda name: shares[name])
     part = scene.tolerated[name]
     sentence = (
@@ -164,7 +195,7 @@ def _entry(
     )
     if leak.state == "lifted off" or opened.state == "sealed":
         return entry(1.0, 1.0)
-    if opened.state == "lifted off":
+    if opened.state == "lifted off" or opened.bounds[1] == inf:
         return entry(0.0, None, caution=True)
     most = opened.bounds[1]
     if leak.state == "sealed":
@@ -176,7 +207,12 @@ def _entry(
 
 
 def input_shares(
-    scene: Scene, leak: LeakRate, closed: LeakRate, opened: LeakRate, carried: float
+    scene: Scene,
+    leak: LeakRate,
+    closed: LeakRate,
+    opened: LeakRate,
+    carried: float,
+    gap: float | None = None,
 ) -> dict[str, float]:
     """|Δ ln Q| of each input between its own two ends, the others kept; arguments as above.
 
@@ -187,9 +223,10 @@ def input_shares(
     own = 0.0 if scene.contact is None else scene.load.value
 
     def laws(factors: dict[str, float]) -> tuple[float, float]:
-        """Logarithms of x and of Δp s³/(η L), over those of the scene, with factors on the inputs.
+        """Logarithms of x and of Q s³/L, over those of the scene, with factors on the inputs.
 
-        L is the leak path: under a cylinder it is the line load over the mean pressure.
+        Q is that of a channel as high as the critical constriction, and L the leak path: under a
+        cylinder it is the line load over the mean pressure.
         """
         other = scene.scaled(factors)
         drop = other.drive.pressure_drop / scene.drive.pressure_drop
@@ -198,16 +235,20 @@ def input_shares(
         load = max(pressed - carried * drop, TINY)
         x = load / (1 - carried) / prod(factors.get(name, 1.0) for name in STIFFNESSES)
         s = factors.get("heights", 1.0)
-        return log(x), log(drop * s**3 * scene.viscosity / other.viscosity / path)
+        return log(x), log(_channel(other, gap) / _channel(scene, gap) * s**3 / path)
 
     points: dict[float, float] = {}  # the ends last: they replace the scene where x is the same
-    for factors, flow in (({}, leak), (_ends(scene, 1), opened), (_ends(scene, -1), closed)):
+    for factors, flow in (
+        ({}, leak),
+        (_ends(scene, 1, gap), opened),
+        (_ends(scene, -1, gap), closed),
+    ):
         x, driven = laws(factors)
         if flow.state == "leaking":
             points[x] = log(flow.value) - driven
 
     def change(name: str, end: int) -> float:
-        x, driven = laws({name: _ends(scene, end)[name]})
+        x, driven = laws({name: _ends(scene, end, gap)[name]})
         return driven + _on_line(x, sorted(points.items()))
 
     return {name: abs(change(name, 1) - change(name, -1)) for name in scene.tolerated}

@@ -8,12 +8,13 @@ of the stiffness have the wrong sign for the proof. So the factors are called es
 """
 
 from collections.abc import Callable
-from math import exp, isfinite, isinf
+from math import exp, inf, isfinite, isinf
 
 from fem_seal.coupling import SETTLED
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.error_budget import LIFT, Kind, Uncertainty
 from fem_seal.errors import NotConverged, present
+from fem_seal.grid_series import error_beyond
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 
@@ -135,7 +136,8 @@ def _resolved(patch: Patch) -> Uncertainty:
 
 def _range(patch: Patch) -> Uncertainty:
     """Entry of the dry contacts at both ends of the fluid's pressure."""
-    dry, (closed, opened) = patch.leak_rate, patch.once(lift_range)
+    dry = patch.leak_rate
+    closed, opened = (rate.widened(*of_grid) for rate, of_grid in patch.once(_range_ends))
     lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), opened.ends[1]
     sentence = (
         "any fluid pressure between those of inlet and outlet is covered: between "
@@ -159,16 +161,22 @@ def lift_range(patch: Patch) -> tuple[LeakRate, LeakRate]:
     fluid pressure between the two lies between them (for a half-space under a mean pressure). The
     second is "lifted off" if the inlet's pressure is not below the load.
     """
-    load, (inlet, outlet) = patch.load.value, patch.scene.flow.gauge_pressures
+    (closed, _), (opened, _) = patch.once(_range_ends)
+    return closed, opened
 
-    def under(pressure: float) -> LeakRate:
-        """Leak rate of the dry contact under a mean pressure [Pa]."""
-        if pressure <= 0:
-            return LeakRate.lifted_off(patch.scene.flow.method)
-        return patch.pressed_by(pressure).leak_rate
 
-    with patch.timed("lift"):
-        return (patch.leak_rate if outlet == 0 else under(load - outlet)), under(load - inlet)
+def _range_ends(patch: Patch) -> list[tuple[LeakRate, tuple[float, float | None]]]:
+    """Both leak rates of `lift_range`, each with the factors of `error_beyond`."""
+    ends = list[tuple[LeakRate, tuple[float, float | None]]]()
+    for pressure in patch.scene.flow.gauge_pressures[::-1]:
+        left = patch.load.value - pressure
+        if left <= 0:
+            ends.append((LeakRate.lifted_off(patch.scene.flow.method), (1.0, 1.0)))
+            continue
+        end = patch if pressure == 0 else patch.pressed_by(left)
+        with patch.timed("lift"):
+            ends.append((end.leak_rate, error_beyond(patch, end)))
+    return ends
 
 
 def _at_the_end(patch: Patch, pressure: float, *, upper: bool) -> tuple[LeakRate | None, list[str]]:
@@ -187,7 +195,8 @@ def _at_the_end(patch: Patch, pressure: float, *, upper: bool) -> tuple[LeakRate
         return None, []
     with patch.timed("fluid pressure"):
         try:
-            leak = patch.pressed_by(pressure).leak_rate
+            other = patch.pressed_by(pressure)
+            leak = other.leak_rate.widened(*error_beyond(patch, other))
         except NotConverged:
             return None, [f"the contact under {_pressure(pressure)} did not converge"]
     low, high = leak.bounds
@@ -197,6 +206,8 @@ def _at_the_end(patch: Patch, pressure: float, *, upper: bool) -> tuple[LeakRate
     else:
         under = f"under the {_pressure(pressure)} that press the solid then"
         sealed, end = "the contact is sealed", f"at least {rounded_down(low)} m^3/s"
+    if high == inf:
+        return None, [f"{under}, a finer grid of the contact may leak any amount"]
     return leak, [f"{under} {sealed}" if leak.state == "sealed" else f"{under}, {end}"]
 
 

@@ -95,7 +95,7 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
         surface_entry(patch),
         None if gap is None else slip_entry_at(patch.scene, gap, seal.leak_path, rtol),
         _slip_along_entry(patch, seal),
-        inputs_entry(patch, seal, rate_of),
+        inputs_entry(patch, seal, rate_of, gap),
         model_entry(patch),
     )
     return tuple(entry for entry in entries if entry is not None)

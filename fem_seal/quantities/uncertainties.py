@@ -13,7 +13,8 @@ from fem_seal.error_budget import (
     Uncertainty,
     flow_entry,
 )
-from fem_seal.grid_series import estimated_error, is_estimated
+from fem_seal.grid_series import error_beyond, estimated_error, is_estimated
+from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.inputs import inputs_entry, rate_in_range
 from fem_seal.quantities.lift import lift_entry
@@ -86,6 +87,15 @@ def model_entry(patch: Patch) -> Uncertainty:
     return Uncertainty("model", "not covered", sentence, name="the model itself")
 
 
+def _inputs_entry(patch: Patch) -> Uncertainty:
+    def rate_of(other: Patch) -> LeakRate:
+        return rate_in_range(other).widened(*error_beyond(patch, other))
+
+    tightest = patch.film.constriction
+    gap = None if tightest is None else tightest.gap
+    return inputs_entry(patch, patch.leak_rate, rate_of, gap)
+
+
 Source = Callable[[Patch], Uncertainty | None]
 SOURCES: tuple[Source, ...] = (
     lambda patch: flow_entry(patch.leak_rate),
@@ -98,6 +108,6 @@ SOURCES: tuple[Source, ...] = (
     _given_gap_entry,
     _shape_entry,
     _one_patch_entry,
-    lambda patch: inputs_entry(patch, patch.leak_rate, rate_in_range),
+    _inputs_entry,
     model_entry,
 )

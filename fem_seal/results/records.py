@@ -124,7 +124,7 @@ class LiftRecord(Record):
             return None
         dry = DryRecord.model_validate(present(patch.contact, "contact"))
         if model == "range":
-            low, high = patch.once(lift_range)
+            low, high = lift_range(patch)
             lowest, highest = low.ends[0], high.ends[1]
             return cls(model=model, lowest=lowest, highest=highest, dry=dry)
         state = present(patch.lifted, "lifted state")

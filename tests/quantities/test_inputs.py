@@ -49,7 +49,7 @@ def test_a_closing_corner_that_leaks_next_to_nothing():
     solved = solve(scene(LIFTED, "contact.pressure=0.2 MPa", "flow.rtol=0.5", *KNOWN))
     far, surface = entry(solved), solved.patch.surface
     assert far.lower == 0
-    closed = corner(solved.patch.scene, -1)
+    closed = corner(solved.patch.scene, -1, None)
     surface = replace(surface, values=0.95 * surface.values)
     # Under the load without the fluid less leaks than with it, and that is sealed.
     assert Patch(closed, surface=surface, lift="none").sealed
@@ -156,6 +156,33 @@ def test_a_factor_that_is_exact():
     name, part, share = entry(solved).largest
     assert (name, part) == ("fluid.viscosity", 0.04)
     assert share == pytest.approx(log(1.04 / 0.96) / log(1.04 / 0.96 * 1.01 / 0.99), rel=1e-12)
+
+
+@pytest.mark.parametrize("gap", [20e-9, 70e-9, 1e-6])
+def test_viscosity_of_a_gas_that_slips(gap, tmp_path):
+    """A uniform gap below, at and above Knudsen's minimum, between 1 bar and a vacuum.
+
+    Slip grows with the viscosity: below the minimum more leaks the more viscous the gas is, and at
+    the minimum least leaks within the tolerance.
+    """
+    np.savez(tmp_path / "gap.npz", gap=np.full((4, 4), gap), spacing=[1e-6, 1e-6])
+
+    def channel(viscosity, **more):
+        fluid = {"kind": "gas", "viscosity": viscosity, "slip": "kinetic"}
+        return Scene.from_mapping(
+            {
+                "gap": {"path": tmp_path / "gap.npz", "periodic": False},
+                "fluid": {**fluid, "molar_mass": "29 g/mol", "temperature": "20 degC"},
+                "flow": {"inlet_pressure": 1e5, "outlet_pressure": 0.0, "rtol": 0.01},
+                "output": {"products": ["leak_rate"]},
+                **more,
+            }
+        )
+
+    solved = solve(channel(1.8e-5, tolerances={"fluid": {"viscosity": "30 %"}}))
+    for factor in (0.7, 0.9, 1.1, 1.3):
+        leak = Patch(channel(factor * 1.8e-5)).leak_rate
+        assert solved.headline.lower <= leak.value <= solved.headline.upper
 
 
 @pytest.mark.parametrize("lift", [DRY, LIFTED])
