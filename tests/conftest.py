@@ -19,7 +19,7 @@ sys.path[2:2] = sorted(str(path) for path in TESTS.iterdir() if path.is_dir())
 from project import leak_scene, scene_of_samples, write_toml  # noqa: E402
 
 from fem_seal import cli  # noqa: E402
-from fem_seal.render import offscreen, plot, relief, shape  # noqa: E402
+from fem_seal.render import offscreen, plot, relief  # noqa: E402
 
 _with_default = pytest.approx
 
@@ -37,8 +37,7 @@ def _relative(expected, **tolerances):
 pytest.approx = _relative
 
 # Pictures of a third of the resolution: the same code draws them in a third of the time.
-plot.DPI, relief.DPI, relief.WIDTH = 70, 70, 400
-offscreen.draw_layers.__defaults__, shape.LONG_SIDE = (400,), 400
+plot.DPI, relief.DPI, relief.WIDTH, offscreen.LONG_SIDE = 70, 70, 400, 400
 
 # A shell starts what runs in the background with interrupts ignored, and a process passes that on:
 # the commands that tests interrupt would not notice, and the tests would wait for ever.

@@ -39,7 +39,7 @@ RUN = """
 import runpy, sys
 from pathlib import Path
 from fem_seal.render import offscreen, plot
-plot.DPI, offscreen.draw_layers.__defaults__ = 70, (400,)
+plot.DPI, offscreen.LONG_SIDE = 70, 400
 main = runpy.run_path(sys.argv[1], run_name="demo")["main"]
 assert main(out=Path(sys.argv[2]), **eval(sys.argv[3])) is not None
 """

@@ -98,15 +98,13 @@ def off_screen(width: int, height: int) -> Iterator[tuple[ModuleType, Any]]:
         plotter.close()
 
 
-def draw_layers(
-    layers: Sequence[DrawnTriangles], window: Window, long_side: int = LONG_SIDE
-) -> np.ndarray:
+def draw_layers(layers: Sequence[DrawnTriangles], window: Window) -> np.ndarray:
     """Draw layers, later ones over earlier ones, in parallel projection.
 
     The pixels are (height, width, 3) uint8, the first row at y = y1, the first column at x = x0.
-    The window fills the picture, whose longer side has `long_side` pixels, exactly.
+    The window fills the picture, whose longer side has LONG_SIDE pixels, exactly.
     """
-    width, height = (round(long_side * part) for part in window.shape)
+    width, height = (round(LONG_SIDE * part) for part in window.shape)
     with off_screen(width, height) as (vista, plotter):
         for depth, layer in enumerate(layers):
             pixels = (layer.points - (window.x0, window.y0)) / window.sides * (width, height)

@@ -10,9 +10,10 @@ import numpy as np
 
 from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.leak_rate import FlowField
+from fem_seal.render import offscreen
 from fem_seal.render.colours import CONTACT, INLET, NO_FLOW, OUTLET, Swatch
 from fem_seal.render.flow import flow_layer, flow_scale
-from fem_seal.render.offscreen import LONG_SIDE, DrawnTriangles, draw_layers
+from fem_seal.render.offscreen import DrawnTriangles, draw_layers
 from fem_seal.render.page import Window, add_bar, frame, page
 from fem_seal.render.samples import gap_scale
 from fem_seal.render.scale import Scale
@@ -100,7 +101,8 @@ def _contact_of(film: MeshFilm) -> list[DrawnTriangles]:
     layers = [DrawnTriangles(mesh.xy, mesh.cells[touching == 3], CONTACT.colour)]
     at_rim = mesh.cells[(touching > 0) & (touching < 3)]
     if film.formula is not None and len(at_rim):
-        points, cells = _cut(mesh.xy, at_rim, float(np.ptp(mesh.xy, axis=0).max()) / LONG_SIDE)
+        pixel = float(np.ptp(mesh.xy, axis=0).max()) / offscreen.LONG_SIDE
+        points, cells = _cut(mesh.xy, at_rim, pixel)
         touches = film.formula(points[cells].mean(axis=1)) == 0
         layers.append(DrawnTriangles(points, cells[touches], CONTACT.colour))
     return [layer for layer in layers if len(layer.cells)]

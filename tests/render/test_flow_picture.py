@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.render import flow
+from fem_seal.render import flow, offscreen
 from fem_seal.render.colours import CONTACT, NO_FLOW
-from fem_seal.render.offscreen import DrawnTriangles, draw_layers
+from fem_seal.render.offscreen import DrawnTriangles
 from fem_seal.render.page import Window
 from fem_seal.render.scale import Scale, pressure_scale
 
@@ -91,7 +91,7 @@ def test_contact_covers_flow_cells_and_pockets_are_pale():
         np.testing.assert_array_equal((samples == swatch.colour).all(axis=2), where)
 
 
-def test_pressure_is_interpolated_before_it_is_coloured():
+def test_pressure_is_interpolated_before_it_is_coloured(monkeypatch):
     """On one cell from 1 to 0 the colours follow the map, not the line between its two ends."""
     field = structured_flow(1, 1, SIZE, lambda x: 1 + 0 * x, lambda x: 1e5 * (1 - x))
     scale = pressure_scale("pressure", field.pressure)
@@ -99,7 +99,8 @@ def test_pressure_is_interpolated_before_it_is_coloured():
     assert (scale.low, scale.high) == pytest.approx((0.0, 100.0))
     values = field.pressure * scale.per_si
     layer = DrawnTriangles(field.points, field.cells, values=values, scale=scale)
-    pixels = draw_layers([layer], Window(0, SIZE[0], 0, SIZE[1]), SIDE)
+    monkeypatch.setattr(offscreen, "LONG_SIDE", SIDE)
+    pixels = offscreen.draw_layers([layer], Window(0, SIZE[0], 0, SIZE[1]))
     # A pixel is as wide as 256/600 colours of the map: the mean of those at its two ends, rounded.
     ends = 1 - np.stack([np.arange(SIDE), np.arange(1, SIDE + 1)]) / SIDE
     two = table_of(scale.colours)[np.clip((256 * ends).astype(int), 0, 255)]

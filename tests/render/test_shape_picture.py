@@ -79,10 +79,10 @@ def area_of(layers):
 
 def test_contact_is_drawn_where_the_formula_is_zero(monkeypatch):
     """A disc: its area to the pixels of its rim. The film as meshed touches on less."""
-    monkeypatch.setattr(shape, "LONG_SIDE", offscreen.LONG_SIDE)
+    monkeypatch.setattr(offscreen, "LONG_SIDE", 1200)
     radius, gap = 0.6e-3, "max(0, (x - 0.002)**2 + (y - 0.001)**2 - 0.36e-6)"
     film = strip(gap, "0.2 mm")
-    pixel = 4e-3 / shape.LONG_SIDE
+    pixel = 4e-3 / offscreen.LONG_SIDE
     # Sub-triangles of at most a pixel are in or out as a whole: an error of a pixel along the rim.
     rim = 2 * np.pi * radius * pixel
     drawn = area_of(shape._contact_of(film))

@@ -311,7 +311,7 @@ for name in ("dolfinx", "ufl", "petsc4py"):
     sys.modules[name] = None
 from fem_seal.cli import main
 from fem_seal.render import offscreen, plot
-plot.DPI, offscreen.draw_layers.__defaults__ = 70, (400,)
+plot.DPI, offscreen.LONG_SIDE = 70, 400
 sys.exit(main(sys.argv[1:]))
 """
     said = unwrapped(printed_by("-c", code, "mesh", path, "--out", tmp_path / "out"))
