@@ -30,7 +30,7 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings, Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import Level, relative_width
-from fem_seal.render.bounds import draw_bounds
+from fem_seal.render.convergence import draw_bounds
 from fem_seal.render.plot import new_figure
 from fem_seal.surface import Spectrum, self_affine
 

@@ -6,7 +6,7 @@ Each function below, with PyVista or matplotlib, is imported when its name is fi
 from importlib import import_module
 
 _MODULE_OF = {
-    "bounds_plot": "bounds",
+    "bounds_plot": "convergence",
     "contact_picture": "samples",
     "contact_pressure_picture": "samples",
     "flow_picture": "flow",

@@ -6,7 +6,7 @@ from pathlib import Path
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.leak_rate import FlowField, Level
 from fem_seal.patch import Patch
-from fem_seal.render.bounds import bounds_plot, close_in
+from fem_seal.render.convergence import bounds_plot, close_in
 from fem_seal.render.flow import flow_picture, mesh_picture, pressure_picture
 from fem_seal.render.relief import relief_picture
 from fem_seal.render.samples import (

@@ -14,7 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from fem_seal.error_budget import combined, factor_words
 from fem_seal.errors import printable
 from fem_seal.files import atomic_write, temporary_folder
-from fem_seal.render.bounds import bounds_plot, close_in
+from fem_seal.render.convergence import bounds_plot, close_in
 from fem_seal.results import Result
 from fem_seal.results.words import first_sentence, remarks, summary_of
 from fem_seal.scene import Scene

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Level
 from fem_seal.render import bounds_plot
-from fem_seal.render.bounds import draw_bounds
+from fem_seal.render.convergence import draw_bounds
 
 LEVELS = tuple(
     Level(unknowns=n, cells=2 * n, lower=lower, upper=upper)

@@ -83,9 +83,9 @@ def film_from_dolfinx(
         several = [*numbers] if isinstance(numbers, Collection) else [numbers]
         groups[name] = edges[np.isin(tags, several)]
         if name != "wall" and not len(groups[name]):
-            present = ", ".join(map(str, np.unique(tags))) or "none"
+            known = ", ".join(map(str, np.unique(tags))) or "none"
             raise InvalidInput(
-                f"{SOURCE} has no {name}: no facet has the tag {numbers}; its tags are {present}"
+                f"{SOURCE} has no {name}: no facet has the tag {numbers}; its tags are {known}"
             )
     triangles = Triangles(xy, cells, **groups)
     parts = labelled(triangles, SOURCE)
@@ -115,9 +115,9 @@ def _gathered(msh: mesh.Mesh, facet_tags: MeshTags, gap: fem.Function) -> list[n
     """
     gap.x.scatter_forward()
     dofmap, facets = gap.function_space.dofmap, cell_facets(msh)
-    number = dofmap.index_map.size_local + dofmap.index_map.num_ghosts
+    count = dofmap.index_map.size_local + dofmap.index_map.num_ghosts
     # The degrees of freedom of P1 are the vertices.
-    in_whole = dofmap.index_map.local_to_global(np.arange(number, dtype=np.int32))
+    in_whole = dofmap.index_map.local_to_global(np.arange(count, dtype=np.int32))
     dofs = cell_dofs(gap.function_space, 3)
     vertices = in_whole[dofs].astype(np.int64)
     tagged = np.isin(facets, facet_tags.indices)
