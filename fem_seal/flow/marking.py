@@ -63,9 +63,10 @@ class Tuning:
         require_not_negative(ahead=self.ahead)
         if not self.ceiling > 0:
             raise InvalidInput(f"ceiling = {self.ceiling!r} must be above 0; inf is allowed")
-        for name in ("chi", "theta", "theta_blocked", "theta_residual", "cut", "floor"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise InvalidInput(f"{name} = {getattr(self, name)!r} must lie between 0 and 1")
+        # Those not named here are parts of something.
+        for name, value in vars(self).items():
+            if name not in ("ahead", "ceiling", "tolerance", "coarsest") and not 0 <= value <= 1:
+                raise InvalidInput(f"{name} = {value!r} must lie between 0 and 1")
 
 
 @dataclass(frozen=True)
@@ -103,13 +104,13 @@ class Marks:
     least_flux: float  #: smallest flux through a marked blocked cell; infinite if none is marked
 
 
-def mark_all(problem: FilmOnMesh) -> Marks:
+def mark_all(on_mesh: FilmOnMesh) -> Marks:
     """Halve all cells twice, which makes the uniform mesh with squares half as wide."""
-    return Marks(np.full(len(problem.kept), 2, dtype=np.int8), np.inf, np.inf)
+    return Marks(np.full(len(on_mesh.kept), 2, dtype=np.int8), np.inf, np.inf)
 
 
 def mark(
-    problem: FilmOnMesh,
+    on_mesh: FilmOnMesh,
     flows: Sequence[FlowEstimate],
     expected: float,
     reached: float,
@@ -127,7 +128,7 @@ def mark(
         Relative width of the corrected bounds; infinite if the dual was not solved.
     """
     tuning = strategy.tuning
-    indicators, blocked_flux = problem.indicators(flows), problem.blocked_flux(flows)
+    indicators, blocked_flux = on_mesh.indicators(flows), on_mesh.blocked_flux(flows)
     # The flux that blocked cells withhold from the lower bound shows in `reached`, but neither in
     # the indicators nor in `expected`: take the size of its step from `reached`.
     part, part_reached = part_of_a_step(expected, strategy), part_of_a_step(reached, strategy)
@@ -137,11 +138,11 @@ def mark(
     # small, but those of all cells along the false flow are large, whatever their size. Refine the
     # leaking cells first. Elsewhere the sum of the residuals is no more than that of the
     # indicators, which alone do better then.
-    residuals = problem.residuals(flows)
+    residuals = on_mesh.residuals(flows)
     unexplained = max(residuals.sum() - indicators.sum(), 0.0)
     required = part_reached * tuning.theta_residual * unexplained
     held = residuals[large | through].sum()
-    joints = wrongly_joined_cells(problem, max(flow.conductance for flow in flows))
+    joints = wrongly_joined_cells(on_mesh, max(flow.conductance for flow in flows))
     step = LEAST_STEP if joints.any() else 1.0
     if held < required:
         step = min(step, max(held / required, LEAST_STEP))
@@ -149,8 +150,8 @@ def mark(
         large = doerfler(indicators, step * part * tuning.theta)
     leaks = completed(large | through, residuals, required)
     halved = halvings(indicators, large)
-    times = np.zeros(len(problem.kept), dtype=np.int8)
-    times[problem.kept] = np.max(
+    times = np.zeros(len(on_mesh.kept), dtype=np.int8)
+    times[on_mesh.kept] = np.max(
         [halved, through, LEAK_HALVINGS * leaks, JOINT_HALVINGS * joints], axis=0
     )
     # A step smaller than a full one (part < 1) is the last and has the size that is needed: do not

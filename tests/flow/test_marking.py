@@ -1,9 +1,20 @@
 """Marking: the fewest cells with a given part of the error, and how often each is halved."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
+from adaptive_parameters import CHOICES
 
-from fem_seal.flow.marking import completed, doerfler, halvings
+from fem_seal.errors import InvalidInput
+from fem_seal.flow.marking import Tuning, completed, doerfler, halvings
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Tuning)])
+def test_a_parameter_has_a_range_and_a_measured_cost(name):
+    with pytest.raises(InvalidInput, match=f"{name} = -5"):
+        Tuning(**{name: -5})
+    assert any(name in choice for choice in CHOICES.values())
 
 
 @pytest.mark.parametrize("theta", [0.05, 0.5, 0.8, 0.99, 1.0])
