@@ -56,9 +56,9 @@ class ContactArrays:
 def write_contact(folder: Path, contact: ContactArrays) -> None:
     """Write contact.npz, which is a gap file as well."""
     gap = contact.gap
-    present = {name: field.values for name, field in vars(contact).items() if field is not None}
+    arrays = {name: field.values for name, field in vars(contact).items() if field is not None}
     spacing = {"spacing": np.array(gap.spacing), "periodic": gap.periodic}
-    write_npz(folder / CONTACT_FILE, present | spacing)
+    write_npz(folder / CONTACT_FILE, arrays | spacing)
 
 
 def read_contact(folder: str | Path) -> ContactArrays:
@@ -86,11 +86,11 @@ def write_flow(folder: Path, field: FlowField) -> None:
     meshio.write(folder / FLOW_FILE, mesh)
 
 
-def write_mesh(folder: Path, gap: "MeshFilm") -> None:
+def write_mesh(folder: Path, film: "MeshFilm") -> None:
     """Write the mesh of a shape with its gap, which a scene can name as its own."""
     import meshio
 
-    mesh = gap.mesh
+    mesh = film.mesh
     # Join the vertices that a cut has doubled.
     used, cells = np.unique(mesh.twin[mesh.cells], return_inverse=True)
     groups = mesh.groups()
@@ -103,7 +103,7 @@ def write_mesh(folder: Path, gap: "MeshFilm") -> None:
     points = _in_space(mesh.xy[used])
     lines = np.searchsorted(used, mesh.twin[edges])
     blocks = [("triangle", cells.reshape(-1, 3)), ("line", lines)]
-    written = meshio.Mesh(points, blocks, point_data={"gap": gap.values[used]}, cell_data=data)
+    written = meshio.Mesh(points, blocks, point_data={"gap": film.values[used]}, cell_data=data)
     meshio.write(folder / MESH_FILE, written)
 
 
