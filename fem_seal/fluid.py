@@ -8,7 +8,7 @@ Homogeneous Fluids through Porous Media, 1937, on gases).
 
 Where the gap is not much larger than the mean free path, the gas slips at the walls (`Slip`), and
 the mass flux is -(M/(R T)) B g² c(g p/B)/(12 η) ∇p (`rarefied`). In a uniform gap this flux is
-linear in the gradient of ∫ c(g p/B) dp; for other gaps there are bounds (`film.law`).
+linear in the gradient of ∫ c(g p/B) dp; for other gaps there are bounds (`film.slip_bounds`).
 """
 
 from dataclasses import dataclass

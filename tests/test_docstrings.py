@@ -5,9 +5,12 @@ import re
 
 from project import PACKAGE, trees
 
+from fem_seal.scene import Scene
+
 SECTION = re.compile(r"^([A-Z]\w+)\n-{3,}\n(.*?)(?=\n\n|\Z)", re.MULTILINE | re.DOTALL)
 NAMES = r"\*{0,2}\w+(?:,\s+\*{0,2}\w+)*"
 ENTRY = re.compile(rf"^({NAMES})(?: : (.*))?$", re.MULTILINE)
+DOTTED = re.compile(r"`([a-z_]+(?:\.\w+)+)`")
 # What may stand behind the name of an entry: a shape, with its kind of number, or a foreign class.
 SHAPE = re.compile(r"\([^()]*\)( \w+)?|dolfinx\.[\w.]+")
 # Words of a type that may differ from those of the annotation: "tuple of str, optional".
@@ -83,5 +86,24 @@ def test_types_are_said_once_and_names_exist():
         f"{path.relative_to(PACKAGE)}: {fault}"
         for path, tree in trees().items()
         for fault in faults(tree)
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_modules_in_docstrings_exist():
+    """`film.law`, `film.law.CUBE` and `law.py`; not `flow.rtol` and the like, keys of a scene."""
+    known = set()
+    for path, tree in trees().items():
+        module = "." + ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+        module = module.removesuffix(".__init__")
+        names = {getattr(n, "name", getattr(n, "id", "")) for n in ast.walk(tree)}
+        known |= {module} | {f"{module}.{name}" for name in (*names, "py")}
+    modules = {part for name in known for part in name.split(".")[:-1]} - set(Scene.model_fields)
+    wrong = [
+        f"{path.relative_to(PACKAGE)}: {name}"
+        for path in trees()
+        for name in DOTTED.findall(path.read_text(encoding="utf-8"))
+        if name.split(".")[0] in modules or name.endswith(".py")
+        if not any(one.endswith(f".{name}") for one in known)
     ]
     assert not wrong, "\n".join(wrong)

@@ -4,7 +4,7 @@ Slip depends on the local pressure, so that the flow of a gas is a nonlinear pro
 refined for a linear one, with the slip at the mean pressure. Its unit makes the conductance of the
 critical constriction exact. Two more linear problems on that mesh enclose the effect of the local
 pressure: the pressure in a film of the largest conductivities gives the upper bound, the stream
-function in a film of the smallest ones the lower bound (`film.law.bounding_law`).
+function in a film of the smallest ones the lower bound (`film.slip_bounds.bounding_law`).
 """
 
 from dataclasses import dataclass, replace
