@@ -62,16 +62,13 @@ def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) 
     return Unwound(root, offset, table[:, 1:], table[:, 0])
 
 
-def winds(
-    mask: np.ndarray, connectivity: str, axis: int, periodic: tuple[bool, bool] = (True, True)
-) -> bool:
+def winds(mask: np.ndarray, connectivity: str, axis: int) -> bool:
     """Whether a closed path inside the mask goes around the periodic cell along an axis.
 
-    The axis is 0 along the flow or 1 around the seal. For the connectivity see `clusters.label`;
-    `periodic` says along which axes the last sample neighbours the first.
+    The axis is 0 along the flow or 1 around the seal. For the connectivity see `clusters.label`.
     """
     labels, count = clusters.label(mask, connectivity)
-    links = clusters.seam_links(labels, connectivity, periodic)
+    links = clusters.seam_links(labels, connectivity, (True, True))
     return bool(unwind(links.first, links.second, links.shift, count + 1).windings[:, axis].any())
 
 

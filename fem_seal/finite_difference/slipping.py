@@ -18,11 +18,12 @@ from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 
+MOST_STEPS = 100
 TOLERANCE = 1e-9  # largest change of the pressures in the last step, over the inlet's
 
 
 def film_without_slip(
-    film: GridFilm, slip: Slip, links: str = "linear-gap", most_steps: int = 100
+    film: GridFilm, slip: Slip, links: str = "linear-gap"
 ) -> tuple[GridFilm, tuple[float, ...]]:
     """Film of another gap that conducts without slip as the given one does with slip.
 
@@ -36,7 +37,7 @@ def film_without_slip(
     gap, c = film.samples, slip.coefficient
     pressure = np.full(gap.shape, slip.mean_pressure)
     changes: list[float] = []
-    while len(changes) < most_steps:
+    while len(changes) < MOST_STEPS:
         weight = c(critical * pressure / slip.product)
         cubes = scale * gap**2 * c(gap * pressure / slip.product) / weight
         # Inlet and outlet of a periodic film have the same gap, but not the same pressure.
@@ -49,7 +50,7 @@ def film_without_slip(
             return whole, tuple(changes)
     raise NotConverged(
         f"the pressure of the gas by finite differences changed by {changes[-1]:.1e} of the "
-        f"inlet's in step {most_steps} of the iteration for its slip; use finite elements, "
+        f"inlet's in step {MOST_STEPS} of the iteration for its slip; use finite elements, "
         "flow.method = 'adaptive'"
     )
 

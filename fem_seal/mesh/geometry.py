@@ -58,7 +58,6 @@ def mesh_geometry(
     largest: float | None = None,
     *,
     trust: bool = False,
-    longest: float = LONGEST,
 ) -> Triangles:
     """Run a .geo file through gmsh, in a process of its own.
 
@@ -75,16 +74,14 @@ def mesh_geometry(
     largest
         Largest edge length anywhere [m].
     trust
-        Whether to run a file that is not the package's own.
-    longest
-        Time [s] that such a file may take.
+        Whether to run a file that is not the package's own, for at most `LONGEST`.
     """
     own = require_trust(geo, trust)
     if not find_spec("gmsh"):
         raise MissingPackage(NO_GMSH)
     with temporary_folder() as folder:
         job = Job(str(geo.absolute()), own, dict(numbers), unit, sizes, largest)
-        _run(job, folder, None if own else longest)
+        _run(job, folder, None if own else LONGEST)
         if not (folder / MESH_FILE).exists():
             raise InvalidInput(f"gmsh has made no mesh of {geo}: does it have a surface?")
         _refuse_cut_off(folder / MESH_FILE, geo)

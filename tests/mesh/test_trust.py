@@ -17,6 +17,7 @@ from fem_seal import run
 from fem_seal.cli import main
 from fem_seal.drawing import draw
 from fem_seal.errors import InvalidInput
+from fem_seal.mesh import geometry
 from fem_seal.mesh.files import GroupNames
 from fem_seal.mesh.geometry import SOURCES, mesh_geometry
 from fem_seal.scene import Scene
@@ -131,11 +132,12 @@ def test_path_that_is_itself_a_program(tmp_path):
     assert not mark.exists()
 
 
-def test_geometry_without_end(tmp_path):
+def test_geometry_without_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(geometry, "LONGEST", 1.0)
     geo = tmp_path / "endless.geo"
     geo.write_text("x = 0;\nFor i In {0:1000000000000}\n  x = x + 1;\nEndFor\n")
     with pytest.raises(InvalidInput, match=r"endless.geo within 1 s; mesh it in gmsh"):
-        mesh_geometry(geo, {}, 1.0, GroupNames(), trust=True, longest=1.0)
+        mesh_geometry(geo, {}, 1.0, GroupNames(), trust=True)
 
 
 def test_geometry_that_kills_gmsh(tmp_path):
