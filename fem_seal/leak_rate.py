@@ -44,6 +44,10 @@ class Bounded:
     lower: float
     upper: float
 
+    def __post_init__(self) -> None:
+        if not self.lower <= self.upper:
+            raise Inconsistent(f"the bounds of {self.value} cross: {self.lower} > {self.upper}")
+
 
 @dataclass(frozen=True)
 class Level:
@@ -59,6 +63,9 @@ class Level:
     seconds: dict[str, float] = dataclasses.field(default_factory=dict)
     #: relative error of the energy after each iteration, by stage
     residuals: dict[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_enclosed(self.upper, self.lower, self.upper)
 
     @property
     def half_width(self) -> float:
@@ -116,7 +123,8 @@ class FlowField:
         n, c = len(self.points), len(self.cells)
         shapes = [array.shape for array in (self.points, self.gap, self.pressure, self.flux)]
         inside = c == 0 or (self.cells.min() >= 0 and self.cells.max() < n)
-        if shapes != [(n, 2), (n,), (n,), (c, 2)] or not inside:
+        tagged = self.facet_tags is None or self.facet_tags.shape == (c, 3)
+        if shapes != [(n, 2), (n,), (n,), (c, 2)] or not inside or not tagged:
             raise Inconsistent(f"a flow of {n} points and {c} cells: {shapes}")
 
 

@@ -123,7 +123,12 @@ def field():
 
 
 def test_an_answer_that_contradicts_itself_is_none(field):
-    for change in ({"gap": field.gap[:3]}, {"cells": field.cells + 1}, {"flux": field.pressure}):
+    for change in (
+        {"gap": field.gap[:3]},
+        {"cells": field.cells + 1},
+        {"flux": field.pressure},
+        {"facet_tags": field.facet_tags[:1]},
+    ):
         with pytest.raises(Inconsistent):
             replace(field, **change)
     with pytest.raises(Inconsistent):

@@ -12,13 +12,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import Inconsistent, InvalidInput
 from fem_seal.fluid import Slip
 
 T = TypeVar("T", float, np.float64, np.ndarray)
 # Smallest unit of leak rates [m³/s]: those of gaps over 60 decades, whose cubes span 180, are still
 # floating-point numbers of full precision below it.
 LEAST_UNIT = 1e-100
+ROUNDING = 1e-12  # of a table of m, as a part of its largest value
 Line = tuple[np.ndarray | float, np.ndarray | float]
 
 
@@ -56,6 +57,16 @@ class Conductivity:
     convex: np.ndarray  #: (n,), convex part of m at these gaps
     concave: np.ndarray | None = None  #: (n,), concave part; None: zero
 
+    def __post_init__(self) -> None:
+        widths = np.diff(self.gaps)
+        if not ((widths > 0).all() and self.gaps[0] == 0 and self.gaps[-1] == 1):
+            raise Inconsistent("the gaps of a conductivity do not ascend from 0 to 1")
+        for part in [self.convex] + ([] if self.concave is None else [-self.concave]):
+            bends = np.diff(np.diff(part) / widths)
+            rounding = ROUNDING * np.abs(part).max() / np.minimum(widths[1:], widths[:-1])
+            if (bends < -rounding).any():
+                raise Inconsistent("a part of a conductivity is not convex, or not concave")
+
     @cached_property
     def is_cube(self) -> bool:
         """Whether κ = g³."""
@@ -64,7 +75,8 @@ class Conductivity:
     def above(self, low: T, high: T) -> Line:
         """α and β of an upper bound for gaps between `low` and `high`.
 
-        For a part of the interval the bound is nowhere larger. κ must have no concave part.
+        For a part of the interval the bound is nowhere larger. κ must have no concave part; see
+        `FilmLaw`.
         """
         return _chord(self.gaps, self.convex, low, high)
 
@@ -130,6 +142,10 @@ class FilmLaw:
 
     above: Conductivity  #: upper bound
     below: Conductivity  #: lower bound; the same object if the conductivity is known exactly
+
+    def __post_init__(self) -> None:
+        if self.above.concave is not None:
+            raise Inconsistent("the upper bound of a conductivity has a concave part")
 
 
 _CUBE = Conductivity(np.array([0.0, 1.0]), np.array([0.0, 1.0]))

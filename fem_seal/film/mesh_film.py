@@ -28,16 +28,20 @@ class MeshFilm:
     formula: "Formula | None" = None
 
     def __post_init__(self) -> None:
-        bad = ~np.isfinite(self.values)
-        fault = "not finite"
-        if not bad.any():
-            bad, fault = self.values < 0, "negative; contact is a gap of exactly 0"
-        if bad.any():
-            x, y = self.mesh.xy[np.argmax(bad)]
-            raise InvalidInput(
-                f"the gap at {np.count_nonzero(bad)} of {bad.size} vertices of the mesh, the first "
-                f"of them x = {x:.6g} m, y = {y:.6g} m, is {fault}"
-            )
+        values, twin = self.values, self.mesh.twin
+        if values.shape != twin.shape:
+            raise InvalidInput(f"a gap of shape {values.shape} on a mesh of {len(twin)} vertices")
+        for bad, fault in (
+            (~np.isfinite(values), "not finite"),
+            (values < 0, "negative; contact is a gap of exactly 0"),
+            (values != values[twin], "not that at the same point across the seam"),
+        ):
+            if bad.any():
+                x, y = self.mesh.xy[np.argmax(bad)]
+                raise InvalidInput(
+                    f"the gap at {np.count_nonzero(bad)} of {bad.size} vertices of the mesh, the "
+                    f"first of them x = {x:.6g} m, y = {y:.6g} m, is {fault}"
+                )
 
     @cached_property
     def largest_gap(self) -> float:

@@ -7,6 +7,7 @@ from math import ceil, log
 
 import numpy as np
 
+from fem_seal.errors import Inconsistent
 from fem_seal.film.law import Conductivity, FilmLaw
 from fem_seal.fluid import Slip
 from fem_seal.rarefied import PoiseuilleCoefficient
@@ -23,6 +24,10 @@ class PressureWeight:
     #: (n,), kinks of w, the first one p_out, the last one p_in [Pa], and w there
     pressures: np.ndarray
     values: np.ndarray
+
+    def __post_init__(self) -> None:
+        if not ((np.diff(self.pressures) > 0).all() and (self.values > 0).all()):
+            raise Inconsistent("a weight w(p) is positive, at ascending pressures")
 
     @classmethod
     def of_gap(cls, slip: Slip, largest_gap: float, reference: float) -> "PressureWeight":

@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.errors import Inconsistent
+from fem_seal.leak_rate import require_enclosed
+
 # Part of the largest conductivity that rounding errors leave in a direction without flow.
 NO_FLOW = 1e-14
 
@@ -14,6 +17,13 @@ class Bounds:
 
     lower: np.ndarray  #: (d, d), e·lower·e <= e·K*·e for every direction e
     upper: np.ndarray  #: (d, d), e·K*·e <= e·upper·e
+
+    def __post_init__(self) -> None:
+        d = len(self.lower)
+        if not self.lower.shape == self.upper.shape == (d, d):
+            raise Inconsistent(f"bounds of shapes {self.lower.shape} and {self.upper.shape}")
+        if d == 1:
+            require_enclosed(self.upper.item(), *self.numbers)
 
     @classmethod
     def of(cls, lower: float, upper: float) -> "Bounds":
@@ -27,9 +37,8 @@ class Bounds:
 
     @property
     def excess(self) -> float:
-        """Largest (u - l)/l of u = e·upper·e and l = e·lower·e over directions e that flow."""
-        ratio = _least_ratio(self.lower, self.upper)[0]
-        return 1 / ratio - 1 if ratio > 0 else np.inf
+        """`excess` of the two."""
+        return excess(self.lower, self.upper)
 
     @property
     def width(self) -> float:
@@ -100,6 +109,12 @@ def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     return B
 
 
+def excess(lower: np.ndarray, upper: np.ndarray) -> float:
+    """Largest (u - l)/l of u = e·upper·e and l = e·lower·e over directions e that flow."""
+    ratio = _least_ratio(lower, upper)[0]
+    return 1 / ratio - 1 if ratio > 0 else np.inf
+
+
 def widest(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
     """Largest relative width of two bounds, and its direction e (d,) of length one.
 
@@ -113,13 +128,15 @@ def widest(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
 def _least_ratio(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
     """Smallest (e·lower·e)/(e·upper·e), and its direction e (d,).
 
-    Directions in which the conductivity is at rounding level do not count.
+    Directions in which the conductivity is at rounding level do not count; 1 if all are.
     """
     # Scale the diagonal to ones: a direction of small conductivity then keeps all its digits.
     diagonal = upper.diagonal()
     scale = np.divide(1.0, np.sqrt(diagonal), out=np.zeros(len(upper)), where=diagonal > 0)
     values, vectors = np.linalg.eigh(scale[:, None] * upper * scale)
     flows = values > NO_FLOW
+    if not flows.any():
+        return 1.0, np.eye(len(upper))[0]  # nothing flows, and both bounds say so
     flowing = scale[:, None] * vectors[:, flows] / np.sqrt(values[flows])
     ratios, weights = np.linalg.eigh(flowing.T @ lower @ flowing)
     return float(ratios[0]), flowing @ weights[:, 0]

@@ -28,7 +28,7 @@ from itertools import chain
 import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.bounds import Bounds
+from fem_seal.flow.bounds import Bounds, excess
 from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import SUM_ROUNDING, Energy, gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh
@@ -200,7 +200,7 @@ class LevelProblem(FilmOnMesh):
         # Only between ends is the sum of the residuals the difference of inflow and outflow.
         balanced = bool(self.mesh.inlet.any())
         minima = self.space.minimise(tensor, self._numberings, guesses, self.tolerance, balanced)
-        return Pressures(*self._family(self._jumps, tensor, minima), minima)
+        return Pressures(**vars(self._family(self._jumps, tensor, minima)), minima=minima)
 
     def stream(self, guess: np.ndarray) -> Streams | None:
         """Minimise ∫ ∇ψ·R·∇ψ for each jump that contact and blocked cells allow, from (d, V).
@@ -228,16 +228,17 @@ class LevelProblem(FilmOnMesh):
         ]
         minima = self.space.minimise(tensor, numberings, starts, self.tolerance)
         psi = np.array([self._at_vertices(m.numbering, m.values) for m in minima])
-        return Streams(*self._family(dual.basis, tensor, minima), psi, chi)
+        family = self._family(dual.basis, tensor, minima)
+        return Streams(**vars(family), at_vertices=psi, chi=chi)
 
     def _family(
         self, jumps: np.ndarray, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
-    ) -> tuple[np.ndarray, np.ndarray, tuple[Energy, ...], tuple[float, ...], str]:
-        """Fields of a `Family`."""
+    ) -> Family:
+        """The family of minimisers for a basis of jumps (k, d)."""
         residuals = tuple(chain.from_iterable(minimum.residuals for minimum in minima))
         stalled = next((minimum.stalled for minimum in minima if minimum.stalled), "")
         totals = tuple(minimum.total for minimum in minima)
-        return jumps, self._energies(tensor, minima), totals, residuals, stalled
+        return Family(jumps, self._energies(tensor, minima), totals, residuals, stalled)
 
     def _energies(
         self, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
@@ -260,7 +261,7 @@ class LevelProblem(FilmOnMesh):
 
     def difference(self, pressure: Pressures, stream: Streams) -> float:
         """Largest relative difference (u - l)/l of both energies before the correction."""
-        return Bounds(lower_matrix(stream), upper_matrix(pressure)).excess
+        return excess(lower_matrix(stream), upper_matrix(pressure))
 
     def corrected(self, pressure: Pressures, stream: Streams) -> CorrectedBounds:
         """Bounds after the hierarchical correction, widened for rounding errors.

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from fem_seal.errors import Inconsistent
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.solution import SolvedLevel
@@ -30,6 +31,12 @@ def test_a_tensor_of_one_number_has_its_width():
     assert matrices(lower, upper).excess == pytest.approx(0.5, rel=1e-2)
     assert Bounds.of(0.0, 1.0).width == Bounds.of(0.0, 1.0).excess == np.inf
     assert matrices(np.diag([1, 0]), np.eye(2)).excess == np.inf
+
+
+@pytest.mark.parametrize(("lower", "upper"), [([[2]], [[1]]), ([1], [2]), ([[1]], np.eye(2))])
+def test_no_bounds(lower, upper):
+    with pytest.raises(Inconsistent, match="bounds"):
+        matrices(lower, upper)
 
 
 def test_the_better_bounds_are_kept():

@@ -230,6 +230,7 @@ def test_nothing_winds(representation):
     assert found.converged
     assert not found.lower.any()
     assert not found.upper.any()
+    assert found.width == found.excess == 0
 
 
 @pytest.mark.parametrize("least", [1e-3, 1e-20])

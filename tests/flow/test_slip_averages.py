@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_averages import mean_over_triangle
 
-from fem_seal.film.law import Conductivity, mean_pressure_law
+from fem_seal.errors import Inconsistent
+from fem_seal.film.law import CUBE, Conductivity, FilmLaw, mean_pressure_law
 from fem_seal.film.slip_bounds import PressureWeight, bounding_law
 from fem_seal.flow import averages
 from fem_seal.flow.averages import (
@@ -56,6 +57,26 @@ def test_inverse_square_of_gaps_beyond_the_digits_of_a_number():
     with np.errstate(all="raise"):
         found = inverse_square_of_corners(least, np.ones(3), np.ones(3))
     np.testing.assert_allclose(found, -2 * (np.log(least) + 1), rtol=1e-14)
+
+
+THREE = np.array([0.0, 0.5, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Conductivity(THREE[[0, 2, 1]], THREE), "ascend from 0 to 1"),
+        (lambda: Conductivity(THREE[1:], THREE[1:]), "ascend from 0 to 1"),
+        (lambda: Conductivity(THREE, np.sqrt(THREE)), "not convex"),
+        (lambda: Conductivity(THREE, THREE, THREE**2), "not concave"),
+        (lambda: FilmLaw(Conductivity(THREE, THREE, np.sqrt(THREE)), CUBE.below), "concave part"),
+        (lambda: PressureWeight(1.0, THREE, THREE), "is positive"),
+        (lambda: PressureWeight(1.0, 1 - THREE, THREE + 1), "ascending"),
+    ],
+)
+def test_laws_that_would_not_bound(make, words):
+    with pytest.raises(Inconsistent, match=words):
+        make()
 
 
 def line(cubic, square):

@@ -16,7 +16,7 @@ from fem_seal.error_budget import (
     flow_entry,
 )
 from fem_seal.errors import Inconsistent
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import Bounded, LeakRate, Level
 from fem_seal.patch import Patch
 from fem_seal.quantities.advice import what_would_decide
 from fem_seal.quantities.headline import Headline
@@ -82,6 +82,8 @@ def test_factors_out_of_order_are_refused(lower, upper):
         (lambda: LeakRate("leaking", "uniform", np.nan), "leaking, and the leak rate is nan"),
         (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
         (lambda: LeakRate("leaking", "uniform", 1.0, reason="time"), "converged = True, and the"),
+        (lambda: Level(9, 8, 3.0, 1.0), "bounds cross"),
+        (lambda: Bounded(2.0, 3.0, 1.0), "bounds of 2.0 cross"),
         (lambda: Headline(1.0, 2.0, 1.0, ""), "ends of the leak rate: 2.0 and 1.0"),
         (lambda: estimate("grid", "", 2.0, 3.0), "factors of an estimated error: 2.0 and 3.0"),
         (lambda: estimate("grid", "", 0.5, 0.9), "factors of an estimated error: 0.5 and 0.9"),
