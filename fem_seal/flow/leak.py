@@ -18,7 +18,7 @@ from fem_seal.flow.marking import Strategy, Tuning
 from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
 from fem_seal.flow.solution import SolvedLevel, Start
-from fem_seal.flow.stopping import Decision, Stopping, Tolerance
+from fem_seal.flow.stopping import Decision, Stopping, Tolerance, without_slip
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
@@ -63,8 +63,8 @@ def leak_rate(
     tuning
         Parameters that change the cost of the bounds, never their validity.
     start
-        Mesh and functions to begin with, those of the flow through another film on one grid; for
-        the adaptive method.
+        Mesh and functions to begin with, those of the adaptive flow through another film on the
+        same grid.
     comm
         All its ranks must call this together, with the same film; all of this run if left out.
     keep
@@ -74,8 +74,9 @@ def leak_rate(
     Raises
     ------
     InvalidInput
-        If the method is not one of the two, or the critical constriction is so narrow a part of the
-        largest gap that its cube leaves double precision.
+        If the method is not one of the two, it is "uniform" beside a `start`, a film to `keep` is
+        not on a grid, or the critical constriction is so narrow a part of the largest gap that its
+        cube leaves double precision.
     Inconsistent
         If the bounds cross, which would be a defect.
 
@@ -86,6 +87,10 @@ def leak_rate(
     """
     require_known(REFINEMENTS, settings.method, "method")
     require_film(film, (GridFilm, MeshFilm))
+    if start is not None and settings.method == "uniform":
+        raise InvalidInput("leak_rate refines a start for method = 'adaptive': leave out `start`")
+    if keep is not None and isinstance(film, MeshFilm):
+        raise InvalidInput("leak_rate keeps flows through films on a grid alone: leave out `keep`")
     if film.sealed:
         return LeakRate.sealed(settings.method)
     slipping = None if settings.slip is None else SlippingFilm(settings.slip, film)
@@ -94,9 +99,7 @@ def leak_rate(
         slip_factor, law = slipping.slip_factor, slipping.mean_law
     rate = leak_rate_of_square(film.largest_gap, settings.viscosity, settings.pressure_drop)
     units = _Units(film, settings.pressure_drop, rate * slip_factor)
-    stopping = _stopping(film, settings, units, parallel.communicator(comm))
-    if slipping is not None:
-        stopping.with_slip_bounds = slipping.widened
+    stopping = _stopping(film, settings, units, slipping, parallel.communicator(comm))
     # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
     strategy = _strategy(settings, stopping, every_dual or start is not None, tuning or Tuning())
     gap, mesh = first_mesh(film, stopping.narrowest, strategy, law)
@@ -134,7 +137,13 @@ def _strategy(
     )
 
 
-def _stopping(film: Film, settings: FlowSettings, units: "_Units", comm: MPI.Comm) -> Stopping:
+def _stopping(
+    film: Film,
+    settings: FlowSettings,
+    units: "_Units",
+    slipping: SlippingFilm | None,
+    comm: MPI.Comm,
+) -> Stopping:
     """When the refinement ends; InvalidInput if the constriction is too narrow for it."""
     criterion: Tolerance | Decision = Tolerance(settings.rtol)
     if settings.decide is not None:
@@ -146,7 +155,8 @@ def _stopping(film: Film, settings: FlowSettings, units: "_Units", comm: MPI.Com
         "0 if they are contact)"
     )
     growth = GROWTH if settings.method == "uniform" else USUAL_GROWTH
-    return Stopping(criterion, settings.limits, growth, narrowest, comm, advice)
+    judged_with = without_slip if slipping is None else slipping.widened
+    return Stopping(criterion, settings.limits, growth, narrowest, comm, advice, judged_with)
 
 
 def require_conducting(tightest: str, narrowest: float) -> None:

@@ -10,15 +10,13 @@ gaps the cube root of the first bound is convex, that of the second concave
 (docs/theory/scales-apart.md).
 """
 
-from copy import copy
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput, narrowed
+from fem_seal.errors import narrowed
 from fem_seal.film import GridFilm
-from fem_seal.flow.cell_data import ISOTROPIC
+from fem_seal.flow.cell_data import ISOTROPIC, CellData
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.gap_on_mesh import LinearGap
 from fem_seal.flow.hierarchical import AppliedBubbles, Correction, Drops, energy_drops
@@ -52,10 +50,10 @@ class MeshedFlow:
         stream, corrected = self.solution.stream, self.solution.corrected
         if stream is None or corrected is None:
             return np.full(2, np.inf)
-        problem, (psi,), (own,) = self._problem(film), stream.at_vertices, stream.totals
-        correction = problem.stream_correction([psi])
-        other = _energy_of_stream(problem, psi)
-        return _bounds(problem, (own, other), correction, corrected.raised, corrected.bubbles.of(0))
+        (psi,), (own,), other = stream.at_vertices, stream.totals, self._in_gap_of(film)
+        energies = own, other.energy_of_stream(psi)
+        correction = self.solution.problem.stream_correction([psi])
+        return other.upper_bounds(energies, correction, corrected.raised, corrected.bubbles.of(0))
 
     def conductances_below(self, film: GridFilm) -> np.ndarray:
         """Upper bounds (2,) of conductances: of this film, and of one whose gap is nowhere larger.
@@ -63,67 +61,64 @@ class MeshedFlow:
         In units of the conductance of a square with the largest gap of this film.
         """
         (pressure,), corrected = self.solution.pressure.minima, self.solution.corrected
-        problem, own = self._problem(film), pressure.total
-        other = _energy_of_pressure(problem, pressure)
+        other = self._in_gap_of(film)
+        energies = pressure.total, other.energy_of_pressure(pressure)
         if corrected is None:
-            return np.array([own.least_upper(), other.least_upper()])
-        correction = problem.pressure_correction([pressure.corners])
-        return _bounds(
-            problem, (own, other), correction, corrected.lowered, corrected.bubbles.of(1)
-        )
+            return np.array([energy.least_upper() for energy in energies])
+        correction = self.solution.problem.pressure_correction([pressure.corners])
+        return other.upper_bounds(energies, correction, corrected.lowered, corrected.bubbles.of(1))
 
-    def _problem(self, film: GridFilm) -> LevelProblem:
-        """The problem of this mesh with the gap of another film."""
-        gap = narrowed(self.solution.problem.gap, LinearGap, "linear gap")
+    def _in_gap_of(self, film: GridFilm) -> "_OtherGap":
+        """The gap of another film on this mesh."""
+        problem = self.solution.problem
+        gap = narrowed(problem.gap, LinearGap, "linear gap")
         # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.
         scaled = np.where(self.film.carrying, film.samples / self.film.largest_gap, 0.0)
         other = gap.with_samples(GridField(scaled, film.gap.spacing))
-        return _with_gap(self.solution.problem, other)
+        values = other.values_at(narrowed(problem.mesh, NestedMesh, "mesh of a grid"))
+        data = other.cell_data(problem.mesh, values).subset(problem.kept)
+        return _OtherGap(problem, other, values, data)
 
 
-def _bounds(
-    other: LevelProblem,
-    energies: tuple[Energy, Energy],
-    correction: Correction,
-    own_drop: Drops,
-    bubbles: AppliedBubbles,
-) -> np.ndarray:
-    """Upper bounds (2,) of energies of one function, in its own gap and in another one.
+@dataclass(frozen=True, eq=False)
+class _OtherGap:
+    """Another gap on the mesh of a problem, for the energies of that problem's functions in it."""
 
-    The same bubble functions lower both. The bounds are widened for rounding errors.
-    """
-    (drop,), _ = energy_drops(
-        other.gap, other.mesh, other.values, [correction], other.space.comm, bubbles
-    )
-    return np.array(
-        [
-            energy.least_upper() - drop.energies.item() + energy.error_of_drop(*drop.terms[0])
-            for energy, drop in zip(energies, (own_drop, drop), strict=True)
-        ]
-    )
+    problem: LevelProblem
+    gap: LinearGap
+    values: np.ndarray  #: (V, 2), this gap at the vertices, raised and lowered
+    data: CellData  #: averages of this gap on the cells that carry flow in the problem
 
+    def energy_of_pressure(self, pressure: Minimum) -> Energy:
+        """∫K|∇p|²."""
+        K = np.where(pressure.numbering.constant(), 0.0, self.data.K)
+        return self.problem.space.energy(lambda cells: K[cells, None] * ISOTROPIC, pressure.corners)
 
-def _with_gap(problem: LevelProblem, gap: LinearGap) -> LevelProblem:
-    """The same problem with another gap, for the energies of its functions in that gap."""
-    if not isinstance(problem.mesh, NestedMesh):
-        raise InvalidInput(
-            "bounds of other films need the flow through a film on a grid, got one on a "
-            f"{type(problem.mesh).__name__}: pass a GridFilm to leak_rate"
+    def energy_of_stream(self, psi: np.ndarray) -> Energy:
+        """∫ ∇ψ·R·∇ψ of the true dual, of ψ (V,) at the vertices."""
+        cells_of = self.problem.cells
+        return self.problem.space.energy(
+            lambda cells: self.data.resistivity[cells], lambda cells: psi[cells_of[cells]]
         )
-    other = copy(problem)
-    other.gap, other.values = gap, gap.values_at(problem.mesh)
-    other.data = gap.cell_data(problem.mesh, other.values).subset(problem.kept)
-    return other
 
+    def upper_bounds(
+        self,
+        energies: tuple[Energy, Energy],
+        correction: Correction,
+        own_drop: Drops,
+        bubbles: AppliedBubbles,
+    ) -> np.ndarray:
+        """Upper bounds (2,) of energies of one function, in the problem's own gap and in this one.
 
-def _energy_of_pressure(problem: LevelProblem, pressure: Minimum) -> Energy:
-    """∫K|∇p|² of a pressure on the mesh of a problem."""
-    K = np.where(pressure.numbering.constant(), 0.0, problem.data.K)
-    return problem.space.energy(lambda cells: K[cells, None] * ISOTROPIC, pressure.corners)
-
-
-def _energy_of_stream(problem: LevelProblem, psi: np.ndarray) -> Energy:
-    """∫ ∇ψ·R·∇ψ of the true dual, of ψ (V,) at the vertices of the mesh of a problem."""
-    return problem.space.energy(
-        partial(problem.resistivity, 0.0), lambda cells: psi[problem.cells[cells]]
-    )
+        The same bubble functions lower both. The bounds are widened for rounding errors.
+        """
+        problem = self.problem
+        (drop,), _ = energy_drops(
+            self.gap, problem.mesh, self.values, [correction], problem.space.comm, bubbles
+        )
+        return np.array(
+            [
+                energy.least_upper() - drop.energies.item() + energy.error_of_drop(*drop.terms[0])
+                for energy, drop in zip(energies, (own_drop, drop), strict=True)
+            ]
+        )

@@ -72,10 +72,6 @@ class Tolerance:
         """Whether the bounds of a solution meet the criterion."""
         return bool(solution.level.bounds.width <= self.rtol)
 
-    def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
-        """Message if the bounds converge too slowly ever to meet the criterion, else ""."""
-        return out_of_reach(history, self.rtol, growth)
-
     def undecidable(self, solution: LevelSolution) -> str:
         """No message: finer meshes narrow any bounds."""
         return ""
@@ -97,7 +93,8 @@ class Decision:
     #: error of ln Q beside the bounds, by which they are widened before they are compared
     margin: float = 0.0
 
-    # Near a tolerance the steps of a refinement become smaller. A decision may need any width.
+    # Near a tolerance the steps of a refinement become smaller, and it may be out of reach. A
+    # decision may need any width.
     rtol: ClassVar[float] = 0.0
 
     def reached(self, solution: LevelSolution) -> bool:
@@ -110,10 +107,6 @@ class Decision:
         """Message on the distance of bounds from the criterion."""
         below, above = (bound / self.limit for bound in leak.bounds)
         return f"the leak rate is between {below:.4g} and {above:.4g} times the limit"
-
-    def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
-        """No message: wide bounds may decide as well as narrow ones."""
-        return ""
 
     def undecidable(self, solution: LevelSolution) -> str:
         """Message if no mesh can decide because of slip or the margin, else ""."""
@@ -192,11 +185,11 @@ class Stopping:
         """Reason to end with this solution, "" to go on."""
         last = sum(solution.level.seconds.values())
         limit = self.limits.exceeded(self.started, self.growth, last)
-        if not limit and self.doubtful:
+        if not limit and self.doubtful and self.criterion.rtol > 0:
             # A mesh has half as many vertices as cells. Unknowns would not do as a measure: where
             # the pressure is constant there are fewer.
             history = [(level.cells // 2, level.bounds.width) for level in self.levels]
-            words = self.criterion.too_slow(history, self.growth)
+            words = out_of_reach(history, self.criterion.rtol, self.growth)
             limit = words and words + self.advice
         # Time and memory differ from rank to rank.
         limit = self.comm.bcast(limit)

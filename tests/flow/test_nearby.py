@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from project import leak_rate
 from sample_gaps import rough_gap
+from triangulations import ring
 
 from fem_seal.errors import InvalidInput
-from fem_seal.film import GridFilm
+from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.film.law import leak_rate_of_square
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.grid import GridField
@@ -49,3 +50,8 @@ def test_the_start_of_another_film_is_for_grids():
     _, flow = flow_through(film(np.ones((4, 4))))
     with pytest.raises(InvalidInput, match="VertexGap on a NestedMesh: leave out `start`"):
         flow.start.through(VertexGap(np.ones(4), 1.0, 0.0, 0.0))
+    with pytest.raises(InvalidInput, match="'adaptive': leave out `start`"):
+        leak_rate(flow.film, **UNIT, method="uniform", start=flow.start)
+    mesh = ring(1, 8)
+    with pytest.raises(InvalidInput, match="on a grid alone: leave out `keep`"):
+        leak_rate(MeshFilm(mesh, np.ones(len(mesh.xy))), **UNIT, keep=print)
