@@ -23,7 +23,7 @@ from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import DEPTH, covering
 from fem_seal.parallel import cores
 
-_NEAR = 1.25  # ratio of two gaps below which Gauss points replace the closed form of 1/g²
+_NEAR_SQUARE = 1.25  # ratio of two gaps below which Gauss points replace the closed form of 1/g²
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 _STRIP = 16  # columns of pixels, a multiple of four: the diagonals alternate from an even one on
@@ -62,7 +62,7 @@ def inverse_square_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np
     """
     low, mid, high = np.sort(np.stack(np.broadcast_arrays(a, b, c)), axis=0)
     mean = np.full(low.shape, np.inf)
-    open_, near = low > 0, high < _NEAR * low
+    open_, near = low > 0, high < _NEAR_SQUARE * low
     far = open_ & ~near
     v, u = (low[far] - mid[far]) / mid[far], (high[far] - mid[far]) / mid[far]
     # 1 + v rounds to 0 where the gaps differ by more than the digits of a number.

@@ -290,13 +290,14 @@ def preconditioned_cg(matrix: PETSc.Mat) -> PETSc.KSP:
     """CG for a matrix, with a preconditioner that is set up at the first solve."""
     solver = PETSc.KSP().create(matrix.comm)
     solver.setOptionsPrefix(_PREFIX)
-    of_user, name = _stated_options(), preconditioner()
-    usual = dict(_OPTIONS.get(name, {}))
+    stated, name = _stated_options(), preconditioner()
+    defaults = dict(_OPTIONS.get(name, {}))
     if name == "gamg":
         # It smooths with an eigenvalue that CG estimates, which may break down on few unknowns.
-        usual["pc_gamg_agg_nsmooths"] = int(matrix.size[0] > UNSMOOTHED_UNKNOWNS)
-    for option in usual.keys() - of_user:
-        PETSc.Options(_PREFIX)[option] = usual[option]
+        defaults["pc_gamg_agg_nsmooths"] = int(matrix.size[0] > UNSMOOTHED_UNKNOWNS)
+    # They stay in PETSc's options, under the prefix: GAMG reads those of its levels at the solve.
+    for option in defaults.keys() - stated:
+        PETSc.Options(_PREFIX)[option] = defaults[option]
     solver.setOperators(matrix)
     solver.setType("cg")
     solver.setNormType(PETSc.KSP.NormType.NATURAL)

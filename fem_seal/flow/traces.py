@@ -21,7 +21,7 @@ from fem_seal.film.law import CUBE, Conductivity
 
 POWER = 4
 _KAPPA = (POWER - 1) / (POWER + 1)
-_NEAR = 4.0  # ratio of two gaps below which Gauss points replace the closed forms
+_NEAR_TRACE = 4.0  # ratio of two gaps below which Gauss points replace the closed forms
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 
@@ -35,8 +35,8 @@ def segment_moments(b: np.ndarray, c: np.ndarray, power: int = 3) -> np.ndarray:
     term of the closed forms exceeds eight times their sum.
     """
     q = c / b
-    near = (q < _NEAR) & (q > 1 / _NEAR)
-    x = np.where(near, 2 * _NEAR, q)
+    near = (q < _NEAR_TRACE) & (q > 1 / _NEAR_TRACE)
+    x = np.where(near, 2 * _NEAR_TRACE, q)
     moments = _CLOSED_MOMENTS[power](x, np.log(x)) / (x - 1) ** 3
     t = _NODES[:, None]
     basis = np.stack([(1 - t) ** 2, t * (1 - t), t * t])
