@@ -81,6 +81,12 @@ class GridField:
         """Samples; those of a periodic field with the first row and column repeated at the end."""
         return np.pad(self.values, ((0, 1), (0, 1)), mode="wrap") if self.periodic else self.values
 
+    def slope_between_samples(self) -> float:
+        """Root mean square gradient by the differences of neighbouring samples."""
+        v = self.vertices()
+        steps = [(k, d) for k, d in enumerate(self.spacing) if v.shape[k] > 1]
+        return float(sum(np.mean((np.diff(v, axis=k) / d) ** 2) for k, d in steps) ** 0.5)
+
     def refined(self) -> "GridField":
         """Samples of the same piecewise linear function on a grid of half the spacing.
 

@@ -324,9 +324,7 @@ def loads_of(scene: Scene, surface: GridField) -> float:
     decisive = profile.highest - ends.inlet
     if decisive <= 0:
         return 1.0
-    slopes = [np.diff(surface.values, axis=k) / surface.spacing[k] for k in (0, 1)]
-    slope = sqrt(sum(float(np.mean(np.square(values))) for values in slopes))
-    sealing = SEALING * present(scene.solid, "[solid]").E_star * slope
+    sealing = SEALING * present(scene.solid, "[solid]").E_star * surface.slope_between_samples()
     # A patch that is sealed takes no load, and the others leak.
     sealing = max(sealing, LEAST_SEALING * decisive)
     left = np.geomspace(1, 1e-3, MODEL_LOADS)

@@ -26,7 +26,7 @@ from fem_seal.progress import NOTE, Report, silent
 from fem_seal.quantities.headline import Headline, Shown, headline
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.of_patch import Quantities, quantities
-from fem_seal.quantities.remarks import cautions, slope_between_samples
+from fem_seal.quantities.remarks import cautions
 from fem_seal.quantities.seal import seal_advice, seal_budget
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
@@ -155,7 +155,7 @@ class Solved:
             parts["leak_rate"] = Rate.of(leak)
         if isinstance(film, GridFilm):
             parts["gap_is_periodic"] = film.gap.periodic
-            parts["gap_slope"] = slope_between_samples(film.gap)
+            parts["gap_slope"] = film.gap.slope_between_samples()
         if isinstance(self.contact, ContactState):
             parts |= _named(self.contact, "certificate", "pressed_gap", "penetration")
             parts["contact_iterations"] = self.contact.iterations

@@ -140,8 +140,7 @@ def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:
     nx, ny = heights.shape
     if min(nx, ny) < 2 * COARSEST or nx % 2 or ny % 2:
         return None
-    squares = [np.mean(np.diff(heights, axis=axis) ** 2) / spacing[axis] ** 2 for axis in (0, 1)]
-    slope = float(sum(squares)) ** 0.5
+    slope = pair.height.slope_between_samples()
     if (8 / np.pi) ** 0.5 * mean_pressure >= LIGHT * pair.contact_modulus * slope:
         return None
     means = heights.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))

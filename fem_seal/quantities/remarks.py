@@ -46,7 +46,7 @@ def cautions(
         gap, film = patch.grid_gap, patch.film
         length = film.size[0] if isinstance(film, GridFilm) else gap.size[0]
         floats = patch.lifted is not None and patch.lifted.floats  # on a thick film, in any unit
-        slope = steep(slope_between_samples(gap), "the gap")
+        slope = steep(gap.slope_between_samples(), "the gap")
         thick = slope or (None if floats else _thickness(float(gap.values.mean()), length))
         sentences.extend(filter(None, (_contact(patch, gap), _peak(patch), thick)))
     elif isinstance(film := patch.film, MeshFilm):
@@ -210,17 +210,4 @@ def steep(slope: float, what: str) -> str | None:
     return (
         f"{what} has slopes of {slope:.2g} (rms), where contact and film want them well below 1: "
         "are heights and spacing in the same unit?"
-    )
-
-
-def slope_between_samples(gap: GridField) -> float:
-    """Root mean square gradient of a gap by the differences of neighbouring samples."""
-    vertices = gap.vertices()
-    return float(
-        sum(
-            np.mean((np.diff(vertices, axis=axis) / step) ** 2)
-            for axis, step in enumerate(gap.spacing)
-            if vertices.shape[axis] > 1
-        )
-        ** 0.5
     )
