@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.fluid import Slip
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import MEAN_ROUNDING, LeakRate
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,11 @@ class HydraulicAperture:
     value: float  #: gap of the uniform film of the same leak rate [m]
     lower: float | None  #: bounds of the gap [m]; None where the leak rate has none
     upper: float | None
+
+    def __post_init__(self) -> None:
+        least, most = self.lower or 0.0, np.inf if self.upper is None else self.upper
+        if not 0 <= least * (1 - MEAN_ROUNDING) <= self.value <= most * (1 + MEAN_ROUNDING):
+            raise Inconsistent(f"an aperture of {self.value} m between {self.lower} and {most} m")
 
 
 def hydraulic_aperture(

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from project import leak_rate
 
+from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.fluid import GasDrive
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.aperture import hydraulic_aperture, uniform_rectangle
+from fem_seal.quantities.aperture import HydraulicAperture, hydraulic_aperture, uniform_rectangle
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.scene import Scene
 
@@ -41,6 +42,9 @@ def test_bounds_of_both_leak_rates_widen_those_of_the_aperture():
     found = hydraulic_aperture(leak, uniform, 3e-6)
     ends = 3e-6 * np.cbrt([0.5 / 1.25, 2 / 0.8])
     assert (found.lower, found.upper) == pytest.approx(ends, rel=1e-14)
+    for crossed in ((1.0, 1.1, 2.0), (1.0, 0.5, 0.9), (-1.0, None, None)):
+        with pytest.raises(Inconsistent):
+            HydraulicAperture(*crossed)
 
 
 def test_without_bounds_and_sealed():

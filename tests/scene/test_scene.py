@@ -18,7 +18,7 @@ from fem_seal.quantities.uncertainties import ASSUMPTIONS
 from fem_seal.scene import Contact, Flow, Scene, Solid
 from fem_seal.scene.files import override
 from fem_seal.scene.scene import KINDS
-from fem_seal.scene.sections import Product
+from fem_seal.scene.sections import PRODUCTS, Product
 from fem_seal.steps import CONTACTS, FLOWS
 from fem_seal.threshold import THRESHOLDS
 from fem_seal.units import RateUnit, to_si
@@ -284,6 +284,7 @@ def test_fields_by_which_a_surface_is_scaled_and_drawn_again(kind):
 
 def test_quantities_are_products_of_the_page():
     products = set(get_args(Product))
+    assert products == set(PRODUCTS)
     assert {field.name for field in fields(Quantities)} == set(QUANTITIES) <= products
     assert products <= set(re.findall(r"^\| `(\w+)` \|", DOCUMENT, re.MULTILINE))
 
