@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 from fem_seal import parallel
 from fem_seal.accuracy import Choice, chosen_patch
@@ -136,38 +135,30 @@ class Solved:
         with _reserved(self.patch.scene, folder, overwrite, self.patch.comm) as target:
             return self.write(target)
 
-    def write(self, folder: ResultFolder, origin: Origin | None = None) -> Result:
+    def write(self, folder: ResultFolder) -> Result:
         """Write into a folder that is held; under mpirun all processes call it."""
         files = parallel.on_root(
             lambda: write_products(self.patch, self.seal, folder.staged), self.patch.comm
         )
-        result = self.result(files, origin)
+        result = self.result(files, folder.provenance)
         parallel.on_root(lambda: folder.commit(result), self.patch.comm)
         return result
 
-    def result(self, files: tuple[str, ...] = (), origin: Origin | None = None) -> Result:
-        """The content of result.json, with the names of the files beside it."""
+    def result(self, files: tuple[str, ...] = (), provenance: Provenance | None = None) -> Result:
+        """The content of result.json, with the names of the files beside it.
+
+        The provenance is the present one if left out.
+        """
         patch, scene, film = self.patch, self.patch.scene, self.patch.film
-        parts: dict[str, Any] = {"accuracy": self.choice}
-        if scene.needs_leak_rate:
-            leak = patch.leak_rate
-            parts |= _named(leak, "method", "unknowns", "inflow", "outflow", "levels")
-            parts["leak_rate"] = Rate.of(leak)
-        if isinstance(film, GridFilm):
-            parts["gap_is_periodic"] = film.gap.periodic
-            parts["gap_slope"] = film.gap.slope_between_samples()
-        if isinstance(self.contact, ContactState):
-            parts |= _named(self.contact, "certificate", "pressed_gap", "penetration")
-            parts["contact_iterations"] = self.contact.iterations
-            parts["mean_pressure"] = patch.carried_load
-        if self.seal is not None:
-            parts["seal"] = SealRecord.of(self.seal)
+        leak = patch.leak_rate if scene.needs_leak_rate else None
+        gap = film.gap if isinstance(film, GridFilm) else None
+        elastic = self.contact if isinstance(self.contact, ContactState) else None
         total = self.seconds + patch.seconds.get("pictures", 0.0)
         return Result(
-            **parts,
             state=self.state,
             percolates=not patch.sealed,
             headline=self.headline,
+            leak_rate=Rate.of(leak),
             leak_rate_shown=self._shown(),
             gas=GasRecord.of(patch, self.leak_rate),
             verdict=self.verdict,
@@ -176,26 +167,35 @@ class Solved:
             quantities=self.quantities,
             converged=self.converged,
             reason=self.reason,
+            method=leak.method if leak else None,
+            unknowns=leak.unknowns if leak else 0,
             preconditioner=_preconditioner(self),
+            inflow=leak.inflow if leak else None,
+            outflow=leak.outflow if leak else None,
             lift=LiftRecord.of(patch),
+            seal=SealRecord.of(self.seal) if self.seal else None,
             contact_area_fraction=film.contact_area_fraction,
             mean_gap=film.mean_gap,
+            gap_is_periodic=gap.periodic if gap else None,
+            gap_slope=gap.slope_between_samples() if gap else None,
+            mean_pressure=patch.carried_load,
+            certificate=elastic.certificate if elastic else None,
+            pressed_gap=elastic.pressed_gap if elastic else None,
+            penetration=elastic.penetration if elastic else None,
+            contact_iterations=elastic.iterations if elastic else None,
+            levels=leak.levels if leak else (),
+            accuracy=self.choice,
             preparation=None if patch.prepared is None else patch.prepared.steps,
             files=files,
             seconds=patch.seconds | {"total": total},
             peak_memory_bytes=parallel.total(peak_memory(), patch.comm) + peak_beside(),
-            provenance=Provenance.of(scene, patch.comm, origin),
+            provenance=provenance or Provenance.of(scene, patch.comm),
         )
 
     def _shown(self) -> Rate | None:
         """The leak rate in output.leak_rate_unit, if the scene names one."""
         unit = self.patch.scene.output.leak_rate_unit
         return None if unit is None else Rate.of(self.leak_rate, Shown.of(self.patch.scene))
-
-
-def _named(part: object, *names: str) -> dict[str, Any]:
-    """Attributes of a part of the answer under their own names."""
-    return {name: getattr(part, name) for name in names}
 
 
 def solve(
@@ -348,10 +348,10 @@ def run(
     NotConverged
         If the contact does not reach its tolerance; nothing is written then.
     """
-    with _reserved(scene, out, overwrite, comm, work) as folder:
+    with _reserved(scene, out, overwrite, comm, work, origin) as folder:
         patch, choice = chosen_patch(scene, report, trust=trust, comm=comm)
         solved = answer(patch, choice, patches=folder.path / PATCHES, work=work)
-        return solved.write(folder, origin)
+        return solved.write(folder)
 
 
 @contextmanager
@@ -361,12 +361,14 @@ def _reserved(
     overwrite: bool,
     comm: parallel.Comm,
     work: Work | None = None,
+    origin: Origin | None = None,
 ) -> Iterator[ResultFolder]:
     """Check scene and folder before any work, and hold the folder until the result is written."""
     require_scene(scene)
     require_packages(scene, pictures="pictures" in scene.output.products)
     require_shared(scene, work)
-    folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, file_names(scene))
+    provenance = Provenance.of(scene, comm, origin)
+    folder = ResultFolder(out, provenance, overwrite, file_names(scene))
     with ExitStack() as held:
 
         def hold() -> None:

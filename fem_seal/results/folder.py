@@ -45,7 +45,7 @@ class ResultFolder:
         names: Iterable[str] = (),
     ):
         self.path = Path(path).absolute()
-        self._provenance = provenance
+        self.provenance = provenance
         self._overwrite = overwrite
         self._names = frozenset(names)
         self._open = ExitStack()
@@ -110,7 +110,7 @@ class ResultFolder:
     def _refuse_to_replace(self) -> None:
         has_result = (self.path / RESULT_FILE).exists()
         replaced = {*self._names, *(_files_of(self.path / RESULT_FILE) if has_result else ())}
-        for name in self._provenance.inputs:
+        for name in self.provenance.inputs:
             path = Path(name).absolute()
             if path.parent == self.path and path.name in replaced:
                 raise InvalidInput(
@@ -120,7 +120,7 @@ class ResultFolder:
         if self._overwrite:
             return
         if has_result:
-            if holds_another_scene(self.path, self._provenance):
+            if holds_another_scene(self.path, self.provenance):
                 kept = "; patches of the seal that fit are kept" * (self.path / PATCHES).is_dir()
                 raise InvalidInput(
                     f"{self.path} holds the result of another scene; {OR_OVERWRITE}{kept}"
