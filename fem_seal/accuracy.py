@@ -19,9 +19,9 @@ from fem_seal.coupling import SETTLED
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
 from fem_seal.errors import present
-from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids, sealed_under
+from fem_seal.grid_series import OnGrid, grid_error, grids, sealed_under
 from fem_seal.leak_rate import LeakRate
-from fem_seal.patch import Known, Patch
+from fem_seal.patch import KnownSteps, Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene, SelfAffine
 from fem_seal.surface.resampling import resample
@@ -87,28 +87,29 @@ def chosen_grid(
     """
     total = first.flow_settings.rtol
     budget = log1p(total)
-    grid = _refined(first, max_refinement, error_of, budget)
-    left = budget - grid.contact
+    refined = _refined(first, max_refinement, error_of, budget)
+    left = budget - refined.contact_part
     # No tolerance makes the error of a lift as small as one likes: single samples open or close.
-    least = (1 - LAST_SHARE) * budget if grid.lifts else 0.0
-    if grid.leak_rate.converged and left > least and grid.flow + grid.lift > left:
-        grid = _solved_again(first, grid, left)
-    leak = grid.leak_rate
-    if leak.converged and leak.state == "leaking" and grid.total > budget:
-        words = _missed_by_lift(total, grid.lift) if left > least else _missed(total, grid)
-        leak = replace(leak, converged=False, reason=words)
-    solved, errors = grid.patch, {estimated_error: grid.grid_error, area_error: grid.area_error}
-    known = Known(solved.contact, solved.lifted, leak, errors)
+    least = (1 - LAST_SHARE) * budget if refined.lifts else 0.0
+    if refined.leak_rate.converged and refined.flow_part + refined.lift_part > left > least:
+        refined = _solved_again(first, refined, left)
+    leak = refined.leak_rate
+    if leak.converged and leak.state == "leaking" and refined.log_error > budget:
+        by_lift = left > least
+        reason = _missed_by_lift(total, refined.lift_part) if by_lift else _missed(total, refined)
+        leak = replace(leak, converged=False, reason=reason)
+    solved, grid, area = refined.patch, refined.grid_error, refined.area_error
+    known = KnownSteps(solved.contact, solved.lifted, leak, grid, area)
     chosen = first.with_(surface=solved.surface, known=known, flow_settings=solved.flow_settings)
     return chosen, Choice(
         total=total,
         samples=present(solved.surface, "surface").shape,
         rtol=solved.flow_settings.rtol,
-        contact_error=None if leak.state == "sealed" else known_error(grid.grid_error.log_error),
-        flow_error=known_error(grid.flow),
-        trials=grid.trials,
-        lift_error=known_error(grid.lift) if grid.lifts else None,
-        area_error=None if grid.area_error is None else known_error(grid.area_error.log_error),
+        contact_error=None if leak.state == "sealed" else known_error(grid.log_error),
+        flow_error=known_error(refined.flow_part),
+        trials=refined.trials,
+        lift_error=known_error(refined.lift_part) if refined.lifts else None,
+        area_error=None if area is None else known_error(area.log_error),
     )
 
 
@@ -131,37 +132,37 @@ class _Refined:
         return self.patch.lifted is not None
 
     @property
-    def contact(self) -> float:
+    def contact_part(self) -> float:
         """Of the contact grid and of a prescribed area, c + a."""
         area = 0.0 if self.area_error is None else self.area_error.log_error
         return self.grid_error.log_error + area
 
     @property
-    def flow(self) -> float:
+    def flow_part(self) -> float:
         """Half-width of the flow's bracket, f."""
         return flow_log_error(self.leak_rate)
 
     @property
-    def lift(self) -> float:
+    def lift_part(self) -> float:
         """Of the lift, l; 0 if it has not settled."""
         lifted = self.patch.lifted
         return lifted.error if lifted is not None and lifted.converged else 0.0
 
     @property
-    def total(self) -> float:
+    def log_error(self) -> float:
         """Sum of all, c + a + f + l."""
-        return self.contact + self.flow + self.lift
+        return self.contact_part + self.flow_part + self.lift_part
 
 
-def _solved_again(first: Patch, grid: _Refined, left: float) -> _Refined:
+def _solved_again(first: Patch, refined: _Refined, left: float) -> _Refined:
     """The same contact with a flow and a lift whose errors keep what is left of the budget."""
     # The lift claims a multiple of rtol, which is up to twice the flow's part.
-    rtol = 2 * left / (1 + 2 * SETTLED) if grid.lifts else 2 * sinh(left)
+    rtol = 2 * left / (1 + 2 * SETTLED) if refined.lifts else 2 * sinh(left)
     settings = replace(first.flow_settings, rtol=rtol)
-    known = Known(grid.patch.contact)
-    solved = first.with_(surface=grid.patch.surface, known=known, flow_settings=settings)
-    area = area_error(solved) if grid.lifts else grid.area_error
-    return replace(grid, patch=solved, area_error=area)
+    known = KnownSteps(refined.patch.contact)
+    solved = first.with_(surface=refined.patch.surface, known=known, flow_settings=settings)
+    area = area_error(solved) if refined.lifts else refined.area_error
+    return replace(refined, patch=solved, area_error=area)
 
 
 def _refined(
@@ -192,7 +193,7 @@ def _refined(
         if coarse:
             continue
         refined = _Refined(solved, tuple(trials), error_of(tried), area_error(solved))
-        if refined.contact <= (LAST_SHARE if shape == shapes[-1] else SHARE) * budget:
+        if refined.contact_part <= (LAST_SHARE if shape == shapes[-1] else SHARE) * budget:
             break
     return refined
 
@@ -305,11 +306,12 @@ def error_words(error: float | None) -> str:
     return f"about {per_cent(error)}" if error < 1 else f"about a factor of {1 + error:.2g}"
 
 
-def _missed(total: float, grid: _Refined) -> str:
-    size, also = known_error(grid.contact), "" if grid.area_error is None else " and the area's"
-    nx, ny = grid.trials[-1].samples
+def _missed(total: float, refined: _Refined) -> str:
+    size = error_words(known_error(refined.contact_part))
+    also = "" if refined.area_error is None else " and the area's"
+    nx, ny = refined.trials[-1].samples
     return (
-        f"the contact grid's{also} part of the error is {error_words(size)} on {nx} x {ny}, "
+        f"the contact grid's{also} part of the error is {size} on {nx} x {ny}, "
         f"the finest that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"
     )
 

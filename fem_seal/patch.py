@@ -1,8 +1,8 @@
 """Patch: from a scene to the leak rate of one patch of rough contact, step by step on demand."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -12,6 +12,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
+from fem_seal.error_budget import Uncertainty
 from fem_seal.errors import InvalidInput, narrowed, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.gap_file import load_gap
@@ -34,14 +35,14 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class KnownSteps:
     """Steps of a patch that were computed before."""
 
     contact: GapState | None = None  #: dry contact of the patch's surface
     lifted: "LiftedState | None" = None  #: equilibrium of contact and fluid
     leak_rate: LeakRate | None = None
-    #: values of functions of the patch, as of `Patch.once`
-    values: Mapping[Any, Any] = field(default_factory=dict)
+    grid_error: Uncertainty | None = None  #: of the contact grid, as of `estimated_error`
+    area_error: Uncertainty | None = None  #: of a prescribed contact area, as of `area_error`
 
 
 class Patch:
@@ -94,7 +95,7 @@ class Patch:
         *,
         trust: bool = False,
         surface: GridField | None = None,
-        known: Known | None = None,
+        known: KnownSteps | None = None,
         contact_start: np.ndarray | None = None,
         load: Load | None = None,
         lift: Lift | None = None,
@@ -114,8 +115,8 @@ class Patch:
         self.seconds: dict[str, float] = {}
         self.lift, self._contact_start = lift or scene.lift, contact_start
         self._surface, self._load, self._flow_settings = surface, load, flow_settings
-        self._known = known or Known()
-        self._values = dict(self._known.values)
+        self.known = known or KnownSteps()
+        self._values: dict[Any, Any] = {}
 
     def __repr__(self) -> str:
         """The scene, and the steps that have been computed."""
@@ -189,7 +190,7 @@ class Patch:
         *,
         scene: Scene | None = None,
         surface: GridField | None = None,
-        known: Known | None = None,
+        known: KnownSteps | None = None,
         contact_start: np.ndarray | None = None,
         load: Load | None = None,
         lift: Lift | None = None,
@@ -222,8 +223,8 @@ class Patch:
     @cached_property
     def contact(self) -> GapState | None:
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
-        if self._known.contact is not None or self.scene.contact is None:
-            return self._known.contact
+        if self.known.contact is not None or self.scene.contact is None:
+            return self.known.contact
         press, surface = CONTACTS[self.scene.contact.model], present(self.surface, "surface")
         arguments = self.scene, surface, self._contact_start, self.load, self.report
         return self.on_root("contact", partial(press, *arguments))
@@ -238,8 +239,8 @@ class Patch:
     @cached_property
     def lifted(self) -> "LiftedState | None":
         """Contact and flow in one equilibrium; None unless the scene resolves the lift."""
-        if self._known.lifted is not None or self.lift != "resolved":
-            return self._known.lifted
+        if self.known.lifted is not None or self.lift != "resolved":
+            return self.known.lifted
         from fem_seal.coupling import lifted
         from fem_seal.lifting import lifting_problem
 
@@ -344,8 +345,8 @@ class Patch:
 
         The volume of a gas is stated at the reference conditions of the fluid.
         """
-        if self._known.leak_rate is not None:
-            return self._known.leak_rate
+        if self.known.leak_rate is not None:
+            return self.known.leak_rate
         method = self.flow_settings.method
         if self.lifted_off:
             return LeakRate.lifted_off(method)

@@ -26,7 +26,7 @@ from fem_seal.grid_series import (
     unresolved,
 )
 from fem_seal.leak_rate import LeakRate
-from fem_seal.patch import Known, Patch
+from fem_seal.patch import KnownSteps, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -90,7 +90,7 @@ class Fake:
         pass
 
     def with_(self, *, surface, flow_settings=None, known=None):
-        known = known or Known()
+        known = known or KnownSteps()
         settings = flow_settings or self.flow_settings
         if known.leak_rate is None:
             self.asked.append((surface.shape, settings.rtol, known.contact))

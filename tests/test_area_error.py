@@ -15,7 +15,7 @@ from lifted_scenes import problem_of
 from fem_seal.area_error import area_error
 from fem_seal.contact.settings import Load
 from fem_seal.coupling import lifted
-from fem_seal.patch import Known, Patch
+from fem_seal.patch import KnownSteps, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
 from fem_seal.sensitivity import LOAD_TOLERANCE, ByLoad
@@ -54,7 +54,7 @@ def pressures(patch: Patch) -> np.ndarray:
 def asked_for(patch: Patch, samples: float) -> Patch:
     """The same contact as the end of a search for an area of so many samples."""
     area = Load("area_fraction", samples / patch.surface.values.size)
-    return patch.with_(known=Known(patch.contact, patch.lifted), load=area)
+    return patch.with_(known=KnownSteps(patch.contact, patch.lifted), load=area)
 
 
 def passed_at(patch: Patch, samples: float, side: int) -> Patch:
@@ -181,7 +181,7 @@ def test_two_ends_of_one_search():
     assert all(state.converged for state in states)
     apart = abs(log(states[0].leak_rate.value / states[1].leak_rate.value))
     claims = sum(state.error + RTOL / 2 for state in states)
-    errors = [area_error(patch.with_(known=Known(lifted=state))) for state in states]
+    errors = [area_error(patch.with_(known=KnownSteps(lifted=state))) for state in states]
     assert claims < apart < claims + sum(error.log_error for error in errors)
 
 

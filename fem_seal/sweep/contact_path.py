@@ -4,7 +4,7 @@ from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
 from fem_seal.parallel import Comm
-from fem_seal.patch import Known, Patch
+from fem_seal.patch import KnownSteps, Patch
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
 
@@ -38,7 +38,7 @@ class ContactPath:
         if self._last is not None:
             last, surface, pressed = self._last
             if (scene.solid, scene.contact, scene.load) == (last.solid, last.contact, last.load):
-                known = Known(pressed)
+                known = KnownSteps(pressed)
             elif _path(scene) is not None and _path(scene) == _path(last):
                 start = self._predictor.start(scene.load)
         return Patch(
