@@ -5,7 +5,7 @@ result.json, the verdict, the printed words and the report all show this list, w
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from math import inf, log, prod, sqrt
 from typing import Literal
 
@@ -44,6 +44,7 @@ class Uncertainty:
     sentence: str  #: meaning of the entry in plain words
     lower: float | None = None
     upper: float | None = None
+    _: KW_ONLY
     caution: bool = False  #: whether the user is warned of it
     #: Upper bound of the leak rate under this reason [m³/s], where it was computed. A sealed
     #: contact needs it, since no factor can raise its leak rate of 0.
@@ -94,7 +95,7 @@ def estimate(
     known = lower is not None or upper is not None
     kind: Kind = "estimated" if known else "not covered"
     caution = known and upper is None
-    return Uncertainty(key, kind, sentence, lower, upper, caution, upper_rate)
+    return Uncertainty(key, kind, sentence, lower, upper, caution=caution, upper_rate=upper_rate)
 
 
 def may_open(entry: Uncertainty) -> bool:
@@ -129,10 +130,12 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
     )
 
 
-def ends_words(low: float | None, high: float | None, digits: int = 4) -> str:
-    """Text of a range, rounded outwards; None is an open end, and the text of two is empty."""
-    least = "" if low is None else rounded_down(low, digits)
-    most = "" if high is None else rounded_up(high, digits)
+def ends_words(
+    low: float | None, high: float | None, digits: int = 4, *, scale: float = 1.0
+) -> str:
+    """Text of a range, scaled and rounded outwards; None is an open end, two give no text."""
+    least = "" if low is None else rounded_down(low * scale, digits)
+    most = "" if high is None else rounded_up(high * scale, digits)
     if least and most:
         return f"{least} to {most}"
     return f"at least {least}" if least else most and f"at most {most}"

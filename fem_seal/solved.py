@@ -22,7 +22,7 @@ from fem_seal.points import Work
 from fem_seal.prediction import predicted
 from fem_seal.products import file_names, require_packages, write_products
 from fem_seal.progress import NOTE, Report, silent
-from fem_seal.quantities.headline import Headline, Shown, headline
+from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.of_patch import Quantities, quantities
 from fem_seal.quantities.remarks import cautions
@@ -69,7 +69,7 @@ class Solved:
         """The leak rate with all counted errors."""
         if self.leak_rate is None:
             return None
-        return headline(self.leak_rate, self.budget, Shown.of(self.patch.scene))
+        return headline(self.leak_rate, self.budget, ShownUnit.of(self.patch.scene))
 
     @cached_property
     def verdict(self) -> Verdict | None:
@@ -195,7 +195,7 @@ class Solved:
     def _shown(self) -> Rate | None:
         """The leak rate in output.leak_rate_unit, if the scene names one."""
         unit = self.patch.scene.output.leak_rate_unit
-        return None if unit is None else Rate.of(self.leak_rate, Shown.of(self.patch.scene))
+        return None if unit is None else Rate.of(self.leak_rate, ShownUnit.of(self.patch.scene))
 
 
 def solve(

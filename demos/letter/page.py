@@ -22,7 +22,7 @@ MEASURES = {
 
 
 @dataclass(frozen=True)
-class Found:
+class Findings:
     """Results of a run; parts that it left out are empty."""
 
     thresholds: Sequence[ThresholdRow] = ()  #: of the first case
@@ -31,7 +31,7 @@ class Found:
     cascade: Sequence[CascadeStart] = ()
 
 
-def page(title: str, found: Found) -> str:
+def page(title: str, found: Findings) -> str:
     """Markdown of a run."""
     lines = [
         *(_threshold_lines(found.thresholds) if found.thresholds else ()),

@@ -18,7 +18,7 @@ from demos.letter.cascade import CascadeStart, cascade_start
 from demos.letter.contacts import MODELS, RoughCase
 from demos.letter.currents import FLOW_AREA, Current, current, over_first_contact
 from demos.letter.flows import FlowMeasures, Picture, PictureFolder, picture
-from demos.letter.page import Found, page
+from demos.letter.page import Findings, page
 from demos.letter.persson import comparisons, predictions, ring_spectrum
 from demos.letter.thresholds import Thresholds, threshold_rows, thresholds
 from fem_seal import parallel
@@ -114,7 +114,7 @@ def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str
 
 def reproduce(
     asked: argparse.Namespace, cases: Sequence[RoughCase], report: Report, work: Work
-) -> Found | None:
+) -> Findings | None:
     """Compute the points that the folder lacks; draw and write all, unless some are left to others.
 
     Raises InvalidInput if the folder cannot be written, and NotConverged if a contact or a flow
@@ -146,7 +146,7 @@ def reproduce(
     if "saddle" in done:
         closing_saddle.show(done["saddle"][::-1], out / "saddle.png")
     of_case = [row for row in rows if row.case == case]
-    found = Found(of_case, currents, flows, done.get("cascade", []))
+    found = Findings(of_case, currents, flows, done.get("cascade", []))
     title = f"{case}, {number_of(asked.seeds, 'seed')}, rtol {asked.rtol:g}"
     write_text(out / "letter.md", page(title, found))
     return found

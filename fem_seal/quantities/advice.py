@@ -20,11 +20,11 @@ from fem_seal.quantities.headline import Headline
 from fem_seal.scene import Scene
 
 
-class Needed(NamedTuple):
-    """What would decide; None where that is not known."""
+class DecidingRtol(NamedTuple):
+    """Tolerance of the flow that would decide; None where it is not known."""
 
     rtol: float | None = None
-    unknowns: int | None = None
+    unknowns: int | None = None  #: that it takes
 
 
 LEAST_RTOL = 1e-6  # smallest tolerance that is advised; the estimate is not more precise
@@ -36,7 +36,7 @@ def what_would_decide(
     lower: float | None = 1.0,
     upper: float | None = 1.0,
     per_rtol: float = 0.0,
-) -> Needed:
+) -> DecidingRtol:
     """Tolerance and unknowns at which bounds exclude a limit L [m³/s]; None if unknown.
 
     With a leak rate of Q = √(lower upper) and the factors of the other uncertainties, a bracket of
@@ -47,28 +47,28 @@ def what_would_decide(
     """
     low, high = leak.bounds
     if low == 0:
-        return Needed()
+        return DecidingRtol()
     distance = log(limit / sqrt(low * high))
     half_widths = [distance - log(upper)] if upper is not None else []
     if lower:
         half_widths.append(log(lower) - distance)
     needed = 2 * sinh(max(half_widths, default=0.0) / (1 + 2 * per_rtol))
     if needed < LEAST_RTOL:
-        return Needed()
+        return DecidingRtol()
     reached = relative_width(*leak.refined_bounds)
     # This is sufficient. A wider bracket may decide too, if all of it lies on one side.
-    return Needed(needed, max(round(leak.unknowns * reached / needed), leak.unknowns))
+    return DecidingRtol(needed, max(round(leak.unknowns * reached / needed), leak.unknowns))
 
 
 @dataclass(frozen=True)
-class Undecided:
+class UndecidedLimit:
     """A leak rate that may lie on either side of its limit."""
 
     scene: Scene
     leak: LeakRate
     head: Headline
     limit: float  #: [m³/s]
-    needed: Needed  #: what would decide by the flow alone
+    needed: DecidingRtol  #: what would decide by the flow alone
     fixed: ErrorBudget  #: the entries that flow.rtol does not narrow
 
     @property
@@ -110,7 +110,8 @@ class Undecided:
         is_set, counted = self.scene.total_error is not None, self._counted
         others = [entry for entry in counted if entry.key not in (CONTACT_GRID, CONTACT_AREA)]
         by_grid = not others and CONTACT_GRID in {entry.key for entry in counted}
-        factor = combined(others)[self._estimate < self.limit]
+        lower, upper = combined(others)
+        factor = upper if self._estimate < self.limit else lower
         if not ((is_set or by_grid) and factor):
             return ""
         total = expm1(abs(log(self.limit / self._estimate)) - abs(log(factor)))
@@ -127,7 +128,8 @@ class Undecided:
         """
         below = self._estimate < self.limit
         inputs = next((entry for entry in self._counted if entry.key == INPUTS), None)
-        sides = [(e.lower, e.upper)[below] for e in self._counted if e is not inputs]
+        others = [entry for entry in self._counted if entry is not inputs]
+        sides = [entry.upper if below else entry.lower for entry in others]
         if inputs is None or None in sides:
             return ""
         name, part, share = present(inputs.largest, "input that matters most")

@@ -30,7 +30,7 @@ COUNTED = "with all counted errors"
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownUnit:
     """Unit of leak rates in texts."""
 
     name: str = "m^3/s"
@@ -43,7 +43,7 @@ class Shown:
         return f"{self.name} {self.conditions}".strip()
 
     @classmethod
-    def of(cls, scene: Scene) -> "Shown":
+    def of(cls, scene: Scene) -> "ShownUnit":
         """Unit of the output of a scene, else of its limit, else m³/s."""
         unit = scene.output.leak_rate_unit or (scene.limit and scene.limit.leak_rate.unit)
         volume = not unit or unit.kind == "volume"
@@ -57,7 +57,7 @@ class Shown:
         return f"{in_digits(solved * self.per_solved)} {self.name}"
 
 
-SI = Shown()
+SI = ShownUnit()
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Headline:
         return self.sentence
 
 
-def headline(leak: LeakRate, budget: ErrorBudget, shown: Shown = SI) -> Headline:
+def headline(leak: LeakRate, budget: ErrorBudget, shown: ShownUnit = SI) -> Headline:
     """Headline of a leak rate [m³/s] of a patch or a seal, in m³/s without another unit `shown`.
 
     The entry "flow" of the budget gives the bounds of the leak rate.
@@ -100,7 +100,7 @@ def headline(leak: LeakRate, budget: ErrorBudget, shown: Shown = SI) -> Headline
     return Headline(leak.value, low, high, words)
 
 
-def _sealed(budget: ErrorBudget, shown: Shown) -> Headline:
+def _sealed(budget: ErrorBudget, shown: ShownUnit) -> Headline:
     """Headline of a sealed film, whose upper end is what an entry says that it may leak."""
     opening = [entry for entry in budget if may_open(entry)]
     no_path = NO_PATH
@@ -120,7 +120,7 @@ def _sealed(budget: ErrorBudget, shown: Shown) -> Headline:
 
 
 def _all_errors(
-    value: float, low: float | None, high: float | None, budget: ErrorBudget, shown: Shown
+    value: float, low: float | None, high: float | None, budget: ErrorBudget, shown: ShownUnit
 ) -> str:
     """The value and its range with all counted errors, or the range alone; "at least" if open.
 
@@ -136,7 +136,7 @@ def _all_errors(
         text, least, most = bracket_digits(value * scale, low * scale, high * scale)
         number, ends = f"{text} {shown.unit}, ", f"{least} to {most}"
     elif low is not None or high is not None:
-        ends = ends_words(low and low * scale, high and high * scale)
+        ends = ends_words(low, high, scale=scale)
     else:
         wide = [e.name for e in budget if e.counted and None in (e.lower, e.upper)]
         names = " and ".join(wide) or "the counted errors together"
@@ -147,7 +147,7 @@ def _all_errors(
     return f"{number}{ends} {COUNTED}"
 
 
-def _flow_alone(leak: LeakRate, budget: ErrorBudget, shown: Shown) -> str:
+def _flow_alone(leak: LeakRate, budget: ErrorBudget, shown: ShownUnit) -> str:
     """The part that the bounds of the flow cover, by its name in the budget."""
     flows = (entry for entry in budget if entry.key in IN_BOUNDS)
     name, kind = next(((entry.name, entry.kind) for entry in flows), (FLOW, "guaranteed"))

@@ -60,7 +60,8 @@ def _neglected(patch: Patch) -> Uncertainty | None:
     if patch.scene.shape is None and (lower, upper) != (1.0, 1.0):
         words.append(REMEDY)
     kind: Kind = "not covered" if None in (lower, upper) else "estimated"
-    return Uncertainty(NEGLECTED, kind, "; ".join(words), lower, upper, True, upper_rate)
+    sentence = "; ".join(words)
+    return Uncertainty(NEGLECTED, kind, sentence, lower, upper, caution=True, upper_rate=upper_rate)
 
 
 def _opened(

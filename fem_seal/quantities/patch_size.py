@@ -73,7 +73,9 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
         sentence += f"; {remedy}"
     # Windows that lose roughness leak less than the map would, by an unknown factor.
     lower, upper = (1.0, None) if lost else (None, None)
-    return Uncertainty("size_of_the_patch", "not covered", sentence, lower, upper, small or lost)
+    return Uncertainty(
+        "size_of_the_patch", "not covered", sentence, lower, upper, caution=small or lost
+    )
 
 
 def _sides(heights: GridField) -> tuple[float, float]:

@@ -34,6 +34,8 @@ from fem_seal.upscaling.mosaic import (
 )
 from fem_seal.upscaling.seal import SealLeak
 
+# Keys of entries that no other module looks for.
+PATCHES, SLIP_ALONG = "patches", "slip_along_the_path"
 PRESSURES = 9  # number of pressures at which the slip along the path is compared
 MOST_PATCHES = 1000  # largest number of patches of a scene
 NARROW_RATIO = 2.0  # upper over lower end of an interval that is narrow enough
@@ -60,7 +62,7 @@ def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
     if not widths:
         return ""
     widest = max(widths, key=lambda key: widths[key])
-    if widest == "patches":
+    if widest == PATCHES:
         advice = "more realizations (seal.patches) or larger ones might decide"
         if widths[widest] <= log(NARROW_RATIO):
             return advice
@@ -133,7 +135,7 @@ def _patches_entry(seal: SealLeak) -> Uncertainty:
             f"seal.patches = {needed}"
         )
         # No upper factor: patches that were not drawn may leak any amount more.
-        return Uncertainty("patches", "not covered", sentence, 0.0, None, caution=True)
+        return Uncertainty(PATCHES, "not covered", sentence, 0.0, None, caution=True)
     scatter = _scatter(seal)
     lower, upper = (end / seal.value for end in seal.interval)
     sentence = (
@@ -147,7 +149,7 @@ def _patches_entry(seal: SealLeak) -> Uncertainty:
         )
         if many > MOST_PATCHES:
             sentence += ", larger patches scatter less"
-    return Uncertainty("patches", "estimated", sentence, min(1.0, lower), max(1.0, upper))
+    return Uncertainty(PATCHES, "estimated", sentence, min(1.0, lower), max(1.0, upper))
 
 
 def _scatter(seal: SealLeak) -> float:
@@ -179,7 +181,7 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
             f"{sealed}; even if {100 * leaking:.0f} % of the patches leak, no path of them crosses "
             f"the {number_of(seal.count.along, 'patch')} along the path"
         )
-        return Uncertainty("patches", "estimated", sentence, 1.0, 1.0)
+        return Uncertainty(PATCHES, "estimated", sentence, 1.0, 1.0)
     may_cross = f"if {100 * leaking:.0f} % of the patches leak, a path of them may cross the seal"
     number, lowered = len(seal.patches), seal.lowered
     if lowered is None or lowered.at_most is None:
@@ -190,14 +192,14 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
             f"{sealed}; {may_cross}; try {part} load{more}, until patches leak: under its own load "
             "the seal leaks less than the upper end of the interval there"
         )
-        return Uncertainty("patches", "not covered", sentence, 1.0, None, caution=True)
+        return Uncertainty(PATCHES, "not covered", sentence, 1.0, None, caution=True)
     sentence = (
         f"{sealed}; {may_cross}; under {100 * lowered.part:.0f} % of its load {lowered.leaking} of "
         f"{number} leak, and under its own load the seal leaks less than the upper end of the 95 % "
         "interval there"
     )
     rate = lowered.at_most
-    return Uncertainty("patches", "estimated", sentence, 1.0, None, upper_rate=rate)
+    return Uncertainty(PATCHES, "estimated", sentence, 1.0, None, upper_rate=rate)
 
 
 def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
@@ -248,9 +250,7 @@ def _slip_along_entry(patch: Patch, seal: SealLeak) -> Uncertainty | None:
         least, most = law.mean_pressure / high, law.mean_pressure / low
         sentence += f"; at any gap they lie between {least:.3g} and {most:.3g}"
     if low == 0:
-        return Uncertainty("slip_along_the_path", "not covered", sentence, 1.0, None, caution=True)
+        return Uncertainty(SLIP_ALONG, "not covered", sentence, 1.0, None, caution=True)
     t = gap * pressures / law.product
     gains = law.coefficient(t) / t / law.gain(gap)
-    return Uncertainty(
-        "slip_along_the_path", "estimated", sentence, float(gains.min()), float(gains.max())
-    )
+    return Uncertainty(SLIP_ALONG, "estimated", sentence, float(gains.min()), float(gains.max()))

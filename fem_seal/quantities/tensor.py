@@ -1,6 +1,7 @@
 """The effective conductivity tensor of the periodic cell, as numbers for a result."""
 
 from dataclasses import dataclass
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,7 +43,7 @@ class ConductivityTensor:
             yy=component(1, 1),
             easiest=float(easiest),
             hardest=float(hardest),
-            angle=angle - 180 if angle > 90 else angle + 180 if angle <= -90 else angle,
+            angle=angle - 180 * ceil((angle - 90) / 180),
             unknowns=bounds.unknowns,
             converged=bounds.converged,
             reason=bounds.reason,

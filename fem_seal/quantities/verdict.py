@@ -14,8 +14,8 @@ from fem_seal.error_budget import (
     may_open,
 )
 from fem_seal.leak_rate import FlowState, LeakRate
-from fem_seal.quantities.advice import Needed, Undecided, what_would_decide
-from fem_seal.quantities.headline import Headline, Shown, headline
+from fem_seal.quantities.advice import DecidingRtol, UndecidedLimit, what_would_decide
+from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.scene import Scene
 
 ZERO = "; zero holds only for what is covered"
@@ -52,9 +52,9 @@ def verdict(
     """Compare the leak rate of a scene, with all counted errors, with the limit of the scene.
 
     With a limit the leak rate must have bounds; the entry "flow" of the budget gives them. The
-    advice is for an undecided verdict; left out, it is that of `Undecided`.
+    advice is for an undecided verdict; left out, it is that of `UndecidedLimit`.
     """
-    shown = Shown.of(scene)
+    shown = ShownUnit.of(scene)
     head, rest = headline(leak, budget, shown), beside_flow(budget)
     names = [entry.name for entry in rest if entry.kind == "not covered"]
     open_points = f"; not covered: {', '.join(names)}" if names else ""
@@ -64,7 +64,7 @@ def verdict(
     stated, limit = scene.limit.leak_rate, scene.limit.volume_rate(scene.drive)
     allowed = f"{shown.text(limit)} allowed"
     decision, comparison = _compared(leak.state, head, limit, allowed)
-    needed = Needed()
+    needed = DecidingRtol()
     unsettling = {"sealed": may_open, "lifted off": may_close}.get(leak.state)
     doubts = [entry.sentence for entry in rest if unsettling is not None and unsettling(entry)]
     if leak.state == "lifted off" and doubts:
@@ -77,7 +77,7 @@ def verdict(
             fixed = tuple(entry for entry in others if not entry.per_rtol)
             per_rtol = sum(entry.per_rtol for entry in others)
             needed = what_would_decide(leak, limit, *combined(fixed), per_rtol)
-            advice = Undecided(scene, leak, head, limit, needed, fixed).advice
+            advice = UndecidedLimit(scene, leak, head, limit, needed, fixed).advice
         comparison = f"{comparison}; {advice}"
     both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]
     counting = f", counting {entry_words(both, 3)}" if both and leak.state == "leaking" else ""
@@ -97,6 +97,5 @@ def _compared(state: FlowState, head: Headline, limit: float, allowed: str) -> t
         return "within limit", f"at most {rounded_up(100 * high / limit)} % of the {allowed}"
     if low is not None and low > limit:
         return "above limit", f"at least {rounded_down(low / limit)} times the {allowed}"
-    per_cent = 100 / limit
-    share = ends_words(low and per_cent * low, high and per_cent * high)
+    share = ends_words(low, high, scale=100 / limit)
     return "undecided", f"{share} % of the {allowed}" if share else allowed

@@ -10,7 +10,7 @@ from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import Bounded, FlowState, LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.headline import SI, Shown
+from fem_seal.quantities.headline import SI, ShownUnit
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
@@ -49,7 +49,7 @@ class Rate(Record):
     unit: str = "m^3/s"
 
     @classmethod
-    def of(cls, leak: LeakRate | None, shown: Shown = SI) -> "Rate | None":
+    def of(cls, leak: LeakRate | None, shown: ShownUnit = SI) -> "Rate | None":
         """Value and bounds of a leak rate in a unit; None if nothing limits it (lifted off)."""
         if leak is None or leak.state == "lifted off":
             return None
@@ -80,7 +80,7 @@ class GasRecord(Record):
             return None
         fluid = present(patch.scene.fluid, "[fluid]")
         kinds = ("mass", "amount", "throughput")
-        rates = (Rate.of(leak, Shown(RATES[kind], gas.rates[kind])) for kind in kinds)
+        rates = (Rate.of(leak, ShownUnit(RATES[kind], gas.rates[kind])) for kind in kinds)
         mass, amount, throughput = (present(rate, "leak rate") for rate in rates)
         return cls(
             mass_rate=mass,

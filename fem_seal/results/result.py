@@ -17,7 +17,7 @@ from fem_seal.error_budget import Uncertainty
 from fem_seal.errors import InvalidInput
 from fem_seal.files import digest
 from fem_seal.leak_rate import FlowState, LeakRate, Level
-from fem_seal.quantities.headline import Headline, Shown, headline
+from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.records import (
@@ -223,10 +223,10 @@ def _of_schema_1(data: dict[str, Any]) -> dict[str, Any]:
     leak = result.leak_rate if result.seal is None else result.seal.leak_rate
     if leak is None:
         return data | {"schema": 2}
-    shown = Shown()
+    shown = ShownUnit()
     if result.leak_rate_shown is not None and leak.value:
         per_solved = result.leak_rate_shown.value / leak.value
-        shown = Shown(result.leak_rate_shown.unit, per_solved)
+        shown = ShownUnit(result.leak_rate_shown.unit, per_solved)
     rate = LeakRate(result.state, result.method or "", leak.value, leak.lower, leak.upper)
     return data | {"schema": 2, "together": headline(rate, result.error_budget or (), shown)}
 

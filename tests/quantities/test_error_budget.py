@@ -170,7 +170,7 @@ def test_a_sealed_gap_that_may_open():
     sealed = LeakRate.sealed("adaptive")
     assert judged(1e-10, MODEL, leak=sealed).decision == "within limit"
     assert judged(1e-10, SLIP, leak=sealed).decision == "undecided"
-    lift = Uncertainty("fluid_pressure", "estimated", "it opens", 1.0, None, True, upper_rate=2e-10)
+    lift = Uncertainty("fluid_pressure", "estimated", "it opens", 1.0, None, upper_rate=2e-10)
     assert judged(2e-10, lift, leak=sealed).decision == "within limit"
     assert judged(1.9e-10, lift, leak=sealed).decision == "undecided"
 

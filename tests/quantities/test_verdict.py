@@ -14,7 +14,7 @@ from fem_seal.error_budget import Uncertainty
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.advice import what_would_decide
-from fem_seal.quantities.headline import Shown, headline
+from fem_seal.quantities.headline import ShownUnit, headline
 from fem_seal.quantities.verdict import verdict
 from fem_seal.render.report import report
 from fem_seal.results import Result
@@ -27,7 +27,7 @@ RANGE = Uncertainty("lift", "estimated", "anywhere", 0.9, 30.0, is_range=True)
 
 def test_factors_widen_the_bounds():
     """1e-10 × 0.8 to 4e-10 × 1.25, in a unit of 1e-12 m³/s, and the flow's ±(4 - 1)/(4 + 1)."""
-    head = headline(LEAK, (FLOW, GRID, MODEL), Shown("pl/s", 1e12))
+    head = headline(LEAK, (FLOW, GRID, MODEL), ShownUnit("pl/s", 1e12))
     assert (head.value, head.unit) == (LEAK.value, "m^3/s")
     assert (head.lower, head.upper) == pytest.approx((0.8e-10, 5e-10), rel=1e-14)
     value, low, high, percent = map(float, re.findall(r"\d[\d.]*", str(head)))
