@@ -14,7 +14,7 @@ largest P from below. Where P <= p the film is open, K is infinite and p constan
 where P = p_in.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -132,30 +132,61 @@ def seal_flow(
         )
     # A uniform profile is solved in one cell.
     x = profile.nodes if is_uniform(profile) else _places(profile, cells // COARSE)
-    middle, lengths = profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x))
-    value = path_leak_rate(table.interpolated, middle, lengths, ends)
+    laid = _Cells.of(profile, path, x)
+    value = laid.leak_rate(table.interpolated, ends)
     if not is_uniform(profile):
-        along = _path_flow(table.interpolated, profile, x, middle, lengths, ends, value)
-        x = _refined(along, cells)
-        middle, lengths = profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x))
-        value = path_leak_rate(
-            table.interpolated, middle, lengths, ends, (value / NEAR, value * NEAR)
-        )
+        x = _refined(laid.flow(table.interpolated, ends, value), cells)
+        laid = _Cells.of(profile, path, x)
+        value = laid.leak_rate(table.interpolated, ends, (value / NEAR, value * NEAR))
     P = profile(x)
-    low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
+    low = replace(laid, pressure=np.minimum(P[:-1], P[1:]))
+    high = replace(laid, pressure=np.maximum(P[:-1], P[1:]))
     # The value itself is off by up to SHOOTING.
     below = value / APART, value * (1 + 4 * SHOOTING)
     above = value * (1 - 4 * SHOOTING), value * APART
-    lower = path_leak_rate(table.lowest, high, lengths, ends, below) * (1 - 2 * SHOOTING)
-    upper = path_leak_rate(table.highest, low, lengths, ends, above) * (1 + 2 * SHOOTING)
+    lower = high.leak_rate(table.lowest, ends, below) * (1 - 2 * SHOOTING)
+    upper = low.leak_rate(table.highest, ends, above) * (1 + 2 * SHOOTING)
     value = float(np.clip(value, lower, upper))
-    at_value = table.interpolated, middle, value
-    along, *bounding = (
-        _path_flow(steps, profile, x, P, lengths, ends, rate)
-        for steps, P, rate in (at_value, (table.lowest, high, lower), (table.highest, low, upper))
-        if 0 < rate < inf
-    )
-    return SealFlow("leaking", value, lower, upper, along, along.sealing, tuple(bounding), table)
+    along = laid.flow(table.interpolated, ends, value)
+    bounds = (table.lowest, high, lower), (table.highest, low, upper)
+    bounding = tuple(at.flow(steps, ends, rate) for steps, at, rate in bounds if 0 < rate < inf)
+    return SealFlow("leaking", value, lower, upper, along, along.sealing, bounding, table)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """The leak path in n cells, each of one contact pressure."""
+
+    profile: Profile
+    x: np.ndarray  #: (n + 1,), ends of the cells [m]
+    pressure: np.ndarray  #: (n,), P of each cell [Pa]
+    lengths: np.ndarray  #: (n,), Δs
+
+    @classmethod
+    def of(cls, profile: Profile, path: LeakPath, x: np.ndarray) -> "_Cells":
+        """Cells with the contact pressure of their middle."""
+        return cls(profile, x, profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x)))
+
+    def leak_rate(
+        self,
+        steps: ConductivitySteps,
+        ends: EndPressures,
+        guess: tuple[float, float] | None = None,
+    ) -> float:
+        """Leak rate [m³/s]; see `path_leak_rate`."""
+        return path_leak_rate(steps, self.pressure, self.lengths, ends, guess)
+
+    def flow(self, steps: ConductivitySteps, ends: EndPressures, rate: float) -> PathFlow:
+        """Pressures along the path at a leak rate [m³/s]."""
+        x, pressure, lengths = self.x, self.pressure, self.lengths
+        if len(lengths) == 1:
+            # A uniform profile is solved in one cell, and drawn in many.
+            x = np.linspace(0, x[-1], CELLS + 1)
+            pressure, lengths = np.full(CELLS, pressure[0]), np.full(CELLS, lengths[0] / CELLS)
+        fluid = March(steps, pressure, lengths, ends).pressures(rate)
+        P = self.profile(x)
+        net, influences = _influences(steps, pressure, fluid, ends)
+        return PathFlow(x, P, fluid, steps(P - fluid), net, influences)
 
 
 def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:
@@ -194,26 +225,6 @@ def _refined(along: PathFlow, cells: int) -> np.ndarray:
     apart = np.convolve(apart, np.ones(3), "same")  # the bounds matter a little beside the value
     parts = 1 + (cells * apart / apart.sum()).astype(int)
     return np.interp(np.arange(parts.sum() + 1), np.append(0, np.cumsum(parts)), along.x)
-
-
-def _path_flow(
-    steps: ConductivitySteps,
-    profile: Profile,
-    x: np.ndarray,
-    middle: np.ndarray,
-    lengths: np.ndarray,
-    ends: EndPressures,
-    rate: float,
-) -> PathFlow:
-    """Pressures along the path at a leak rate [m³/s]; see `seal_flow`."""
-    if len(lengths) == 1:
-        # A uniform profile is solved in one cell, and drawn in many.
-        x = np.linspace(0, x[-1], CELLS + 1)
-        middle, lengths = np.full(CELLS, middle[0]), np.full(CELLS, lengths[0] / CELLS)
-    fluid = March(steps, middle, lengths, ends).pressures(rate)
-    P = profile(x)
-    net, influences = _influences(steps, middle, fluid, ends)
-    return PathFlow(x, P, fluid, steps(P - fluid), net, influences)
 
 
 def _influences(
