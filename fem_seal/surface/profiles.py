@@ -71,9 +71,11 @@ class IsotropicSpectrum:
 
 
 def profile_spectrum(
-    profiles: np.ndarray, step: float, *, detrend: str = "line", periodic: bool = False
+    profiles: np.ndarray, step: float, *, detrend: str = "line"
 ) -> ProfileSpectrum:
-    """Mean spectrum of profiles.
+    """Mean spectrum of profiles under a Hann window.
+
+    The two lowest wavenumbers, which the window mixes with the trend, are left out.
 
     Parameters
     ----------
@@ -82,11 +84,7 @@ def profile_spectrum(
     step
         Distance of neighbouring samples [m].
     detrend
-        "mean", "line" or "quadratic": trend that is subtracted from each profile; from periodic
-        profiles only the mean.
-    periodic
-        Whether sample 0 repeats behind the last one. If not, a Hann window is applied, and the two
-        lowest wavenumbers, which it mixes with the trend, are left out.
+        "mean", "line" or "quadratic": trend that is subtracted from each profile.
     """
     from scipy.signal import get_window
 
@@ -99,21 +97,19 @@ def profile_spectrum(
         raise InvalidInput(f"{missing} samples of the profiles are missing; leave their ends out")
     require_positive(step=step)
     degree, x = choose(LINE_DEGREES, detrend, "detrend"), np.linspace(-1, 1, n)
-    basis = np.polynomial.legendre.legvander(x, 0 if periodic else degree)
+    basis = np.polynomial.legendre.legvander(x, degree)
     heights = heights - (basis @ np.linalg.lstsq(basis, heights.T, rcond=None)[0]).T
-    window = get_window("boxcar" if periodic else "hann", n)
+    window = get_window("hann", n)
     window /= np.mean(window**2) ** 0.5
     powers = np.abs(np.fft.rfft(heights * window)) ** 2 / n**2
     C1 = np.mean(powers, axis=0) * n * step / (2 * np.pi)
     if not C1[1:].any():
         raise InvalidInput("flat profiles have no spectrum")
-    first = 1 if periodic else 3
-    bounds = _bounds(first, (n + 1) // 2)  # without the Nyquist wave, which has only a cosine
+    bounds = _bounds(3, (n + 1) // 2)  # without the Nyquist wave, which has only a cosine
     unit = 2 * np.pi / (n * step)
     waves = tuple(np.arange(a, b) * unit for a, b in pairwise(bounds))
     density = np.array([C1[a:b].mean() for a, b in pairwise(bounds)])
-    dependence = 1 if periodic else HANN_DEPENDENCE
-    independent = np.maximum(k * np.diff(bounds) / dependence, k)
+    independent = np.maximum(k * np.diff(bounds) / HANN_DEPENDENCE, k)
     edges = (np.array(bounds) - 0.5) * unit
     return ProfileSpectrum(edges, waves, density, density / independent**0.5)
 

@@ -22,6 +22,11 @@ NODES = 2  # nodes along a side of a patch
 # the conductivity little; a wider seal is an average of independent blocks of this width.
 MOST_ALONG, BLOCK = 40, 16
 DRAWS = 24  # mosaics that are drawn for a seal
+# Draws of the pivots of an interval: of single patches, and of mosaics, which cost more.
+PIVOTS, PIVOTS_OF_MOSAICS = 20_000, 200
+MOST_LOG = 700.0  # exp(709) is the largest double
+# Largest scatter of ln K that is drawn: the mean of such patches is exp(200) times their median.
+MOST_SCATTER = 20.0
 DRAWN_BLOCKS = 100  # drawn blocks of a seal, through one of which leaking patches may conduct
 CONFIDENCE = 0.95  # probability of a confidence interval
 # Fewest leaking patches from which the scatter of their logarithms is estimated.
@@ -92,9 +97,7 @@ def _block(count: PatchCount) -> tuple[int, int]:
     return min(count.along, MOST_ALONG), min(count.across, BLOCK)
 
 
-def drawn_seals(
-    rates: np.ndarray, count: PatchCount, *, draws: int = DRAWS, seed: int = 0
-) -> DrawnSeals:
+def drawn_seals(rates: np.ndarray, count: PatchCount, *, seed: int = 0) -> DrawnSeals:
     """Draw patches into the mosaic of a seal, again and again.
 
     `rates` (N, 3) are lower bound, value and upper bound of the leak rate that the seal would have
@@ -111,7 +114,7 @@ def drawn_seals(
         return DrawnSeals(mean, float(scatter))
     rng = np.random.default_rng(seed)
     shape = _block(count)
-    chosen = rng.integers(len(rates), size=(draws, *shape))
+    chosen = rng.integers(len(rates), size=(DRAWS, *shape))
     seals = np.stack([mosaic_conductivity(of_side[chosen]) for of_side in rates.T], axis=1)
     mean = seals.mean(axis=0)
     blocks = count.across / shape[1]
@@ -128,11 +131,7 @@ def error_of_mean(scatter: float, count: PatchCount) -> float:
 
 
 def generalised_interval(
-    rates: Sequence[float] | np.ndarray,
-    along: int = 1,
-    *,
-    draws: int | None = None,
-    seed: int = 0,
+    rates: Sequence[float] | np.ndarray, along: int = 1, *, seed: int = 0
 ) -> tuple[float, float] | None:
     """Confidence interval of the leak rate of a seal of many patches, from a few of them.
 
@@ -154,16 +153,16 @@ def generalised_interval(
     if leaking < LEAST_LEAKING:
         return None
     rng = np.random.default_rng(seed)
-    draws = draws or (20_000 if along == 1 else 200)
+    draws = PIVOTS if along == 1 else PIVOTS_OF_MOSAICS
     sigma = logs.std(ddof=1) * np.sqrt((leaking - 1) / rng.chisquare(leaking - 1, draws))
     mu = logs.mean() + rng.standard_normal(draws) * sigma / np.sqrt(leaking)
     share = rng.beta(leaking + 0.5, sealed + 0.5, draws) if sealed else np.ones(draws)
     if along == 1:
-        seals = share * np.exp(np.minimum(mu + sigma**2 / 2, 700.0))
+        seals = share * np.exp(np.minimum(mu + sigma**2 / 2, MOST_LOG))
     else:
         patches = [
             lognormal_patches((min(along, MOST_ALONG), BLOCK), s, d, rng)
-            for s, d in zip(np.minimum(sigma, 20.0), share, strict=True)
+            for s, d in zip(np.minimum(sigma, MOST_SCATTER), share, strict=True)
         ]
         seals = np.exp(mu) * mosaic_conductivity(np.array(patches))
     tail = (1 - CONFIDENCE) / 2

@@ -36,7 +36,7 @@ def in_bins(edges, density, error=None):
     return ProfileSpectrum(edges, waves, means, means if error is None else error)
 
 
-EDGES = profile_spectrum(np.eye(1, N, 5), STEP, detrend="mean", periodic=True).edges
+EDGES = profile_spectrum(np.eye(1, N, N // 2), STEP).edges
 
 
 def test_constant_rings_exactly():

@@ -9,6 +9,7 @@ from scipy.special import ndtr
 from scipy.stats import hmean, norm, t
 
 from fem_seal.errors import InvalidInput
+from fem_seal.upscaling import mosaic
 from fem_seal.upscaling.mosaic import (
     PatchCount,
     drawn_seals,
@@ -84,7 +85,7 @@ def test_bounds_of_patches_are_bounds_of_the_seal():
     """The mosaic's leak rate is linear in all: whatever the bounds, the values scatter alike."""
     values = lognormal_patches((6, 1), 1.0, 0.8, np.random.default_rng(5))
     narrow, wide = (
-        drawn_seals(values * bounds, PatchCount(5, 40), draws=5)
+        drawn_seals(values * bounds, PatchCount(5, 40))
         for bounds in (np.ones(3), np.array([0.1, 1.0, 3.0]))
     )
     assert wide.mean / wide.mean[1] == pytest.approx([0.1, 1.0, 3.0], rel=1e-10)
@@ -103,7 +104,7 @@ def test_bounds_of_patches_are_bounds_of_the_seal():
         ),
     ],
 )
-def test_intervals_cover(along, sigma, leaking, patches):
+def test_intervals_cover(monkeypatch, along, sigma, leaking, patches):
     """Of 200 intervals of 95 % at least 0.95 - 3 √(0.95 × 0.05/200) = 0.90 hold the mean; of four
     patches along the path the truth is the mean of 300 blocks."""
     rng = np.random.default_rng(10 if along == 1 else 11)
@@ -111,11 +112,12 @@ def test_intervals_cover(along, sigma, leaking, patches):
     if along > 1:
         blocks = (lognormal_patches((along, 16), sigma, leaking, rng) for _ in range(300))
         exact = np.mean([mosaic_conductivity(block) for block in blocks])
+    monkeypatch.setattr(mosaic, "PIVOTS", 2000)
+    monkeypatch.setattr(mosaic, "PIVOTS_OF_MOSAICS", 100)
     covered = []
     for repeat in range(200):
         sample = lognormal_patches((patches, 1), sigma, leaking, rng).ravel()
-        draws = 2000 if along == 1 else 100
-        lower, upper = generalised_interval(sample, along, draws=draws, seed=repeat)
+        lower, upper = generalised_interval(sample, along, seed=repeat)
         covered.append(lower <= exact <= upper)
     assert np.mean(covered) >= 0.90
 
@@ -174,7 +176,7 @@ def test_patches_for_a_narrow_interval(sigma):
     widths = []
     for repeat in range(100):
         sample = lognormal_patches((number, 1), sigma, 1.0, rng).ravel()
-        lower, upper = generalised_interval(sample, draws=1000, seed=repeat)
+        lower, upper = generalised_interval(sample, seed=repeat)
         widths.append(np.log(upper / lower))
     student = t.ppf(0.975, number - 1) / norm.ppf(0.975)
     assert np.median(widths) == pytest.approx(student * np.log(2), rel=0.07 + 2 * 0.04)

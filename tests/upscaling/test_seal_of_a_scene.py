@@ -4,7 +4,6 @@ import re
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import partial
 from math import prod
 
 import numpy as np
@@ -32,9 +31,8 @@ from fem_seal.solved import solve
 from fem_seal.surface import resample
 from fem_seal.sweep.point import Point
 from fem_seal.sweep.summary import COLUMNS, Group
-from fem_seal.upscaling import StraightPath
+from fem_seal.upscaling import StraightPath, mosaic
 from fem_seal.upscaling import seal as seal_module
-from fem_seal.upscaling.mosaic import drawn_seals, generalised_interval
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
@@ -82,8 +80,8 @@ def cheap_seals(kept):
     """
     solved = seal_module.solved_patches
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(seal_module, "drawn_seals", partial(drawn_seals, draws=6))
-        patch.setattr(seal_module, "generalised_interval", partial(generalised_interval, draws=100))
+        patch.setattr(mosaic, "DRAWS", 6)
+        patch.setattr(mosaic, "PIVOTS_OF_MOSAICS", 100)
         patch.setattr(
             seal_module,
             "solved_patches",
