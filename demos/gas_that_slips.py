@@ -76,8 +76,7 @@ def conductance(n: int, gas: str, pressure: float, rtol: float) -> Point:
         patch(n, gas, slip, pressure, rtol) for slip in ("kinetic", "first-order", "false")
     )
     per = kinetic.scene.drive.rates["throughput"] / (pressure / 1.5)
-    bounds = kinetic.leak_rate.lower, kinetic.leak_rate.upper
-    rates = *bounds, first_order.leak_rate.value, without.leak_rate.value
+    rates = *kinetic.leak_rate.bounds, first_order.leak_rate.value, without.leak_rate.value
     return Point(pressure, *(rate * per for rate in rates))
 
 
@@ -122,8 +121,8 @@ def main(
     curves = {gas: [conductance(n, gas, p, rtol) for p in pressures] for gas in GASES}
     draw(curves, out / "gas_that_slips.png")
     helium, nitrogen = curves.values()
-    root = np.sqrt(28.014 / 4.0026)
-    for place, least, most in ((0, root, 1.2 * root), (-1, 17.6 / 19.6, 17.6 / 19.6)):
+    thinner, root = np.divide(GASES["nitrogen"], GASES["helium"]) ** (1, 0.5)
+    for place, least, most in ((0, root, 1.2 * root), (-1, thinner, thinner)):
         low = helium[place].lower / nitrogen[place].upper
         high = helium[place].upper / nitrogen[place].lower
         # Half a per cent of the flow is slip at the highest pressure.

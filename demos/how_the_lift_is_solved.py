@@ -31,7 +31,7 @@ from fem_seal.render.plot import new_figure
 
 SCENE = Path(__file__).parent / "scenes" / "first.toml"
 LOADS = (0.1e6, 0.15e6, 0.2e6)  # Pa; the inlet has 0.1 MPa
-TOLERANCE = 0.05  # of the flow in that scene
+TOLERANCE = Scene.from_file(SCENE).flow.rtol
 
 
 # %% [markdown]

@@ -28,8 +28,8 @@ from fem_seal.quantities.lift import lift_range
 from fem_seal.render.plot import new_figure
 
 SCENE = Path(__file__).parent / "scenes" / "first.toml"
-LOAD = 0.15e6  # Pa, of that scene
-TOLERANCE = 0.05  # of the flow in that scene
+LOAD = Scene.from_file(SCENE).contact.pressure  # Pa
+TOLERANCE = Scene.from_file(SCENE).flow.rtol
 SHARES = (0.003, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 0.9)
 
 

@@ -27,7 +27,7 @@ from fem_seal import Scene, solve
 from fem_seal.render.plot import new_figure
 
 SCENE = Path(__file__).parent / "scenes" / "verdict.toml"
-LIMIT = 0.0025  # limit of that scene [ml/h]
+LIMIT = Scene.from_file(SCENE).limit.leak_rate.number  # [ml/h]
 ML_PER_HOUR = 1e-6 / 3600  # m³/s
 COLOURS = {"within limit": "#38761d", "undecided": "#b45f06", "above limit": "#cc0000"}
 

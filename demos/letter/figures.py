@@ -1,11 +1,12 @@
 """Figures of the letter, and of the thresholds, as PNG and PDF."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, NullLocator
 
@@ -90,68 +91,76 @@ def current_figure(
 ) -> None:
     """Fig. 3: leak rate over that at first contact, against contact area; and its errors."""
     leaking = [point for point in currents if point.value > 0]
-    markers = dict(zip(sorted({point.seed for point in leaking}), MARKERS * 9, strict=False))
-    series = {
-        (model, seed): [p for p in leaking if (p.model, p.seed) == (model, seed)]
-        for model, seed in product(COLOURS, markers)
-    }
     with new_figure((10, 7.4), *paths(folder, "fig3")) as figure:
         places = [["counted", "corrected"], ["errors", "key"]]
         axes = figure.subplot_mosaic(places, gridspec_kw={"height_ratios": (3, 1.4)})
-        counted, corrected, errors = axes["counted"], axes["corrected"], axes["errors"]
-        for (model, seed), points in series.items():
-            style = {"color": COLOURS[model], "marker": markers[seed]}
-            style |= {"linestyle": "none", "label": f"{model}, seed {seed}, certified"}
-            _draw_currents(counted, [point.area for point in points], points, style)
-            _draw_differences(counted, points, style["color"])
-            if model == "elastic":
-                _draw_currents(corrected, [point.corrected for point in points], points, style)
-                _draw_errors(errors, points, style)
-        for model, (name, medium) in MEDIA.items():
-            curve = {"color": COLOURS[model], "linewidth": 1.2, "label": f"{name}, same gaps"}
-            counted.plot(*_medium(currents, model, medium), "-", **curve)
-            middle, error = LETTERS_THRESHOLDS[model]
-            band = {"color": COLOURS[model], "alpha": 0.13, "lw": 0}
-            band["label"] = f"the letter's A*: {middle:g} ± {error:g}"
-            counted.axvspan(middle - error, middle + error, **band)
+        counted, corrected, errors = (axes[name] for name in ("counted", "corrected", "errors"))
+        _draw_series(counted, corrected, errors, leaking)
+        _draw_media(counted, currents)
         _draw_decades(counted, leaking)
-        for row in _curves(persson):
-            x, y = ([getattr(r, name) for r in row] for name in ("area", "current"))
-            name, dash = LAWS[row[0].law]
-            style = {"color": PERSSON, "linewidth": 1, "label": f"Persson, area of {name}"}
-            corrected.plot(x, y, dash, **style)
+        _draw_theory(corrected, persson)
+        lowest = min(point.lower for point in leaking) / 30
         for panel in (counted, corrected):
             unit = {"color": "k", "markersize": 9, "label": "first contact, the unit"}
             panel.plot([0], [1], "*", clip_on=False, zorder=5, **unit)
-            lowest = min(point.lower for point in leaking) / 30
             panel.set(yscale="log", xlim=(0, 0.55), ylim=(lowest, 2))
-        counted.set(
-            xlabel="contact area A/A0, counted in samples",
-            ylabel="leak rate / leak rate at first contact",
-            title="Elastic contacts leak less than cuts of the same area",
-        )
-        corrected.set(
-            xlabel="contact area A/A0, corrected for the perimeter",
-            title="Persson's theory belongs on the corrected area",
-        )
-        errors.set(
-            yscale="log",
-            xlim=(0, 0.55),
-            xlabel="contact area A/A0, counted in samples",
-            ylabel="relative error",
-            title="How well the elastic leak rates are known",
-        )
-        axes["key"].axis("off")
-        named = {}  # each label once, whatever the number of its artists
-        for panel in (counted, corrected, errors):
-            handles, labels = panel.get_legend_handles_labels()
-            named |= dict(zip(labels, handles, strict=True))
-        bars = "bars: bracket of the flow, widened by the contact grid's error where it is known"
-        style = {"fontsize": 7, "title": bars, "title_fontsize": 7}
-        axes["key"].legend(named.values(), named, ncols=2, frameon=False, loc="center", **style)
+        area = "contact area A/A0, counted in samples"
+        ratio = "leak rate / leak rate at first contact"
+        title = "Elastic contacts leak less than cuts of the same area"
+        counted.set(xlabel=area, ylabel=ratio, title=title)
+        title = "Persson's theory belongs on the corrected area"
+        corrected.set(xlabel="contact area A/A0, corrected for the perimeter", title=title)
+        title = "How well the elastic leak rates are known"
+        errors.set(yscale="log", xlim=(0, 0.55), xlabel=area, ylabel="relative error", title=title)
+        _draw_key(axes["key"], (counted, corrected, errors))
 
 
-def _draw_currents(axes, areas: list[float], points: Sequence[Current], style: dict) -> None:
+def _draw_series(counted: Axes, corrected: Axes, errors: Axes, leaking: Sequence[Current]) -> None:
+    """Draw the leak rates of each model and seed, and the errors of the elastic ones."""
+    markers = dict(zip(sorted({point.seed for point in leaking}), MARKERS * 9, strict=False))
+    for model, seed in product(COLOURS, markers):
+        points = [p for p in leaking if (p.model, p.seed) == (model, seed)]
+        style = {"color": COLOURS[model], "marker": markers[seed]}
+        style |= {"linestyle": "none", "label": f"{model}, seed {seed}, certified"}
+        _draw_currents(counted, [point.area for point in points], points, style)
+        _draw_differences(counted, points, style["color"])
+        if model == "elastic":
+            _draw_currents(corrected, [point.corrected for point in points], points, style)
+            _draw_errors(errors, points, style)
+
+
+def _draw_media(axes: Axes, currents: Sequence[Current]) -> None:
+    """Draw the effective medium of each model, and the letter's threshold as a band."""
+    for model, (name, medium) in MEDIA.items():
+        curve = {"color": COLOURS[model], "linewidth": 1.2, "label": f"{name}, same gaps"}
+        axes.plot(*_medium(currents, model, medium), "-", **curve)
+        middle, error = LETTERS_THRESHOLDS[model]
+        band = {"color": COLOURS[model], "alpha": 0.13, "lw": 0}
+        band["label"] = f"the letter's A*: {middle:g} ± {error:g}"
+        axes.axvspan(middle - error, middle + error, **band)
+
+
+def _draw_theory(axes: Axes, persson: Sequence[Prediction]) -> None:
+    for row in _curves(persson):
+        x, y = ([getattr(r, name) for r in row] for name in ("area", "current"))
+        name, dash = LAWS[row[0].law]
+        style = {"color": PERSSON, "linewidth": 1, "label": f"Persson, area of {name}"}
+        axes.plot(x, y, dash, **style)
+
+
+def _draw_key(axes: Axes, panels: Iterable[Axes]) -> None:
+    """Draw the labels of all panels, each once, whatever the number of its artists."""
+    axes.axis("off")
+    named = {}
+    for panel in panels:
+        handles, labels = panel.get_legend_handles_labels()
+        named |= dict(zip(labels, handles, strict=True))
+    bars = "bars: bracket of the flow, widened by the contact grid's error where it is known"
+    style = {"fontsize": 7, "title": bars, "title_fontsize": 7}
+    axes.legend(named.values(), named, ncols=2, frameon=False, loc="center", **style)
+
+
+def _draw_currents(axes: Axes, areas: list[float], points: Sequence[Current], style: dict) -> None:
     """Draw certified leak rates; bars are the brackets, widened by the contact grid's error."""
     values = np.array([point.value for point in points])
     grid = np.exp([point.grid_change or 0.0 for point in points])
@@ -160,7 +169,7 @@ def _draw_currents(axes, areas: list[float], points: Sequence[Current], style: d
     axes.errorbar(areas, values, bars, markersize=5, mfc="white", capsize=2.5, **style)
 
 
-def _draw_differences(axes, points: Sequence[Current], colour: str) -> None:
+def _draw_differences(axes: Axes, points: Sequence[Current], colour: str) -> None:
     """Draw finite differences beside the brackets: a cross, and the band of the link rules."""
     # Left out, or zero, for which the logarithmic axis has no place.
     points = [point for point in points if point.harmonic]
@@ -183,7 +192,7 @@ def _draw_differences(axes, points: Sequence[Current], colour: str) -> None:
     )
 
 
-def _draw_decades(axes, leaking: Sequence[Current]) -> None:
+def _draw_decades(axes: Axes, leaking: Sequence[Current]) -> None:
     """Draw an arrow from the bearing contacts at A/A0 = 0.2 down by the letter's three decades."""
     start = [p.value for p in leaking if p.model == "bearing" and p.wanted == FLOW_AREA]
     if start:
@@ -214,7 +223,7 @@ def _curves(persson: Sequence[Prediction]) -> list[list[Prediction]]:
     return [curve for curve in curves if curve]
 
 
-def _draw_errors(axes, elastic: Sequence[Current], style: dict) -> None:
+def _draw_errors(axes: Axes, elastic: Sequence[Current], style: dict) -> None:
     """Draw the errors of elastic points: half-width of the bracket, change of the grid."""
     areas, widths = ([getattr(p, name) for p in elastic] for name in ("area", "half_width"))
     axes.plot(areas, widths, mfc="white", markersize=5, **style)
