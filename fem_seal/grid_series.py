@@ -164,6 +164,8 @@ def half_beside(patch: Patch) -> Iterator[None]:
             half_of.end()
 
 
+# Less load matters of sealed patches alone. Beside a dry patch, which leaks, it never does; beside
+# a lifted one, whose state is not known yet, it may.
 def _solved_here(patch: Patch) -> OnHalf:
     return OnHalf.of(patch, patch.state == "sealed")
 

@@ -105,13 +105,12 @@ def own_cache(tmp_path, monkeypatch):
     transform._load_wisdom.cache_clear()
 
 
-def test_wisdom_is_kept(own_cache):
+def test_wisdom_is_kept(own_cache, monkeypatch):
     RealTransform((34, 38), "float64", measured_from=1)
     assert wisdom_path() == own_cache / "fem_seal" / "fftw-wisdom.json"
-    kept = wisdom_path().read_bytes()
     assert [path.name for path in wisdom_path().parent.iterdir()] == ["fftw-wisdom.json"]
     pyfftw.forget_wisdom()
     transform._load_wisdom.cache_clear()
+    # The plans are read back: nothing new has to be measured and kept.
+    monkeypatch.setattr(transform, "_save_wisdom", None)
     RealTransform((34, 38), "float64", measured_from=1)
-    # The plans were read back: nothing new had to be measured and kept.
-    assert wisdom_path().read_bytes() == kept
