@@ -1,12 +1,14 @@
-"""Contacts in closed form: waves (Westergaard) and spheres (Hertz) pressed into a half-space.
+"""Waves (Westergaard) and spheres (Hertz) pressed into a half-space; spectra of a given slope.
 
 H. M. Westergaard, J. Appl. Mech. 6, 49 (1939); K. L. Johnson, Contact Mechanics (1985), sections
 4.2 and 13.2. Tests of contact and lift hold them against the solver.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from fem_seal.surface import Spectrum
 
 
 @dataclass(frozen=True)
@@ -57,3 +59,8 @@ def hertz_pressure(load: float, contact_radius: float, r: np.ndarray) -> np.ndar
     """3 F/(2π a²) √(1 - r²/a²) inside a contact of radius a [Pa]."""
     peak = 3 * load / (2 * np.pi * contact_radius**2)
     return peak * np.sqrt(np.maximum(1 - (r / contact_radius) ** 2, 0.0))
+
+
+def of_slope(spectrum: Spectrum, slope: float) -> Spectrum:
+    """The spectrum with another rms slope: C goes as its square."""
+    return replace(spectrum, plateau=spectrum.plateau * (slope / spectrum.rms_slope) ** 2)

@@ -4,7 +4,7 @@ Of heights h on N samples, h(x) = Σ h̃(q) exp(i q·x) over all q, with h̃ = r
 plane of wave vectors that `rfft2` returns, and its complex conjugate at -q on the other half.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -105,24 +105,6 @@ class Spectrum:
     def rms_slope(self) -> float:
         """Root mean square gradient h'rms of the ensemble, h'rms^2 = 2π ∫ q^3 C dq."""
         return self.moment(2) ** 0.5
-
-    def scaled(
-        self, *, rms_height: float | None = None, rms_slope: float | None = None
-    ) -> "Spectrum":
-        """Spectrum of the same shape with an rms height [m] or an rms slope (exactly one)."""
-        kind, amplitude = one_amplitude(rms_height, rms_slope)
-        return replace(self, plateau=self.plateau * (amplitude / getattr(self, kind)) ** 2)
-
-
-def one_amplitude(rms_height: float | None, rms_slope: float | None) -> tuple[str, float]:
-    """Name and value of the one amplitude that is given, and positive."""
-    both = {"rms_height": rms_height, "rms_slope": rms_slope}
-    amplitudes = {name: value for name, value in both.items() if value is not None}
-    if len(amplitudes) != 1:
-        raise InvalidInput(f"give either rms_height or rms_slope, got {amplitudes or 'neither'}")
-    require_positive(**amplitudes)
-    ((name, value),) = amplitudes.items()
-    return name, float(value)
 
 
 def wavenumbers(shape: tuple[int, int], spacing: tuple[float, float]) -> np.ndarray:

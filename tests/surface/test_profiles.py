@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from known_answers import of_slope
 from project import write_toml
 
 from fem_seal import cli
@@ -24,7 +25,7 @@ N = 512
 SIZE = (1e-4, 1e-4)
 STEP = SIZE[0] / N
 # Long cut-off at the 8th, roll-off at the 16th and short cut-off at the 128th wavenumber.
-SPECTRUM = Spectrum(0.8, SIZE[0] / 8, SIZE[0] / 128, SIZE[0] / 16).scaled(rms_slope=0.1)
+SPECTRUM = of_slope(Spectrum(0.8, SIZE[0] / 8, SIZE[0] / 128, SIZE[0] / 16), 0.1)
 
 
 def in_bins(edges, density, error=None):

@@ -6,6 +6,7 @@ by that deviation must have a mean near 0 and a spread near 1.
 
 import numpy as np
 import pytest
+from known_answers import of_slope
 
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, fit_spectrum, self_affine
@@ -94,7 +95,7 @@ def test_piece_of_a_larger_surface():
 
 def test_density_is_that_of_the_ensemble():
     """The fitted C(q) itself, within four standard deviations of its level at each end."""
-    spectrum = Spectrum(0.8, 64, 4.0).scaled(rms_slope=0.1)
+    spectrum = of_slope(Spectrum(0.8, 64, 4.0), 0.1)
     fit = fit_spectrum(
         self_affine(spectrum, (256, 256), (256, 256), rms_slope=0.1, scaling="ensemble", seed=2)
     )
@@ -118,7 +119,7 @@ def test_noise_floor_is_a_cut_off():
     fit = fit_spectrum(GridField(clean.values + noise, clean.spacing, periodic=True))
     # C_noise = σ² dx² / (2π)²; the power law meets it here.
     floor = 0.2**2 / (2 * np.pi) ** 2
-    scaled = Spectrum(0.8, 64, 2.0).scaled(rms_height=1.0)
+    scaled = Spectrum(0.8, 64, 2.0, plateau=1 / Spectrum(0.8, 64, 2.0).moment(0))
     q = np.geomspace(0.1, np.pi, 1000)
     meeting = 2 * np.pi / q[np.argmin(np.abs(np.log(scaled.density(q) / floor)))]
     assert 0.7 * meeting < fit.short_wavelength < 2 * meeting

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from known_answers import of_slope
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 from scipy.special import erf
@@ -25,8 +26,8 @@ from fem_seal.theory.persson import (
 approx = partial(pytest.approx, rel=1e-12)
 
 E_STAR = 1e7
-ROUGH = Spectrum(0.8, 1e-4, 1e-6).scaled(rms_slope=0.1)
-ROLLOFF = Spectrum(0.4, 1e-4, 2e-6, rolloff_wavelength=2e-5).scaled(rms_height=3e-7)
+ROUGH = of_slope(Spectrum(0.8, 1e-4, 1e-6), 0.1)
+ROLLOFF = of_slope(Spectrum(0.4, 1e-4, 2e-6, rolloff_wavelength=2e-5), 0.2)
 
 
 def state_at(strain, spectrum=ROUGH, **options):
@@ -157,7 +158,7 @@ def test_resolution_in_magnification_is_sufficient():
 
 def test_scaling_of_lengths_and_moduli():
     """Lengths × 10 and moduli × 7 leave areas, multiply gaps by 10 and conductivities by 1000."""
-    large = Spectrum(0.8, 1e-3, 1e-5).scaled(rms_slope=0.1)
+    large = of_slope(Spectrum(0.8, 1e-3, 1e-5), 0.1)
     state = state_at(3e-3)
     scaled = persson_state(large, pressure=7 * 3e-3 * E_STAR, contact_modulus=7 * E_STAR)
     assert scaled.area == approx(state.area, rel=1e-9)
