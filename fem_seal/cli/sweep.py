@@ -69,7 +69,7 @@ def _sweep(options: argparse.Namespace) -> int:
     names = [", ".join(map("{}={}".format, keys, point.values)) for point in tally.table]
     width = max(map(len, names), default=0)
     for name, point in zip(names, tally.table, strict=True):
-        say(f"{name:{width}}  {_summary(point)}")
+        say(f"{name:{width}}  {line_of_point(point)}")
     for sentence in tally.equal:
         say(sentence)
     say(f"{tally.points} points, {tally.computed} of them computed now, in {out}/sweep.csv")
@@ -90,7 +90,7 @@ def _sweep(options: argparse.Namespace) -> int:
     return 0
 
 
-def _summary(point: "Point") -> str:
+def line_of_point(point: "Point") -> str:
     """One line about a point."""
     if point.state is None:
         return f"no result: {point.reason}"

@@ -89,7 +89,7 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
     gap, rtol = seal.critical_gap, present(patch.scene.seal, "[seal]").rtol
     entries = (
         _flow_and_loads_entry(patch, seal),
-        _patches_entry(seal),
+        patches_entry(seal),
         _contact_grid_entry(seal),
         scales,
         _mosaic_entry(seal),
@@ -119,7 +119,8 @@ def _flow_and_loads_entry(patch: Patch, seal: SealLeak) -> Uncertainty:
     )
 
 
-def _patches_entry(seal: SealLeak) -> Uncertainty:
+def patches_entry(seal: SealLeak) -> Uncertainty:
+    """Entry for the patches that were not drawn."""
     number, share = len(seal.patches), seal.share_sealed
     sealed = (
         f"{round(share.value * number)} of {number_of(number, 'realization')} sealed (95 % "

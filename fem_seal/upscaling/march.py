@@ -53,10 +53,10 @@ def path_leak_rate(
         scale = ends.drop / lengths.sum()
         guess = finite.min() * scale / e, finite.max() * scale * e
     low, high = map(log, guess)
-    return exp(_root(lambda log_rate: march.excess(exp(log_rate)), low, high))
+    return exp(bracketed_root(lambda log_rate: march.excess(exp(log_rate)), low, high))
 
 
-def _root(excess: Callable[[float], float], low: float, high: float) -> float:
+def bracketed_root(excess: Callable[[float], float], low: float, high: float) -> float:
     """Root of an excess that grows with ln Q, from two guesses of its bracket.
 
     Brent's method also ends at a jump, where it halves the bracket. A root at an end of the bracket

@@ -90,7 +90,7 @@ def refined_table(
             if taken > max_seconds:
                 reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
                 return replace(flow, reason=reason)
-        marked = _marked(table, flow, patch.enclosed(), tolerance, span, most_loads)
+        marked = marked_loads(table, flow, patch.enclosed(), tolerance, span, most_loads)
         loads = patch.missing(marked)
         if loads and len(loads.keys() | set(table.loads.tolist())) <= most_loads:
             table = patch.table(loads)
@@ -118,7 +118,7 @@ def _width(flow: SealFlow) -> float:
     return relative_width(flow.lower, flow.upper) if flow.upper > 0 else 0.0
 
 
-def _marked(
+def marked_loads(
     table: ConductivityTable,
     flow: SealFlow,
     enclosed: np.ndarray,

@@ -145,9 +145,9 @@ def solve_seal(
     """
     scene, seal = patch.scene, present(patch.scene.seal, "[seal]")
     profile, path, ends = leak_path_of(scene, part)
-    rtol, size = seal.rtol if part == 1 else max(seal.rtol, LOOSE), _size_of_patch(patch)
+    rtol, size = seal.rtol if part == 1 else max(seal.rtol, LOOSE), size_of_patch(patch)
     if profile.highest <= ends.inlet:
-        return _together(
+        return seal_of_patches(
             (lifted_off(profile, ends),) * seal.patches, path, size, rtol, scene.flow.method
         )
     scenes = realizations(scene.with_({"seal.rtol": rtol}))[:patches]
@@ -160,11 +160,11 @@ def solve_seal(
     estimates = [error for error in errors if error is not None]
     largest = max(estimates) if estimates and len(estimates) == len(errors) else None
     gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]
-    together = _together(flows, path, size, rtol, scene.flow.method)
+    together = seal_of_patches(flows, path, size, rtol, scene.flow.method)
     return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
 
 
-def _size_of_patch(patch: Patch) -> tuple[float, float]:
+def size_of_patch(patch: Patch) -> tuple[float, float]:
     """Lengths [m] of the part of the seal that a patch stands for.
 
     The images of a mirrored map are no more of the surface: its K is that of the map alone.
@@ -180,7 +180,7 @@ def median_patch(patches: tuple[SealFlow, ...]) -> SealFlow:
     return sorted(patches, key=lambda patch: patch.value)[len(patches) // 2]
 
 
-def _together(
+def seal_of_patches(
     flows: tuple[SealFlow, ...],
     path: LeakPath,
     size: tuple[float, float],

@@ -72,7 +72,7 @@ class PatchTask(Task[SolvedPatch]):
             progress=begin,
         )
         begin("error of the contact's grid")
-        load = _load_that_matters(flow, loaded)
+        load = load_that_matters(flow, loaded)
         return SolvedPatch(
             present(flow.table, "table of the patch"),
             flow.reason,
@@ -81,7 +81,7 @@ class PatchTask(Task[SolvedPatch]):
         )
 
 
-def _load_that_matters(flow: SealFlow, patch: LoadedPatch) -> float | None:
+def load_that_matters(flow: SealFlow, patch: LoadedPatch) -> float | None:
     """Leaking load [Pa] of the table nearest to that which matters most; None if sealed.
 
     That is the net load of the place that halves the influence on the leak rate. The upper bounds

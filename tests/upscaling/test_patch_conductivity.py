@@ -23,8 +23,8 @@ from fem_seal.upscaling import (
     uniform,
 )
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
-from fem_seal.upscaling.refined_table import REST, WIDTH, _marked, refined_table
-from fem_seal.upscaling.solved_patches import _load_that_matters
+from fem_seal.upscaling.refined_table import REST, WIDTH, marked_loads, refined_table
+from fem_seal.upscaling.solved_patches import load_that_matters
 
 WAVE = Wave(1e-6, 64e-6, 1e7)
 STRIP = StraightPath(2e-3, 0.15)
@@ -106,7 +106,7 @@ def test_loads_share_the_error_evenly():
     c, tolerance = 2e4, 0.05
     table = exact_table([2e5, 2.5e5], np.exp([-10.0, -12.5]))
     flow = seal_flow(table, uniform(3e5, 2e-3), STRIP, EndPressures(1e5))
-    loads = _marked(table, flow, np.zeros(1, dtype=bool), tolerance, (2e5, 3e5))
+    loads = marked_loads(table, flow, np.zeros(1, dtype=bool), tolerance, (2e5, 3e5))
     steps = -3 * np.diff(np.exp(-(np.array(list(loads)) - 2e5) / (3 * c)))
     error = WIDTH * steps**3 / -np.expm1(-5)
     first = list(loads).index(2.5e5)
@@ -124,7 +124,7 @@ def test_without_a_lower_bound_the_sealing_load_is_sought(profile):
     table = exact_table([0, 1e5, 2e5, 3e5, 5e5], [1e-15, 1e-16, 1e-18, 0, 0])
     flow = seal_flow(table, profile, STRIP, EndPressures(1e5))
     assert flow.lower == 0 < flow.upper
-    loads = _marked(table, flow, np.zeros(4, dtype=bool), 0.1, (0.0, profile.highest))
+    loads = marked_loads(table, flow, np.zeros(4, dtype=bool), 0.1, (0.0, profile.highest))
     assert list(loads) == [2.5e5]
 
 
@@ -168,7 +168,7 @@ def test_the_load_that_matters_leaks():
     gaps = {2e5: 1e-7, 2.8e5: 1e-8}
     assert table.upper[1] > 0
     patch = SimpleNamespace(critical_gap=gaps.get)
-    assert _load_that_matters(flow, patch) == 2.8e5
+    assert load_that_matters(flow, patch) == 2.8e5
 
 
 @pytest.mark.parametrize("seed", range(4))

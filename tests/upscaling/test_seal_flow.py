@@ -22,7 +22,7 @@ from fem_seal.upscaling import (
     uniform,
 )
 from fem_seal.upscaling.conductivity import SLIPPING, Enclosure
-from fem_seal.upscaling.march import _root, _widened, path_leak_rate
+from fem_seal.upscaling.march import bracketed_root, path_leak_rate
 from fem_seal.upscaling.profile import is_uniform
 
 ETA = 1e-3
@@ -355,9 +355,9 @@ def test_enclosures_as_many_as_intervals():
 
 def test_the_search_for_a_leak_rate_ends():
     """Where the pressure at the inlet does not depend on Q, no leak rate gives the inlet's."""
-    for step, excess in ((-5.0, 3.0), (5.0, -3.0), (5.0, np.nan)):
+    for excess in (3.0, -3.0, np.nan):
         with pytest.raises(NotConverged, match="differs by"):
-            _widened(lambda log_rate, excess=excess: excess, -30.0, step)
+            bracketed_root(lambda log_rate, excess=excess: excess, -30.0, -30.0)
 
 
 def test_the_search_for_a_jump():
@@ -366,4 +366,4 @@ def test_the_search_for_a_jump():
     def jump(log_rate):
         return -1.0 if log_rate < -30.123 else 1.0
 
-    assert _root(jump, -50.0, -10.0) == pytest.approx(-30.123, abs=1e-9)
+    assert bracketed_root(jump, -50.0, -10.0) == pytest.approx(-30.123, abs=1e-9)

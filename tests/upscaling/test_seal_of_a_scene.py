@@ -14,14 +14,14 @@ from matplotlib.figure import Figure
 from project import scene_of_samples
 
 from fem_seal import pictures
-from fem_seal.cli.sweep import _summary
+from fem_seal.cli.sweep import line_of_point
 from fem_seal.error_budget import combined
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Bounded
 from fem_seal.patch import Patch
 from fem_seal.points import Work
 from fem_seal.quantities.patch_size import scale_entries
-from fem_seal.quantities.seal import _patches_entry
+from fem_seal.quantities.seal import patches_entry
 from fem_seal.quantities.verdict import verdict
 from fem_seal.render.seal import draw_seal
 from fem_seal.results import Result
@@ -37,7 +37,7 @@ from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
 from fem_seal.upscaling.scene_profile import leak_path_of, read_profile
-from fem_seal.upscaling.seal import _size_of_patch, _together, solve_seal
+from fem_seal.upscaling.seal import seal_of_patches, size_of_patch, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
 
 
@@ -293,8 +293,8 @@ def test_a_sweep_of_seals_has_their_leak_rates():
     assert (point.leak_rate, point.lower, point.upper) == (leak.value, leak.lower, leak.upper)
     row = dict(zip(COLUMNS, Group((), (point, point)).row(), strict=True))
     assert (row["leaking"], row["sealed"], row["median"]) == (2, 0, leak.value)
-    assert result.headline.sentence in _summary(point)
-    assert "at 0 degC, 1.013 bar" in _summary(point)
+    assert result.headline.sentence in line_of_point(point)
+    assert "at 0 degC, 1.013 bar" in line_of_point(point)
     # One patch says nothing about the scatter of others.
     assert result.seal.scatter is None
 
@@ -490,7 +490,7 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(kept, monkeypa
         made = verdict(limited, solved.leak_rate, solved.budget)
         assert made.decision == decision
     many = replace(solved.seal, share_sealed=Bounded(1.0, 0.99, 1.0))
-    assert _patches_entry(many).upper == 1.0
+    assert patches_entry(many).upper == 1.0
 
 
 @pytest.mark.parametrize("patches", [1, 2])
@@ -562,7 +562,7 @@ def test_a_wide_patch_that_leaks_little_does_not_matter(share, converged):
     """Of two patches of a seal one patch wide, one is known to a factor of 10."""
     known = SealFlow("leaking", 1.0, 0.99, 1.01)
     wide = SealFlow("leaking", share, 0.1 * share, share, reason="it is slow")
-    seal = _together((known, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
+    seal = seal_of_patches((known, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
     assert seal.converged == converged
     assert ("patch 2 of 2 got to ±82 %, since it is slow" in seal.reason) != converged
 
@@ -571,7 +571,7 @@ def test_a_patch_whose_bounds_are_too_wide_names_one_tolerance():
     """Half of it goes to the bounds at the loads: twice the width that was reached is enough."""
     flow = SealFlow("leaking", 1.0, 0.9, 1.1)
     wide = replace(flow, reason="its bounds are wide")
-    seal = _together((wide, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
+    seal = seal_of_patches((wide, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
     assert seal.reason.endswith("since its bounds are wide; seal.rtol = 0.41 would do")
 
 
@@ -603,7 +603,7 @@ def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
         data["surface"]["twin_seed"] = twin_seed
     patch = Patch(Scene.from_mapping(data))
     _, entry = scale_entries(patch, 1e-4)
-    assert _size_of_patch(patch) == pytest.approx((47e-6, 47e-6), rel=1e-12)
+    assert size_of_patch(patch) == pytest.approx((47e-6, 47e-6), rel=1e-12)
     words = r"patches made of the map, 48 um by 48 um, are (.*) of the longest wavelengths wide, .*"
     # A wave of 6 samples; a ring of the spectrum is a sixteenth of its wavenumber wide.
     assert float(re.match(words, entry.sentence)[1]) == pytest.approx(48 / 6, rel=1 / 8)
@@ -652,7 +652,7 @@ def test_a_sealed_seal_is_said_and_drawn_as_far_as_it_is_known(profile):
 
 def test_a_scatter_of_many_decades_is_words():
     flows = tuple(SealFlow("leaking", rate, 0.9 * rate, 1.1 * rate) for rate in (1.0, 1e-30, 1e-60))
-    seal = _together(flows, StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.5, "adaptive")
-    entry = _patches_entry(seal)
+    seal = seal_of_patches(flows, StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.5, "adaptive")
+    entry = patches_entry(seal)
     assert "scatter by 30 powers of ten" in entry.sentence
     assert "more than 1000 realizations would give the mean" in entry.sentence
