@@ -91,30 +91,30 @@ def judged(stopping, *solutions):
     return [stopping.judged(one) for one in solutions]
 
 
-def stopping(criterion, **limits) -> Stopping:
+def stopping_by(criterion, **limits) -> Stopping:
     return Stopping(criterion, Limits(**limits), 2.0, 0.1, MPI.COMM_SELF)
 
 
 def test_the_last_solution_is_certified():
     """At a limit the dual is solved, and if its bound meets the tolerance there is no reason."""
     for least, reached in ((0.5, False), (0.98, True)):
-        course = stopping(Tolerance(0.05), seconds=1e-9)
-        (last,) = judged(course, solution(0.0, 1.0, least=least))
+        stopping = stopping_by(Tolerance(0.05), seconds=1e-9)
+        (last,) = judged(stopping, solution(0.0, 1.0, least=least))
         assert last.stream is not None
-        assert course.levels[-1].bounds.lower == least
-        assert course.ended
-        assert course.reached == reached
-        assert bool(course.reason) != reached
+        assert stopping.levels[-1].bounds.lower == least
+        assert stopping.ended
+        assert stopping.reached == reached
+        assert bool(stopping.reason) != reached
 
 
 def test_a_stalled_solver_ends_it_where_the_bounds_stay():
     """Not at once: only if two more meshes have hardly improved them."""
-    course = stopping(Tolerance(0.01))
+    stopping = stopping_by(Tolerance(0.01))
     stalled = solution(0.5, 1.0, stream=object(), stalled="CG has stalled")
-    judged(course, stalled, stalled)
-    assert not course.ended
-    judged(course, stalled)
-    assert course.reason == "CG has stalled"
+    judged(stopping, stalled, stalled)
+    assert not stopping.ended
+    judged(stopping, stalled)
+    assert stopping.reason == "CG has stalled"
 
 
 @pytest.mark.parametrize(

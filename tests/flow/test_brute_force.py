@@ -23,10 +23,19 @@ def test_the_brute_force_itself(representation, sides):
     g[-1] = g[0]
     for kind in ("along", "across"):
         case = Case(kind, g, n, (1.0, 1.0), "wall", representation, "uniform")
-        found = bounds_by_brute_force(case.values, case.spacing, representation, sides, 8)
-        assert found[0] <= case.exact * (1 + 1e-12)
-        assert case.exact * (1 - 1e-12) <= found[1]
-        assert found[1] / found[0] < (1.03 if representation == "linear" else 1 + 1e-9)
+        excess = []
+        for parts in (4, 8):
+            low, high = bounds_by_brute_force(
+                case.values, case.spacing, representation, sides, parts
+            )
+            assert low * (1 - 1e-12) <= case.exact <= high * (1 + 1e-12)
+            excess.append(high / low - 1)
+        if representation == "constant":
+            assert excess == pytest.approx([0, 0], abs=1e-9)
+        else:
+            # The next power is the square of the steps of ln g on a part of the other.
+            slack = (np.log(g.max() / g.min()) / 4) ** 2 / np.log(2)
+            assert np.log2(excess[0] / excess[1]) == pytest.approx(2, abs=slack)
     barrier = np.ones((n, n))
     barrier[3] = 0
     assert bounds_by_brute_force(barrier, (1.0, 1.0), representation, sides, 2)[0] == 0

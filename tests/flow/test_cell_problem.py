@@ -21,7 +21,7 @@ from fem_seal.mesh.torus import uniform_torus
 # CG stops at this relative energy error; a solution is then known to its root.
 TOLERANCE = 1e-14
 SOLVER = 1e-6
-EPSILON = 0.1
+CHI = 0.1
 
 
 def mirrored(representation, seed=3):
@@ -76,7 +76,7 @@ def test_bounds_of_a_mirror_cell_are_those_of_its_leak_rate(representation, widt
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_cells_of_a_mirror_cell_are_marked_as_for_its_leak_rate(representation):
     """Its one flow is that of the leak rate, and so are indicators, blocked flux and residuals."""
-    (leak, *of_leak), (cell, *of_cell) = both(representation, 4, EPSILON)
+    (leak, *of_leak), (cell, *of_cell) = both(representation, 4, CHI)
     np.testing.assert_array_equal(leak.kept, cell.kept)
     assert cell.data.blocked.any()
     (flow,), (same,) = leak.flows(*of_leak), cell.flows(*of_cell)
@@ -148,7 +148,7 @@ def test_the_best_flux_of_orthonormal_pressures():
 def test_looking_ahead_keeps_both_stream_functions_and_the_seams(contact):
     """New vertices inside take better values of both functions, those on seams the means."""
     gap = represented(rough_gap((32, 32), contact, 8, 2), cut=1e-3, width=4)
-    problem, pressures, streams = solved(gap, uniform_torus(gap.squares, 4), EPSILON)
+    problem, pressures, streams = solved(gap, uniform_torus(gap.squares, 4), CHI)
     flows, start = problem.flows(pressures, streams), problem.start(pressures, streams)
     times = (np.arange(len(start.mesh.cells)) % 5 == 0).astype(np.int8)
     plain = start.refined(gap, times)
@@ -162,7 +162,7 @@ def test_looking_ahead_keeps_both_stream_functions_and_the_seams(contact):
     )
     # With CG stopped at once, the energies of both starts: of each function, and so of both.
     energies = [
-        p.regularised_stream(p.guess(s).streams, EPSILON).energies
+        p.regularised_stream(p.guess(s).streams, CHI).energies
         for p, s in ((before, plain), (after, ahead))
     ]
     assert (energies[1].diagonal() < energies[0].diagonal()).all()
@@ -173,7 +173,7 @@ def test_both_flows_count_in_what_is_halved_ahead(kind):
     """Every new cell whose sum over both flows, of the least indicators or of the fluxes of blocked
     cells, is as large as the smallest marked one, and no other."""
     gap = represented(rough_gap((32, 32), 0.25, 8, 2), cut=1e-3, width=8)
-    problem, pressures, streams = solved(gap, uniform_torus(gap.squares, 8), EPSILON)
+    problem, pressures, streams = solved(gap, uniform_torus(gap.squares, 8), CHI)
     flows, start = problem.flows(pressures, streams), problem.start(pressures, streams)
     for flow in flows:
         np.testing.assert_allclose(flow.weights @ start.streams, flow.stream, atol=1e-12)
@@ -181,7 +181,7 @@ def test_both_flows_count_in_what_is_halved_ahead(kind):
     blind = refined_ahead(start, gap, Marks(times, np.inf, np.inf), flows, 1)
     mesh, data = blind.mesh, gap.cell_data(blind.mesh, blind.values)
     slopes, areas = shape_gradients(mesh.corners(gap.aspect, mesh.cells))
-    R = data.regularised(EPSILON, gap.cut)
+    R = data.regularised(CHI, gap.cut)
     indicators, flux = np.zeros((2, len(mesh.cells)))
     for flow in flows:
         J = flow.rate * gradients(slopes, (flow.weights @ blind.streams)[mesh.cells])

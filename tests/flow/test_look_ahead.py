@@ -20,14 +20,14 @@ from fem_seal.flow.solution import FlowEstimate, Start
 from fem_seal.grid import GridField
 from fem_seal.mesh.triangles import ISLAND
 
-EPSILON = 0.1
+CHI = 0.1
 
 
 def solved(gap, width: int, periodic_sides: bool):
     """A mesh of squares `width` pixels wide with its solutions and the start after it."""
     problem = level_problem(gap, width=width, periodic_sides=periodic_sides)
     pressure = problem.pressure([np.zeros(problem.unknowns)])
-    regularised = problem.regularised_stream(problem.mesh.first_guess()[1], EPSILON)
+    regularised = problem.regularised_stream(problem.mesh.first_guess()[1], CHI)
     return problem, pressure, regularised, problem.start(pressure, regularised)
 
 
@@ -39,9 +39,9 @@ def halved_ahead(start: Start, gap, marks: Marks, regularised: Streams, times: i
     return refined_ahead(start, gap, marks, [flow], times)
 
 
-def some_marked(start: Start, share: float = np.inf, flow: float = np.inf) -> Marks:
-    """Every seventh cell, and the least of its shares and flows."""
-    return Marks((np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8), share, flow)
+def some_marked(start: Start, indicator: float = np.inf, flow: float = np.inf) -> Marks:
+    """Every seventh cell, and the least of its indicators and flows."""
+    return Marks((np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8), indicator, flow)
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -61,34 +61,34 @@ def test_new_vertices_take_the_best_value(representation, periodic_sides):
     crowded[mesh.cells[new > 1]] = True
     alone = np.flatnonzero(~crowded & ~mesh.bottom & ~mesh.top)
     alone = alone[alone >= before]
-    batch().place(mesh.points(gap.aspect)[mesh.cells], data.regularised(EPSILON, gap.cut))
+    batch().place(mesh.points(gap.aspect)[mesh.cells], data.regularised(CHI, gap.cut))
     slope, unrelaxed = (
         np.bincount(mesh.cells.ravel(), batch().slopes(psi[mesh.cells]).ravel(), len(plain))
         for psi in (ahead.streams[0], plain)
     )
     assert len(alone) > 20
     # Rounding of ψ times the largest resistivity, 1 / (χ cut³).
-    assert np.all(np.abs(slope[alone]) <= 1e-15 * 100 / (EPSILON * gap.cut**3))
+    assert np.all(np.abs(slope[alone]) <= 1e-15 * 100 / (CHI * gap.cut**3))
     assert np.abs(unrelaxed[alone]).max() > 0.1
     assert np.abs(ahead.streams[0] - plain)[alone].max() > 1e-3
 
 
 @pytest.mark.parametrize("width", [1, 4])
-def test_no_share_is_smaller(width):
+def test_no_indicator_is_smaller(width):
     """Of a mesh that was solved: e_T, with its pressure, is nowhere below what ψ alone allows."""
     gap = represented(rough_gap((32, 32), 0.3, 5), cut=1e-3, width=width)
     problem, pressure, regularised, _ = solved(gap, width, True)
     cells = problem.mesh.cells[problem.kept]
     slopes, areas = shape_gradients(problem.mesh.points(gap.aspect)[cells])
     J = regularised.conductance * gradients(slopes, regularised.psi[0][cells])
-    tensor = problem.data.regularised(EPSILON, gap.cut)
-    shares = problem.indicators(problem.flows(pressure, regularised))
+    tensor = problem.data.regularised(CHI, gap.cut)
+    indicators = problem.indicators(problem.flows(pressure, regularised))
     least = areas * least_indicator(J, problem.data.K, tensor)
     linear = ~problem.data.contact_vertex.any(
         axis=1
     )  # of a power trace the mean gradient is another one
     assert np.count_nonzero(linear) > 100
-    assert np.all(shares[linear] >= least[linear] - 1e-9 * shares.sum())
+    assert np.all(indicators[linear] >= least[linear] - 1e-9 * indicators.sum())
 
 
 def test_closed_cells_are_opened_where_they_let_flow_pass():
@@ -129,7 +129,7 @@ def of_a_plate_with_a_hole():
     gap = VertexGap(np.ones(len(mesh.xy)), 1.0, 1e-3, 0.0)
     problem = LevelProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-8)
     pressure = problem.pressure([np.zeros(problem.unknowns)])
-    regularised = problem.regularised_stream(mesh.first_guess()[1], EPSILON)
+    regularised = problem.regularised_stream(mesh.first_guess()[1], CHI)
     return gap, regularised, problem.start(pressure, regularised)
 
 

@@ -23,39 +23,39 @@ def test_the_fewest_cells_that_hold_enough(theta, spread):
     """Shares of any spread, a fifth of them zero or negative by rounding: what is marked holds the
     part asked for, nothing else is larger, and without the least of it it would not be enough."""
     rng = np.random.default_rng(1)
-    shares = np.exp(spread * rng.normal(size=500))
-    shares[::5] = rng.choice([0.0, -1e-30], 100)
-    marked = doerfler(shares, theta)
-    total = shares[shares > 0].sum()
+    indicators = np.exp(spread * rng.normal(size=500))
+    indicators[::5] = rng.choice([0.0, -1e-30], 100)
+    marked = doerfler(indicators, theta)
+    total = indicators[indicators > 0].sum()
     rounding = 1e-12 * total
-    assert shares[marked].sum() >= theta * total - rounding
-    assert shares[marked].min() >= shares[~marked].max()
-    assert shares[marked].sum() - shares[marked].min() <= theta * total + rounding
+    assert indicators[marked].sum() >= theta * total - rounding
+    assert indicators[marked].min() >= indicators[~marked].max()
+    assert indicators[marked].sum() - indicators[marked].min() <= theta * total + rounding
 
 
-@pytest.mark.parametrize("shares", [np.empty(0), np.zeros(4), np.full(3, -1e-20)])
-def test_nothing_to_mark(shares):
-    assert not doerfler(shares, 0.8).any()
+@pytest.mark.parametrize("indicators", [np.empty(0), np.zeros(4), np.full(3, -1e-20)])
+def test_nothing_to_mark(indicators):
+    assert not doerfler(indicators, 0.8).any()
 
 
 def test_a_cell_is_halved_once_more_for_each_factor_of_four():
-    """Of a smooth solution a half has a quarter of the share: 4^k times the smallest is k more."""
-    shares = np.array([1.0, 3.9, 4.1, 17.0, 65.0, 1e9, 0.5])
+    """Of a smooth solution half a cell has a quarter: 4^k times the smallest is k more."""
+    indicators = np.array([1.0, 3.9, 4.1, 17.0, 65.0, 1e9, 0.5])
     marked = np.array([True] * 6 + [False])
-    assert halvings(shares, marked).tolist() == [1, 1, 1, 2, 3, 4, 0]
+    assert halvings(indicators, marked).tolist() == [1, 1, 1, 2, 3, 4, 0]
 
 
 @pytest.mark.parametrize("part", [0.2, 0.6, 1.0])
 def test_what_is_missing_is_added(part):
     """Marked cells and those added hold the part, and no fewer added ones would."""
     rng = np.random.default_rng(2)
-    shares, marked = np.exp(3 * rng.normal(size=200)), rng.random(200) < 0.2
-    total, rounding = shares.sum(), 1e-12 * shares.sum()
-    added = completed(marked, shares, part * total)
+    indicators, marked = np.exp(3 * rng.normal(size=200)), rng.random(200) < 0.2
+    total, rounding = indicators.sum(), 1e-12 * indicators.sum()
+    added = completed(marked, indicators, part * total)
     assert not (added & marked).any()
-    assert shares[marked | added].sum() >= part * total - rounding
+    assert indicators[marked | added].sum() >= part * total - rounding
     if added.any():
-        least = shares[added].min()
-        assert least >= shares[~(marked | added)].max(initial=0)
-        assert shares[marked | added].sum() - least <= part * total + rounding
-    assert added.any() == (shares[marked].sum() < part * total)
+        least = indicators[added].min()
+        assert least >= indicators[~(marked | added)].max(initial=0)
+        assert indicators[marked | added].sum() - least <= part * total + rounding
+    assert added.any() == (indicators[marked].sum() < part * total)

@@ -20,7 +20,7 @@ from fem_seal.leak_rate import relative_width
     ("opening", "representation", "sides"),
     [(1, "linear", "periodic"), (6, "linear", "wall"), (1, "constant", "wall")],
 )
-def test_the_guide_never_becomes_a_bound(opening, representation, sides):
+def test_the_regularised_dual_never_becomes_a_bound(opening, representation, sides):
     """A barrier with a narrow or a wide opening of a tenth of the gap, amid coarse cells,
     which are closed: the regularised dual that guides the refinement lets hundreds of times too
     much through them. Whoever stops there gets the true dual's bound, or none."""
