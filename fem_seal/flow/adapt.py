@@ -79,7 +79,7 @@ def refined(
             gap, start.mesh, start.values, stopping.comm, strategy.tuning.tolerance
         )
         if best is not None and problem.unknowns > max_unknowns:
-            stopping.end(_too_many(max_unknowns))
+            stopping.reason = _too_many(max_unknowns)
             return
         guess = problem.guess(start)
         del start
@@ -99,7 +99,7 @@ def refined(
         # A uniform mesh has at least twice as many unknowns: every unknown has at least two sides,
         # a side has at most two ends, and the midpoint of each side becomes an unknown.
         if strategy.uniform and 2 * problem.unknowns > max_unknowns:
-            stopping.end(_too_many(max_unknowns))
+            stopping.reason = _too_many(max_unknowns)
             return
         log = _Log()
         refine = _refinement(problem, guess, solution, best, strategy, outlook, log)
@@ -108,7 +108,7 @@ def refined(
         try:
             start = refine(gap)
         except TooFine as limit:
-            stopping.end(str(limit))
+            stopping.reason = str(limit)
             return
         del refine
         log.lap("refine")
@@ -207,7 +207,7 @@ def _regularised_dual(
     problem: LevelProblem, psi: np.ndarray, strategy: Strategy, log: _Log
 ) -> Streams:
     """Solve the regularised dual from stream functions of unit jumps."""
-    regularised = problem.regularised_stream(psi, strategy.tuning.chi)
+    regularised = problem.stream(psi, strategy.tuning.chi)
     if regularised is None:
         raise Inconsistent("contact bars an open gap; please report the gap as a defect")
     log.lap("regularised dual", regularised)

@@ -100,8 +100,16 @@ def leak_rate(
     rate = leak_rate_of_square(film.largest_gap, settings.viscosity, settings.pressure_drop)
     units = _Units(film, settings.pressure_drop, rate * slip_factor)
     stopping = _stopping(film, settings, units, slipping, parallel.communicator(comm))
-    # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
-    strategy = _strategy(settings, stopping, every_dual or start is not None, tuning or Tuning())
+    # A decision and a doubtful tolerance want both bounds on each mesh, and the mesh of a similar
+    # film is likely to be fine enough: solve the dual at once.
+    at_once = settings.decide is not None or stopping.doubtful or start is not None
+    strategy = Strategy(
+        uniform=settings.method == "uniform",
+        rtol=stopping.criterion.rtol,
+        every_dual=every_dual or at_once,
+        max_unknowns=stopping.limits.unknowns,
+        tuning=tuning or Tuning(),
+    )
     gap, mesh = first_mesh(film, stopping.narrowest, strategy, law)
     start = Start.first(gap, mesh) if start is None else start.through(gap)
     levels: list[Level] = []
@@ -122,19 +130,6 @@ def leak_rate(
         if strategy.uniform:
             reason += "; method = 'adaptive' needs fewer unknowns"
     return replace(result, converged=not reason, reason=reason, field=drawn)
-
-
-def _strategy(
-    settings: FlowSettings, stopping: Stopping, every_dual: bool, tuning: Tuning
-) -> Strategy:
-    """How the meshes are refined; a decision and a doubtful tolerance want both bounds on each."""
-    return Strategy(
-        uniform=settings.method == "uniform",
-        rtol=stopping.criterion.rtol,
-        every_dual=every_dual or settings.decide is not None or stopping.doubtful,
-        max_unknowns=stopping.limits.unknowns,
-        tuning=tuning,
-    )
 
 
 def _stopping(

@@ -202,22 +202,13 @@ class LevelProblem(FilmOnMesh):
         minima = self.space.minimise(tensor, self._numberings, guesses, self.tolerance, balanced)
         return Pressures(**vars(self._family(self._jumps, tensor, minima)), minima=minima)
 
-    def stream(self, guess: np.ndarray) -> Streams | None:
+    def stream(self, guess: np.ndarray, chi: float = 0.0) -> Streams | None:
         """Minimise ∫ ∇ψ·R·∇ψ for each jump that contact and blocked cells allow, from (d, V).
 
-        None if they allow no jump.
+        None if they allow no jump. chi > 0: the regularised dual, in which blocked cells conduct
+        `chi` times as much as in the primal. Its energy is no bound, but it shows where fluid
+        would flow if the blocked cells were resolved.
         """
-        return self._streams(0.0, guess)
-
-    def regularised_stream(self, guess: np.ndarray, chi: float) -> Streams | None:
-        """Regularised dual: blocked cells conduct `chi` times as much as in the primal.
-
-        Its energy is no bound, but it shows where fluid would flow if the blocked cells were
-        resolved.
-        """
-        return self._streams(chi, guess)
-
-    def _streams(self, chi: float, guess: np.ndarray) -> Streams | None:
         dual: Jumps = dual_numbering(self.mesh, self._cell_contact, self.kept, chi == 0)
         if not len(dual.basis):
             return None

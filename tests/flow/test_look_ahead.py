@@ -27,7 +27,7 @@ def solved(gap, width: int, periodic_sides: bool):
     """A mesh of squares `width` pixels wide with its solutions and the start after it."""
     problem = level_problem(gap, width=width, periodic_sides=periodic_sides)
     pressure = problem.pressure([np.zeros(problem.unknowns)])
-    regularised = problem.regularised_stream(problem.mesh.first_guess()[1], CHI)
+    regularised = problem.stream(problem.mesh.first_guess()[1], CHI)
     return problem, pressure, regularised, problem.start(pressure, regularised)
 
 
@@ -129,7 +129,7 @@ def of_a_plate_with_a_hole():
     gap = VertexGap(np.ones(len(mesh.xy)), 1.0, 1e-3, 0.0)
     problem = LevelProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-8)
     pressure = problem.pressure([np.zeros(problem.unknowns)])
-    regularised = problem.regularised_stream(mesh.first_guess()[1], CHI)
+    regularised = problem.stream(mesh.first_guess()[1], CHI)
     return gap, regularised, problem.start(pressure, regularised)
 
 
