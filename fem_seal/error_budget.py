@@ -130,9 +130,7 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
     )
 
 
-def ends_words(
-    low: float | None, high: float | None, digits: int = 4, *, scale: float = 1.0
-) -> str:
+def ends_words(low: float | None, high: float | None, digits: int = 4, scale: float = 1.0) -> str:
     """Text of a range, scaled and rounded outwards; None is an open end, two give no text."""
     least = "" if low is None else rounded_down(low * scale, digits)
     most = "" if high is None else rounded_up(high * scale, digits)

@@ -151,6 +151,7 @@ class Solved:
         """
         patch, scene, film = self.patch, self.patch.scene, self.patch.film
         leak = patch.leak_rate if scene.needs_leak_rate else None
+        stated = scene.output.leak_rate_unit
         gap = film.gap if isinstance(film, GridFilm) else None
         elastic = self.contact if isinstance(self.contact, ContactState) else None
         total = self.seconds + patch.seconds.get("pictures", 0.0)
@@ -159,7 +160,7 @@ class Solved:
             percolates=not patch.sealed,
             headline=self.headline,
             leak_rate=Rate.of(leak),
-            leak_rate_shown=self._shown(),
+            leak_rate_shown=Rate.of(self.leak_rate, ShownUnit.of(scene)) if stated else None,
             gas=GasRecord.of(patch, self.leak_rate),
             verdict=self.verdict,
             error_budget=self.budget or None,
@@ -191,11 +192,6 @@ class Solved:
             peak_memory_bytes=parallel.total(peak_memory(), patch.comm) + peak_beside(),
             provenance=provenance or Provenance.of(scene, patch.comm),
         )
-
-    def _shown(self) -> Rate | None:
-        """The leak rate in output.leak_rate_unit, if the scene names one."""
-        unit = self.patch.scene.output.leak_rate_unit
-        return None if unit is None else Rate.of(self.leak_rate, ShownUnit.of(self.patch.scene))
 
 
 def solve(

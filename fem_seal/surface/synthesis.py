@@ -45,7 +45,12 @@ def self_affine(
         "exact" or "ensemble": whether this surface, or the mean square over all seeds, has that
         amplitude.
     """
-    kind, amplitude = _one_amplitude(rms_height, rms_slope)
+    given = {"rms_height": rms_height, "rms_slope": rms_slope}
+    amplitudes = {name: value for name, value in given.items() if value is not None}
+    if len(amplitudes) != 1:
+        raise InvalidInput(f"give either rms_height or rms_slope, got {amplitudes or 'neither'}")
+    require_positive(**amplitudes)
+    ((kind, amplitude),) = amplitudes.items()
     require_known(SCALINGS, scaling, "scaling")
     if len(shape) != 2 or not all(n == int(n) and n >= 1 for n in shape):
         raise InvalidInput(f"shape must be two positive numbers of samples, got {shape}")
@@ -101,17 +106,6 @@ def twin(field: GridField, seed: int) -> GridField:
     phases[0, 0] = np.sign(modes[0, 0].real)
     values = fft.irfft2(np.abs(modes) * phases, s=field.shape)
     return GridField(values, field.spacing, periodic=True)
-
-
-def _one_amplitude(rms_height: float | None, rms_slope: float | None) -> tuple[str, float]:
-    """Name and value of the one amplitude that is given, and positive."""
-    both = {"rms_height": rms_height, "rms_slope": rms_slope}
-    amplitudes = {name: value for name, value in both.items() if value is not None}
-    if len(amplitudes) != 1:
-        raise InvalidInput(f"give either rms_height or rms_slope, got {amplitudes or 'neither'}")
-    require_positive(**amplitudes)
-    ((name, value),) = amplitudes.items()
-    return name, float(value)
 
 
 def _require_memory(shape: tuple[int, int]) -> None:

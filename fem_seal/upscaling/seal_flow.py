@@ -133,23 +133,27 @@ def seal_flow(
     # A uniform profile is solved in one cell.
     x = profile.nodes if is_uniform(profile) else _places(profile, cells // COARSE)
     laid = _Cells.of(profile, path, x)
-    value = laid.leak_rate(table.interpolated, ends)
+    value = path_leak_rate(table.interpolated, laid.pressure, laid.lengths, ends)
     if not is_uniform(profile):
         x = _refined(laid.flow(table.interpolated, ends, value), cells)
         laid = _Cells.of(profile, path, x)
-        value = laid.leak_rate(table.interpolated, ends, (value / NEAR, value * NEAR))
+        near = value / NEAR, value * NEAR
+        value = path_leak_rate(table.interpolated, laid.pressure, laid.lengths, ends, near)
     P = profile(x)
-    low = replace(laid, pressure=np.minimum(P[:-1], P[1:]))
-    high = replace(laid, pressure=np.maximum(P[:-1], P[1:]))
+    low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
     # The value itself is off by up to SHOOTING.
     below = value / APART, value * (1 + 4 * SHOOTING)
     above = value * (1 - 4 * SHOOTING), value * APART
-    lower = high.leak_rate(table.lowest, ends, below) * (1 - 2 * SHOOTING)
-    upper = low.leak_rate(table.highest, ends, above) * (1 + 2 * SHOOTING)
+    lower = path_leak_rate(table.lowest, high, laid.lengths, ends, below) * (1 - 2 * SHOOTING)
+    upper = path_leak_rate(table.highest, low, laid.lengths, ends, above) * (1 + 2 * SHOOTING)
     value = float(np.clip(value, lower, upper))
     along = laid.flow(table.interpolated, ends, value)
     bounds = (table.lowest, high, lower), (table.highest, low, upper)
-    bounding = tuple(at.flow(steps, ends, rate) for steps, at, rate in bounds if 0 < rate < inf)
+    bounding = tuple(
+        replace(laid, pressure=pressure).flow(steps, ends, rate)
+        for steps, pressure, rate in bounds
+        if 0 < rate < inf
+    )
     return SealFlow("leaking", value, lower, upper, along, along.sealing, bounding, table)
 
 
@@ -166,15 +170,6 @@ class _Cells:
     def of(cls, profile: Profile, path: LeakPath, x: np.ndarray) -> "_Cells":
         """Cells with the contact pressure of their middle."""
         return cls(profile, x, profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x)))
-
-    def leak_rate(
-        self,
-        steps: ConductivitySteps,
-        ends: EndPressures,
-        guess: tuple[float, float] | None = None,
-    ) -> float:
-        """Leak rate [m³/s]; see `path_leak_rate`."""
-        return path_leak_rate(steps, self.pressure, self.lengths, ends, guess)
 
     def flow(self, steps: ConductivitySteps, ends: EndPressures, rate: float) -> PathFlow:
         """Pressures along the path at a leak rate [m³/s]."""
