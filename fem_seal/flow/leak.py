@@ -150,8 +150,8 @@ def _stopping(
         "0 if they are contact)"
     )
     growth = GROWTH if settings.method == "uniform" else USUAL_GROWTH
-    judged_with = without_slip if slipping is None else slipping.widened
-    return Stopping(criterion, settings.limits, growth, narrowest, comm, advice, judged_with)
+    widened = without_slip if slipping is None else slipping.widened
+    return Stopping(criterion, settings.limits, growth, narrowest, comm, advice, widened)
 
 
 def require_conducting(tightest: str, narrowest: float) -> None:
