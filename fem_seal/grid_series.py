@@ -8,22 +8,26 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from math import exp, inf, log, log1p
+from math import exp, hypot, inf, log, log1p
 
 import numpy as np
 
 from fem_seal import parallel
 from fem_seal.beside import Beside
 from fem_seal.contact.settings import Load
+from fem_seal.contact.state import ContactState
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
-from fem_seal.errors import NotConverged, present
+from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
+from fem_seal.lifting import lifting_problem
 from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
+from fem_seal.progress import silent
 from fem_seal.scene import Scene
 from fem_seal.scene.section import Lift
+from fem_seal.sensitivity import ByLoad
 from fem_seal.surface.resampling import resample
 
 LEAST_SAMPLES = 8  # along each side of a grid
@@ -84,7 +88,7 @@ class OnGrid:
     highest: float  #: largest
     critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
     unresolved: float  #: see `unresolved` [m]
-    by_area: bool = False  #: whether the contact area is prescribed, which counts whole samples
+    edge: float | None = None  #: see `edge_error`; None unless the contact area is prescribed
     lifted: bool = False  #: whether the fluid lifts the solid
 
     @classmethod
@@ -96,8 +100,10 @@ class OnGrid:
             low, high = state.lowest, state.highest
         gap = 0.0 if tightest is None else tightest.gap
         left_out = unresolved(present(patch.surface, "surface"))
-        by_area = patch.load.kind == "area_fraction"
-        return cls(low, high, gap, left_out, by_area, lifted=state is not None)
+        edge = None
+        if patch.load.kind == "area_fraction":
+            edge = patch.on_root("contact grid", partial(edge_error, patch, gap))
+        return cls(low, high, gap, left_out, edge, lifted=state is not None)
 
 
 @dataclass(frozen=True)
@@ -189,6 +195,22 @@ def unresolved(height: GridField) -> float:
     return float(np.sqrt(sum(np.mean(np.square(part)) for part in second)) / 8)
 
 
+def edge_error(patch: Patch, critical: float) -> float:
+    """|Δ ln Q| by the load that a prescribed area lacks, since samples on its edge count whole.
+
+    The critical constriction has a gap of `critical` [m]; 0 if the patch is sealed. The load grows
+    as the area does, of which the perimeter takes a part off (`contact_area_corrected`).
+    """
+    if critical == 0:
+        return 0.0
+    contact = narrowed(patch.film_contact, ContactState, "contact")
+    height = present(patch.surface, "surface")
+    problem = lifting_problem(patch.scene, patch.load, patch.flow_settings, height, silent)
+    by = ByLoad(problem, contact, patch.lifted, critical)
+    counted = contact.contact_area_fraction / contact.contact_area_corrected
+    return abs(by.log_rate) * present(patch.carried_load, "load") * log(counted)
+
+
 def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
     """Estimate what a finer grid changes, from a leaking grid and one of half its samples.
 
@@ -199,8 +221,8 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
     sealed, the constriction may close, and the lower side is open. The upper one then is at least
     the cube of 1 + u/g_c, which opens the constriction as far as the grid may be wrong. The load
     that gives a prescribed area, which counts samples, errs as the spacing: all changes to come add
-    up to the last one. Where the fluid lifts the solid, e is larger by half: it lifts more where a
-    constriction is wider.
+    up to the last one, which is small by chance at times, and to `edge_error`. Where the fluid
+    lifts the solid, e is larger by half: it lifts more where a constriction is wider.
     """
     part = fine.unresolved / fine.critical_gap
     change = change_of(coarse, fine)
@@ -213,8 +235,8 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
     )
     if first_order < MOST_E:
         claimed = first_order * (1 + SECOND_ORDER * first_order)
-        if fine.by_area:
-            claimed += change
+        if fine.edge is not None:
+            claimed += hypot(change, fine.edge)
         return estimate(CONTACT_GRID, sentence, exp(-claimed), exp(claimed))
     most = max(MOST_E * (1 + SECOND_ORDER * MOST_E), 3 * log1p(part))
     sentence += "; a finer grid may be sealed"

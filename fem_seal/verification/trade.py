@@ -75,6 +75,7 @@ class Run:
     memory_bytes: int
     critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
     unresolved: float  #: height that the grid leaves out between its samples [m]
+    edge: float | None  #: see `grid_series.edge_error`; None unless the area is prescribed
 
     @property
     def certified(self) -> bool:
@@ -137,6 +138,7 @@ class ContactGrid(Task[tuple[Run, ...]]):
                     memory_bytes=memory,
                     critical_gap=grid.critical_gap,
                     unresolved=grid.unresolved,
+                    edge=grid.edge,
                 )
             )
         return tuple(runs)
@@ -206,8 +208,7 @@ def trade(
     if points is None:
         return None
     runs = [run for point in points for run in point]
-    by_area = scene.contact is not None and scene.contact.area_fraction is not None
-    return trade_of(runs, by_area)
+    return trade_of(runs)
 
 
 def surface_of(scene: Scene, comm: Comm = None) -> GridField:
@@ -248,8 +249,8 @@ def trade_grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[
     return whole
 
 
-def trade_of(runs: Sequence[Run], by_area: bool = False) -> Trade:
-    """Errors of runs on grids from coarse to fine, whose contact area may be prescribed."""
+def trade_of(runs: Sequence[Run]) -> Trade:
+    """Errors of runs on grids from coarse to fine."""
     # The tolerances fall: the last adaptive run on each grid is the most accurate.
     best = {run.samples: run for run in runs if run.flow.method == "adaptive"}
     *_, coarser, finest = best.values()
@@ -257,7 +258,7 @@ def trade_of(runs: Sequence[Run], by_area: bool = False) -> Trade:
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
     reference = finest.leak_rate
     two = [
-        OnGrid(run.leak_rate, run.leak_rate, run.critical_gap, run.unresolved, by_area)
+        OnGrid(run.leak_rate, run.leak_rate, run.critical_gap, run.unresolved, run.edge)
         for run in (coarser, finest)
     ]
     estimated = relative_error(grid_error(*two).log_error)

@@ -1,6 +1,6 @@
 """How well the entry "contact grid" holds, for docs/guide/contact-grid.md.
 
-    python tests/benchmarks/contact_grid.py [--first 0] [--count 100] [--lift] [--samples 4 6 8]
+    python tests/benchmarks/contact_grid.py [--count 100] [--lift | --area] [--samples 4 6 8]
 
 Random contacts from open to closing, on 64² samples and every fifth on 128². Each is solved on 4n
 samples as well. A line a contact: what was claimed, and how far the finer grid is.
@@ -23,8 +23,11 @@ LENGTH, SLOPE, MODULUS = 1e-4, 0.1, 1e7
 FINER, RTOL = 4, 0.015  # the reference: samples over those of the contact, tolerance of its flow
 
 
-def scene(number: int, lift: bool, shortest: list[int]) -> Scene:
-    """A rubber on a random surface, dry or lifted by a fluid of up to most of the load."""
+def scene(number: int, lift: bool, shortest: list[int], by_area: bool = False) -> Scene:
+    """A rubber on a random surface, dry or lifted by a fluid of up to most of the load.
+
+    With `by_area` the dry contact has an area in place of a load.
+    """
     chosen = random.Random(number)
     n = 64 if number % 5 else 128
     samples, waves = chosen.choice(shortest), chosen.choice([2, 4, 8])
@@ -32,6 +35,9 @@ def scene(number: int, lift: bool, shortest: list[int]) -> Scene:
         waves //= 2
     hurst, load = chosen.choice([0.5, 0.8, 0.8, 1.0]), 1e6 * chosen.uniform(0.04, 0.32)
     drop = chosen.choice([2e4, 5e4, 1e5]) if lift else 1e5
+    pressed = {"pressure": max(load, 1.3 * drop) if lift else load}
+    if by_area:
+        pressed = {"area_fraction": chosen.uniform(0.05, 0.38)}
     return Scene.from_mapping(
         {
             "surface": {
@@ -40,7 +46,7 @@ def scene(number: int, lift: bool, shortest: list[int]) -> Scene:
                 **{"hurst": hurst, "rms_slope": SLOPE, "seed": 1000 + number},
             },
             "solid": {"contact_modulus": MODULUS},
-            "contact": {"pressure": max(load, 1.3 * drop) if lift else load},
+            "contact": pressed,
             "fluid": {"viscosity": 1e-3},
             "flow": {
                 **{"pressure_drop": drop, "sides": "periodic", "rtol": 0.05},
@@ -56,14 +62,14 @@ def logarithm(one: float, other: float) -> float:
     return log(one / other) if one > 0 else -inf
 
 
-def main(first: int, count: int, lift: bool, shortest: list[int]) -> None:
+def main(first: int, count: int, lift: bool, by_area: bool, shortest: list[int]) -> None:
     """Print contacts until so many leak, and how often the claims held."""
     leaking, held, ratios, closed, sealed, costs = 0, 0, [], [], [0, 0, 0], []
     for number in range(first, first + 10 * count):
         if leaking == count:
             break
         try:
-            patch = Patch(scene(number, lift, shortest))
+            patch = Patch(scene(number, lift, shortest, by_area))
             start = time.process_time()
             leak = patch.leak_rate
             middle = time.process_time()
@@ -111,7 +117,9 @@ if __name__ == "__main__":
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--first", type=int, default=0)
     options.add_argument("--count", type=int, default=100)
-    options.add_argument("--lift", action="store_true")
+    kind = options.add_mutually_exclusive_group()
+    kind.add_argument("--lift", action="store_true")
+    kind.add_argument("--area", action="store_true")
     options.add_argument("--samples", type=int, nargs="+", default=[4, 6, 8])
     given = options.parse_args()
-    main(given.first, given.count, given.lift, given.samples)
+    main(given.first, given.count, given.lift, given.area, given.samples)

@@ -119,7 +119,7 @@ def run(n, leak_rate, unresolved):
     state, gap = ("leaking", 1.0) if leak_rate else ("sealed", 0.0)
     flow, bounds = FlowMethod("adaptive", 0.1), (0.99 * leak_rate, 1.01 * leak_rate)
     cost = (True, 1.0, 0.1, 10**8)
-    return Run((n, n), flow, state, leak_rate, *bounds, *cost, gap, unresolved)
+    return Run((n, n), flow, state, leak_rate, *bounds, *cost, gap, unresolved, None)
 
 
 def test_a_sealed_grid_is_left_out():
