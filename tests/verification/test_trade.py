@@ -29,7 +29,7 @@ def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
     flow_method, errors = FlowMethod(method, None), (contact, flow, contact + flow)
     return TradePoint(
         *(samples, flow_method, "leaking", 1.0, *bounds, True, seconds, 0.1, 10**8),
-        *(1e-7, 1e-9),
+        *(1e-7, 1e-9, None),
         *errors,
     )
 
