@@ -12,6 +12,7 @@ import fem_seal
 LAYERS = """
 errors installed interrupts files tables registry digits grid leak_rate error_budget memory limits
 parallel beside progress units expression rarefied fluid flow_settings field_file gap_file
+pressure_profile
 surface contact
 fenicsx mesh film theory finite_difference network
 flow coupling

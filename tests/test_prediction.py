@@ -52,7 +52,8 @@ def test_more_work_takes_longer(small_scene, monkeypatch):
     ]
     for change in changes:
         assert predicted(base.with_(change)).seconds > predicted(base).seconds
-    seal = base.with_({"seal": SEAL, "flow.lift": None, "output.products": ["seal"]})
+    of_patch = {"flow.lift": None, "flow.rtol": None}
+    seal = base.with_({"seal": SEAL, "output.products": ["seal"]} | of_patch)
     one, two = predicted(seal), predicted(seal, work=Work(2))
     assert two.parts["patches"] == pytest.approx(one.parts["patches"] / 2)
     # Of each worker as of one process; the one that waits for them has a contact, but no flow.

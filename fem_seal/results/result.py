@@ -31,6 +31,7 @@ from fem_seal.scene import Flow, Scene
 from fem_seal.scene.contact import ITERATION
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import explain
+from fem_seal.scene.seal import PROFILES
 from fem_seal.surface import MapStatistics
 from fem_seal.tables import html_table
 
@@ -196,9 +197,15 @@ def _of_present_version(scene: dict[str, Any]) -> dict[str, Any]:
     """The scene of an earlier version, which took less and ignored more.
 
     The ambient pressure could be left out: it was the outlet's. Without an elastic contact it was
-    ignored, and so were the settings of the contact's iteration; both are refused now.
+    ignored, and so were the settings of the contact's iteration; beside [seal], flow.rtol, and
+    contact.pressure beside a table. All are refused now.
     """
     contact, flow = scene.get("contact") or {}, scene.get("flow", {})
+    if seal := scene.get("seal"):
+        flow = {name: flow[name] for name in flow if name != "rtol"}
+        if seal.get("pressure_profile", "uniform") not in PROFILES:
+            contact = {name: contact[name] for name in contact if name != "pressure"}
+        scene = {**scene, "flow": flow, "contact": contact}
     if contact.get("model") == "gfmd":
         outlet = flow.get("outlet_pressure")
         if ambient_is_open(outlet, flow.get("ambient_pressure")):

@@ -87,10 +87,9 @@ def _load(scene: "Scene") -> Iterator[str]:
     loads = [name for name in LOADS if getattr(contact, name) is not None]
     if seal is not None and seal.own_load:
         if loads:
-            name = "maximum_pressure" if seal.maximum_pressure is not None else "line_load"
             yield (
-                f"seal.{name} gives the contact pressure, and so does contact.{loads[0]}; leave "
-                "one of them out"
+                f"seal.{seal.own_load} gives the contact pressure, and so does contact.{loads[0]}; "
+                "leave one of them out"
             )
     elif not loads:
         yield f"contact: give exactly one of {', '.join(LOADS)}; got none"
@@ -134,12 +133,14 @@ def _seal(scene: "Scene") -> Iterator[str]:
                 f"[{name}] does not go with [seal], whose patches are pressed by many loads on the "
                 "grid of [surface]; leave one of the two out"
             )
-    pressed = contact is not None and (contact.pressure is not None or seal.own_load)
+    pressed = contact is not None and (contact.pressure or seal.own_load)
     if contact is not None and not (contact.is_elastic and pressed):
         yield (
-            "[seal] needs contact.pressure, the mean contact pressure that solid and fluid carry "
-            "together, for an elastic contact (contact.model = 'gfmd')"
+            "[seal] needs contact.pressure above 0, the mean contact pressure that solid and fluid "
+            "carry together, for an elastic contact (contact.model = 'gfmd')"
         )
+    if "rtol" in scene.flow.model_fields_set:
+        yield "flow.rtol is of a single patch; leave it out with [seal], and set seal.rtol"
     if scene.flow.lift not in (None, "none"):
         yield (
             f"flow.lift = {scene.flow.lift!r} is for a single patch; [seal] counts the fluid's "
@@ -260,7 +261,13 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
         known = scene.surface if name == "heights" else getattr(scene, section)
         rigid = scene.contact is not None and not scene.contact.is_elastic
         if known is None or (key and getattr(known, key) is None) or (section == "solid" and rigid):
-            yield f"tolerances.{name} is of an input that the scene does not use; leave it out"
+            compared = ""
+            if name == "contact.pressure" and scene.seal is not None and scene.seal.table:
+                compared = ", and compare seals with other tables of seal.pressure_profile"
+            yield (
+                f"tolerances.{name} is of an input that the scene does not use; leave it out"
+                f"{compared}"
+            )
     for name, tolerance in given.items():
         if tolerance.amount is not None and scene.value_of(name) == 0:
             yield (

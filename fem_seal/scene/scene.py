@@ -108,8 +108,8 @@ class Scene(Section):
 
     def to_mapping(self) -> dict[str, Any]:
         """All fields as nested plain dicts, in SI units; `from_mapping` gives the scene back."""
-        # Leave out flow.rtol beside a total error: reading both again would be a contradiction.
-        chosen = {"flow": {"rtol"}} if self.total_error else None
+        # Leave out flow.rtol where another field chooses it: reading both would be a contradiction.
+        chosen = {"flow": {"rtol"}} if self.total_error or self.seal else None
         return self.model_dump(mode="json", exclude_none=True, exclude=chosen)
 
     def fingerprint(self, *more: object, digest_of: Callable[[Path], str] = digest) -> str:
@@ -217,7 +217,10 @@ class Scene(Section):
 
     @property
     def load(self) -> Load:
-        """Load of the contact: that of [contact], or the mean pressure that [seal] gives."""
+        """Load of the contact: that of [contact], or the mean pressure that [seal] gives.
+
+        InvalidInput for a table of seal.pressure_profile that cannot be read.
+        """
         contact = present(self.contact, "[contact]")
         if self.seal is None or not self.seal.own_load:
             return contact.load

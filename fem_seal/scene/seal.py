@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo
 
 from fem_seal.errors import present
+from fem_seal.pressure_profile import read_profile
 from fem_seal.scene.section import (
     Count,
     Length,
@@ -84,16 +85,21 @@ class Seal(Section):
         return self.inlet_radius is not None
 
     @property
-    def own_load(self) -> bool:
-        """Whether this section gives the contact pressure, in place of contact.pressure."""
-        return self.maximum_pressure is not None or self.line_load is not None
+    def own_load(self) -> str | None:
+        """Name of the field that gives the contact pressure, in place of contact.pressure."""
+        if self.table is not None:
+            return "pressure_profile"
+        names = ("maximum_pressure", "line_load")
+        return next((name for name in names if getattr(self, name) is not None), None)
 
     def mean_pressure(self, contact_modulus: float) -> float:
-        """Mean contact pressure [Pa] of Hertz's profile, if `own_load`, for a contact modulus [Pa].
+        """Mean contact pressure [Pa] of the profile, if `own_load`, for a contact modulus [Pa].
 
-        It is π/4 of the maximum, √(w E*/(π R)) under a line load w (K. L. Johnson, Contact
+        Hertz's is π/4 of its maximum, √(w E*/(π R)) under a line load w (K. L. Johnson, Contact
         Mechanics, eq. 4.45).
         """
+        if self.table is not None:
+            return read_profile(self.table).mean
         maximum = self.maximum_pressure
         if maximum is None:
             load, radius = (present(getattr(self, name), f"seal.{name}") for name in CYLINDER)
@@ -106,9 +112,9 @@ class Seal(Section):
             if len(missing) == 1:
                 (other,) = set(names) - set(missing)
                 yield f"{missing[0]} is missing: {other} needs it"
-        if self.own_load and self.pressure_profile != "hertz":
-            name = "maximum_pressure" if self.maximum_pressure is not None else "line_load"
-            yield f'{name} is of a cylinder: set pressure_profile = "hertz", or leave it out'
+        for name in ("maximum_pressure", "line_load"):
+            if getattr(self, name) is not None and self.pressure_profile != "hertz":
+                yield f'{name} is of a cylinder: set pressure_profile = "hertz", or leave it out'
         if self.line_load is not None and self.maximum_pressure is not None:
             yield "maximum_pressure and line_load both give the pressure; leave one of them out"
         if self.is_ring:

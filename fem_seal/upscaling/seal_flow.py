@@ -21,10 +21,10 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import FlowState, require_enclosed
+from fem_seal.pressure_profile import Profile, is_uniform
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
-from fem_seal.upscaling.profile import Profile, is_uniform
 
 CELLS = 1000  # least number of cells of the leak path
 COARSE = 4  # one in so many of them is laid evenly, the others where the contact pressure matters

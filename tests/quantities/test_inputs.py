@@ -331,6 +331,7 @@ def test_shares_under_a_cylinder():
         {
             "contact.pressure": None,
             "flow.lift": None,
+            "flow.rtol": None,
             "accuracy": None,
             "seal": seal | {"cylinder_radius": "5 mm"},
             "output.products": ["seal"],

@@ -44,6 +44,7 @@ WITHOUT_LOAD = "output.products=['sensitivity'] & contact.pressure= & contact.ar
 RADII = "seal.inlet_radius=2 mm & seal.outlet_radius=2.1 mm"
 HERTZ = "contact.pressure= & seal.pressure_profile=hertz & "
 CYLINDER = "seal.line_load=1 kN/m & seal.cylinder_radius=2 mm"
+TABLE = "seal.leak_path= & seal.pressure_profile=profile.csv"
 # Assignments, with & between them, and what is said of them.
 BAD = {
     "contact": {
@@ -98,6 +99,7 @@ BAD = {
         "tolerances.heights='5 %'": "tolerances. compares bounds",
         "gap.path=none.npz": "gap.path = 'none.npz' is not a file",
         "contact.pressure.unit=3": "contact.pressure = .*Pa",
+        "solid.contact_modulus=0,2 GPa": "'0,2 GPa' has a comma; write 0.5",
         "rtol=3": "not of the form section.key=value",
         "flow.rtol": "not of the form section.key=value",
         "contact.model=bearing & contact.area_fraction= & contact.pressure=1 MPa": "no elasticity",
@@ -250,6 +252,12 @@ BAD = {
         "seal.patches=0": "patches",
         "seal.leak_path=": "leak_path is missing",
         "contact.pressure= & contact.area_fraction=0.2": r"needs contact\.pressure",
+        "contact.pressure=0": r"needs contact\.pressure above 0",
+        "flow.rtol=0.05": "flow.rtol is of a single patch; leave it out with .seal., and set seal.",
+        TABLE: r"seal\.pressure_profile gives the contact pressure, and so does contact\.pressure",
+        TABLE + " & contact.pressure= & tolerances.contact.pressure='10 %'": (
+            "leave it out, and compare seals with other tables"
+        ),
         "seal.window=['10 um', '10 um']": "for a random surface leave it out",
         "seal.leak_path= & " + RADII: "circumference must be left out: the radii of the ring",
         "seal.circumference= & " + RADII: "leak_path must be left out",
@@ -307,7 +315,8 @@ BAD = {
 )
 def test_one_sentence(base, change, tmp_path):
     np.savez(tmp_path / "gap.npz", gap=np.ones((3, 3)), spacing=(1e-6, 1e-6))
-    (tmp_path / "surface.npz").touch()
+    for name in ("surface.npz", "profile.csv"):
+        (tmp_path / name).touch()
     path = write_toml(tmp_path / "scene.toml", SCENES[base])
     with pytest.raises(InvalidInput, match=BAD[base][change]) as caught:
         Scene.from_file(path, change.split(" & "))
@@ -319,3 +328,18 @@ def test_the_scenes_are_right(base, tmp_path):
     np.savez(tmp_path / "gap.npz", gap=np.ones((3, 3)), spacing=(1e-6, 1e-6))
     (tmp_path / "surface.npz").touch()
     assert Scene.from_file(write_toml(tmp_path / "scene.toml", SCENES[base]))
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("hurst = 0,8", "write a decimal point in place of a comma"),
+        (r'path = "C:\Users\map.npz"', "write a path with / in place of"),
+        ('"contact.pressure" = 1', "a dot in quotes is part of the key, write it without quotes"),
+    ],
+)
+def test_lines_that_are_no_toml_or_other_toml(line, words, tmp_path):
+    path = write_toml(tmp_path / "scene.toml", SCENES["contact"])
+    path.write_text(f"{line}\n{path.read_text()}")
+    with pytest.raises(InvalidInput, match=words):
+        Scene.from_file(path)

@@ -10,6 +10,7 @@ from scipy.integrate import quad
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fluid import GasDrive, LiquidDrive
+from fem_seal.pressure_profile import is_uniform
 from fem_seal.rarefied import FIRST_ORDER, LEAST_ACCOMMODATION, kinetic
 from fem_seal.upscaling import (
     ConductivityTable,
@@ -23,7 +24,6 @@ from fem_seal.upscaling import (
 )
 from fem_seal.upscaling.conductivity import SLIPPING, Enclosure
 from fem_seal.upscaling.march import bracketed_root, path_leak_rate
-from fem_seal.upscaling.profile import is_uniform
 
 ETA = 1e-3
 STRIP = StraightPath(2e-3, 0.15)

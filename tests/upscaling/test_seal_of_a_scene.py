@@ -20,11 +20,13 @@ from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Bounded
 from fem_seal.patch import Patch
 from fem_seal.points import Work
+from fem_seal.pressure_profile import Hertz, read_profile, uniform
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.seal import patches_entry
 from fem_seal.quantities.verdict import verdict
 from fem_seal.render.seal import draw_seal
 from fem_seal.results import Result
+from fem_seal.results.result import _of_present_version
 from fem_seal.results.words import first_sentence, summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
@@ -34,9 +36,8 @@ from fem_seal.sweep.summary import COLUMNS, Group
 from fem_seal.upscaling import StraightPath, mosaic
 from fem_seal.upscaling import seal as seal_module
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
-from fem_seal.upscaling.profile import Hertz, uniform
 from fem_seal.upscaling.realizations import largest_scale, realizations
-from fem_seal.upscaling.scene_profile import leak_path_of, read_profile
+from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal import seal_of_patches, size_of_patch, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
 
@@ -215,9 +216,23 @@ def test_table_with_units(text, tmp_path):
     profile = read_profile(path)
     assert profile.length == pytest.approx(1e-3)
     assert profile.pressure.tolist() == [0, 2e6, 0.5e6]
-    asked = without("seal", "leak_path")
+    asked = without("seal", "leak_path") | {"contact": {}}
     asked["seal"]["pressure_profile"] = str(path)
-    assert leak_path_of(Scene.from_mapping(asked))[0].highest == 2e6
+    pressed = Scene.from_mapping(asked)
+    assert leak_path_of(pressed)[0].highest == 2e6
+    # Its mean, of two trapezia of half a millimetre, presses the patch that is drawn.
+    assert pressed.load.value == pytest.approx((0.5 * 1e6 + 0.5 * 1.25e6), rel=1e-15)
+
+
+def test_an_older_seal_with_fields_that_were_ignored_is_rebuilt(tmp_path):
+    """It took flow.rtol, and contact.pressure beside a table."""
+    (tmp_path / "profile.csv").write_text("0 1e5\n1e-3 2e5\n")
+    data = without("seal", "leak_path") | {"contact": {}}
+    data["seal"]["pressure_profile"] = str(tmp_path / "profile.csv")
+    given = Scene.from_mapping(data)
+    assert "rtol" not in given.to_mapping()["flow"]
+    older = data | {"flow": data["flow"] | {"rtol": 0.1}, "contact": {"pressure": 1e5}}
+    assert Scene.from_mapping(_of_present_version(older)) == given
 
 
 @pytest.mark.parametrize("head", ["", "x, pressure\n", "# x [m], pressure [Pa]\n", "s;sigma\n"])
@@ -369,9 +384,10 @@ def test_ring_leaks_as_its_closed_form():
 def test_table_on_a_ring(tmp_path):
     path = tmp_path / "profile.csv"
     path.write_text("x [mm], pressure [MPa]\n0, 0\n0.05, 0.3\n0.1, 0\n")
-    profile = leak_path_of(Scene.from_mapping(ring(pressure_profile=str(path))))[0]
+    fields = {"pressure_profile": str(path)}
+    profile = leak_path_of(Scene.from_mapping(ring(**fields) | {"contact": {}}))[0]
     assert profile.length == pytest.approx(1e-4)
-    short = Scene.from_mapping(ring(pressure_profile=str(path), outlet_radius="2.2 mm"))
+    short = Scene.from_mapping(ring(**fields, outlet_radius="2.2 mm") | {"contact": {}})
     with pytest.raises(InvalidInput, match=r"0\.0001 m long, but from seal\.inlet_radius"):
         leak_path_of(short)
 
@@ -518,7 +534,6 @@ def test_error_of_the_contact_grid():
         surface=smooth,
         contact={"pressure": 1e5},
         seal={"patches": 1, "rtol": 0.2},
-        flow={"rtol": 0.02},
     )
     _, names = entries(asked)
     entry = names["contact grid"]

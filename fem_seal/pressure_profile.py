@@ -5,11 +5,16 @@ P is the total normal stress, carried by the solid and the fluid together.
 
 from dataclasses import dataclass, replace
 from math import pi, sqrt
+from pathlib import Path
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.field_file.text_header import column_titles, names_units
+from fem_seal.field_file.text_table import is_comment, read_table
 from fem_seal.registry import require_positive
+
+SI = "m", "Pa"  # units of x and pressure in a table that names none
 
 
 @dataclass(frozen=True)
@@ -93,6 +98,12 @@ class TabulatedProfile:
         """Largest pressure of the table [Pa]."""
         return float(self.pressure.max())
 
+    @property
+    def mean(self) -> float:
+        """Mean pressure over the length [Pa]."""
+        middles = 0.5 * (self.pressure[1:] + self.pressure[:-1])
+        return float(np.diff(self.x) @ middles / self.length)
+
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Pressure [Pa] at x [m]."""
         return np.interp(x, self.x, self.pressure)
@@ -115,3 +126,31 @@ def uniform(pressure: float, length: float) -> TabulatedProfile:
 def is_uniform(profile: Profile) -> bool:
     """Whether the pressure is the same everywhere."""
     return bool(np.ptp(profile(profile.nodes)) == 0)
+
+
+def read_profile(path: Path) -> TabulatedProfile:
+    """Read a table of x and pressure, as finite-element codes write it.
+
+    Two columns, whose titles may name their units: "x [mm], pressure [MPa]". Without any they are m
+    and Pa, unless the header names another unit. InvalidInput if it is no such table, or the units
+    are not clear.
+    """
+    table = read_table(path, columns=2)
+    titles = column_titles(table)
+    axes = [title.axis for title in titles]
+    order = (1, 0) if "p" in axes[:1] or axes[1:] == ["x"] else (0, 1)
+    sizes = [titles[k].size(si, path) if titles else None for k, si in zip(order, SI, strict=True)]
+    words = [line for line in table.header if line.strip(";, \t")]
+    unclear = [line for line in words if not titles and not is_comment(line)]
+    if None in sizes:
+        unclear += [line for line in table.header if names_units(line) or sizes != [None, None]]
+    if unclear:
+        raise InvalidInput(
+            f"{path}: the units of both columns must stand in one line such as 'x [mm], pressure "
+            f"[MPa]', not as in {unclear[-1].strip()!r}; without any they are m and Pa"
+        )
+    x, pressure = (table.values[:, k] * (size or 1) for k, size in zip(order, sizes, strict=True))
+    try:
+        return TabulatedProfile(x, pressure)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
