@@ -1,5 +1,7 @@
 """Cautions: warnings to the user of a result."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from fem_seal.contact.state import ContactState
@@ -9,7 +11,7 @@ from fem_seal.errors import present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
-from fem_seal.scene import FileSurface
+from fem_seal.scene import FileSurface, Scene
 from fem_seal.steps import whole_map
 from fem_seal.surface import Lay, PreparedSurface, spikes_caution
 from fem_seal.upscaling.seal import SealLeak, median_patch
@@ -26,6 +28,18 @@ NEAR_LIFT_OFF = 0.05
 UNBEARABLE = 10e9
 JUMP = 1e-3  # jump of a gap over its mean, above which it is named
 FEWEST_TOUCHING = 10  # samples in contact below which the contact area is meaningless
+# Values of [fluid] beyond which a unit is probably wrong. Liquids: from hydrogen at 20 K (13 uPa s)
+# to stiff silicone oils. Gases at 1 bar have at most 51 uPa s (neon at 600 K; CRC Handbook of
+# Chemistry and Physics, Viscosity of Gases), and up to 0.35 kg/mol (uranium hexafluoride).
+USUAL = {
+    "liquid": {"viscosity": (1e-5, 1e3, "Pa s")},
+    "gas": {
+        "viscosity": (1e-6, 1e-4, "Pa s"),
+        "molar_mass": (1e-3, 0.5, "kg/mol"),
+        "temperature": (150.0, 900.0, "K"),
+    },
+}
+BOILING = 1e4  # absolute pressure below which a liquid may boil [Pa]; water at 45 degC does
 
 
 def cautions(
@@ -37,6 +51,7 @@ def cautions(
     """
     sentences = [entry.sentence for entry in budget or () if entry.caution]
     sentences.extend(cautions_of_map(patch))
+    sentences.extend(_of_fluid(patch.scene))
     near = _near_lift_off(patch) if seal is None else _seal_near_lift_off(patch, seal)
     sentences.extend(filter(None, (near,)))
     if seal is not None and seal.state == "lifted off":
@@ -66,6 +81,26 @@ def cautions_of_map(patch: Patch) -> tuple[str, ...]:
         prepared = PreparedSurface(whole, whole, ())
     count = np.count_nonzero(prepared.outliers) if map_.outliers is None else 0
     return tuple(filter(None, (spikes_caution(count), _lay(prepared.lay, map_))))
+
+
+def _of_fluid(scene: Scene) -> Iterator[str]:
+    """Warn of values that no usual fluid has, and of a liquid that may boil."""
+    fluid, outlet = scene.fluid, scene.flow.outlet_pressure
+    if fluid is None:
+        return
+    for name, (least, most, unit) in USUAL[fluid.kind].items():
+        value = getattr(fluid, name)
+        if not least <= value <= most:
+            yield (
+                f"fluid.{name} = {value:g} {unit}, where a usual {fluid.kind} has {least:g} to "
+                f"{most:g} {unit}: is it in the right unit?"
+            )
+    if fluid.kind == "liquid" and outlet is not None and outlet < BOILING:
+        yield (
+            f"the liquid may boil or cavitate: its pressure falls to {with_prefix(outlet, 'Pa')} "
+            "at the outlet (water of 20 degC boils at 2.3 kPa), and the flow is computed as if it "
+            "did not"
+        )
 
 
 def _lay(lay: Lay, surface: FileSurface) -> str | None:
@@ -136,10 +171,12 @@ def _contact(patch: Patch, gap: GridField) -> str | None:
     touching = np.count_nonzero(gap.values == 0)
     if touching == gap.values.size:
         no_contact = patch.scene.contact is None
-        inputs = "the gap" if no_contact else "the heights, the load and the modulus"
-        return (
-            f"all samples are in contact, and the mean gap is 0: are {inputs} in the right units?"
+        units = (
+            "is the gap in the right unit?"
+            if no_contact
+            else "are the heights, the load and the modulus in the right units?"
         )
+        return f"all samples are in contact, and the mean gap is 0: {units}"
     given_gap = patch.scene.gap
     if given_gap is not None:
         if touching == 0 and given_gap.contact_below is None:

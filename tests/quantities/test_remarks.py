@@ -43,6 +43,31 @@ def test_contact_everywhere_or_hardly_anywhere(pressure, words):
         assert "right units" in result.cautions[0]
 
 
+GAS = {"kind": "gas", "viscosity": 2e-5, "molar_mass": 0.004, "temperature": 293}
+
+
+@pytest.mark.parametrize(
+    ("fluid", "outlet", "words"),
+    [
+        ({"viscosity": 1e-3}, 1e5, []),
+        ({"viscosity": 1e6}, 1e3, ["fluid.viscosity = 1e+06 Pa s", "liquid may boil or cavitate"]),
+        (GAS, 0, []),
+        (
+            {"kind": "gas", "viscosity": 1e-3, "molar_mass": 4, "temperature": 20},
+            0,
+            [f"fluid.{name}" for name in ("viscosity = 0.001 Pa s", "molar_mass = 4", "temp")],
+        ),
+    ],
+)
+def test_a_fluid_in_wrong_units_or_that_boils(fluid, outlet, words, given):
+    """A gas with the viscosity of water, g/mol without the unit, 20 °C as 20 K."""
+    flow = LOOSE | {"pressure_drop": None, "inlet_pressure": 2e5, "outlet_pressure": outlet}
+    scene = given(np.ones((4, 4)) * 1e-6).with_({"fluid": fluid, "flow": flow})
+    said = [text for text in solve(scene).cautions if text.startswith(("fluid.", "the liquid"))]
+    assert len(said) == len(words)
+    assert all(part in text for part, text in zip(words, said, strict=True))
+
+
 @pytest.mark.parametrize(("modulus", "unbearable"), [(1e12, True), (1e10, False)])
 def test_a_peak_pressure_that_no_metal_bears(modulus, unbearable):
     """Pressures go with E*: with a slope of 0.1 the peaks are some tenths of it."""
