@@ -129,6 +129,8 @@ def _converted(number: str, text: str, unit: str, expected: str) -> float | None
         same = root == registry.get_root_units(si)[1]
         return float(quantity.m_as(si)) if same else None
     except (pint.PintError, *_NO_UNIT):
+        if text.startswith(","):  # the rest of "0,5 um"
+            raise ValueError("has a comma; write 0.5 for a half and 1000 for a thousand") from None
         raise ValueError(f"has an unknown unit {text!r}; {expected}") from None
 
 

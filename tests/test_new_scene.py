@@ -1,5 +1,6 @@
 """fem-seal new: the scene that it writes can be read, and has the properties of the file."""
 
+import shlex
 import tomllib
 from pathlib import Path
 
@@ -114,12 +115,17 @@ def test_refused(arguments, message, here, refused):
 
 
 def test_surface_of_a_file_without_a_scene(capsys):
-    np.savetxt("map.txt", HEIGHTS * 1e6)
-    assert cli.main(["surface", "map.txt", *STATED, "--csv", "a.csv"]) == 0
+    """The command that it prints, and that which this prints, can be typed as they stand."""
+    np.savetxt("my map.txt", HEIGHTS * 1e6)
+    assert cli.main(["surface", "my map.txt", *STATED, "--csv", "a.csv"]) == 0
     said = capsys.readouterr().out
-    assert "fem-seal new map.txt writes a scene" in said
+    (command,) = (line for line in said.splitlines() if line.startswith("fem-seal new"))
+    words = shlex.split(command.partition(" writes a scene")[0])
+    assert words == ["fem-seal", "new", "my map.txt", *STATED]
+    assert cli.main(words[1:]) == 0
+    assert "fem-seal run 'my map.toml'" in capsys.readouterr().out
     assert "detrend mean" in said
-    assert cli.main(["surface", "map.txt", *STATED, "--set", "surface.detrend=plane"]) == 0
+    assert cli.main(["surface", "my map.txt", *STATED, "--set", "surface.detrend=plane"]) == 0
     assert "detrend plane" in capsys.readouterr().out
-    assert cli.main(["surface", "map.toml", "--length-unit", "um"]) == 2
+    assert cli.main(["surface", "my map.toml", "--length-unit", "um"]) == 2
     assert "are for a file of heights" in capsys.readouterr().err

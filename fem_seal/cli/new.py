@@ -1,6 +1,7 @@
 """fem-seal new: a commented scene for a file of heights."""
 
 import argparse
+import shlex
 from pathlib import Path
 
 from fem_seal.cli.options import add_path, add_statements, scene_of_heights
@@ -32,8 +33,8 @@ def _new(options: argparse.Namespace) -> int:
         lines.append(f"{out} still needs {missing}, which the file does not say")
     lines += [
         f'fill in what is marked "yours" in {out}, then look and run:',
-        f"    fem-seal surface {out} --out surface.png",
-        f"    fem-seal run {out}",
+        f"    {shlex.join(['fem-seal', 'surface', str(out), '--out', 'surface.png'])}",
+        f"    {shlex.join(['fem-seal', 'run', str(out)])}",
     ]
     say("\n".join(lines))
     return 0

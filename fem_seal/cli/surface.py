@@ -1,6 +1,7 @@
 """fem-seal surface: a surface before it is pressed, of a scene or of a file of heights."""
 
 import argparse
+import shlex
 from collections.abc import Iterator
 from dataclasses import astuple
 from math import pi
@@ -66,7 +67,10 @@ def _surface(options: argparse.Namespace) -> int:
         rows += _profile_rows(spectrum, prepared.field)
     lines += ["", *(f"{name:<19} {text}" for name, text in rows)]
     if not _is_scene(options):
-        lines.append(f"fem-seal new {options.scene} writes a scene that presses it")
+        words = ["fem-seal", "new", str(options.scene)]
+        stated = {"--length-unit": options.length_unit, "--size": options.size}
+        words += [word for pair in stated.items() if pair[1] for word in pair]
+        lines.append(f"{shlex.join(words)} writes a scene that presses it")
     say("\n".join(lines))
     return 0
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
+from shlex import quote
 
 import numpy as np
 
@@ -97,7 +98,8 @@ def _named(read: Callable[[Path, Names], NamedArrays], path: Path, names: Names)
 
 def _instrument(path: Path, names: Names) -> Recorded:
     if path.suffix.lower() == ".toml":
-        raise InvalidInput(f"{path} is a scene, and not a map; fem-seal run {path} computes it")
+        command = f"fem-seal run {quote(str(path))}"
+        raise InvalidInput(f"{path} is a scene, and not a map; {command} computes it")
     if path.suffix.lower() in TEXT_ENDINGS and is_text(path):
         return replace(read_text(path), measured=True)
     # Instruments name their channels; without a name in the scene the default channel is read.

@@ -63,9 +63,11 @@ _BLANK_PAIR = re.compile(r"\s*([A-Za-z][\w\- ]*?)\s+([-+\d.].*)")
 _CAMEL = re.compile(r"(?<=[a-zäöü])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 # Several statements on a line, with commas or semicolons between.
 _SEVERAL = re.compile(r"[,;]\s*(?=[A-Za-z][\w ]*\s*[=:])")
-# "Heights in um"; headers of ContactMechanics (CommandLineInterface/HardWall.py) end with "they are
-# reported in units of m.".
-_SENTENCE = re.compile(r"(?:\bin units of|\bz in|\bheights? in) (\S+?)\.?$", re.IGNORECASE)
+# "Heights in um", also with "; pixel size 2 um" behind it; headers of ContactMechanics
+# (CommandLineInterface/HardWall.py) end with "they are reported in units of m.".
+_SENTENCE = re.compile(
+    r"\b(?:in units of|(?:z|heights?|gaps?|höhen?) in) ([^\s,;]+?)\.?(?:$|[,;]\s*)", re.IGNORECASE
+)
 # "Spacing (X, Y)": its comma is not the one between key and value.
 _BOTH = re.compile(r"[\[(]\s*x\s*[,;/]\s*y\s*[\])]", re.IGNORECASE)
 # "Z Scale: 0.001", "Multiplier 1e-3 um".
@@ -160,6 +162,7 @@ def statements(table: TextTable, path: Path) -> Statements:
             statements.unit = statements.unit or _length_unit(match.group(1))
         if _about_lengths(text):
             statements.about_lengths.append(text)
+        text = _SENTENCE.sub("", text)
         for part in _SEVERAL.split(_BOTH.sub(" x y ", text)):
             # One key with its value, or titles, which may be those of some columns only.
             pairs = [pair for pair in _TITLE.findall(part) if _length_unit(pair[1])]

@@ -253,9 +253,12 @@ def _table(lines: list[str], layout: Layout, columns: int, path: Path) -> TextTa
             )
         if None in row:
             column = row.index(None)
+            comma = layout.decimal == "," and re.fullmatch(r"[-+]?\d*\.\d+", cells[column])
+            mark = " (other numbers have decimal commas)" if comma else ""
             raise InvalidInput(
                 f"line {k}, column {column + 1} of {path} is {_quoted(cells[column])}, which is no "
-                "number, nor a mark of a missing point such as NaN, BAD, *** or nothing at all"
+                f"number{mark}, nor a mark of a missing point such as NaN, BAD, *** or nothing at "
+                "all"
             )
         numbers_of_lines.append(k)
         rows.append(np.array(row, dtype=float))

@@ -40,8 +40,8 @@ from fem_seal.surface import MapStatistics
 from fem_seal.threshold import Threshold
 
 WALLS = (
-    "walls, though the gap is periodic, and walls make it leak less; --sides periodic (flow.sides "
-    "in a scene) joins them"
+    "walls, though the gap is periodic, and walls make it leak less; flow.sides = 'periodic' of a "
+    "scene, or --sides periodic of fem-seal leak, joins them"
 )
 
 

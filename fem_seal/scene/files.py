@@ -3,6 +3,7 @@
 import re
 import tomllib
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from fem_seal.errors import InvalidInput
@@ -35,21 +36,32 @@ def tables_of(text: str, path: Path) -> dict[str, Any]:
     except RecursionError:
         raise _no_scene(path, "it is nested too deeply") from None
     except ValueError as error:  # of TOML, or of a number with thousands of digits
-        raise _no_scene(path, str(error)) from None
+        raise _no_scene(path, f"{error}{_hint(text, str(error))}") from None
+
+
+def _hint(text: str, error: str) -> str:
+    """What to do about the line at which reading TOML has ended; "" if that is not clear."""
+    place = re.search(r"at line (\d+)", error)
+    line = text.split("\n")[int(place[1]) - 1] if place else ""
+    if "\\" in line:
+        return "; write a path with / in place of \\, or in single quotes"
+    comma = re.search(r"=\s*[-+]?\d+,\d", line)
+    return "; write a decimal point in place of a comma" if comma else ""
 
 
 def _no_scene(path: Path, reason: str) -> InvalidInput:
     """Error for a file that is no scene, with the command that takes a map."""
+    file, folder = quote(str(path)), quote(str(path.parent))
     if path.suffix.lower() == ".toml":
         return InvalidInput(f"{path} is not a TOML scene file: {reason}")
     if path.name == "result.json":
         return InvalidInput(
-            f"{path} is a result, and not a TOML scene file: fem-seal report {path.parent} and "
-            f"fem-seal render {path.parent} show it"
+            f"{path} is a result, and not a TOML scene file: fem-seal report {folder} and "
+            f"fem-seal render {folder} show it"
         )
     return InvalidInput(
-        f"{path} is not a TOML scene file: of heights, fem-seal new {path} writes a scene and "
-        f"fem-seal surface {path} shows them; of a gap, fem-seal leak {path} computes the leak rate"
+        f"{path} is not a TOML scene file: of heights, fem-seal new {file} writes a scene and "
+        f"fem-seal surface {file} shows them; of a gap, fem-seal leak {file} computes the leak rate"
     )
 
 

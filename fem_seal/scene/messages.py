@@ -121,6 +121,8 @@ def _nearest(place: _Place, root: type[BaseModel]) -> str:
     models = sections_in(here.annotation) if here else []
     if kinds := _kinds([model for model in models if key in model.model_fields]):
         return f"it belongs to {first}.kind = {' or '.join(map(repr, kinds))}"
+    if "." in key:
+        return "a dot in quotes is part of the key, write it without quotes"
     longer = [name for name in fields if key in name.split("_")]  # area for area_fraction
     if inside and others:
         own = f", or did you mean {longer[0]}?" if longer else ""

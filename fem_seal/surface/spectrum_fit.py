@@ -109,7 +109,8 @@ def _rings(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
     rings = radial_spectrum(field, exponent)
     complete = rings.wavenumber <= np.pi / max(field.spacing)
     if not rings.density[complete].any():
-        raise InvalidInput("a flat surface has no spectrum")
+        few = max(field.shape) <= 2
+        raise InvalidInput(f"a {'map of 2 x 2 samples' if few else 'flat surface'} has no spectrum")
     return RadialSpectrum(
         rings.wavenumber[complete], rings.density[complete], rings.modes[complete]
     )

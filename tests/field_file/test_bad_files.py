@@ -158,6 +158,11 @@ CASES = {
         "0,5, 0,7\n1,5, 2,5\n",
         "a.csv",
     ),
+    "a point among decimal commas": of_text(
+        r"is '0.5', which is no number \(other numbers have decimal commas\)",
+        "1,5;2,5\n0.5;2,5\n1,5;2,5\n",
+        "a.csv",
+    ),
     "commas of one kind": of_text("may be decimal", "1,5\n2,7\n", "a.csv"),
     "an underscore": of_text("column 2 .* '4_0'", "1 2\n3 4_0\n"),
     "bytes": of_text("no text file, character", b"1 2 3 4\x00 5"),

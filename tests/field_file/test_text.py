@@ -122,6 +122,7 @@ WHOLE = {
         "X resolution: 0.5 um/pixel\nY resolution: 0.25 um/pixel\nheights in um\n"
         + matrix(values=HEIGHTS.T)
     ),
+    "all in one line": ("# heights in um; pixel size 0.5 x 0.25 um\n" + matrix(values=HEIGHTS.T)),
     "points with titles": (f"x [um]; y [um]; z [um]\n{points(';', ',', '')}"),
     "titles in another order": ("y,x,z\nmm,mm,um\n" + points(",", order=(1, 0, 2), unit=1e-3)),
     "a number for each point, and its brightness": (

@@ -61,7 +61,8 @@ def test_pound_per_square_inch():
 @pytest.mark.parametrize(
     ("value", "unit", "message"),
     [
-        *((text, "m", "5 um") for text in ("5", "5 um um", "5 Pa", "five um", "5,0 um", "um", "")),
+        *((text, "m", "5 um") for text in ("5", "5 um um", "5 Pa", "five um", "um", "")),
+        ("5,0 um", "m", "has a comma; write 0.5 for a half and 1000 for a thousand"),
         *((value, "m", "5 um") for value in ("5 um)", "@ m", "5 -", "5 m/0", True, None, [5])),
         # What has no dimension is not all one unit: 80 % of the memory is not 0.8 bytes.
         *((text, "rad", "is not in a unit of rad") for text in ("5 %", "1 GB")),

@@ -70,6 +70,7 @@ REFUSED = [
     (partial(profile_spectrum, np.full((2, 32), NAN), 1.0), "64 samples of the profiles are missi"),
     (partial(profile_spectrum, np.ones((2, 32)), 0.0), "step = 0.0 must be a positive number"),
     (partial(fitted, np.zeros((32, 32))), "a flat surface has no spectrum"),
+    (partial(fitted, NOISE[:2, :2]), "a map of 2 x 2 samples has no spectrum"),
     (partial(fitted, NOISE), "shows no power law"),
     (partial(fitted, NOISE[:6, :6]), "6 x 6 samples shows no power law"),
     (partial(rms_slope, ENDS), "periodic"),
