@@ -118,7 +118,7 @@ class ContactTangent:
 
         over = partial(solid.passes.over, opened.shape)
         sum_r, rr = np.sum(over(start), axis=0)
-        rr_first, rz = rr, np.inf
+        rr_first, rz, residual = rr, np.inf, 1.0
         if rr_first == 0:
             return change
         for _ in range(MOST_ITERATIONS):
@@ -128,13 +128,15 @@ class ContactTangent:
             over(partial(turn, rz / rz_old))
             solid.stiffen()
             alpha = rz / sum(over(energy))
+            if not alpha > 0:
+                break  # by rounding: M is positive definite on the open samples
             sum_r, rr = np.sum(over(partial(advance, alpha)), axis=0)
             residual = (rr / rr_first) ** 0.5
             if residual <= tolerance:
                 return change
         raise NotConverged(
-            f"change of the contact with the fluid's pressure: residual {residual:.1e} after "
-            f"{MOST_ITERATIONS} iterations (wanted {tolerance:.1e}); try a smaller "
+            f"change of the contact with the fluid's pressure: residual {residual:.1e} after at "
+            f"most {MOST_ITERATIONS} iterations (wanted {tolerance:.1e}); try a smaller "
             "contact.tolerance"
         )
 

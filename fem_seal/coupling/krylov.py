@@ -43,8 +43,9 @@ def gmres(
     most
         Largest number of iterations.
     to_stable
-        Whether the parts of x along eigenvectors with a negative real eigenvalue are reversed: x
-        then leads where dx/dt = b would, and away from a state that this leaves.
+        Whether the parts of the solution along eigenvectors with a negative real eigenvalue are
+        reversed in x, which then does not solve the system: it leads where dx/dt = b would, and
+        away from a state that this leaves. Residuals are those of the solution.
     """
     size = float(np.linalg.norm(b))
     if size == 0:

@@ -62,7 +62,7 @@ class LiftPoint:
         """Flow through the gap."""
         return self.problem.film_pressure(self.contact.gap.values, self.network, self.epsilon)
 
-    @property
+    @cached_property
     def sealed(self) -> bool:
         """Whether no open path leads through the gap."""
         return self.problem.film(self.contact.gap).sealed

@@ -17,6 +17,7 @@ from fem_seal.coupling.newton import Steps, equilibrium
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import log_ratio
+from fem_seal.digits import number_of
 
 # After so many stages without an equilibrium no finer one is tried. In one scene six had none,
 # and the seventh had.
@@ -65,6 +66,8 @@ def further_stages(problem: LiftProblem, allowed: float, steps: Steps) -> Steps:
             stages.solve(start)
         if stages.ended:
             break
+    else:
+        stages.end(f"it has not in {MOST_STEPS // 2} stages")
     return stages.result()
 
 
@@ -127,13 +130,21 @@ class _Stages:
         # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's
         # steps.
         lost = epsilon**3 < float_info.epsilon * problem.roughness**3
-        if (sealed and lost) or len(network.free) > MOST_NODES:
+        if sealed and lost:
+            return None
+        if len(network.free) > MOST_NODES:
+            self.end(f"a finer network would have more than {number_of(MOST_NODES, 'node')}")
             return None
         if following is point.problem:
             return replace(point, network=network, epsilon=epsilon)
         pressure = following.interpolated(point.pressure)
         pressed = following.contact_under(pressure)
         return LiftPoint(following, network, epsilon, pressure, pressed)
+
+    def end(self, reason: str) -> None:
+        """End the stages for a reason, which counts unless the error is small already."""
+        if self._error > self._allowed:
+            self._over, self.ended = reason, True
 
     def estimate(self, start: LiftPoint) -> None:
         """Estimate the error of ln Q by the flow of the next stage's first point.
@@ -152,9 +163,8 @@ class _Stages:
         least = self._moved if self._steps.difficult else 0.0
         error = point.log_rate_error(start) + ratio / (1 - ratio) * self._change
         self._error = max(error, least) + start.by_epsilon
-        if self._grown == MOST_GROWN and self._error > self._allowed:
-            self._over = "each finer network changes the leak rate more than the one before"
-            self.ended = True
+        if self._grown == MOST_GROWN:
+            self.end("each finer network changes the leak rate more than the one before")
 
     def suffices(self, start: LiftPoint) -> bool:
         """Whether the first point of a stage is an equilibrium without a step."""

@@ -51,7 +51,7 @@ class FilmPressure:
     ----------
     network
         The network.
-    gap : (nx, ny)
+    conducting : (nx, ny)
         Gap c > 0 that conducts as the film does, at the samples [m].
     slope : (nx, ny)
         Derivative of c by the gap between the solids.
@@ -62,13 +62,13 @@ class FilmPressure:
     def __init__(
         self,
         network: Network,
-        gap: np.ndarray,
+        conducting: np.ndarray,
         slope: np.ndarray,
         solver: Solver,
     ):
         self._network, self._slope = network, slope
-        self._unit = float(gap.max())
-        places = network.to_places @ (gap.ravel() / self._unit)
+        self._unit = float(conducting.max())
+        places = network.to_places @ (conducting.ravel() / self._unit)
         links, self._by_places = network.links(places), network.links_by_gap(places)
         (a, b), nodes = network.ends, len(network.free)
         entries = (np.append(links, links), (np.append(a, b), np.append(b, a)))
