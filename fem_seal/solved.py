@@ -289,9 +289,12 @@ def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak
 
     def rate_of(other: Patch) -> LeakRate:
         there = solve_seal(other, patches, work, each=expected.each_patch)
-        if seal.contact_error is None or there.contact_error is None:
+        here, error = seal.contact_error, there.contact_error
+        if there.state != "leaking" or (error is None and here is None):
             return there
-        beyond = max((1 + there.contact_error) / (1 + seal.contact_error), 1.0)
+        if error is None:
+            return there.widened(0.0, None)
+        beyond = max((1 + error) / (1 + (here or 0.0)), 1.0)
         return there.widened(1 / beyond, beyond)
 
     return seal, seal_budget(patch, seal, rate_of), seal
