@@ -102,7 +102,7 @@ class OnGrid:
         left_out = unresolved(present(patch.surface, "surface"))
         edge = None
         if patch.load.kind == "area_fraction":
-            edge = patch.on_root("contact grid", partial(edge_error, patch, gap))
+            edge = parallel.on_root(partial(edge_error, patch, gap), patch.comm)
         return cls(low, high, gap, left_out, edge, lifted=state is not None)
 
 
