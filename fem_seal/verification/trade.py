@@ -3,9 +3,9 @@
 The error of a leak rate has two parts. The flow part is the half-width of the certified bracket,
 or, for finite differences, the distance from the best answer on the same gap. The contact part is
 the discretization error of the contact. The same surface is solved under the same load on finer and
-finer grids; the distance of each leak rate from that on the finest grid is its contact part, and
-what a still finer one would change is estimated as for any result (`grid_series`). Grids that are
-sealed where the finest leaks are left out: they have no leak rate to compare.
+finer grids; the distance of each leak rate from that on the finest grid, and what a still finer one
+would change, estimated as for any result (`grid_series`), are together its contact part. Grids that
+are sealed where the finest leaks are left out: they have no leak rate to compare.
 """
 
 from collections.abc import Sequence
@@ -274,7 +274,7 @@ def trade_of(runs: Sequence[Run]) -> Trade:
 
 def _point(run: Run, best: float, reference: float, uncertainty: float) -> TradePoint:
     """Split the error of a run; `best` is the best leak rate on the same contact grid."""
-    contact = max(abs(best / reference - 1), uncertainty)
+    contact = abs(best / reference - 1) + uncertainty
     away = abs(run.leak_rate - best) / reference
     flow = relative_half_width(*run.bounds) if run.certified else away
     return TradePoint(
