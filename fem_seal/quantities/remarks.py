@@ -12,6 +12,7 @@ from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.scene import FileSurface, Scene
+from fem_seal.scene.shape import AnyShape
 from fem_seal.steps import whole_map
 from fem_seal.surface import Lay, PreparedSurface, spikes_caution
 from fem_seal.upscaling.seal import SealLeak, median_patch
@@ -26,6 +27,7 @@ THICK = 0.1  # mean gap over the length of the film above which the film is not 
 NEAR_LIFT_OFF = 0.05
 # Contact pressure that no metal bears [Pa]; hardened steel yields at a mean of 6 to 8 GPa.
 UNBEARABLE = 10e9
+COARSER = 1.1  # edges of a mesh over the distance of the samples above which it is too coarse
 JUMP = 1e-3  # jump of a gap over its mean, above which it is named
 FEWEST_TOUCHING = 10  # samples in contact below which the contact area is meaningless
 # Values of [fluid] beyond which a unit is probably wrong. Liquids: from hydrogen at 20 K (13 uPa s)
@@ -63,7 +65,8 @@ def cautions(
         floats = patch.lifted is not None and patch.lifted.floats  # on a thick film, in any unit
         slope = steep(gap.slope_between_samples(), "the gap")
         thick = slope or (None if floats else _thickness(float(gap.values.mean()), length))
-        sentences.extend(filter(None, (_contact(patch, gap), _peak(patch), thick)))
+        coarse = _coarse_mesh(film, shape, gap) if isinstance(film, MeshFilm) and shape else None
+        sentences.extend(filter(None, (_contact(patch, gap), _peak(patch), thick, coarse)))
     elif isinstance(film := patch.film, MeshFilm):
         thick = _thickness(film.mean_gap, float(np.ptp(film.mesh.xy, axis=0).min()))
         sentences.extend(filter(None, (thick, _jump(film))))
@@ -215,6 +218,27 @@ def _thickness(mean_gap: float, length: float) -> str | None:
     return (
         f"the mean gap is {with_prefix(mean_gap, 'm')}, no thin film on a length of "
         f"{with_prefix(length, 'm')}: are gap and lengths in the right units?"
+    )
+
+
+def _coarse_mesh(film: MeshFilm, shape: AnyShape, gap: GridField) -> str | None:
+    """Warn of a mesh coarser than the samples of its gap: it misses their channels and contact."""
+    mesh, samples = film.mesh, gap.spacing
+    if shape.grid == "polar":
+        samples = samples[0], samples[1] * float(np.hypot(*mesh.xy.T).max())
+    name = "smallest_size" if shape.smallest_size else "mesh_size"
+    edge, of_mesh = getattr(shape, name, None), f"shape.{name}"
+    if edge is None:
+        edge = float(np.median(np.hypot(*np.diff(mesh.xy[mesh.edges[0]], axis=1)[:, 0].T)))
+        of_mesh = "the median edge of the mesh"
+    if edge <= COARSER * min(samples):
+        return None
+    of_shape, of_samples = map(per_cent, (film.contact_area_fraction, np.mean(gap.values == 0)))
+    return (
+        f"{of_mesh} = {with_prefix(edge, 'm')} is coarser than the samples of the gap, "
+        f"{with_prefix(min(samples), 'm')} apart, so that the film misses channels and contact "
+        f"({of_shape} of the shape's area, {of_samples} of the samples); take edges no longer than "
+        "that, in channels at least (shape.smallest_size)"
     )
 
 

@@ -124,6 +124,16 @@ def _too_many(area: float, rim: float, shape: "_Strip | _Ring") -> Iterator[str]
         )
 
 
+def _too_long(shape: "PlateWithHoles | _Ring", name: str) -> Iterator[str]:
+    """Edges longer than the radius of a circle, which do not follow it."""
+    radius = getattr(shape, name)
+    if shape.mesh_size > radius:
+        yield (
+            f"mesh_size = {shape.mesh_size:g} m is longer than {name} = {radius:g} m, so that no "
+            "mesh follows the circle; choose an eighth of the radius or less"
+        )
+
+
 class _Strip(Shape):
     length: Length = Field(description="length from inlet to outlet")
     width: Length = Field(description="width between the side walls")
@@ -173,6 +183,7 @@ class PlateWithHoles(_Strip):
         room = min(self.length / self.holes[0], self.width / self.holes[1])
         if 2 * self.radius >= room:
             yield f"radius = {self.radius:g} m does not fit: the holes stand {room:g} m apart"
+        yield from _too_long(self, "radius")
 
 
 class _Ring(Shape):
@@ -187,6 +198,7 @@ class _Ring(Shape):
                 f"inner_radius = {self.inner_radius:g} m must be below outer_radius = "
                 f"{self.outer_radius:g} m"
             )
+        yield from _too_long(self, "inner_radius")
         width = self.outer_radius - self.inner_radius
         rim = 2 * pi * (self.outer_radius + self.inner_radius)
         yield from _too_many(width * rim / 2, rim, self)

@@ -5,6 +5,8 @@ import pytest
 from project import leak_scene, scene_of_samples
 
 from fem_seal import run
+from fem_seal.patch import Patch
+from fem_seal.quantities.remarks import cautions
 from fem_seal.render.report import report
 from fem_seal.results import Result
 from fem_seal.results.words import summary_of
@@ -142,6 +144,28 @@ def test_given_gaps(given):
     assert not solve(given(touching)).result().cautions
     [steep] = solve(given(1e6 * touching)).result().cautions
     assert "are heights and spacing in the same unit?" in steep
+
+
+@pytest.mark.parametrize(
+    ("shape", "spacing", "words"),
+    [
+        ({"mesh_size": "1 um"}, 1e-6, ""),
+        ({"mesh_size": "4 um", "smallest_size": "1 um"}, 1e-6, ""),
+        ({"mesh_size": "2 um"}, 1e-6, "mesh_size = 2 um is coarser than the samples of the gap, 1"),
+        ({"mesh_size": "4 um", "smallest_size": "2 um"}, 1e-6, "shape.smallest_size = 2 um is"),
+        # The samples at the outer rim, 8 um away, are 0.4 um apart.
+        ({"mesh_size": "1 um", "grid": "polar"}, 0.05, "samples of the gap, 400 nm apart"),
+        ({"mesh_size": "1 um", "grid": "polar"}, 0.2, ""),
+    ],
+)
+def test_a_mesh_coarser_than_its_samples(shape, spacing, words, scene_of_gap):
+    """Compared with the smaller of the distances; a mesh file by its median edge."""
+    strip, ring = {"length": "8 um", "width": "8 um"}, {"inner_radius": 2e-6, "outer_radius": 8e-6}
+    kinds = {"kind": "sector", "angle": 0.4} | ring, {"kind": "strip"} | strip
+    gap = scene_of_gap(np.where(ROUGH < 3e-8, 0, ROUGH), (1e-6, spacing), flow=LOOSE)
+    patch = Patch(Scene.from_mapping(gap | {"shape": kinds["grid" not in shape] | shape}))
+    assert words in (cautions(patch, None) or ("",))[-1]
+    assert bool(cautions(patch, None)) == bool(words)
 
 
 def test_cautions_are_shown_everywhere(given, tmp_path):

@@ -298,6 +298,8 @@ BAD = {
         "shape.kind= & shape.gap=1": "shape.kind is missing; choose from 'rectangle' or 'strip' or",
         BOX + "0.1 & shape.gap=1 & shape.smallest_size=0.1": "squares are equal",
         PLATE + "shape.radius=0.6": "radius = 0.6 m does not fit",
+        PLATE + "shape.radius=0.2": "mesh_size = 0.25 m is longer than radius = 0.2 m",
+        "shape.gap=1 & shape.mesh_size=1.5": "1.5 m is longer than inner_radius = 1 m",
         "shape.gap=1 & shape.mesh_size=1e-300": "would take about inf triangles",
         "shape.gap=1 & shape.smallest_size=1e-300": "smallest_size = 1e-300 m would take about",
         "shape.gap=1 & shape.outer_radius=1e30": r"would take about 1e\+62 triangles",
