@@ -77,7 +77,7 @@ def _sweep(options: argparse.Namespace) -> int:
         from fem_seal.sweep.picture import PICTURE_FILE, NotDrawn, sweep_figure
 
         try:
-            sweep_figure(keys, tally.table, out)
+            sweep_figure(keys, tally.table, out, tally.shown)
         except NotDrawn as error:
             say(f"{PICTURE_FILE} is not drawn: {error}")
     if tally.failed:

@@ -1,7 +1,7 @@
-"""Picture of a sweep: the leak rate against the field that varies, with its bounds as bars."""
+"""Picture of a sweep: the leak rate against the field that varies, with its range as a bar."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import geometric_mean
 from typing import TYPE_CHECKING
@@ -11,6 +11,7 @@ import numpy as np
 from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import relative_half_width
+from fem_seal.quantities.headline import SI, ShownUnit
 from fem_seal.render.plot import FONT_POINTS, label_axis, new_figure
 from fem_seal.scene.scene import SEEDS
 from fem_seal.sweep.point import UNSETTLED, Point
@@ -52,30 +53,32 @@ class Curve:
 def _bar(point: Point) -> tuple[float, float, float] | None:
     """Leak rate of a point, and the ends of its bar; None if it has none to draw.
 
-    The ends are the bounds of the flow, both equal to the leak rate if there are none. A point that
-    has not settled has its range with all counted errors, 0 and infinite if open, and stands in the
-    middle of that, or at the end that is not open.
+    The ends are those with all counted errors, 0 and infinite if open; without bounds of the flow
+    both are the leak rate. A point that has not settled stands in the middle of them, or at the end
+    that is not open.
     """
+    upper = point.together_upper
+    ends = point.together_lower or 0.0, np.inf if upper is None else upper
     if point.state == UNSETTLED:
-        upper = point.together_upper
-        ends = point.together_lower or 0.0, np.inf if upper is None else upper
         known = [end for end in ends if 0 < end < np.inf]
         return (geometric_mean(known), *ends) if known else None
-    value, lower, upper = point.leak_rate, point.lower, point.upper
+    value = point.leak_rate
     if value is None or not 0 < value < np.inf:
         return None
-    return (value, value, value) if lower is None or upper is None else (value, lower, upper)
+    return (value, value, value) if point.lower is None else (value, *ends)
 
 
-def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -> Path:
-    """Plot the leak rate of a sweep against the first field that is no seed.
+def sweep_figure(
+    keys: tuple[str, ...], table: Sequence[Point], folder: Path, shown: ShownUnit = SI
+) -> Path:
+    """Plot the leak rate of a sweep, in a unit, against the first field that is no seed.
 
     The axis of the leak rate is logarithmic; that of the field is if it spans more than a decade.
     Each combination of the other fields is a curve through the medians over the seeds. Each point
-    has a bar from its lower to its upper bound, and an open marker if it has not settled. Sealed
-    points stand in a strip below the axis, points lifted off above it.
+    has a bar over its range with all counted errors, and an open marker if it has not settled.
+    Sealed points stand in a strip below the axis, points lifted off above it.
     """
-    along = _along(keys)
+    along, table = _along(keys), [_in_unit(point, shown.per_solved) for point in table]
     names = list(dict.fromkeys(point.values[keys.index(along)] for point in table))
     places, unit = _places(names)
     curves = _curves(keys, table, places)
@@ -85,11 +88,18 @@ def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) ->
         draw_curves(axes, curves, joined=along not in SEEDS)
         _name_places(axes, places, unit)
         axes.set_xlabel(f"{along} [{unit}]" if unit else along)
-        axes.set_ylabel("leak rate [m³/s]")
+        axes.set_ylabel(f"leak rate [{shown.unit.replace('^3', '³')}]")
         axes.set_title(_caption(curves), fontsize=FONT_POINTS - 1)
         if len(curves) > 1:
             axes.legend(fontsize=FONT_POINTS - 2, frameon=False)
     return path
+
+
+def _in_unit(point: Point, per_solved: float) -> Point:
+    """The point with its leak rates in another unit, of which 1 m³/s is so many."""
+    names = "leak_rate", "lower", "upper", "together_lower", "together_upper"
+    rates = {name: getattr(point, name) for name in names}
+    return replace(point, **{name: rate and rate * per_solved for name, rate in rates.items()})
 
 
 def _along(keys: tuple[str, ...]) -> str:
@@ -149,7 +159,7 @@ def draw_curves(axes: "Axes", curves: Sequence[Curve], *, joined: bool) -> None:
                 # An open end reaches as far as the axis.
                 span = max(lower, ends[0]), min(upper, ends[1])
                 face = "white" if point.state == UNSETTLED else None
-                axes.vlines(place, *span, color=f"C{number}", linewidth=0.8)
+                axes.vlines(place, *span, color=f"C{number}", linewidth=2.0, alpha=0.3)
                 axes.plot(place, value, f"C{number}{MARKERS[number]}", ms=4.0, mfc=face)
     for end, (state, outwards) in enumerate(zip(STRIPS, (1 / margin, margin), strict=True)):
         height = ends[end] * outwards
@@ -178,8 +188,10 @@ def _caption(curves: Sequence[Curve]) -> str:
     """Text on the meaning of lines, bars and markers."""
     points = [point for curve in curves for _, point in curve.points]
     settled = [p for p in points if p.state != UNSETTLED]
-    widest = max(relative_half_width(*bar[1:]) for point in settled if (bar := _bar(point)))
-    words = [f"bars: bounds, ±{per_cent(widest)} at most" if widest else "without bounds"]
+    flows = [(p.lower, p.upper) for p in settled if _bar(p)]
+    widest = max(relative_half_width(low or 0.0, high or 0.0) for low, high in flows)
+    bars = f"bars: all counted errors (flow alone ±{per_cent(widest)} at most)"
+    words = [bars if widest else "without bounds"]
     groups = [group for curve in curves for _, group in curve.groups]
     if any(len(group.points) > 1 for group in groups):
         left_out = sum(group.left_out for group in groups)
@@ -187,7 +199,7 @@ def _caption(curves: Sequence[Curve]) -> str:
         words.insert(0, f"line: median of the seeds{without}")
     if len(settled) < len(points):
         words.append("open: ranges of points that have not settled")
-    return "; ".join(words[:2]) + "".join(f"\n{more}" for more in words[2:])
+    return "\n".join(words)
 
 
 def _name_places(axes: "Axes", places: dict[str, float], unit: str | None) -> None:

@@ -13,6 +13,7 @@ from fem_seal.patch import require_trusted
 from fem_seal.points import Chain, Expected, Work, compute_points
 from fem_seal.prediction import predicted
 from fem_seal.progress import Report, silent
+from fem_seal.quantities.headline import SI, ShownUnit
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 from fem_seal.scene.files import scene_text
@@ -32,6 +33,7 @@ class Tally:
     missing: int  #: number of points that are left to other parts
     table: tuple[Point, ...]  #: all points of the folder, those of this sweep first
     equal: tuple[str, ...] = ()  #: sentences on points that are the same as earlier ones
+    shown: ShownUnit = SI  #: unit of the leak rates of all points in texts and pictures
 
 
 def sweep(
@@ -106,7 +108,9 @@ def sweep(
         table, computed = parallel.on_root(gather, work.comm)
     own = [point for point in computed if point is not None]
     failures = sum(not point.converged for point in own)
-    return Tally(len(tasks), outcome.computed, failures, len(tasks) - len(own), tuple(table), equal)
+    missing, units = len(tasks) - len(own), {ShownUnit.of(task.scene) for task in tasks}
+    shown = units.pop() if len(units) == 1 else SI
+    return Tally(len(tasks), outcome.computed, failures, missing, tuple(table), equal, shown)
 
 
 LabelledScene = tuple[str, tuple[str, ...], Scene]  # label, values of the axes, scene

@@ -16,7 +16,8 @@ PRESSURE, SEED, RTOL = "contact.pressure", "surface.seed", "flow.rtol"
 
 def point(*values, leak=None, lower=None, upper=None, state=None):
     state = state or ("leaking" if leak else "sealed")
-    return Point(values, True, "", state, leak_rate=leak, lower=lower, upper=upper)
+    ends = {"lower": lower, "upper": upper, "together_lower": lower, "together_upper": upper}
+    return Point(values, True, "", state, leak_rate=leak, **ends)
 
 
 FALLING = tuple(
@@ -43,15 +44,21 @@ def bars(axes):
     return [drawn.get_segments()[0][:, 1] for drawn in axes.collections]
 
 
-def test_line_and_bars_are_leak_rates_and_bounds():
-    axes = drawn((PRESSURE,), FALLING)
+def test_line_and_bars_are_leak_rates_and_their_ranges_with_all_errors():
+    wide = [replace(p, together_lower=p.lower / 9, together_upper=9 * p.upper) for p in FALLING]
+    axes = drawn((PRESSURE,), wide)
     line = axes.lines[0]
     assert line.get_linestyle() == "-"
     np.testing.assert_allclose(line.get_xdata(), [0.1, 0.2, 0.3])
     np.testing.assert_allclose(line.get_ydata(), [1e-14, 1e-16, 1e-19])
-    ends = [[p.lower, p.upper] for p in FALLING]
+    ends = [[p.lower / 9, 9 * p.upper] for p in FALLING]
     np.testing.assert_allclose(bars(axes), ends)
     assert axes.get_yscale() == "log"
+    # 0.8 to 1.3 is ±0.5 of 2.1; a change of unit leaves that.
+    in_unit = [picture._in_unit(p, 3.6e9) for p in wide]
+    assert [p.leak_rate for p in in_unit] == pytest.approx([3.6e-5, 3.6e-7, 3.6e-10])
+    curves = picture._curves((PRESSURE,), in_unit, {"0.1 MPa": 1, "0.2 MPa": 2, "0.3 MPa": 3})
+    assert picture._caption(curves) == "bars: all counted errors (flow alone ±24 % at most)"
 
 
 def test_the_bar_of_a_lower_bound_of_zero_reaches_to_the_edge():
