@@ -23,6 +23,8 @@ LIFT, INPUTS = "lift", "inputs"
 NOT_THE_SEAL = "others of the seal may leak: [seal] judges the seal"
 # A factor above this one, or below its inverse, counts as unbounded in texts.
 USELESS = 1e6
+# Factors as near to 1 as this are written as 1 ± their distance, and as 1 below a rounding error.
+NEAR_ONE, ROUNDING = 1e-3, 1e-12
 # Entries that the bounds of a leak rate contain.
 IN_BOUNDS = (FLOW, SLIP_INTERVAL, FLOW_AND_LOADS)
 
@@ -130,31 +132,31 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
     )
 
 
-def ends_words(low: float | None, high: float | None, digits: int = 4, scale: float = 1.0) -> str:
+def ends_words(low: float | None, high: float | None, scale: float = 1.0) -> str:
     """Text of a range, scaled and rounded outwards; None is an open end, two give no text."""
-    least = "" if low is None else rounded_down(low * scale, digits)
-    most = "" if high is None else rounded_up(high * scale, digits)
+    least = "" if low is None else rounded_down(low * scale)
+    most = "" if high is None else rounded_up(high * scale)
     if least and most:
         return f"{least} to {most}"
     return f"at least {least}" if least else most and f"at most {most}"
 
 
-def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> str:
+def factor_words(lower: float | None, upper: float | None) -> str:
     """Text of two factors, rounded outwards; None or `USELESS` ones are unbounded.
 
-    Of factors that differ from 1 by less than their digits show, the difference: "1 ± 2e-9".
+    Of factors that differ from 1 by less than four digits show well, the difference: "1 ± 0.00013".
     """
-    error = 0.0 if lower is None or upper is None else max(1 - lower, upper - 1)
-    if 0 < error < 10.0**-digits:
-        return f"1 ± {rounded_up(error, 1)}"
+    error = 1.0 if lower is None or upper is None else max(1 - lower, upper - 1)
+    if error < NEAR_ONE:
+        return f"1 ± {rounded_up(error, 2)}" if error > ROUNDING else "1"
     low = None if lower is None or lower < 1 / USELESS else lower
     high = None if upper is None or upper > USELESS else upper
-    return ends_words(low, high, digits) or "any factor"
+    return ends_words(low, high) or "any factor"
 
 
-def entry_words(entries: Iterable[Uncertainty], digits: int = 4) -> str:
+def entry_words(entries: Iterable[Uncertainty]) -> str:
     """Names, factors and kinds of entries, "contact grid 0.8 to 1.25 (estimated)"."""
-    factors = ((e, factor_words(e.lower, e.upper, digits)) for e in entries)
+    factors = ((e, factor_words(e.lower, e.upper)) for e in entries)
     return ", ".join(f"{e.name} {words} ({e.kind})" for e, words in factors)
 
 

@@ -106,7 +106,7 @@ class Decision:
     def missed(self, leak: LeakRate) -> str:
         """Message on the distance of bounds from the criterion."""
         below, above = (bound / self.limit for bound in leak.bounds)
-        return f"the leak rate is between {below:.4g} and {above:.4g} times the limit"
+        return f"the flow alone puts it between {below:.4g} and {above:.4g} times the limit"
 
     def undecidable(self, solution: LevelSolution) -> str:
         """Message if no mesh can decide because of slip or the margin, else ""."""
@@ -124,7 +124,8 @@ class Decision:
             error = "lift" if solution.slip is None else "slip and lift"
             return (
                 f"the limit lies within the uncertainty of the {error}, which no further mesh "
-                "reduces; a smaller flow.rtol reduces that of the lift"
+                "reduces; a smaller flow.rtol reduces that of the lift, if the verdict asks for "
+                "nothing else"
             )
         return ""
 

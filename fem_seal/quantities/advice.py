@@ -160,8 +160,16 @@ class UndecidedLimit:
             return "; ".join(entry.sentence for entry in unbounded)
         if self._counted:
             names = " and ".join(entry.name for entry in self._counted)
-            return f"no flow.rtol decides it while {names} may change the leak rate so much"
+            grid = any(entry.key == CONTACT_GRID for entry in self._counted)
+            remedy = f"; {finer_grid(self.scene)}" if grid else ""
+            return f"no flow.rtol decides it while {names} may change the leak rate so much{remedy}"
         return "the best estimate is the limit itself"
+
+
+def finer_grid(scene: Scene) -> str:
+    """Advice to narrow the entry of the contact's grid."""
+    setting = "surface.shape" if scene.measured_map is None else "a map in smaller steps"
+    return f"a finer grid of the contact ({setting}) might decide"
 
 
 def open_entries(budget: ErrorBudget) -> list[Uncertainty]:

@@ -17,6 +17,7 @@ from fem_seal.errors import NotConverged, present
 from fem_seal.grid_series import error_beyond
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
+from fem_seal.quantities.headline import ShownUnit
 
 # Key of the entry if flow.lift is "none"; else it is `LIFT`.
 NEGLECTED = "fluid_pressure"
@@ -122,8 +123,9 @@ def _resolved(patch: Patch) -> Uncertainty:
         )
     if state.state == "sealed":
         sentence = (
-            f"sealed under the fluid's pressure as well, up to {inlet} wherever no open path leads "
-            f"to the outlet; {inlet} everywhere opens nothing, or led to no equilibrium that leaks"
+            f"sealed under the fluid's pressure as well, up to {inlet} above ambient wherever no "
+            f"open path leads to the outlet; {inlet} everywhere opens nothing, or led to no "
+            "equilibrium that leaks"
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0)
     sentence = (
@@ -140,17 +142,18 @@ def _range(patch: Patch) -> Uncertainty:
     dry = patch.leak_rate
     closed, opened = (rate.widened(*of_grid) for rate, of_grid in patch.once(_range_ends))
     lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), opened.ends[1]
+    shown, least = ShownUnit.of(patch.scene), closed.ends[0]
     sentence = (
         "any fluid pressure between those of inlet and outlet is covered: between "
-        f"{rounded_down(closed.ends[0])} and {rounded_up(rate)} m^3/s"
+        f"{rounded_down(least * shown.per_solved)} and {rounded_up(rate * shown.per_solved)} "
+        f"{shown.name}"
     )
     if isinf(rate):
         sentence = "the inlet's pressure is no less than the load, so that the seal may lift off"
-        least = closed.ends[0]
         if isinf(least):
             sentence = "the outlet's pressure is no less than the load: the seal lifts off"
         elif least > 0:
-            sentence += f"; at least {rounded_down(least)} m^3/s"
+            sentence += f"; at least {rounded_down(least * shown.per_solved)} {shown.name}"
         return Uncertainty(LIFT, "not covered", sentence, lower, None, caution=True, is_range=True)
     return Uncertainty(LIFT, "estimated", sentence, lower, upper, upper_rate=rate, is_range=True)
 
@@ -191,7 +194,7 @@ def _at_the_end(patch: Patch, pressure: float, *, upper: bool) -> tuple[LeakRate
     if limit is None or patch.scene.tolerances is not None:
         return None, []
     allowed = limit.volume_rate(patch.scene.drive)
-    low, high = patch.leak_rate.bounds
+    shown, (low, high) = ShownUnit.of(patch.scene), patch.leak_rate.bounds
     if (high > allowed) if upper else (low <= allowed):
         return None, []
     with patch.timed("fluid pressure"):
@@ -200,16 +203,16 @@ def _at_the_end(patch: Patch, pressure: float, *, upper: bool) -> tuple[LeakRate
             leak = other.leak_rate.widened(*error_beyond(patch, other))
         except NotConverged:
             return None, [f"the contact under {_pressure(pressure)} did not converge"]
-    low, high = leak.bounds
+    low, high = (shown.per_solved * end for end in leak.bounds)
     if upper:
         under = f"under the {_pressure(pressure)} that are left for the solid"
-        sealed, end = "the contact is sealed all the same", f"at most {rounded_up(high)} m^3/s"
+        sealed, end = "the contact is sealed all the same", f"at most {rounded_up(high)}"
     else:
         under = f"under the {_pressure(pressure)} that press the solid then"
-        sealed, end = "the contact is sealed", f"at least {rounded_down(low)} m^3/s"
+        sealed, end = "the contact is sealed", f"at least {rounded_down(low)}"
     if high == inf:
         return None, [f"{under}, a finer grid of the contact may leak any amount"]
-    return leak, [f"{under} {sealed}" if leak.state == "sealed" else f"{under}, {end}"]
+    return leak, [f"{under} {sealed}" if leak.state == "sealed" else f"{under}, {end} {shown.name}"]
 
 
 def _lower_factor(dry: LeakRate, closed: LeakRate) -> float:

@@ -19,7 +19,7 @@ from fem_seal.error_budget import (
 from fem_seal.errors import present
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.advice import open_entries
+from fem_seal.quantities.advice import finer_grid, open_entries
 from fem_seal.quantities.inputs import inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import slip_entry_at
@@ -69,9 +69,7 @@ def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
         many = _about(_realizations_for(seal))
         return f"{advice}: {many} give the mean to a factor of {NARROW_RATIO:g}"
     if widest == CONTACT_GRID:
-        of_map = patch.scene.measured_map is not None
-        setting = "a map in smaller steps" if of_map else "surface.shape"
-        return f"a finer grid of the contact ({setting}) might decide"
+        return finer_grid(patch.scene)
     if widest not in REMEDIES:
         return f"no setting narrows {widest.replace('_', ' ')}, the widest of them"
     return f"{REMEDIES[widest]} might decide"

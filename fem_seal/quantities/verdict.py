@@ -80,7 +80,7 @@ def verdict(
             advice = UndecidedLimit(scene, leak, head, limit, needed, fixed).advice
         comparison = f"{comparison}; {advice}"
     both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]
-    counting = f", counting {entry_words(both, 3)}" if both and leak.state == "leaking" else ""
+    counting = f", counting {entry_words(both)}" if both and leak.state == "leaking" else ""
     sentence = f"{decision}: {head}; {comparison}{counting}{open_points}"
     limit_text = f"{in_digits(stated.number, 6)} {stated.unit.name}"
     return Verdict(decision, sentence, limit_text, *needed, comparison)

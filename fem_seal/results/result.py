@@ -179,6 +179,14 @@ class Result(Record):
             ) from None
         return result
 
+    @property
+    def shown(self) -> ShownUnit:
+        """Unit of `leak_rate_shown`; m³/s where nothing leaks, or the scene names none."""
+        leak = self.leak_rate if self.seal is None else self.seal.leak_rate
+        if self.leak_rate_shown is None or not (leak and leak.value):
+            return ShownUnit()
+        return ShownUnit(self.leak_rate_shown.unit, self.leak_rate_shown.value / leak.value)
+
     def flow(self) -> Flow:
         """Section [flow] of the scene that gave this result."""
         try:
@@ -230,12 +238,8 @@ def _of_schema_1(data: dict[str, Any]) -> dict[str, Any]:
     leak = result.leak_rate if result.seal is None else result.seal.leak_rate
     if leak is None:
         return data | {"schema": 2}
-    shown = ShownUnit()
-    if result.leak_rate_shown is not None and leak.value:
-        per_solved = result.leak_rate_shown.value / leak.value
-        shown = ShownUnit(result.leak_rate_shown.unit, per_solved)
     rate = LeakRate(result.state, result.method or "", leak.value, leak.lower, leak.upper)
-    return data | {"schema": 2, "together": headline(rate, result.error_budget or (), shown)}
+    return data | {"schema": 2, "together": headline(rate, result.error_budget or (), result.shown)}
 
 
 def _versions() -> Iterator[tuple[str, str]]:

@@ -32,6 +32,7 @@ from fem_seal.fluid import volume_conditions
 from fem_seal.leak_rate import FlowState, rate_text
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
+from fem_seal.quantities.headline import SI, ShownUnit
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.results.records import GasRecord, LiftRecord, SealRecord
@@ -58,7 +59,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
         ("sides", str, WALLS if walls else None),
         ("surface", preparation_words, result.preparation or None),
         ("seal", seal_words, result.seal),
-        ("lift", partial(lift_words, sealed=state == "sealed"), result.lift),
+        ("lift", partial(lift_words, sealed=state == "sealed", shown=result.shown), result.lift),
         ("gas", gas_words, result.gas),
         # What is uncertain stands in other lines.
         (
@@ -126,15 +127,18 @@ def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> st
     may open a path. Without such entries it gives the sentences that say why none opens.
     """
     counted = [entry for entry in budget if entry.counted and state == "leaking"]
-    opening = [entry.name for entry in budget if state == "sealed" and may_open(entry)]
+    opening = [entry for entry in budget if state == "sealed" and may_open(entry)]
     words = f"{entry_words(counted)} times the value" if counted else ""
     if len(counted) > 1:
         together = f"together {factor_words(*combined(budget))}"
         words = f"{entry_words(counted)}, {together} times the value"
     not_covered = [entry.name for entry in budget if entry.kind == "not covered"]
-    named = ", ".join(name for name in not_covered if name not in opening)
+    names = [entry.name for entry in opening]
+    named = ", ".join(name for name in not_covered if name not in names)
     if opening:
-        words = f"may leak all the same: {', '.join(opening)}"
+        words = f"may leak all the same: {', '.join(names)}"
+        if len(opening) == 1 and opening[0].upper_rate:
+            words += ", up to the upper end of the leak rate"
     elif state == "sealed":
         why = (e for e in budget if e.counted and e.key not in IN_BOUNDS)
         words = "; ".join(f"{e.name}: {e.sentence} ({e.kind})" for e in why)
@@ -207,7 +211,7 @@ def gas_words(gas: GasRecord) -> str:
         slip = f"{gas.slip or 'first-order'} slip at the walls"
     path = f"mean free path {_length(gas.mean_free_path)}"
     if gas.knudsen_number is not None:
-        path += f", Knudsen number {gas.knudsen_number:.2g} at the tightest place"
+        path += f", Knudsen number {in_digits(gas.knudsen_number, 2)} at the tightest place"
     return (
         f"volume {volume_conditions(gas.reference_temperature, gas.reference_pressure)}; "
         f"{in_digits(gas.mass_rate.value)} kg/s, {in_digits(gas.throughput.value)} Pa m^3/s, "
@@ -245,7 +249,7 @@ def aperture_words(aperture: HydraulicAperture) -> str:
     return rate_text(aperture.value * scale, lower, upper, unit.replace("µ", "u"))
 
 
-def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
+def lift_words(lift: LiftRecord, sealed: bool = False, shown: ShownUnit = SI) -> str:
     """Loads of fluid and solid, or the range of leak rates, in words.
 
     In a sealed film the fluid's pressure is an assumption, and with it both loads: the model lets
@@ -254,14 +258,14 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
     area = 100 * lift.dry.contact_area_fraction
     dry = f"dry, {area:.4g} % of the area would touch"
     if lift.model == "range":
-        ends = [f"{ends_words(lift.lowest, lift.highest)} m^3/s"]
+        ends = [f"{ends_words(lift.lowest, lift.highest, shown.per_solved)} {shown.name}"]
         if lift.highest is None:
             ends = ends if lift.lowest else []
             # Without a lower end the outlet's pressure alone lifts it off.
             may_close = lift.lowest is not None
             ends.append("without limit if the seal lifts off" if may_close else "without limit")
-        both = ", and ".join(ends)
-        return f"{both}, whatever the fluid's pressure between those of inlet and outlet"
+        text = ", and ".join(ends)
+        return f"{text}, whatever the fluid's pressure between those of inlet and outlet"
     if lift.solid_pressure is None:
         return f"no load is left to the solid; {dry}"
     carried = with_prefix(present(lift.fluid_pressure, "fluid pressure"), "Pa")

@@ -158,11 +158,19 @@ def test_budget_of_a_state_that_has_not_settled():
 
 def test_range_in_the_result():
     """Both ends, and a budget whose factors lead from the dry bounds to them."""
-    result = solve(scene(lift="range")).result()
+    output = {"products": ["leak_rate"], "leak_rate_unit": "ml/h"}
+    result = solve(scene(lift="range", output=output)).result()
     low, high = lift_range(Patch(scene(lift="range")))
     assert (result.lift.lowest, result.lift.highest) == (low.lower, high.upper)
     assert entry(result).upper * result.leak_rate.upper == pytest.approx(high.upper, rel=1e-9)
     assert result.lift.solid_pressure is None
+    assert "lifts off" not in entry(result).sentence
+    # In four digits, rounded outwards; 1 m³/s = 3.6e9 ml/h.
+    for words in (dict(summary_of(result))["lift"], entry(result).sentence.split("between ")[-1]):
+        least, _, most, unit = words.replace(",", "").split()[:4]
+        ends = 3.6e9 * low.lower, 3.6e9 * high.upper
+        assert (float(least), float(most)) == pytest.approx(ends, rel=1e-3)
+        assert unit == "ml/h"
 
 
 def test_range_with_an_inlet_above_the_load_is_open():

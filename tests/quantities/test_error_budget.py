@@ -13,6 +13,7 @@ from fem_seal.error_budget import (
     Uncertainty,
     combined,
     estimate,
+    factor_words,
     flow_entry,
 )
 from fem_seal.errors import Inconsistent
@@ -164,6 +165,18 @@ def test_what_would_decide_with_other_factors():
     total = 2.4 / 2 / 1.1 - 1
     advised = judged(2.4e-10, GRID, kinetic, total=0.5).sentence
     assert f"accuracy.total = {total:.2g} might decide" in advised
+    wide = replace(GRID, lower=0.5, upper=2.0)
+    assert "a finer grid of the contact (surface.shape)" in judged(2.4e-10, wide, kinetic).sentence
+
+
+def test_factors_near_one():
+    """As a distance, of two digits and rounded up, where four digits would widen them much."""
+    assert factor_words(0.99988, 1.000125) == "1 ± 0.00013"
+    assert factor_words(0.9954, 1.0046) == "0.9954 to 1.005"
+    assert (factor_words(1 - 7e-16, 1 + 7e-16), factor_words(1.0, None)) == ("1", "at least 1")
+    # The same digits in a verdict and in the line of errors.
+    found = judged(3e-10, replace(GRID, upper=1.2034))
+    assert "contact grid 0.8 to 1.204 (estimated)" in found.sentence
 
 
 def test_a_sealed_gap_that_may_open():
@@ -173,6 +186,8 @@ def test_a_sealed_gap_that_may_open():
     lift = Uncertainty("fluid_pressure", "estimated", "it opens", 1.0, None, upper_rate=2e-10)
     assert judged(2e-10, lift, leak=sealed).decision == "within limit"
     assert judged(1.9e-10, lift, leak=sealed).decision == "undecided"
+    words = "may leak all the same: fluid pressure, up to the upper end of the leak rate"
+    assert budget_words((lift, GRID), "sealed") == words
 
 
 def rough(total=None, limit=None, **flow):
