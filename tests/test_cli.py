@@ -297,7 +297,8 @@ def test_interrupted_run_leaves_nothing(small_scene, tmp_path):
     process.send_signal(signal.SIGINT)
     output, error = process.communicate(timeout=60)
     assert process.returncode == 130, error
-    assert error == "fem-seal: interrupted; nothing half-written is left\n"
+    left = "nothing half-written is left; patches of a [seal] that are done stay"
+    assert error == f"fem-seal: interrupted; {left}: the same command goes on from them\n"
     assert output == ""
     assert below(tmp_path) == ["scene.toml"]
 

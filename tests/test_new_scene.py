@@ -2,6 +2,7 @@
 
 import shlex
 import tomllib
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -112,6 +113,21 @@ def test_refused(arguments, message, here, refused):
     (here / "inf.txt").write_text("0 1 5\n2 1e999 3\n")
     (here / "empty.txt").write_text("NODATA_value 0\n" + "0 0 0 0\n" * 3)
     assert message in refused("new", *arguments)
+
+
+def test_commands_that_read_a_large_map_say_what_they_do(monkeypatch):
+    heard = []
+
+    @contextmanager
+    def display():
+        yield lambda stage, _: heard.append(stage)
+
+    np.savetxt("map.txt", HEIGHTS * 1e6)
+    for words in (["new", "map.txt", *STATED], ["surface", "map.toml"], ["run", "map.toml"]):
+        heard.clear()
+        monkeypatch.setattr(f"fem_seal.cli.{words[0]}.Display", display)
+        assert cli.main([*words, *["--dry-run"] * (words[0] == "run")]) == 0
+        assert heard
 
 
 def test_surface_of_a_file_without_a_scene(capsys):

@@ -196,7 +196,10 @@ def test_each_point_of_a_killed_chain_has_its_own_error(tmp_path):
     folder = PointFolder(tmp_path, int)
     kept = StudyTask("kept", "kept", keep_and_die, (folder.path_of("kept"),))
     chain = chain_of(folder, fail, die, fine, begin=type(None))
-    outcome = compute_points([chain, Chain(folder, (kept,))], Work(2))
+    said = []
+    report = lambda stage, _: said.append(stage)  # noqa: E731
+    outcome = compute_points([chain, Chain(folder, (kept,))], Work(2), report=report)
+    assert said[-1].startswith("2 of 4 points done")
     assert {label: str(error)[:24] for label, error in outcome.failures.items()} == {
         "fail": "an error of its own",
         "die": "the process that compute",
@@ -207,8 +210,10 @@ def test_each_point_of_a_killed_chain_has_its_own_error(tmp_path):
 
 def test_a_study_says_how_many_points_have_failed(tmp_path):
     folder = PointFolder(tmp_path, int)
+    said = []
     with pytest.raises(InvalidInput, match=r"^fail: an error of its own$"):
-        compute_study([chain_of(folder, fail)], None, lambda *_: None)
+        compute_study([chain_of(folder, fail)], None, lambda stage, _: said.append(stage))
+    assert said[-1] == "1 of 1 points done"
     with pytest.raises(InvalidInput, match=r"^fail: .*own, and 1 other point failed$"):
         compute_study([chain_of(folder, fail, too_large)], None, lambda *_: None)
 

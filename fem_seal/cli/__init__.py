@@ -88,6 +88,8 @@ COMMANDS = {
     ),
 }
 INTERRUPTED = 130
+# What an interrupted command has finished, and need not do again.
+RESUMED = {"run": "patches of a [seal]", "sweep": "points", "study": "points"}
 
 
 class _Parser(argparse.ArgumentParser):
@@ -163,10 +165,10 @@ def main(arguments: list[str] | None = None) -> int:
     if isinstance(sys.stdout, TextIOWrapper):
         # Write "?" for characters that its encoding lacks; it would raise an error.
         sys.stdout.reconfigure(errors="replace")
+    words = sys.argv[1:] if arguments is None else arguments
     try:
         parallel.abort_together()
         with interruptible():
-            words = sys.argv[1:] if arguments is None else arguments
             options = parser(words).parse_args(words)
             options.command_line = words
             if (elsewhere := use_writable_cache()) and parallel.is_root():
@@ -189,4 +191,7 @@ def main(arguments: list[str] | None = None) -> int:
     except ImportError as error:
         return parallel.fail(f"fem-seal: {why_not_imported(error)}", MissingPackage.exit_status)
     except KeyboardInterrupt:
-        return parallel.fail("fem-seal: interrupted; nothing half-written is left", INTERRUPTED)
+        text = "fem-seal: interrupted; nothing half-written is left"
+        if words and words[0] in RESUMED:
+            text += f"; {RESUMED[words[0]]} that are done stay: the same command goes on from them"
+        return parallel.fail(text, INTERRUPTED)

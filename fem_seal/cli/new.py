@@ -8,6 +8,7 @@ from fem_seal.cli.options import add_path, add_statements, scene_of_heights
 from fem_seal.cli.printing import say
 from fem_seal.errors import InvalidInput, present
 from fem_seal.files import write_text
+from fem_seal.progress import Display
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -25,7 +26,9 @@ def _new(options: argparse.Namespace) -> int:
     out = options.out or Path(f"{options.file.stem}.toml")
     if out.exists() and out != options.file:  # which is a scene, as new_scene says
         raise InvalidInput(f"{out} is there already; delete it, or name another one by --out")
-    new = new_scene(options.file, out.parent, stated)
+    with Display() as report:
+        report(f"reading {options.file}", "")
+        new = new_scene(options.file, out.parent, stated)
     write_text(out, new.text)
     lines = [f"{options.file}: {'; '.join(new.facts)}"]
     if new.needed:

@@ -65,5 +65,8 @@ def _predict(options: argparse.Namespace) -> int:
             raise InvalidInput(f"--{name} acts on a result, and --dry-run makes none; leave it out")
     scene, work = Scene.from_file(options.scene, options.overrides), work_of(options)
     require_shared(scene, work)
-    say(str(predicted(scene, work=work)))
+    with Display() as report:
+        report("predicting time and memory", "")
+        expected = predicted(scene, work=work)
+    say(str(expected))
     return 0

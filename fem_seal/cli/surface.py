@@ -12,6 +12,7 @@ from fem_seal.cli.printing import say
 from fem_seal.digits import with_error, with_prefix
 from fem_seal.errors import InvalidInput
 from fem_seal.files import write_text
+from fem_seal.progress import Display, Report
 from fem_seal.tables import aligned, csv_text
 
 if TYPE_CHECKING:
@@ -34,6 +35,14 @@ def add(command: argparse.ArgumentParser) -> None:
 
 
 def _surface(options: argparse.Namespace) -> int:
+    with Display() as report:
+        text = _described(options, report)
+    say(text)
+    return 0
+
+
+def _described(options: argparse.Namespace, report: Report) -> str:
+    """Text about the surface; its picture and its table are written."""
     from fem_seal.patch import Patch
     from fem_seal.render.plot import FORMATS
     from fem_seal.scene import ProfileSurface
@@ -45,8 +54,9 @@ def _surface(options: argparse.Namespace) -> int:
     if options.csv is not None and options.csv.suffix.lower() != ".csv":
         raise InvalidInput(f"--csv {options.csv} must end in .csv")
     scene = _scene(options)
-    patch = Patch(scene, on_own_grid=True)
+    patch = Patch(scene, report, on_own_grid=True)
     prepared = _prepared(patch)
+    report("spectrum and lay", "")
     spectrum = None
     if isinstance(scene.surface, ProfileSurface):
         spectrum = spectrum_of_profiles(scene.surface)
@@ -71,8 +81,7 @@ def _surface(options: argparse.Namespace) -> int:
         stated = {"--length-unit": options.length_unit, "--size": options.size}
         words += [word for pair in stated.items() if pair[1] for word in pair]
         lines.append(f"{shlex.join(words)} writes a scene that presses it")
-    say("\n".join(lines))
-    return 0
+    return "\n".join(lines)
 
 
 def _of_steps(prepared: "PreparedSurface", patch: "Patch", *, is_cell: bool) -> list[str]:

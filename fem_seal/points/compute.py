@@ -81,6 +81,9 @@ def compute_points(
             need = UNKNOWN_POINT if each is None else each.reserved
             failures = _by_workers(waiting, jobs, poll, work.memory, need)
     left, all_left = parallel.on_root(lambda: (_without_file(mine), _without_file(chains)), comm)
+    if missing:
+        pace.count(len(missing) - len(left))
+        pace("", "")
     return Outcome(len(missing) - len(left), len(all_left), failures)
 
 

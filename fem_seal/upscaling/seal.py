@@ -14,6 +14,7 @@ from fem_seal.files import temporary_folder
 from fem_seal.leak_rate import Bounded, LeakRate, half_width_of, relative_half_width, relative_width
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
+from fem_seal.progress import NOTE
 from fem_seal.upscaling.leak_path import LeakPath
 from fem_seal.upscaling.mosaic import (
     LEAST_LEAKING,
@@ -105,6 +106,11 @@ def under_less_load(
             late = parallel.on_root(lambda: perf_counter() - start > seconds, patch.comm)
             if late:
                 return replace(seal, lowered=LoweredSeal(part))
+            patch.report(
+                NOTE,
+                f"all patches are sealed: what others may leak is sought under {per_cent(part)} of "
+                f"the load (at most {LOWER_LOADS} loads, in addition to the time expected)",
+            )
             few = solve_seal(patch, folder, work, part=part, patches=LEAST_LEAKING, each=each)
             if few.share_sealed.value == 1:
                 continue

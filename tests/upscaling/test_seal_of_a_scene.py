@@ -21,6 +21,7 @@ from fem_seal.leak_rate import Bounded
 from fem_seal.patch import Patch
 from fem_seal.points import Work
 from fem_seal.pressure_profile import Hertz, read_profile, uniform
+from fem_seal.progress import NOTE
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.seal import patches_entry
 from fem_seal.quantities.verdict import verdict
@@ -491,8 +492,11 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(kept, monkeypa
     monkeypatch.setattr("fem_seal.solved.LEAST_SECONDS", np.inf)
     monkeypatch.setattr(seal_module, "temporary_folder", lambda: nullcontext(kept))
     asked = scene(contact={"pressure": 0.35e6}, seal={"patches": 3}, limit={"leak_rate": "9 ml/h"})
-    solved = solve(asked)
+    said = []
+    solved = solve(asked, lambda *line: said.append(line))
     lowered = solved.seal.lowered
+    notes = [detail for stage, detail in said if stage == NOTE]
+    assert f"under {100 * lowered.part:.0f} % of the load" in notes[-1]
     assert (solved.state, solved.verdict.decision) == ("sealed", "within limit")
     assert solved.headline.upper == lowered.at_most > 0
     there = solve_seal(Patch(asked), part=lowered.part)
