@@ -216,13 +216,12 @@ class LeakRate:
     def widened(self, lower: float, upper: float | None) -> "LeakRate":
         """The same with factors <= 1 and >= 1 on its ends, of which None opens the upper one.
 
-        A sealed film with an open upper end may leak any amount: it counts as lifted off.
+        A sealed film with an open upper end may leak.
         """
         low, high = self.ends
-        if upper is None and self.state == "sealed":
-            return LeakRate.lifted_off(self.method)
+        state: FlowState = "leaking" if upper is None and self.state == "sealed" else self.state
         most = inf if upper is None else upper * high
-        return dataclasses.replace(self, lower=lower * low, upper=most)
+        return dataclasses.replace(self, state=state, lower=lower * low, upper=most)
 
     @classmethod
     def sealed(cls, method: str) -> "LeakRate":

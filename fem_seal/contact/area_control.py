@@ -32,8 +32,8 @@ TRIAL_CERTIFICATE = 0.1
 MOST_TRIALS = 8
 # Relative width of the pressure bracket at which the area is taken to jump over the target.
 SMALLEST_STEP = 1e-6
-# If the area is too large even at this part of the first guess, it is taken to be that of first
-# touch.
+# If the area is too large even at this part of the first guess, the search ends at the contact with
+# the nearest area.
 LEAST_PRESSURE = 1e-12
 HIGHEST = 1e12  # pressure over the first guess at which the search gives up
 # First guess of the pressure over that of Persson's area law, at light load; it rises by a third of
@@ -99,7 +99,7 @@ def _trial(
         miss = abs(area / area_fraction - 1)
         if iterate.certificate <= max(min(TRIAL_CERTIFICATE, miss / SIDE_KNOWN), SEARCH_TOLERANCE):
             break
-        if iterate.iteration >= limit:
+        if iterate.iteration >= limit or np.isnan(iterate.certificate):
             break
     return area, iterate.pressure, iterate.iteration
 

@@ -105,12 +105,12 @@ class ContactPair:
         self, mean_gap: float, stopping: ContactStopping, start: np.ndarray | None = None
     ) -> ContactState:
         """Contact at a mean gap [m] > 0, from no pressure or another pressure [Pa]."""
-        level = mean_gap / self.unit_height
-        if level >= self.scaled_heights.max():
-            gap = np.maximum(level - self.scaled_heights, 0)
+        held = mean_gap / self.unit_height
+        if held >= self.scaled_heights.max():
+            gap = np.maximum(held - self.scaled_heights, 0)
             return self._open(gap * self.unit_height)
         pressure = np.zeros(self.height.shape) if start is None else start / self.unit_pressure
-        problem = Problem(self.scaled_heights, self.half_space, mean_gap=level)
+        problem = Problem(self.scaled_heights, self.half_space, mean_gap=held)
         return self._converged(problem, pressure, stopping)
 
     def touching(self) -> ContactState:
@@ -127,7 +127,7 @@ class ContactPair:
         """Solve, and make the state of the accepted pressure and the gap that it causes."""
         end = converge(problem, pressure, stopping)
         pressure, gap = end.iterate.pressure, present(end.iterate.gap, "gap of an iterate")
-        gap = np.maximum(gap - problem.offset(pressure, gap), 0)
+        gap = np.maximum(gap - problem.level(pressure, gap), 0)
         gap[pressure > 0] = 0
         return ContactState(
             gap=self._field(gap * self.unit_height),

@@ -50,7 +50,10 @@ def _gap_of(ratio: float, gap: float, slip: Slip | None) -> float:
         return gap * float(np.cbrt(ratio))
     # Slip only raises the leak rate: h is at most the gap without slip.
     most = gap * float(np.cbrt(ratio * slip.mean_gain(gap)))
-    return most * brentq(lambda t: t**3 * slip.mean_gain(t * most) - 1, 1e-50, 1.0, rtol=1e-14)
+    least = 1e-50  # over that
+    return most * brentq(
+        lambda t: t**3 * slip.mean_gain(t * most) - 1, least, 1.0, xtol=least, rtol=1e-14
+    )
 
 
 def uniform_rectangle(

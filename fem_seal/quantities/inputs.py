@@ -244,7 +244,7 @@ def input_shares(
         (_ends(scene, -1, gap), closed),
     ):
         x, driven = laws(factors)
-        if flow.state == "leaking":
+        if flow.state == "leaking" and flow.value > 0:
             points[x] = log(flow.value) - driven
 
     def change(name: str, end: int) -> float:
