@@ -41,7 +41,7 @@ def lifting_problem(
     inlet, outlet = scene.flow.gauge_pressures
     return LiftProblem(
         height=surface,
-        elastic=present(scene.solid, "[solid]").elastic,
+        solid=present(scene.solid, "[solid]").elastic,
         arithmetic=present(scene.contact, "[contact]").arithmetic,
         prescribed=load,
         settings=settings,

@@ -87,7 +87,7 @@ def sensitivity(
         adjoint = _solution(point.linear.adjoint(ADJOINT_TOLERANCE, ADJOINT_ITERATIONS))
         weight = weight + point.linear.response_transposed(adjoint, ADJOINT_TOLERANCE)
     z = point.gap_change(weight, ADJOINT_TOLERANCE)
-    by_height = -problem.stiffness * problem.solid.pressure(z)
+    by_height = -problem.stiffness * problem.half_space.pressure(z)
     by_input = {"heights": float(np.vdot(by_height, height.values))}
     solid = scene.solid
     modulus = "contact_modulus" if solid and solid.contact_modulus else "youngs_modulus"
@@ -162,7 +162,7 @@ class ByLoad:
     def pressure(self) -> np.ndarray:
         """∂p_c/∂P (nx, ny) of the contact pressure."""
         problem = self.problem
-        return 1 + problem.stiffness * problem.solid.pressure(self.gap) - self._fluid
+        return 1 + problem.stiffness * problem.half_space.pressure(self.gap) - self._fluid
 
     @cached_property
     def log_rate(self) -> float:

@@ -25,10 +25,10 @@ class ContactTangent:
 
     Parameters
     ----------
-    solid
+    half_space
         The solid on the grid of the contact.
     stiffness
-        Pressure that the unit of `solid.pressure` stands for, per displacement [Pa/m].
+        Pressure that the unit of `half_space.pressure` stands for, per displacement [Pa/m].
     opened : (nx, ny)
         Samples that are not in contact.
     mean_gap_held
@@ -37,12 +37,12 @@ class ContactTangent:
 
     def __init__(
         self,
-        solid: HalfSpace,
+        half_space: HalfSpace,
         stiffness: float,
         opened: np.ndarray,
         mean_gap_held: bool = False,
     ):
-        self._solid, self._stiffness, self._opened = solid, stiffness, opened
+        self._half_space, self._stiffness, self._opened = half_space, stiffness, opened
         # Change of the gap with a uniform pressure, of which a held mean gap leaves nothing.
         self._uniform: np.ndarray | None = None
         if mean_gap_held and opened.any() and not opened.all():
@@ -58,7 +58,7 @@ class ContactTangent:
             Relative residual at which the conjugate gradients stop.
         """
         if self._opened.all():
-            return self._solid.displacement(pressure / self._stiffness).copy()
+            return self._half_space.displacement(pressure / self._stiffness).copy()
         change = self._inverse(pressure, tolerance)
         if self._uniform is not None:
             change -= change.sum() / self._uniform.sum() * self._uniform
@@ -80,7 +80,7 @@ class ContactTangent:
         z and M t are stored in the work arrays of the half-space; z only steers the iteration, in
         the precision of that. Passes over the arrays go block by block.
         """
-        opened, solid, samples = self._opened, self._solid, self._opened.size
+        opened, solid, samples = self._opened, self._half_space, self._opened.size
         change, r, t = np.zeros(opened.shape), np.empty(opened.shape), np.zeros(opened.shape)
         z, Mt = solid.steer.values, solid.exact.values
         unit = float(np.abs(pressure).max())  # of r, so that z fits into single precision

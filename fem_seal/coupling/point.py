@@ -94,7 +94,7 @@ class LiftPoint:
     def _tangent(self) -> ContactTangent:
         problem, opened = self.problem, self.contact.gap.values > 0
         held = problem.prescribed.kind == "mean_gap"
-        return ContactTangent(problem.solid, problem.stiffness, opened, held)
+        return ContactTangent(problem.half_space, problem.stiffness, opened, held)
 
     def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
         """G' of a change of the pressure: change of the gap [m]; this operator is symmetric."""
@@ -115,7 +115,7 @@ class LiftPoint:
             problem.field(field.values[::every, ::every])
             for field in (self.contact.gap, self.contact.pressure)
         )
-        contact = ContactState(gap, pressure, problem.elastic.contact_modulus)
+        contact = ContactState(gap, pressure, problem.solid.contact_modulus)
         below = self.pressure[::every, ::every]
         return LiftPoint(problem, problem.first_network, self.epsilon, below, contact)
 
@@ -242,7 +242,7 @@ class LiftPoint:
         pressure = np.clip(self.pressure + part * step.pressure, problem.outlet, problem.inlet)
         if problem.solid_load(pressure) <= 0:
             return None
-        change = problem.solid.pressure(step.gap) * problem.stiffness - step.pressure
+        change = problem.half_space.pressure(step.gap) * problem.stiffness - step.pressure
         start = np.where(contact.contact, contact.pressure.values + part * change, 0.0)
         pressed = problem.contact_under(pressure, np.maximum(start, 0.0))
         return replace(self, pressure=pressure, contact=pressed)
@@ -269,7 +269,7 @@ class FloatingPoint(LiftPoint):
         if gap.min() <= 0:
             return None
         none = problem.field(np.zeros_like(gap))
-        contact = ContactState(problem.field(gap), none, problem.elastic.contact_modulus)
+        contact = ContactState(problem.field(gap), none, problem.solid.contact_modulus)
         return replace(self, pressure=pressure, contact=contact, level=level)
 
     @cached_property

@@ -40,7 +40,7 @@ class LiftProblem:
     """
 
     height: GridField  #: counter-face h [m]
-    elastic: ElasticSolid
+    solid: ElasticSolid
     arithmetic: Arithmetic  #: of the contact
     prescribed: Load  #: pressure P₀ of solid and fluid, contact area or mean gap
     settings: FlowSettings  #: a limit of time ends the stages, which then have not settled
@@ -95,21 +95,19 @@ class LiftProblem:
         return self.outlet + (absolute[:-1] - absolute[-1]).reshape(u.shape)
 
     @cached_property
-    def solid(self) -> HalfSpace:
+    def half_space(self) -> HalfSpace:
         """Half-space on the grid of the contact.
 
         Made when it is first asked for: in `on_root` it has the threads of all processes.
         """
         shape, spacing, arithmetic = self.height.shape, self.height.spacing, self.arithmetic
-        return HalfSpace(
-            shape, spacing, self.elastic.layer, arithmetic.threads, arithmetic.precision
-        )
+        return HalfSpace(shape, spacing, self.solid.layer, arithmetic.threads, arithmetic.precision)
 
     @property
     def stiffness(self) -> float:
-        """Pressure that the unit of `solid.pressure` stands for, per displacement [Pa/m]."""
+        """Pressure that the unit of `half_space.pressure` stands for, per displacement [Pa/m]."""
         dx, dy = self.height.spacing
-        return self.elastic.contact_modulus / (2 * (dx * dy) ** 0.5)
+        return self.solid.contact_modulus / (2 * (dx * dy) ** 0.5)
 
     @property
     def drop(self) -> float:
@@ -140,14 +138,14 @@ class LiftProblem:
         self, pressure: np.ndarray, start: ContactState | np.ndarray | None = None
     ) -> ContactState:
         """Contact with a fluid pressure [Pa]: a dry one with heights h - S p_f."""
-        solid = self.solid_load(pressure)
-        load = self.prescribed if self.load is None else Load("pressure", solid)
+        carried = self.solid_load(pressure)
+        load = self.prescribed if self.load is None else Load("pressure", carried)
         lowered = self.height.values - self.displacement(pressure)
         return self.press(self.field(lowered), start, load)
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement [m] under a pressure (nx, ny) [Pa], of zero mean."""
-        return self.solid.displacement(pressure / self.stiffness).copy()
+        return self.half_space.displacement(pressure / self.stiffness).copy()
 
     def film_pressure(self, gap: np.ndarray, network: Network, epsilon: float) -> FilmPressure:
         """Pressure u between 1 and 0 in a film that conducts as g³ + ε³, with ε [m] everywhere."""
@@ -255,7 +253,7 @@ class LiftProblem:
         tested on rough surfaces, not proved. It does not hold for a layer, nor where an area or a
         mean gap is prescribed.
         """
-        if self.load is None or self.may_float or self.solid.layer is not None:
+        if self.load is None or self.may_float or self.half_space.layer is not None:
             return False
         everywhere = np.full(self.height.shape, self.inlet)
         return self.film(self.contact_under(everywhere).gap).sealed

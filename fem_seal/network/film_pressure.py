@@ -69,7 +69,7 @@ class FilmPressure:
         self._network, self._slope = network, slope
         self._unit = float(conducting.max())
         places = network.to_places @ (conducting.ravel() / self._unit)
-        links, self._by_places = network.links(places), network.links_by_gap(places)
+        links, self._by_places = network.conductances(places), network.conductances_by_gap(places)
         (a, b), nodes = network.ends, len(network.free)
         entries = (np.append(links, links), (np.append(a, b), np.append(b, a)))
         between = sparse.csr_array(sparse.coo_array(entries, (nodes, nodes)))
@@ -131,7 +131,7 @@ class FilmPressure:
     def beyond(self, gap: np.ndarray) -> float:
         """Part of the leak rate that is lost with a smaller gap (nx, ny) [m], to first order."""
         network = self._network
-        links = network.links(network.to_places @ (gap.ravel() / self._unit))
+        links = network.conductances(network.to_places @ (gap.ravel() / self._unit))
         return 1 - float(links @ self._drop**2) / float(self.dissipation.sum())
 
     def _adjoint(self, weight: np.ndarray, tolerance: float) -> np.ndarray:

@@ -139,12 +139,12 @@ class Network:
             beside=legs[oblique].T,
         )
 
-    def links(self, gap: np.ndarray) -> np.ndarray:
+    def conductances(self, gap: np.ndarray) -> np.ndarray:
         """Conductances (links,) with a gap at the places, times 12 η."""
         of_legs = LINKS[self.rule](*gap[self.between])
         return self.weight * np.append(of_legs, harmonic_mean(*of_legs[self.beside]))
 
-    def links_by_gap(self, gap: np.ndarray) -> sparse.csr_array:
+    def conductances_by_gap(self, gap: np.ndarray) -> sparse.csr_array:
         """Derivatives (links, places) of the conductances by the gap at the places."""
         rule, step = LINKS[self.rule], 1e-5
         a, b = gap[self.between]

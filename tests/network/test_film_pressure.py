@@ -186,7 +186,7 @@ def test_obtuse_triangles_dissipate(seed, representation):
     gap = 10.0 ** np.random.default_rng(seed).uniform(-2, 0, SHAPE)
     film = film_of(gap, "periodic", representation, (1.0, 3.0))
     network = mixed(film)
-    links = network.links(network.to_places @ gap.ravel())
+    links = network.conductances(network.to_places @ gap.ravel())
     assert links.min() < 0  # or nothing is shown
     (a, b), nodes = network.ends, len(network.free)
     at_ends = np.eye(nodes)[a] - np.eye(nodes)[b]
