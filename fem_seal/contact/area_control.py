@@ -153,7 +153,8 @@ def _search(
         # A little beyond the line through the origin; further each time, in case nothing grows.
         low, high = high, high * min(beyond * target / max(short + target, 1e-300), 4.0)
         beyond = min(beyond**2, 4.0)
-    brentq(miss, low, high, xtol=LEAST_PRESSURE * pressure, rtol=SMALLEST_STEP)
+    # Wherever it ends, the nearest contact is the result; the error budget counts the missing area.
+    brentq(miss, low, high, xtol=LEAST_PRESSURE * pressure, rtol=SMALLEST_STEP, disp=False)
     return replace(present(nearest, "contact of the search"), iterations=iterations)
 
 
