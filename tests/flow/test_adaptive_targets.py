@@ -34,7 +34,11 @@ def refine(gap: GridField, sides: str, rtol: float, most: int, **options):
 
 
 def check_no_stall(gap: GridField, sides: str, rtol: float, most: int):
-    """Linear elements refined where it matters lose energy error like N^-1 (optimal in 2-D)."""
+    """Linear elements refined where it matters lose energy error like N^-1 (optimal in 2-D).
+
+    The order has a bound from one side: on the few meshes of a small scene a step that opens a
+    channel may gain more than any order, which holds in the limit alone.
+    """
     leak = refine(gap, sides, rtol, most, every_dual=True)
     assert leak.converged, leak.reason
     late = [level for level in leak.levels if 0 < level.half_width < 0.1]
