@@ -2,16 +2,23 @@
 
 import numpy as np
 import pytest
-from contact_cases import E_STAR, SLOPE, rough_surface
+from contact_cases import E_STAR, SLOPE, energy_distance, rough_surface
 
 from fem_seal.contact import press
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.settings import ElasticSolid
-from fem_seal.contact.solve import coarse_start
+from fem_seal.contact.solve import ROUGHLY, coarse_start
+from fem_seal.grid import GridField
+from fem_seal.surface import rms_height
 
 
 @pytest.mark.parametrize("load", [0.001, 0.01])
 def test_same_contact_with_less_work(load):
+    """The area of a state is known to about its certificate: 1e-6 of 256² samples, less than one.
+
+    The start saves a third of the pairs at 1 % of contact and a tenth at 5 %
+    (docs/measurements/contact.md); here it is 0.2 and 2 %.
+    """
     height = rough_surface((256, 256), short=8, long=64)
     pressure = load * E_STAR * SLOPE
     cascaded = press(height, E_STAR, pressure=pressure)
@@ -21,13 +28,25 @@ def test_same_contact_with_less_work(load):
 
 
 def test_start_is_near_and_counted():
-    pair = ContactPair.prepared(rough_surface((256, 512), short=8), ElasticSolid(E_STAR))
+    """The certificate bounds the energy above the least [rms height times pressure].
+
+    A uniform pressure lies further off. Pairs on a quarter of the samples count as quarters.
+    """
+    height, solid = rough_surface((256, 256), short=8), ElasticSolid(E_STAR)
+    pair = ContactPair.prepared(height, solid)
     pressure = 0.005 * E_STAR * SLOPE
     start = coarse_start(pair, pressure)
     assert start.mean() == pytest.approx(pressure, rel=1e-12)
-    assert 0.002 < np.mean(start > 0) < 0.1
-    # Pairs on a quarter of the samples count as quarters.
-    assert 1 < pair.half_space.pairs < 15
+    exact = press(height, E_STAR, pressure=pressure).pressure
+    near, uniform = (
+        energy_distance(GridField(p, height.spacing, periodic=True), exact)
+        for p in (start, np.full(height.shape, pressure))
+    )
+    assert near < ROUGHLY.tolerance * rms_height(height) * pressure < uniform
+    means = height.values.reshape(128, 2, 128, 2).mean(axis=(1, 3))
+    coarse = ContactPair.prepared(GridField(means, (2e-6, 2e-6), periodic=True), solid)
+    coarse.under_pressure(pressure, ROUGHLY, None)
+    assert pair.half_space.pairs == coarse.half_space.pairs / 4
 
 
 @pytest.mark.parametrize(
