@@ -39,7 +39,8 @@ def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False)
 
         raise MissingPackage(NO_GMSH)
     tensor = flow and "conductivity_tensor" in scene.output.products
-    if tensor or (flow and by_elements and (scene.solves_flow or scene.leak_rate_of == "seal")):
+    solved = flow and by_elements and (scene.solves_flow or scene.leak_rate_of == "seal")
+    if (tensor or solved) and not find_spec("dolfinx"):
         differences = not tensor and scene.takes({"flow.method": "finite-difference"})
         without = "; flow.method = 'finite-difference' works without" if differences else ""
         require_fenicsx(f"flow.method = {scene.flow.method!r}", without)

@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 from project import leak_rate, printed_by
 
+from fem_seal.errors import MissingPackage
 from fem_seal.film import GridFilm
 from fem_seal.flow import linear
 from fem_seal.grid import GridField
+from fem_seal.products import require_packages
+from fem_seal.scene import Scene
 
 DRAWING = {"pyvista", "vtkmodules", "matplotlib"}
 FFT = {"pyfftw"}
@@ -90,6 +93,17 @@ def test_each_scene_loads_what_it_needs(small_scene, gap_scene, tmp_path):
 
 
 # --- what is solved ------------------------------------------------------------------------------
+
+
+def test_other_methods_are_sought_only_where_fenicsx_is_missing(gap_scene, monkeypatch):
+    scene = Scene.from_mapping(gap_scene("adaptive"))
+    with monkeypatch.context() as patched:
+        patched.setattr(Scene, "takes", None)
+        require_packages(scene)
+    for module in ("products", "installed"):
+        monkeypatch.setattr(f"fem_seal.{module}.find_spec", lambda name: None)
+    with pytest.raises(MissingPackage, match="'finite-difference' works without"):
+        require_packages(scene)
 
 
 @pytest.fixture
