@@ -135,11 +135,10 @@ def patches_entry(seal: SealLeak) -> Uncertainty:
         )
         # No upper factor: patches that were not drawn may leak any amount more.
         return Uncertainty(PATCHES, "not covered", sentence, 0.0, None, caution=True)
-    scatter = _scatter(seal)
     lower, upper = (end / seal.value for end in seal.interval)
     sentence = (
-        f"other patches leak more or less: {sealed}; the others scatter by {_factor(scatter)}, "
-        "taken for log-normal (95 % interval)"
+        f"other patches leak more or less: {sealed}; the others scatter by "
+        f"{_factor(_log_scatter(seal))}, taken for log-normal (95 % interval)"
     )
     if upper > NARROW_RATIO * lower:
         many = _realizations_for(seal)
@@ -151,7 +150,7 @@ def patches_entry(seal: SealLeak) -> Uncertainty:
     return Uncertainty(PATCHES, "estimated", sentence, min(1.0, lower), max(1.0, upper))
 
 
-def _scatter(seal: SealLeak) -> float:
+def _log_scatter(seal: SealLeak) -> float:
     """Standard deviation of the logarithms of the leak rates of the patches that leak."""
     return stdev(log(patch.value) for patch in seal.patches if patch.state == "leaking")
 
@@ -159,17 +158,17 @@ def _scatter(seal: SealLeak) -> float:
 def _realizations_for(seal: SealLeak) -> int:
     """Number of realizations for which the ends of the mean differ by `NARROW_RATIO`."""
     leaking = sum(patch.state == "leaking" for patch in seal.patches)
-    return ceil(patches_for(_scatter(seal), NARROW_RATIO) * len(seal.patches) / leaking)
+    return ceil(patches_for(_log_scatter(seal), NARROW_RATIO) * len(seal.patches) / leaking)
 
 
 def _about(many: int) -> str:
     return f"about {many}" if many <= MOST_PATCHES else f"more than {MOST_PATCHES}"
 
 
-def _factor(scatter: float) -> str:
-    """Text of the factor exp(scatter)."""
-    decades = scatter / log(10)
-    return f"a factor of {exp(scatter):.2g}" if decades < 3 else f"{decades:.0f} powers of ten"
+def _factor(log_scatter: float) -> str:
+    """Text of the factor exp(log_scatter)."""
+    decades = log_scatter / log(10)
+    return f"a factor of {exp(log_scatter):.2g}" if decades < 3 else f"{decades:.0f} powers of ten"
 
 
 def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
@@ -227,8 +226,8 @@ def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:
         f"seals by {seal.count.across} around it, each of one conductivity and drawn from the "
         "realizations"
     )
-    if seal.scatter > 0:
-        error = 100 * error_of_mean(seal.scatter, seal.count)
+    if seal.relative_scatter > 0:
+        error = 100 * error_of_mean(seal.relative_scatter, seal.count)
         sentence += f"; the mean of {DRAWS} such seals has a standard error of {error:.2g} %"
     return Uncertainty("network", "not covered", sentence)
 

@@ -205,7 +205,7 @@ class SealRecord(Record):
             share_sealed=seal.share_sealed,
             patches_along=seal.count.along,
             patches_around=seal.count.across,
-            scatter=seal.scatter if len(seal.patches) > 1 and not lifted else None,
+            scatter=seal.relative_scatter if len(seal.patches) > 1 and not lifted else None,
             interval=seal.interval,
             loads=tuple(sorted({load for table in tables for load in table.loads.tolist()})),
             sealing=median.sealing,

@@ -89,7 +89,7 @@ class DrawnSeals:
     """Leak rates of seals whose patches are drawn from a few realizations."""
 
     mean: np.ndarray  #: (3,), means over the draws of lower bound, value and upper bound
-    scatter: float  #: standard deviation of a seal's leak rate over its mean, from draw to draw
+    relative_scatter: float  #: standard deviation of a seal's leak rate over its mean
 
 
 def _block(count: PatchCount) -> tuple[int, int]:
@@ -122,12 +122,12 @@ def drawn_seals(rates: np.ndarray, count: PatchCount, *, seed: int = 0) -> Drawn
     return DrawnSeals(mean, float(scatter))
 
 
-def error_of_mean(scatter: float, count: PatchCount) -> float:
+def error_of_mean(relative_scatter: float, count: PatchCount) -> float:
     """Standard error of the mean of `DRAWS` mosaics over that mean, from the scatter of seals.
 
     A seal wider than a mosaic is an average of several, which scatters less than each.
     """
-    return float(scatter * np.sqrt(count.across / _block(count)[1] / DRAWS))
+    return float(relative_scatter * np.sqrt(count.across / _block(count)[1] / DRAWS))
 
 
 def generalised_interval(

@@ -47,7 +47,7 @@ class SealLeak(LeakRate):
     upper: float = field()
     patches: tuple[SealFlow, ...]  #: leak rate of a seal of such patches, for each realization
     count: PatchCount  #: patches along the part of the path that seals, and around the seal
-    scatter: float  #: standard deviation of the leak rate of such seals over its mean
+    relative_scatter: float  #: standard deviation of the leak rate of such seals over its mean
     #: confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
     #: few realizations leak to estimate it
     interval: tuple[float, float] | None = None
@@ -211,7 +211,7 @@ def seal_of_patches(
         upper=upper,
         patches=flows,
         count=count,
-        scatter=drawn.scatter,
+        relative_scatter=drawn.relative_scatter,
         interval=None if lifted else generalised_interval(rates[:, 1], count.along),
         share_sealed=Bounded(sealed / len(flows), *sealed_share(sealed, len(flows))),
         converged=not reason,
