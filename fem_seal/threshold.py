@@ -9,7 +9,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
-from fem_seal.errors import present
+from fem_seal.errors import Inconsistent, NotConverged, present
 from fem_seal.film import Film
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
@@ -18,6 +18,7 @@ from fem_seal.steps import elastic_contact
 PRECISION = 0.01  # largest relative distance of the two pressures between which a contact seals
 LOAD_RATIO = 1.5  # ratio of pressures while only a leaking or only a sealed one is known
 LEAST_OF_FIRST = 1e-6  # the search ends below this part of the first pressure
+MOST_OF_FIRST = 1e18  # and gives up above this multiple of it: 1 µPa would be 1e12 Pa by then
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,13 @@ class Threshold:
     pressure_leaking: float | None = None  #: [Pa], of an elastic contact
     pressure_sealed: float | None = None  #: [Pa]; dry at most 1 % above `pressure_leaking`
     contacts: int = 0  #: elastic contacts that were solved
+
+    def __post_init__(self) -> None:
+        ends = self.pressure_leaking, self.pressure_sealed
+        # The areas of two elastic contacts are as exact as their solves.
+        low, high = (self.area_leaking, self.area_sealed) if ends == (None, None) else ends
+        if low is None or high is None or not 0 <= low <= high:
+            raise Inconsistent(f"a threshold between {low} (leaking) and {high} (sealed)")
 
 
 def threshold_of_cut(film: Film, model: str) -> Threshold | None:
@@ -78,6 +86,8 @@ def threshold_of_pressure(
             pressure = sqrt(leaking.mean_pressure * sealed.mean_pressure)
         elif leaking is not None:
             pressure = state.mean_pressure * LOAD_RATIO
+            if pressure > MOST_OF_FIRST * first:
+                raise NotConverged(f"the contact still leaks at {state.mean_pressure:.6e} Pa")
         else:
             pressure = state.mean_pressure / LOAD_RATIO
             if pressure < LEAST_OF_FIRST * first:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fem_seal.contact.blocks import product
 from fem_seal.contact.halfspace import HalfSpace
-from fem_seal.errors import NotConverged
+from fem_seal.errors import Inconsistent, NotConverged
 
 # Largest number of Newton steps of `Problem.projected`. Each step but the last puts more samples
 # onto the counter-face, where they stay; a few steps put nearly all of them there.
@@ -27,6 +27,14 @@ class Problem:
     mean_gap: float | None = None
     #: certificate at which the solve stops: iterates above it may be computed less exactly
     tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        given = [value for value in (self.mean_pressure, self.mean_gap) if value is not None]
+        if not (len(given) == 1 and given[0] > 0):
+            raise Inconsistent(
+                "a contact problem needs a mean pressure or a mean gap > 0; got mean pressure "
+                f"{self.mean_pressure}, mean gap {self.mean_gap}"
+            )
 
     def gap(self, pressure: np.ndarray) -> np.ndarray:
         """S p - h, plus a prescribed mean gap; under a load the level is not yet taken off."""

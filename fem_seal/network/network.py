@@ -63,6 +63,8 @@ class Network:
             )
         if (self.inlet & self.free).any():
             raise Inconsistent("a network with unknowns at the inlet")
+        if len({part is None for part in (self.mesh, self.legs, self.corners)}) > 1:
+            raise Inconsistent("a network with some of mesh, legs and corners, but not all")
 
     @classmethod
     def of_stencil(cls, film: GridFilm, rule: str) -> "Network":

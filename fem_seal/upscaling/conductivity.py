@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import Inconsistent, InvalidInput
 from fem_seal.points.folder import Numbers
 
 # Steps of the interpolated conductivity between two loads of a table.
@@ -33,6 +33,11 @@ class Enclosure:
     lower: tuple[float, ...]
     upper: tuple[float, ...]
     exponents: tuple[float, float] = CUBIC  #: m and n
+
+    def __post_init__(self) -> None:
+        ordered = all(0 <= low <= high for low, high in zip(self.lower, self.upper, strict=False))
+        if not ordered or not len(self.lower) == len(self.upper) > 1:
+            raise Inconsistent(f"an enclosure with the bounds {self.lower} and {self.upper}")
 
     def steps(self) -> int:
         """Number of steps that follow the bounds closely."""
@@ -62,6 +67,13 @@ class ConductivitySteps:
     #: (n + 1,), K [m³/(Pa s)] below the first load, between the loads, and above the last load. It
     #: does not increase; infinite where the film may be open, zero where it may be sealed
     conductivity: np.ndarray
+
+    def __post_init__(self) -> None:
+        loads, K = self.loads, self.conductivity
+        # An interpolated K rises by rounding where the bounds are equal.
+        falls = (K[1:] >= 0).all() and (K[1:] <= K[:-1] * (1 + 1e-9)).all()
+        if K.shape != (loads.size + 1,) or not falls or not (np.diff(loads) >= 0).all():
+            raise Inconsistent("a conductivity that rises with the load, or loads out of order")
 
     def __call__(self, load: np.ndarray) -> np.ndarray:
         """K [m³/(Pa s)] at net loads [Pa]; infinite where the net load is not positive."""

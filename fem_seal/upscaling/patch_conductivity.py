@@ -115,7 +115,8 @@ class LoadedPatch:
     def enclose(self) -> ConductivityTable:
         """Table with enclosures of all intervals between neighbouring loads.
 
-        An interval has none if a flow is not kept any more, or if the gap is not linear on a grid.
+        An interval has none if a flow is not kept any more, if the gap is not linear on a grid, or
+        if its bounds cross, as where the gap is not convex in the load.
         """
         for pair in pairwise(sorted(self._bounds)):
             if pair not in self._enclosures:
@@ -143,6 +144,8 @@ class LoadedPatch:
             above = self._flows[b]
             resistances = above.resistances_above(self._film(line))
             lower = self._per_square(above) / resistances[::-1]
+        if (lower > upper).any():
+            return None
         exponents = CUBIC if self.patch.scene.slip is None else SLIPPING
         return Enclosure(tuple(lower.tolist()), tuple(upper.tolist()), exponents)
 

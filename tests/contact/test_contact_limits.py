@@ -75,6 +75,12 @@ def test_numbers_that_overflow_are_named():
         converge(problem, np.full((2, 2), np.nan), ContactStopping())
 
 
+@pytest.mark.parametrize("loads", [(None, None), (1.0, 1.0), (0.0, None), (None, np.nan)])
+def test_a_contact_problem_has_one_load(loads):
+    with pytest.raises(Inconsistent, match="a mean pressure or a mean gap > 0"):
+        Problem(np.zeros((2, 2)), HalfSpace((2, 2), (1.0, 1.0)), *loads)
+
+
 @pytest.mark.parametrize(
     ("gap", "pressure", "message"),
     [

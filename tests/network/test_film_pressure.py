@@ -1,6 +1,7 @@
 """The fluid's pressure on the samples of a contact, and the tangents of contact and flow."""
 
 import re
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,6 +10,7 @@ from lifted_scenes import problem_of, scene
 from scipy import sparse
 
 from fem_seal.coupling.point import LiftPoint
+from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.solver import by_differences
 from fem_seal.flow.multigrid import by_multigrid
@@ -71,6 +73,12 @@ def test_uniform_film(sides, representation, make):
     assert make is not mixed or len(np.unique(network.weight)) > 1  # or nothing is mixed
     u = pressure_in(film, network, np.ones(SHAPE)).on_samples
     np.testing.assert_allclose(u, np.broadcast_to(exact[:, None], SHAPE), atol=1e-13)
+
+
+@pytest.mark.parametrize("part", ["mesh", "legs", "corners"])
+def test_a_network_with_a_part_of_its_mesh_is_refused(part):
+    with pytest.raises(Inconsistent, match="not all"):
+        replace(Network.uniform(film_of(rough(), "wall", "linear"), 0), **{part: None})
 
 
 def test_finer_networks_see_the_film_between_the_samples():

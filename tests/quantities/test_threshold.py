@@ -1,16 +1,19 @@
 """The threshold: one side of it leaks and the other does not."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from fem_seal.contact import bearing, press
+from fem_seal.errors import Inconsistent, NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.constriction import constriction
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.scene import Scene
-from fem_seal.threshold import threshold_of_cut, threshold_of_pressure
+from fem_seal.threshold import Threshold, threshold_of_cut, threshold_of_pressure
 
 
 @pytest.fixture
@@ -83,3 +86,18 @@ def test_a_ring_seals_at_first_touch():
     found = threshold_of_pressure(start, pressed, sealed)
     assert (found.area_leaking, found.pressure_leaking) == (0.0, 0.0)
     assert found.area_sealed > 0
+
+
+def test_a_contact_that_never_seals():
+    height = GridField(np.zeros((4, 4)), (1, 1), periodic=True)
+    pressed = partial(press, height, 1.0)
+    with pytest.raises(NotConverged, match="still leaks"):
+        threshold_of_pressure(
+            pressed(pressure=1.0), lambda pressure, _: pressed(pressure=pressure), lambda gap: False
+        )
+
+
+@pytest.mark.parametrize("ends", [(0.2, 0.1), (0.1, 0.2, 2.0, 1.0), (0.1, 0.2, 1.0, None)])
+def test_thresholds_that_cannot_be_are_refused(ends):
+    with pytest.raises(Inconsistent, match="a threshold between"):
+        Threshold("gfmd", *ends)

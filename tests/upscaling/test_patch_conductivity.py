@@ -230,6 +230,14 @@ def test_a_load_against_its_enclosure_is_noticed():
     assert not patch.convex
 
 
+def test_bounds_that_cross_enclose_nothing():
+    """A gap that falls faster above the higher load than below it is not convex in the load."""
+    patch = rough(0.1)
+    patch.table({1e5: 1.0, 2e5: 1.0})
+    patch._states[2.125e5] = patch._state(1e6)
+    assert patch.enclose().between == (None,)
+
+
 def test_few_loads_are_enough():
     """The same accuracy as by steps of the load, whose error falls as 1/n, with a few loads."""
     ends, profile = EndPressures(1e5), uniform(3e5, 2e-3)

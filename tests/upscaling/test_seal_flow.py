@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.fluid import GasDrive, LiquidDrive
 from fem_seal.pressure_profile import is_uniform
 from fem_seal.rarefied import FIRST_ORDER, LEAST_ACCOMMODATION, kinetic
@@ -22,7 +22,7 @@ from fem_seal.upscaling import (
     seal_flow,
     uniform,
 )
-from fem_seal.upscaling.conductivity import SLIPPING, Enclosure
+from fem_seal.upscaling.conductivity import SLIPPING, ConductivitySteps, Enclosure
 from fem_seal.upscaling.march import bracketed_root, path_leak_rate
 
 ETA = 1e-3
@@ -297,6 +297,22 @@ def test_bounds_that_scatter_are_widened_until_they_fall():
 )
 def test_bad_input(make, words):
     with pytest.raises(InvalidInput, match=words):
+        make()
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Enclosure((3.0, 1.0), (2.0, 2.0)),
+        lambda: Enclosure((1.0, 1.0), (2.0, 2.0, 2.0)),
+        lambda: Enclosure((1.0,), (2.0,)),
+        lambda: ConductivitySteps(np.array([1.0, 2.0]), np.array([np.inf, 1.0, 1.1])),
+        lambda: ConductivitySteps(np.array([2.0, 1.0]), np.array([np.inf, 1.0, 0.0])),
+        lambda: ConductivitySteps(np.array([1.0]), np.array([1.0])),
+    ],
+)
+def test_conductivities_that_cannot_be_are_refused(make):
+    with pytest.raises(Inconsistent, match=r"enclosure with|rises with"):
         make()
 
 
