@@ -28,7 +28,8 @@ def test_same_contact_with_less_work(load):
 
 
 def test_start_is_near_and_counted():
-    """The certificate bounds the energy above the least [rms height times pressure].
+    """The certificate bounds the energy above the least [rms height times pressure], on the coarse
+    grid, and on the fine one but for the heights left out, few at 8 samples in the shortest wave.
 
     A uniform pressure lies further off. Pairs on a quarter of the samples count as quarters.
     """

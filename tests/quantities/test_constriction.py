@@ -109,8 +109,8 @@ def neck(height):
 
 
 # Resistance outside of `neck` in squares of its gap: 60 of 64 along the flow, and (2/π) ln(1/sin
-# (πw/2W)) = 1.04 where it narrows to w = 8 of W = 64 samples. In the hole: 4 of 8.5 (it closes in
-# half a sample on either side, with a quarter of g³) times (1e-6/height)³.
+# (πw/2W)) = 1.04 where it narrows to w = 8 of W = 64 samples. In the hole: 4 of 8.5 (8, and a
+# quarter of each sample in which it closes, the mean of g³ there) times (1e-6/height)³.
 OUTSIDE, HOLE = 2.0, 4 / 8.5
 
 
