@@ -217,12 +217,13 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
     Two parts make up e. What the grid leaves out of the heights, u, shifts the gap of the critical
     constriction g_c, and with it ln Q: u/g_c, which falls as the square of the spacing. Where that
     place does not rule the flow, the change ln Q(n) - ln Q(n/2) says more. Next to closing the way
-    of the flow changes too: e + 4 e² allows for it. From e = 0.8 on, and where the coarser grid is
-    sealed, the constriction may close, and the lower side is open. The upper one then is at least
-    the cube of 1 + u/g_c, which opens the constriction as far as the grid may be wrong. The load
-    that gives a prescribed area, which counts samples, errs as the spacing: all changes to come add
-    up to the last one, which is small by chance at times, and to `edge_error`. Where the fluid
-    lifts the solid, e is larger by half: it lifts more where a constriction is wider.
+    of the flow changes too: e + 4 e² allows for it. From e = 0.8 on, where an area leaves as much
+    in all, and where the coarser grid is sealed, the constriction may close, and the lower side is
+    open. The upper one then is at least the cube of 1 + u/g_c, which opens the constriction as far
+    as the grid may be wrong. The load that gives a prescribed area, which counts samples, errs as
+    the spacing: all changes to come add up to the last one, which is small by chance at times, and
+    to `edge_error`. Where the fluid lifts the solid, e is larger by half: it lifts more where a
+    constriction is wider.
     """
     part = fine.unresolved / fine.critical_gap
     change = change_of(coarse, fine)
@@ -233,12 +234,13 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
         "what four times the samples along each side would change, from half of them, and from the "
         f"height between the samples: {per_cent(part)} of the gap of the critical constriction"
     )
-    if first_order < MOST_E:
-        claimed = first_order * (1 + SECOND_ORDER * first_order)
-        if fine.edge is not None:
-            claimed += hypot(change, fine.edge)
+    claimed = first_order * (1 + SECOND_ORDER * first_order)
+    if fine.edge is not None:
+        claimed += hypot(change, fine.edge)
+    most = MOST_E * (1 + SECOND_ORDER * MOST_E)
+    if claimed < most:
         return estimate(CONTACT_GRID, sentence, exp(-claimed), exp(claimed))
-    most = max(MOST_E * (1 + SECOND_ORDER * MOST_E), 3 * log1p(part))
+    most = max(most, 3 * log1p(part))
     sentence += "; a finer grid may be sealed"
     return estimate(CONTACT_GRID, sentence, upper=exp(min(most, 700)))
 
