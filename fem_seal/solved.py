@@ -288,6 +288,7 @@ def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak
             seal = under_less_load(patch, seal, seconds, patches, work, expected.each_patch)
 
     def rate_of(other: Patch) -> LeakRate:
+        """Leak rate of the seal of another patch, wider by what its contact grid errs more."""
         there = solve_seal(other, patches, work, each=expected.each_patch)
         here, error = seal.contact_error, there.contact_error
         if there.state != "leaking" or (error is None and here is None):

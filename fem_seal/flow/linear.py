@@ -295,7 +295,8 @@ def preconditioned_cg(matrix: PETSc.Mat) -> PETSc.KSP:
     if name == "gamg":
         # It smooths with an eigenvalue that CG estimates, which may break down on few unknowns.
         defaults["pc_gamg_agg_nsmooths"] = int(matrix.size[0] > UNSMOOTHED_UNKNOWNS)
-    # They stay in PETSc's options, under the prefix: GAMG reads those of its levels at the solve.
+    # The options are not deleted after setFromOptions: GAMG sets up its levels at the first solve,
+    # and reads theirs then.
     for option in defaults.keys() - stated:
         PETSc.Options(_PREFIX)[option] = defaults[option]
     solver.setOperators(matrix)

@@ -25,7 +25,8 @@ DRAWS = 24  # mosaics that are drawn for a seal
 # Draws of the pivots of an interval: of single patches, and of mosaics, which cost more.
 PIVOTS, PIVOTS_OF_MOSAICS = 20_000, 200
 MOST_LOG = 700.0  # exp(709) is the largest double
-# Largest scatter of ln K that is drawn: the mean of such patches is exp(200) times their median.
+# Largest standard deviation σ of ln K that is drawn. The mean of log-normal patches is exp(σ²/2)
+# times their median: exp(200) here.
 MOST_SCATTER = 20.0
 DRAWN_BLOCKS = 100  # drawn blocks of a seal, through one of which leaking patches may conduct
 CONFIDENCE = 0.95  # probability of a confidence interval

@@ -34,7 +34,8 @@ class SolvedPatch:
     """Conductivity of a patch at the net loads that the seal needs."""
 
     table: ConductivityTable
-    #: why the bounds of a seal of such patches miss seal.rtol; empty if they meet it
+    #: why the bounds of a seal with this patch everywhere are wider than seal.rtol allows; empty if
+    #: they are not
     reason: str
     #: estimated relative error of the conductivity due to the grid of the contact, at the load that
     #: matters most; None if there is no estimate

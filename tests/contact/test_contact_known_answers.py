@@ -83,9 +83,10 @@ def test_hertz(n, samples):
     state = press(height, E_STAR, pressure=load / (n * pixel) ** 2, tolerance=1e-9)
     found = (state.contact.sum() / np.pi) ** 0.5
     assert abs(found - samples) < 0.5
-    # The loads of the other cells, Σ 1/R³ = 9.03/L³, make the paraboloid sharper by 1.9 (a/L)³, and
-    # the peak higher by two thirds of that, 2.5e-3. With the edge √(1 - x²) moves by x²/√(1 - x²)
-    # times `OUTSIDE` over a; the last samples, a part 1/a of the radius, err by that in the load.
+    # Three errors. The loads of the other cells bend the solid as 9.03/L³ = Σ 1/R³ says: here the
+    # paraboloid counts as sharper by 1.9 (a/L)³, and its peak is higher by two thirds of that,
+    # 2.5e-3. An edge that is off by `OUTSIDE` samples changes √(1 - x²) by x²/√(1 - x²) times
+    # `OUTSIDE` over a. The samples at the edge, 1/a of the radius, change the load by their part.
     inner = square < (contact_radius - pixel) ** 2
     x2 = square[inner] / contact_radius**2
     exact = hertz_pressure(load, contact_radius, contact_radius * np.sqrt(x2))
