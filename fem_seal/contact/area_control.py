@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
-from fem_seal.contact.methods import CONTACT_METHODS, ContactStopping
+from fem_seal.contact.methods import ContactStopping, iterates
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import NotConverged, present
 from fem_seal.surface.statistics import rms_slope
@@ -88,18 +88,12 @@ def _trial(
     that `under_pressure` has not solved. From a uniform pressure the contact shrinks: its area
     still loses about the certificate.
     """
-    method, problem_start = CONTACT_METHODS[stopping.solver], pair.loaded(pressure, start)
-    limit = stopping.max_iterations or method.max_iterations
-    for iterate in method.iterates(*problem_start):
-        if stopping.progress is not None:
-            stopping.progress(iterate.iteration, iterate.certificate)
+    for iterate in iterates(*pair.loaded(pressure, start), stopping):
         area = np.count_nonzero(iterate.pressure) / iterate.pressure.size
         if start is None:
             area *= 1 - min(iterate.certificate, TRIAL_CERTIFICATE)
         miss = abs(area / area_fraction - 1)
         if iterate.certificate <= max(min(TRIAL_CERTIFICATE, miss / SIDE_KNOWN), SEARCH_TOLERANCE):
-            break
-        if iterate.iteration >= limit or np.isnan(iterate.certificate):
             break
     return area, iterate.pressure, iterate.iteration
 

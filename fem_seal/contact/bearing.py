@@ -29,24 +29,21 @@ def bearing(
         touching = max(1, round(load.value * heights.size))
         plane = np.partition(heights, heights.size - touching, axis=None)[-touching]
     else:
-        plane = _plane_at_mean_gap(heights, load.value)
+        plane = plane_at_mean_gap(heights, load.value)
     gap = GridField(np.maximum(plane - heights, 0), height.spacing, height.periodic)
     return BearingState(gap, shift=float(heights.max() - plane))
 
 
-def _plane_at_mean_gap(heights: np.ndarray, mean_gap: float) -> float:
+def plane_at_mean_gap(heights: np.ndarray, mean_gap: float) -> float:
     """Height of the plane at which the mean of max(0, plane - h) is the mean gap.
 
-    This mean is convex, increasing and piecewise linear in the height of the plane: Newton's method
-    from above reaches the solution exactly.
+    This mean is convex, increasing and piecewise linear in the height of the plane, and at least
+    plane - <h>: Newton's method from above reaches the solution exactly. NaN if a height is.
     """
     plane = heights.mean() + mean_gap
-    if plane >= heights.max():
-        return plane
-    plane = heights.max()
     while True:
         gap = np.maximum(plane - heights, 0)
         lower = plane - (gap.mean() - mean_gap) / np.mean(gap > 0)
-        if lower >= plane:
+        if not lower < plane:
             return plane
         plane = lower

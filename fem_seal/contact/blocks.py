@@ -31,16 +31,19 @@ class RowPasses:
 
     numpy computes without Python's lock: threads save time if a block is large. The blocks depend
     on the shape only and their answers come in order: sums over them have the same digits for every
-    number of threads. A thread takes `strip` blocks at a time.
+    number of threads. A thread takes `STRIP` blocks at a time.
     """
 
-    def __init__(self, threads: int = 1, strip: int = STRIP):
-        self.strip = strip
+    def __init__(self, threads: int = 1):
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
     def over(self, shape: tuple[int, ...], work: Callable[[slice], T]) -> list[T]:
         """Call `work` for every block of rows of a shape; return its answers in order."""
-        return self.each(row_blocks(shape), work, self.strip)
+        return self.each(row_blocks(shape), work, STRIP)
+
+    def product(self, one: np.ndarray, other: np.ndarray) -> float:
+        """Sum of the products of two arrays."""
+        return sum(self.over(one.shape, lambda rows: product(one[rows], other[rows])))
 
     def each(self, items: Sequence[Item], work: Callable[[Item], T], strip: int = 1) -> list[T]:
         """Call `work` for every item, `strip` of them in one task of a thread."""

@@ -31,19 +31,13 @@ class Extension:
     it.
     """
 
-    def __init__(
-        self,
-        free: np.ndarray,
-        levels: int = LEVELS,
-        fade: float = FADE,
-        passes: RowPasses | None = None,
-    ):
+    def __init__(self, free: np.ndarray, passes: RowPasses | None = None):
         self.free = free
         passes = passes or RowPasses()
         self.levels: list[_Level] = []
         nx, ny = free.shape
-        while len(self.levels) < levels and max(nx, ny) > 1:
-            self.levels.append(_Level((nx, ny), free.dtype, fade, passes))
+        while len(self.levels) < LEVELS and max(nx, ny) > 1:
+            self.levels.append(_Level((nx, ny), free.dtype, passes))
             nx, ny = self.levels[-1].values.shape
 
     def update(self) -> None:
@@ -85,8 +79,7 @@ class _Level:
     grid, are a work array and the weights of the means.
     """
 
-    def __init__(self, shape: tuple[int, int], dtype: np.dtype, fade: float, passes: RowPasses):
-        self.fade = fade
+    def __init__(self, shape: tuple[int, int], dtype: np.dtype, passes: RowPasses):
         self.halving = Halving(shape, passes)
         self.outside = np.empty(shape, dtype)
         self.values = np.empty(self.halving.coarse, dtype)
@@ -104,9 +97,9 @@ class _Level:
         def weigh(rows: slice) -> None:
             """Write the weights of the means, and turn sums into free fractions."""
             values, scale = self.values[rows], self.scale[rows]
-            # The restriction of ones is 4 WHOLE: s + fade (1 - s) in units of it.
-            np.multiply(values, 1 - self.fade, out=scale)
-            scale += 4 * WHOLE * self.fade
+            # The restriction of ones is 4 WHOLE: s + FADE (1 - s) in units of it.
+            np.multiply(values, 1 - FADE, out=scale)
+            scale += 4 * WHOLE * FADE
             np.reciprocal(scale, out=scale)
             values *= scale
 

@@ -27,41 +27,23 @@ from fem_seal.contact.extension import Extension
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.problem import Iterate, Iterates, Problem
 
-# Samples along a side up to which `ExtensionRule` holds as it stands.
-LARGE = 1024
 # Fewest samples of a grid on which pressure and gap begin in single precision. Smaller arrays stay
 # in the cache, where precision costs little.
 SINGLE_FROM = 512**2
 # Certificate down to which they may stay so, if it is also this many times their rounding.
 SINGLE_ABOVE, ROUNDINGS = 1e-4, 10
 
-
-@dataclass(frozen=True)
-class ExtensionRule:
-    """When to extend the preconditioner beyond the free set, judged by the certificate.
-
-    If used too early, the extension may keep the free set from settling. The free set has settled
-    below a certificate of 0.02, and in a start below 0.2 mostly at once (measured from 256² to
-    1024², 5 to 60 % of contact, H = 0.4 and 0.8). On larger grids both limits must fall inversely
-    to the number of samples along a side: at 2048² 0.02 is too early, 0.01 is not.
-    """
-
-    #: certificates below which the free set counts as settled, later and in the start
-    settled: float = 0.02
-    settled_at_start: float = 0.2
-    #: iterations without a new smallest certificate after which the extension is left out again
-    most_rises: int = 2
-    most_slow: int = 12  #: iterations without a halved certificate after which it is left out again
-    #: factor by which the certificate must fall before the extension is tried once more
-    fall_to_retry: float = 5
+# If used too early, the extension may keep the free set from settling. The free set has settled
+# below a certificate of 0.02, and in a start below 0.2 mostly at once (measured from 256² to 1024²,
+# 5 to 60 % of contact, H = 0.4 and 0.8). With more than `LARGE` samples along a side both limits
+# must fall inversely to their number: at 2048² 0.02 is too early, 0.01 is not.
+SETTLED, SETTLED_AT_START, LARGE = 0.02, 0.2, 1024
+# Iterations without a new smallest certificate, and without a halved one, after which the extension
+# is left out again; and the factor by which the certificate must fall before it is tried once more.
+MOST_RISES, MOST_SLOW, FALL_TO_RETRY = 2, 12, 5
 
 
-DEFAULT_RULE = ExtensionRule()
-
-
-def free_set_cg(
-    problem: Problem, pressure: np.ndarray, rule: ExtensionRule = DEFAULT_RULE
-) -> Iterates:
+def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
     """Minimise p·Sp/2 - p·h over p >= 0 in about 2.5 FFT pairs per iteration.
 
     It differs from Polonsky and Keer's method (Wear 231, 206 (1999)) in three points. Samples that
@@ -78,7 +60,7 @@ def free_set_cg(
     half_space, passes = problem.half_space, problem.half_space.passes
     state, z = _Pressed(problem, pressure), half_space.steer.values
     r, r_old, t, free = (np.zeros(z.shape, z.dtype) for _ in range(4))
-    extension, settling = Extension(free, passes=passes), _Settling.of(rule, pressure.size)
+    extension, settling = Extension(free, passes=passes), _Settling.on_grid(pressure.size)
     rz_old, iteration, settled = inf, 0, False
     while True:
         certificate = state.displace()  # 1
@@ -187,7 +169,6 @@ class _Pressed:
 class _Settling:
     """Whether the free set has settled, judged by the fall of the certificate."""
 
-    rule: ExtensionRule
     below: float  #: certificate below which the free set next counts as settled
     later: float  #: largest value of `below` once the free set has settled for the first time
     settled: bool = False  #: whether the free set counts as settled: the extension is then in use
@@ -199,14 +180,13 @@ class _Settling:
     halved_at: int = field(default=0, init=False)
 
     @classmethod
-    def of(cls, rule: ExtensionRule, samples: int) -> "_Settling":
-        """Scale the rule to a grid of `samples` samples."""
+    def on_grid(cls, samples: int) -> "_Settling":
+        """Scale the limits to a grid of so many samples."""
         scale = min(1.0, LARGE / samples**0.5)
-        return cls(rule, scale * rule.settled_at_start, scale * rule.settled)
+        return cls(scale * SETTLED_AT_START, scale * SETTLED)
 
     def record(self, iteration: int, certificate: float) -> bool:
         """Judge by one more certificate whether the free set counts as settled."""
-        rule = self.rule
         if not self.settled:
             self.settled = certificate < self.below
             # Watch the progress from here on, with the extension.
@@ -219,8 +199,8 @@ class _Settling:
         if certificate <= self.halved / 2:
             self.halved, self.halved_at = certificate, iteration
         rises, slow = iteration - self.least_at, iteration - self.halved_at
-        if rises >= rule.most_rises or slow > rule.most_slow:
-            self.settled, self.below = False, min(self.least, self.later) / rule.fall_to_retry
+        if rises >= MOST_RISES or slow > MOST_SLOW:
+            self.settled, self.below = False, min(self.least, self.later) / FALL_TO_RETRY
         return self.settled
 
 

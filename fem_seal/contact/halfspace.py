@@ -86,7 +86,7 @@ class HalfSpace:
     ----------
     exact, steer
         The work arrays, in double and in the steering precision.
-    pairs
+    fft_pairs
         FFT pairs (forward and backward) spent so far.
     point_stiffness
         Pressure on one sample over the displacement it causes there.
@@ -102,7 +102,7 @@ class HalfSpace:
         threads: int | None = None,
         precision: str = "mixed",
     ):
-        self.shape, self.pairs = shape, 0.0
+        self.shape, self.fft_pairs = shape, 0.0
         if threads is None:
             threads = cores() if shape[0] * shape[1] >= THREADED_FROM else 1
         self.layer, self.threads, self.precision = layer, threads, precision
@@ -176,7 +176,7 @@ class HalfSpace:
 
         Half an FFT pair; the work array is destroyed.
         """
-        self.pairs += 0.5
+        self.fft_pairs += 0.5
 
         def energy(modes: np.ndarray, weights: np.ndarray) -> float:
             power = modes.real**2 + modes.imag**2
@@ -187,7 +187,7 @@ class HalfSpace:
 
     def _apply(self, work: RealTransform, factors: list[np.ndarray]) -> np.ndarray:
         work.multiply(factors)
-        self.pairs += 1
+        self.fft_pairs += 1
         return work.values
 
 

@@ -35,10 +35,10 @@ def load_path(
     """
     pair, predictor = ContactPair.prepared(height, solid), Predictor()
     for load in loads:
-        spent = pair.half_space.pairs
+        spent = pair.half_space.fft_pairs
         state = load_to(pair, load, stopping, predictor.start(load))
         predictor.remember(load, state)
-        yield replace(state, fft_pairs=pair.half_space.pairs - spent)
+        yield replace(state, fft_pairs=pair.half_space.fft_pairs - spent)
 
 
 class Predictor:

@@ -97,19 +97,28 @@ class Converged:
     residuals: tuple[float, ...]  #: certificate after each iterate
 
 
+def iterates(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) -> Iterates:
+    """Iterates up to the limit of iterations, or to a certificate that is not a number."""
+    method = CONTACT_METHODS[stopping.solver]
+    limit = stopping.max_iterations or method.max_iterations
+    for iterate in method.iterates(problem, pressure):
+        if stopping.progress is not None:
+            stopping.progress(iterate.iteration, iterate.certificate)
+        yield iterate
+        if iterate.iteration >= limit or np.isnan(iterate.certificate):
+            return
+
+
 def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) -> Converged:
     """Iterate until the certificate, the contact set and the mean gap meet their limits.
 
     The other measures are computed only once the certificate has met its limit, to save time.
     """
-    method = CONTACT_METHODS[stopping.solver]
-    limit = stopping.max_iterations or method.max_iterations
     residuals: list[float] = []
     best, best_excess, best_at = np.inf, np.inf, 0
-    for iterate in method.iterates(replace(problem, tolerance=stopping.tolerance), pressure):
+    problem = replace(problem, tolerance=stopping.tolerance)
+    for iterate in iterates(problem, pressure, stopping):
         residuals.append(iterate.certificate)
-        if stopping.progress is not None:
-            stopping.progress(iterate.iteration, iterate.certificate)
         missed = {"certificate": (iterate.certificate, stopping.tolerance)}
         if iterate.certificate <= stopping.tolerance:
             gap = present(iterate.gap, "gap of an iterate")
@@ -123,7 +132,7 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
         if iterate.certificate < 0.9 * best:
             best, best_at = iterate.certificate, len(residuals)
         stalled = len(residuals) - best_at > PATIENCE
-        if iterate.iteration >= limit or stalled or np.isnan(iterate.certificate):
+        if stalled:
             break
     steps = number_of(iterate.iteration, "iteration")
     if np.isnan(iterate.certificate):

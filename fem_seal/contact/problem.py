@@ -6,13 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.contact.blocks import product
+from fem_seal.contact.bearing import plane_at_mean_gap
 from fem_seal.contact.halfspace import HalfSpace
-from fem_seal.errors import Inconsistent, NotConverged
+from fem_seal.errors import Inconsistent
 
-# Largest number of Newton steps of `Problem.projected`. Each step but the last puts more samples
-# onto the counter-face, where they stay; a few steps put nearly all of them there.
-MOST_STEPS = 200
 DOUBLE = np.dtype(float)
 
 
@@ -110,10 +107,7 @@ class Problem:
         the rms height only under a pressure 1e9 times the one that flattens the surface. The
         heights are rounded as well.
         """
-        blocks = self.half_space.passes.over(
-            pressure.shape, lambda rows: product(pressure[rows], pressure[rows])
-        )
-        rms = (sum(blocks) / pressure.size) ** 0.5
+        rms = (self.half_space.passes.product(pressure, pressure) / pressure.size) ** 0.5
         noise = np.log2(2 * pressure.size) * rms * self.half_space.rms_compliance
         return float(np.finfo(precision).eps * (4 * noise + self._highest))
 
@@ -132,22 +126,12 @@ class Problem:
         """Project a displacement: the nearest one (least squares) outside the counter-face.
 
         Under pressure control that is max(u, h), the letter's hard wall. Under mean-gap control
-        it is max(u + s, h) with the shift s that gives the mean: a piecewise linear equation,
-        solved by Newton's method in finitely many steps.
+        it is max(u + s, h) with the shift s at which the mean of max(u + s, h) - h is the mean gap.
         """
         if self.mean_gap is None:
             return np.maximum(displacement, self.heights)
-        shift = self.mean_gap - displacement.mean()
-        for _ in range(MOST_STEPS):
-            outside = np.maximum(displacement + shift, self.heights)
-            excess = outside.mean() - self.mean_gap
-            if excess < 1e-14 * (self.mean_gap + 1):
-                return outside
-            shift -= excess / np.mean(outside > self.heights)
-        raise NotConverged(
-            f"mean gap {self.mean_gap:.6g} (in rms heights) not reached in {MOST_STEPS} steps; the "
-            f"last is off by {excess:.3g}; take contact.solver = 'free-set-cg'"
-        )
+        shift = plane_at_mean_gap(self.heights - displacement, self.mean_gap)
+        return np.maximum(displacement + shift, self.heights)
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ def contact_under(
     if first is not None:
         first = pair.complementary(first)
     state = load_to(pair, load, stopping, first)
-    return replace(state, fft_pairs=pair.half_space.pairs)
+    return replace(state, fft_pairs=pair.half_space.fft_pairs)
 
 
 def load_to(
@@ -147,7 +147,7 @@ def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:
     coarse = pair.on(GridField(means, (2 * spacing[0], 2 * spacing[1]), periodic=True))
     start = coarse_start(coarse, mean_pressure)
     state = coarse.under_pressure(mean_pressure, ROUGHLY, start)
-    pair.half_space.pairs += coarse.half_space.pairs / 4
+    pair.half_space.fft_pairs += coarse.half_space.fft_pairs / 4
     return state.pressure.values.repeat(2, axis=0).repeat(2, axis=1)
 
 

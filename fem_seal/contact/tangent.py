@@ -81,16 +81,17 @@ class ContactTangent:
         the precision of that. Passes over the arrays go block by block.
         """
         opened, solid, samples = self._opened, self._half_space, self._opened.size
-        change, r, t = np.zeros(opened.shape), np.empty(opened.shape), np.zeros(opened.shape)
+        change, t = np.zeros(opened.shape), np.zeros(opened.shape)
         z, Mt = solid.steer.values, solid.exact.values
         unit = float(np.abs(pressure).max())  # of r, so that z fits into single precision
         if unit == 0:
             return change
+        r = pressure * (opened / unit)  # 1
 
         def start(rows: slice) -> np.ndarray:
-            """Step 1; sums of r and r², and a copy of r to z for S."""
-            np.multiply(pressure[rows], opened[rows] / unit, out=r[rows])
-            return _sums(r[rows], z[rows])
+            """Sums of r and r², and a copy of r to z for S."""
+            z[rows] = r[rows]
+            return np.array([r[rows].sum(), product(r[rows], r[rows])])
 
         def precondition(mean: float, rows: slice) -> float:
             """Step 2, of z = S r; <r, z>."""
@@ -104,21 +105,17 @@ class ContactTangent:
             t[rows] += z[rows]
             Mt[rows] = t[rows]
 
-        def energy(rows: slice) -> float:
-            """Part of <t, M t> for step 5."""
-            return product(t[rows], Mt[rows])
-
         def advance(alpha: float, rows: slice) -> np.ndarray:
-            """Steps 6 and 7; sums of r and r², and a copy of r to z for S."""
+            """Steps 6 and 7; `start` of the new r."""
             change[rows] += (alpha * unit / self._stiffness) * t[rows]
             Mt[rows] *= opened[rows]
             Mt[rows] *= alpha
             r[rows] -= Mt[rows]
-            return _sums(r[rows], z[rows])
+            return start(rows)
 
         over = partial(solid.passes.over, opened.shape)
         sum_r, rr = np.sum(over(start), axis=0)
-        rr_first, rz, residual = rr, np.inf, 1.0
+        rr_first, rz, residuals = rr, np.inf, [1.0]
         if rr_first == 0:
             return change
         for _ in range(MOST_ITERATIONS):
@@ -127,21 +124,15 @@ class ContactTangent:
             rz_old, rz = rz, sum(over(partial(precondition, mean)))
             over(partial(turn, rz / rz_old))
             solid.stiffen()
-            alpha = rz / sum(over(energy))
+            alpha = rz / solid.passes.product(t, Mt)  # 5
             if not alpha > 0:
                 break  # by rounding: M is positive definite on the open samples
             sum_r, rr = np.sum(over(partial(advance, alpha)), axis=0)
-            residual = (rr / rr_first) ** 0.5
-            if residual <= tolerance:
+            residuals.append((rr / rr_first) ** 0.5)
+            if residuals[-1] <= tolerance:
                 return change
         raise NotConverged(
-            f"change of the contact with the fluid's pressure: residual {residual:.1e} after at "
-            f"most {MOST_ITERATIONS} iterations (wanted {tolerance:.1e}); try a smaller "
+            f"change of the contact with the fluid's pressure: residual {residuals[-1]:.1e} "
+            f"after {len(residuals) - 1} iterations (wanted {tolerance:.1e}); try a smaller "
             "contact.tolerance"
         )
-
-
-def _sums(r: np.ndarray, copy: np.ndarray) -> np.ndarray:
-    """Copy a block of the residual; return the sums of its values and of their squares."""
-    copy[...] = r
-    return np.array([r.sum(), product(r, r)])

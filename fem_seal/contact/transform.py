@@ -31,20 +31,14 @@ class RealTransform:
 
     `values` (nx, ny) and `modes` (nx, ny // 2 + 1) are two views of the same memory, so that each
     transform destroys the other view. Unnormalised: backward after forward multiplies by nx ny,
-    which the callers put into their multipliers. From `measured_from` samples on plans are chosen
+    which the callers put into their multipliers. From `MEASURED_FROM` samples on plans are chosen
     by trial, and kept.
 
     Blocks of rows and then blocks of columns are transformed by plans for one thread: FFTW's own
     threads wait for each other in vain on a busy machine, and take ten times as long to plan.
     """
 
-    def __init__(
-        self,
-        shape: tuple[int, int],
-        precision: str,
-        passes: RowPasses | None = None,
-        measured_from: int = MEASURED_FROM,
-    ):
+    def __init__(self, shape: tuple[int, int], precision: str, passes: RowPasses | None = None):
         import pyfftw
 
         nx, ny = shape
@@ -52,7 +46,7 @@ class RealTransform:
         memory = pyfftw.empty_aligned((nx, padded), MODES_OF[precision])
         self.modes, self.values = memory[:, : ny // 2 + 1], memory.view(precision)[:, :ny]
         self._passes = passes or RowPasses()
-        if nx * ny < measured_from:
+        if nx * ny < MEASURED_FROM:
             self._plan("FFTW_ESTIMATE")
             return
         _load_wisdom()

@@ -47,7 +47,7 @@ def test_start_is_near_and_counted():
     means = height.values.reshape(128, 2, 128, 2).mean(axis=(1, 3))
     coarse = ContactPair.prepared(GridField(means, (2e-6, 2e-6), periodic=True), solid)
     coarse.under_pressure(pressure, ROUGHLY, None)
-    assert pair.half_space.pairs == coarse.half_space.pairs / 4
+    assert pair.half_space.fft_pairs == coarse.half_space.fft_pairs / 4
 
 
 @pytest.mark.parametrize(

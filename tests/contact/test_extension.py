@@ -1,6 +1,5 @@
 """The preconditioner's extension beyond the free set: its algebra, its gain, its safeguard."""
 
-from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -10,7 +9,7 @@ from contact_cases import E_STAR, SLOPE, check_equilibrium, displacement, rough_
 from fem_seal.contact import ContactStopping, Load, contact_under, press
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.extension import Extension
-from fem_seal.contact.free_set_cg import ExtensionRule, free_set_cg
+from fem_seal.contact.free_set_cg import free_set_cg
 from fem_seal.contact.problem import Iterate, Problem
 from fem_seal.contact.settings import Arithmetic, ElasticSolid
 from fem_seal.grid import GridField
@@ -52,7 +51,7 @@ def test_transpose(shape):
 
 @pytest.mark.parametrize("shape", [(8, 8), (6, 7)])
 @pytest.mark.parametrize("fade", [1.0, 0.5])
-def test_two_levels(shape, fade):
+def test_two_levels(shape, fade, monkeypatch):
     """The filling from coarser grids, written with dense matrices."""
     free = (RNG.random(shape) < 0.4).astype(float)
     x, extended = RNG.standard_normal(shape) * free, np.empty(shape)
@@ -66,18 +65,27 @@ def test_two_levels(shape, fade):
         spreads.append(spread)
     middle = values[1] + (1 - shares[1]) * (spreads[1] @ values[2])
     wanted = values[0] + (1 - shares[0]) * (spreads[0] @ middle)
-    extension = Extension(free, levels=2, fade=fade)
+    monkeypatch.setattr("fem_seal.contact.extension.LEVELS", 2)
+    monkeypatch.setattr("fem_seal.contact.extension.FADE", fade)
+    extension = Extension(free)
     extension.update()
     extension.extend(x, extended)
     assert extended.ravel() == pytest.approx(wanted, abs=1e-14)
 
 
+@pytest.fixture
+def rule(monkeypatch):
+    """Set the rule by which the preconditioner is extended."""
+
+    def setting(**values: float) -> None:
+        for name, value in values.items():
+            monkeypatch.setattr(f"fem_seal.contact.free_set_cg.{name}", value)
+
+    return setting
+
+
 def iterated(
-    height: GridField,
-    pressure: float,
-    rule: ExtensionRule,
-    start: np.ndarray | None = None,
-    limit: int = 1000,
+    height: GridField, pressure: float, start: np.ndarray | None = None, limit: int = 1000
 ) -> Iterate:
     """Iterate whose certificate is 1e-6, or the last within the limit; loads in Pa."""
     pair = ContactPair.prepared(height, ElasticSolid(E_STAR))
@@ -87,7 +95,7 @@ def iterated(
     first *= mean / first.mean()
     return next(
         iterate
-        for iterate in free_set_cg(problem, first, rule)
+        for iterate in free_set_cg(problem, first)
         if iterate.certificate <= 1e-6 or iterate.iteration == limit
     )
 
@@ -100,33 +108,35 @@ def differing(one: Iterate, other: Iterate) -> int:
 PRESSURE = 0.2 * E_STAR * SLOPE
 
 
-def test_saves_iterations():
+def test_saves_iterations(rule):
     """Same contact from fewer iterations, by a fifth: a few fewer might be chance."""
     height = rough_surface((256, 256), hurst=0.4, short=1, long=32)
-    extended = iterated(height, PRESSURE, ExtensionRule())
-    cut_off = iterated(height, PRESSURE, ExtensionRule(settled=0.0, settled_at_start=0.0))
+    extended = iterated(height, PRESSURE)
+    rule(SETTLED=0.0, SETTLED_AT_START=0.0)
+    cut_off = iterated(height, PRESSURE)
     assert differing(extended, cut_off) <= 1
     assert extended.iteration < 0.8 * cut_off.iteration
 
 
-def test_safeguard():
+def test_safeguard(rule):
     """Extended before the free set has settled it may not converge at all: it is left out again."""
     height = rough_surface((256, 256), hurst=0.2, short=1, long=32)
-    default = iterated(height, PRESSURE, ExtensionRule())
-    early = ExtensionRule(settled=1.2, settled_at_start=1.2)
-    saved = iterated(height, PRESSURE, early)
+    default = iterated(height, PRESSURE)
+    rule(SETTLED=1.2, SETTLED_AT_START=1.2)
+    saved = iterated(height, PRESSURE)
     assert saved.certificate <= 1e-6
     assert differing(saved, default) <= 1
-    endless = replace(early, most_rises=10**6, most_slow=10**6)
-    assert iterated(height, PRESSURE, endless, limit=4 * saved.iteration).certificate > 1e-6
+    rule(MOST_RISES=10**6, MOST_SLOW=10**6)
+    assert iterated(height, PRESSURE, limit=4 * saved.iteration).certificate > 1e-6
 
 
-def test_good_start_is_extended_at_once():
+def test_good_start_is_extended_at_once(rule):
     """A start that is nearly right needs not settle again."""
     height = rough_surface((256, 256), hurst=0.4, short=1, long=32)
-    start = iterated(height, 0.97 * PRESSURE, ExtensionRule()).pressure
-    at_once = iterated(height, PRESSURE, ExtensionRule(), start)
-    later = iterated(height, PRESSURE, ExtensionRule(settled_at_start=0.0), start)
+    start = iterated(height, 0.97 * PRESSURE).pressure
+    at_once = iterated(height, PRESSURE, start)
+    rule(SETTLED_AT_START=0.0)
+    later = iterated(height, PRESSURE, start)
     assert at_once.iteration < later.iteration
     assert differing(at_once, later) <= 1
 
@@ -197,18 +207,18 @@ def test_a_loose_contact_is_exact_as_well(monkeypatch):
 
 
 @pytest.mark.parametrize("settled", [0.0, 10.0])
-def test_iterates_are_those_of_the_pseudocode(settled):
+def test_iterates_are_those_of_the_pseudocode(settled, rule):
     """Whole arrays in double precision, without and with the extension, step by step."""
     height = rough_surface((32, 24), hurst=0.4, short=2)
     pair = ContactPair.prepared(height, ElasticSolid(E_STAR), Arithmetic(precision="double"))
     mean = PRESSURE / pair.unit_pressure
     problem = Problem(pair.scaled_heights, pair.half_space, mean_pressure=mean)
-    rule = ExtensionRule(settled, settled, most_rises=10**6, most_slow=10**6)
+    rule(SETTLED=settled, SETTLED_AT_START=settled, MOST_RISES=10**6, MOST_SLOW=10**6)
     draw = np.random.default_rng(1)
     start = mean * draw.uniform(0.5, 1.5, height.shape)
     start *= mean / start.mean()
     expected = plain_iterates(pair.scaled_heights, mean, start, extended=settled > 0)
-    seen = free_set_cg(problem, start.copy(), rule)
+    seen = free_set_cg(problem, start.copy())
     for plain, iterate in zip(islice(expected, 12), seen, strict=False):
         # The iteration multiplies rounding by less than ten a step, from 1e-16 on.
         assert np.abs(iterate.pressure - plain).max() < 1e-9 * mean, iterate.iteration

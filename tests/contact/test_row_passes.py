@@ -80,10 +80,10 @@ def test_curvature_is_parsevals():
     half_space = HalfSpace((12, 15), (1.0, 0.7), precision="double")
     pressure = np.random.default_rng(1).normal(size=(12, 15))
     direct = float(np.sum(pressure * half_space.displacement(pressure)))
-    spent = half_space.pairs
+    spent = half_space.fft_pairs
     half_space.steer.values[...] = pressure
     assert half_space.curvature() == pytest.approx(direct, rel=1e-12)
-    assert half_space.pairs - spent == 0.5
+    assert half_space.fft_pairs - spent == 0.5
 
 
 def test_pressure_inverts_displacement():
@@ -106,11 +106,12 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def test_wisdom_is_kept(own_cache, monkeypatch):
-    RealTransform((34, 38), "float64", measured_from=1)
+    monkeypatch.setattr(transform, "MEASURED_FROM", 1)
+    RealTransform((34, 38), "float64")
     assert wisdom_path() == own_cache / "fem_seal" / "fftw-wisdom.json"
     assert [path.name for path in wisdom_path().parent.iterdir()] == ["fftw-wisdom.json"]
     pyfftw.forget_wisdom()
     transform._load_wisdom.cache_clear()
     # The plans are read back: nothing new has to be measured and kept.
     monkeypatch.setattr(transform, "_save_wisdom", None)
-    RealTransform((34, 38), "float64", measured_from=1)
+    RealTransform((34, 38), "float64")
