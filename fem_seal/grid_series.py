@@ -93,10 +93,10 @@ class OnGrid:
 
     @classmethod
     def of(cls, patch: Patch) -> "OnGrid":
-        """Leak rate and critical constriction; the range where contact and flow do not settle."""
+        """Leak rate and critical constriction; the range if the fluid's pressure leaves one."""
         leak, state, tightest = patch.leak_rate, patch.lifted, patch.film.constriction
         low, high = leak.value, leak.value
-        if state is not None and not state.converged:
+        if state is not None and state.is_range:
             low, high = state.lowest, state.highest
         gap = 0.0 if tightest is None else tightest.gap
         left_out = unresolved(present(patch.surface, "surface"))
@@ -123,9 +123,9 @@ class OnHalf:
 
 
 def sealed_under(patch: Patch, part: float) -> bool:
-    """Whether a patch is sealed, and its lift has settled, under a part of its load."""
+    """Whether a patch is sealed under a part of its load, and no fluid pressure would open it."""
     lighter = patch.pressed_by(part * present(patch.carried_load, "load"), patch.lift)
-    return lighter.state == "sealed" and (lighter.lifted is None or lighter.lifted.converged)
+    return lighter.state == "sealed" and (lighter.lifted is None or not lighter.lifted.is_range)
 
 
 def is_estimated(scene: Scene) -> bool:

@@ -147,13 +147,15 @@ def _completed(
         reason = ""
         if opened is not None:
             highest = _most_if_opened(problem, contact, opened)
-            reason = (
-                f"the film is sealed after {state.steps} of Newton's steps, but more fluid "
-                "pressure under the contact would open it"
-            )
         elif state.reason and not problem.never_opens:
             highest, known = inf, False
+        if state.reason and highest:
             reason = f"contact and flow have not settled: {state.reason}"
+        elif highest == inf:
+            reason = (
+                f"the film is sealed after {state.steps} of Newton's steps, but more fluid "
+                "pressure under the contact would lift it off"
+            )
     else:
         lowest = leak.value * exp(-error)
         highest = leak.value * exp(error) if known else inf

@@ -51,6 +51,14 @@ class LiftedState:
         return not self.reason
 
     @property
+    def is_range(self) -> bool:
+        """Whether its leak rate is known as a range alone.
+
+        It has not settled, or it is sealed and more fluid pressure under the contact would open it.
+        """
+        return not self.converged or (self.state == "sealed" and self.highest > 0)
+
+    @property
     def fluid_load(self) -> float:
         """Mean of p_f: the part of the load that the fluid carries [Pa]."""
         return float(self.fluid_pressure.values.mean())

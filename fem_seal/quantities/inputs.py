@@ -107,9 +107,9 @@ def _may_float(patch: Patch) -> bool:
 
 
 def rate_in_range(patch: Patch) -> LeakRate:
-    """Leak rate of a patch; of one whose lift has not settled, sealed or not, all of its range."""
+    """Leak rate of a patch; all of its range where the fluid's pressure leaves one."""
     leak, lifted = patch.leak_rate, patch.lifted
-    if lifted is None or (lifted.converged and not lifted.floats):
+    if lifted is None or not (lifted.is_range or lifted.floats):
         return leak
     lower, upper = min(leak.bounds[0], lifted.lowest), max(leak.bounds[1], lifted.highest)
     if lifted.floats or upper == inf:

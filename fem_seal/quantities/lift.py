@@ -113,14 +113,21 @@ def _resolved(patch: Patch) -> Uncertainty:
             why = "no load presses the solids together, and the fluid lifts them off"
         sentence = f"{why}; under any load above the inlet's pressure, {inlet}, they touch"
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0, caution=True)
-    if not state.converged:
+    if state.is_range:
         lower = state.lowest / value if value else 1.0
         upper = state.highest / value if value and isfinite(state.highest) else None
         rate = None if value else state.highest
-        # No caution: the sentence is the reason of a result that has not converged.
-        return Uncertainty(
-            LIFT, "estimated", state.reason, lower, upper, upper_rate=rate, is_range=True
+        shown = ShownUnit.of(patch.scene)
+        sentence = state.reason or (
+            f"sealed from the outlet's and from the inlet's pressure; but {inlet} wherever no open "
+            "path leads to the outlet, contact included, would open a film that leaks up to "
+            f"{rounded_up(state.highest * shown.per_solved)} {shown.name}"
         )
+        caution = state.converged  # else the sentence is the reason of the result already
+        return Uncertainty(
+            LIFT, "estimated", sentence, lower, upper,
+            caution=caution, upper_rate=rate, is_range=True,
+        )  # fmt: skip
     if state.state == "sealed":
         sentence = (
             f"sealed under the fluid's pressure as well, up to {inlet} above ambient wherever no "

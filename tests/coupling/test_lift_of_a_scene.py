@@ -156,6 +156,25 @@ def test_budget_of_a_state_that_has_not_settled():
     assert value * lift.upper == pytest.approx(state.highest, rel=1e-6)
 
 
+def test_a_sealed_film_that_more_pressure_would_open():
+    """It has settled, may leak as much as the film that opens, and the user is warned.
+
+    That film leaks less than the dry contact under the load less the inlet's pressure.
+    """
+    result = solve(scene(3e5, n=16, seed=1)).result()
+    assert (result.state, result.lift.settled, result.converged) == ("sealed", True, True)
+    most = result.lift.highest
+    assert 0 < most < Patch(scene(2e5, n=16, seed=1, lift="none")).leak_rate.upper
+    assert entry(result).upper_rate == most
+    assert entry(result).upper is None
+    assert any("would open a film that leaks up to" in text for text in result.cautions)
+    assert (result.headline.lower, result.headline.upper) == (0.0, most)
+    tolerated = {"contact": {"pressure": "1 %"}}
+    mapping = scene(3e5, n=16, seed=1).to_mapping() | {"tolerances": tolerated}
+    inputs = solve(Scene.from_mapping(mapping)).result().error_budget
+    assert next(one for one in inputs if one.key == "inputs").upper_rate >= most
+
+
 def test_range_in_the_result():
     """Both ends, and a budget whose factors lead from the dry bounds to them."""
     output = {"products": ["leak_rate"], "leak_rate_unit": "ml/h"}

@@ -73,14 +73,14 @@ def test_a_film_that_loses_its_pressure_just_before_the_outlet():
     assert 2 * fine - coarse == pytest.approx(1, abs=0.01 + claims)
 
 
-def test_a_row_that_closes_before_the_outlet_is_not_settled():
+def test_a_row_that_closes_before_the_outlet_leaves_a_range():
     """Between the last vertex and the outlet no vertex holds the pressure: the last row closes.
 
     Only pixels far shorter than a wave, over which the solid bends, leave it open.
     """
     load, inlet, outlet = 1.3, 0.5, 0.0
     state = state_at(load, inlet, outlet, nx=16, method="finite-difference")
-    assert not state.converged
+    assert state.is_range
     assert state.lowest <= leak_rate(load, inlet, outlet) <= state.highest
 
 
