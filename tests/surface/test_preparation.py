@@ -47,14 +47,6 @@ def measured(periodic=False):
     return FieldMap(values, CELL.spacing, periodic)
 
 
-def test_nothing_unless_named():
-    found = FieldMap(CELL.values, CELL.spacing, True)
-    prepared = prepare(found, Preparation())
-    assert np.array_equal(prepared.field.values, CELL.values)
-    assert prepared.field is prepared.measured
-    assert [step.name for step in prepared.steps] == ["read"]
-
-
 def test_all_steps_in_their_order():
     plan = Preparation(
         crop=((2, 33), (1, 28)),
@@ -113,8 +105,11 @@ def test_an_unsaid_map_repeats_if_its_seam_does(rise, repeats):
     assert prepared.field.periodic is repeats
     # The tilt was all that did not repeat.
     assert prepare(found, Preparation(detrend="plane")).field.periodic
-    # Who says that it repeats is believed.
-    assert prepare(FieldMap(found.values, CELL.spacing, True), Preparation()).field.periodic
+    # Who says that it repeats is believed. Nothing is done unless it is named.
+    said = prepare(FieldMap(found.values, CELL.spacing, True), Preparation())
+    assert said.field.periodic
+    assert np.array_equal(said.field.values, found.values)
+    assert [step.name for step in said.steps] == ["read"]
 
 
 def pressed(folder, model="gfmd", **fields):
@@ -227,15 +222,12 @@ def test_harmonic_hole_at_the_border_has_no_slope_across_it():
     np.testing.assert_allclose(filled.values, 2.5, rtol=1e-14)
 
 
-def test_nothing_missing():
-    assert np.array_equal(fill(FieldMap(LINEAR, SPACING, None), 0).values, LINEAR)
-
-
 def test_limit_is_a_fraction_of_all_points():
     """One of 408 points; less is refused (test_refused.py)."""
     holed = LINEAR.copy()
     holed[5, 5] = np.nan
     assert fill(FieldMap(holed, SPACING, None), 1 / 408).missing == 0
+    assert np.array_equal(fill(FieldMap(LINEAR, SPACING, None), 0).values, LINEAR)
 
 
 # Crop and periodic cell.
@@ -248,13 +240,7 @@ def test_crop_keeps_the_samples_inside(unit):
     part = cropped(whole, ((3 * unit, 12 * unit), (4 * unit, 9 * unit)))
     assert np.array_equal(part.values, PIECE.values[3:13, 2:5])
     assert (part.spacing, part.periodic) == (whole.spacing, False)
-
-
-def test_crop_to_the_whole_map_stays_periodic():
-    whole = FieldMap(ROUGH.values, (1.0, 1.0), True)
-    same = cropped(whole, ((0, 64), (0, 48)))
-    assert np.array_equal(same.values, whole.values)
-    assert same.periodic
+    assert cropped(whole, ((0, 40 * unit), (0, 60 * unit))).periodic
 
 
 def test_mirrored_cell_is_even_about_its_mirror_lines():
@@ -268,12 +254,6 @@ def test_mirrored_cell_is_even_about_its_mirror_lines():
     for axis in (0, 1):
         mirrored = np.roll(np.flip(cell.values, axis), 1, axis)
         assert np.array_equal(mirrored, cell.values)
-
-
-def test_cut_keeps_the_samples_and_marks_them_periodic():
-    cell = periodic_cell(PIECE, "cut")
-    assert np.array_equal(cell.values, PIECE.values)
-    assert cell.periodic
 
 
 @pytest.mark.parametrize("name", ["hann", "tukey"])

@@ -62,7 +62,6 @@ REFUSED = [
     (partial(synthesised, seed=-1), "seed"),
     (partial(synthesised, seed=1.5), "seed"),
     (partial(synthesised, scaling="mean"), "exact, ensemble"),
-    (partial(synthesised, rms_slope=None), "either rms_height or rms_slope"),
     (partial(synthesised, rms_slope=NAN), "rms_slope = nan must be a positive number"),
     (partial(synthesised, band=(0.8, 1 / 1.6, 1 / 1.9)), "no wave"),
     (partial(profile_spectrum, np.zeros((2, 8)), 1.0), "at least 16 samples, got 8"),
