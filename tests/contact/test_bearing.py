@@ -50,21 +50,6 @@ def test_ties_touch_together():
     assert bearing(steps, area_fraction=0.0).contact_area_fraction == pytest.approx(1 / 3)
 
 
-@pytest.mark.parametrize(
-    ("loads", "message"),
-    [
-        ({}, "exactly one load"),
-        ({"area_fraction": 0.1, "mean_gap": 1.0}, "exactly one load"),
-        ({"area_fraction": 1.0}, "area_fraction"),
-        ({"mean_gap": 0.0}, "mean_gap"),
-        ({"mean_gap": float("nan")}, "mean_gap"),
-    ],
-)
-def test_refused(rough, loads, message):
-    with pytest.raises(InvalidInput, match=message):
-        bearing(rough, **loads)
-
-
 def test_another_load_of_a_patch():
     """A pressure cuts nothing; what the scene does not give is named as such."""
     sections = scene_of_samples(16) | {"contact": {"model": "bearing", "area_fraction": 0.2}}
