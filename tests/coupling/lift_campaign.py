@@ -5,21 +5,20 @@ with `converged` True is *wrong* if one of these changes its leak rate by more t
 Where the theorem of the range holds, the lifted leak rate is also compared with the two ends of the
 range.
 
-    python tests/coupling/lift_campaign.py [SCENES] [--into FOLDER] [--part 0/2] [--only 30,41]
+    python tests/coupling/lift_campaign.py [SCENES] [--into FOLDER] [--part 1/2]
 
-Each scene is a line in FOLDER. Scenes in the folder are not solved again, except those of `--only`:
-a campaign can be stopped and continued, and can run in several processes, each with a part of the
-scenes. The counts at the end are those of all scenes in the folder.
+Each scene is a file in FOLDER. Scenes in the folder are not solved again: a campaign can be stopped
+and continued, and can run in several processes, each with a part of the scenes. The counts at the
+end are those of all scenes in the folder.
 """
 
 import argparse
-import json
 import sys
 from collections import Counter
-from dataclasses import asdict, dataclass
-from math import inf, log
+from dataclasses import dataclass
+from math import log
 from pathlib import Path
-from time import process_time, time
+from time import process_time
 
 import numpy as np
 from lifted_scenes import problem_of
@@ -28,11 +27,13 @@ from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, lifted
 from fem_seal.errors import NotConverged
 from fem_seal.patch import KnownSteps, Patch
+from fem_seal.points import Chain, PointFolder, StudyTask, Work, compute_points
 from fem_seal.quantities.lift import lift_range
 from fem_seal.scene import Scene
 
 SEED, RTOL = 20120612, 0.05
 E_STAR, SLOPE = 1e7, 0.1
+SEALED = 1500.0  # |Δ ln Q| to no leak rate: more than between any two numbers
 
 
 @dataclass(frozen=True)
@@ -42,23 +43,21 @@ class Outcome:
     state: str
     converged: bool
     reason: str
-    steps: int
-    claimed: float  # error of ln Q by the error budget, with the bounds of the flow
-    exact: float  # |Δ ln Q| to the state with a tenth of the tolerance
-    both_exact: bool  # whether that has settled
-    apart: float  # |Δ ln Q| between the two starts; infinite if one of them leads to no leak rate
-    both: bool  # whether both starts have settled
-    outside: float  # how far ln Q is outside the range, 0 inside
     seconds: float  # CPU time of dry contact, steps and flow
-    all_seconds: float  # the checks included
+    steps: int = 0
+    claimed: float = 0.0  # error of ln Q by the error budget, with the bounds of the flow
+    exact: float | None = None  # |Δ ln Q| to the state with a tenth of the tolerance, if it settles
+    apart: float | None = None  # |Δ ln Q| between the two starts, if both settle
     second: float = 0.0  # error of ln Q that the state of the second start claims
+    outside: float = 0.0  # how far ln Q is outside the range, 0 inside
+    all_seconds: float = 0.0  # the checks included
 
     @property
     def wrong(self) -> bool:
         """Whether a state called settled is not that of other solves."""
         return self.converged and (
-            (self.both_exact and self.exact > 1.1 * self.claimed)
-            or (self.both and self.apart > self.claimed + self.second)
+            (self.exact is not None and self.exact > 1.1 * self.claimed)
+            or (self.apart is not None and self.apart > self.claimed + self.second)
         )
 
 
@@ -110,59 +109,48 @@ def apart(one: float, other: float) -> float:
     """|Δ ln Q|; 0 if both are sealed."""
     if one == other:
         return 0.0
-    return abs(log(one / other)) if one > 0 and other > 0 else inf
+    return abs(log(one / other)) if one > 0 and other > 0 else SEALED
 
 
-def outcome(scene: Scene) -> Outcome:
-    """Solve a scene and check its state."""
-    start = process_time()
+def outcome(number: int) -> Outcome:
+    """Solve the scene of a number and check its state."""
+    scene, start = random_scene(number), process_time()
     patch = Patch(scene)
     problem = problem_of(scene, patch.surface)
     try:
         state = lifted(problem, RTOL, dry=patch.contact)
     except NotConverged as error:
-        seconds = process_time() - start
-        nothing = {"claimed": 0.0, "exact": inf, "both_exact": False, "apart": inf, "both": False}
-        nothing |= {"outside": 0.0, "seconds": seconds, "all_seconds": 0.0}
-        return Outcome("failed", False, str(error), 0, **nothing)
+        return Outcome("failed", False, str(error), process_time() - start)
     seconds = process_time() - start
-    claimed, exact, other, outside, second_claim = 0.0, inf, inf, 0.0, 0.0
-    both = both_exact = False
+    checks: dict[str, float | None] = {}
     # Of a network of links that is open along diagonals only, which its leak rate says.
     unfinished = "" if state.leak_rate is None else state.leak_rate.reason
     if "diagonals" not in unfinished:
         unfinished = ""
     if state.state != "lifted off":
         flow = 0.0 if scene.flow.method == "finite-difference" else RTOL / 2
-        claimed, outside = _claimed(patch, state) + flow, _outside(scene, patch, state)
-        mapping = scene.to_mapping()
-        mapping["flow"]["rtol"] = RTOL / 10
-        if "max_unknowns" in mapping["flow"]:
-            mapping["flow"]["max_unknowns"] *= 10
-        finer = lifted(problem_of(Scene.from_mapping(mapping), patch.surface), RTOL / 10)
-        if finer.state != "lifted off":
-            both_exact = finer.converged
-            exact = apart(state.leak_rate.value, finer.leak_rate.value)
+        checks = {"claimed": _claimed(patch, state) + flow}
+        checks["outside"] = _outside(scene, patch, state)
+        tight = {"flow.rtol": RTOL / 10}
+        if scene.flow.method != "finite-difference":
+            tight["flow.max_unknowns"] = 10 * scene.flow.max_unknowns
+        finer = lifted(problem_of(scene.with_(tight), patch.surface), RTOL / 10)
+        if finer.state != "lifted off" and finer.converged:
+            checks["exact"] = apart(state.leak_rate.value, finer.leak_rate.value)
         if problem.load is None or problem.load > 1.01 * problem.inlet:
             high = np.full(problem.height.shape, problem.inlet)
             second = lifted(problem, RTOL, start=high)
-            both = state.converged and second.converged
-            second_claim = _claimed(patch, second) + flow
-            other = apart(state.leak_rate.value, second.leak_rate.value)
+            checks["second"] = _claimed(patch, second) + flow
+            if state.converged and second.converged:
+                checks["apart"] = apart(state.leak_rate.value, second.leak_rate.value)
     return Outcome(
         state=state.state,
         converged=state.converged and not unfinished,
         reason=state.reason or unfinished,
-        steps=state.steps,
-        claimed=claimed,
-        exact=exact,
-        both_exact=both_exact,
-        apart=other,
-        both=both,
-        outside=outside,
         seconds=seconds,
+        steps=state.steps,
         all_seconds=process_time() - start,
-        second=second_claim,
+        **checks,
     )
 
 
@@ -183,19 +171,13 @@ def _outside(scene: Scene, patch: Patch, state: LiftedState) -> float:
     return max(below, above)
 
 
-def solved_before(folder: Path) -> dict[int, Outcome]:
-    """Outcomes in a folder by the number of the scene; the last one of each counts."""
-    lines = [line for file in sorted(folder.glob("*.jsonl")) for line in file.open()]
-    records = sorted((json.loads(line) for line in lines), key=lambda record: record.pop("when"))
-    return {record.pop("number"): Outcome(**record) for record in records}
-
-
 def line_of(number: int, one: Outcome) -> str:
     """A scene in one line."""
+    exact, both = ("-" if x is None else f"{x:.2g}" for x in (one.exact, one.apart))
     mark = "WRONG" if one.wrong else one.reason
     return (
-        f"{number:4} {one.state:10} steps {one.steps:3} exact {one.exact:8.2g} "
-        f"apart {one.apart:8.2g} claimed {one.claimed:8.2g} outside {one.outside:8.2g} "
+        f"{number:4} {one.state:10} steps {one.steps:3} exact {exact:>8} apart {both:>8} "
+        f"claimed {one.claimed:8.2g} outside {one.outside:8.2g} "
         f"{one.seconds:6.2f} s of {one.all_seconds:6.2f} s {mark}"
     )
 
@@ -212,7 +194,7 @@ def print_counts(outcomes: dict[int, Outcome]) -> int:
     for reason, count in reasons.items():
         if reason:
             print(f"    {count:4} {reason}")
-    print(f"both starts settled {sum(one.both for one in every)}")
+    print(f"both starts settled {sum(one.apart is not None for one in every)}")
     print(f"wrong {len(wrong)} {wrong}; outside the range {len(outside)} {outside}")
     steps = sorted(one.steps for one in settled)
     if steps:
@@ -225,26 +207,21 @@ def print_counts(outcomes: dict[int, Outcome]) -> int:
 
 
 def main() -> int:
-    """Solve the scenes of this part and print a line for each, then the counts."""
+    """Solve the scenes of this part that the folder lacks; print all and the counts."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", type=int, nargs="?", default=500)
     parser.add_argument("--into", type=Path, default=Path("lift_campaign"))
-    parser.add_argument("--part", default="0/1")
-    parser.add_argument("--only", default="")
+    parser.add_argument("--part", default="1/1")
     args = parser.parse_args()
-    part, parts = (int(text) for text in args.part.split("/"))
-    args.into.mkdir(parents=True, exist_ok=True)
-    done = solved_before(args.into)
-    numbers = [n for n in range(args.scenes) if n not in done]
-    if args.only:
-        numbers = [int(text) for text in args.only.split(",")]
-    for number in numbers[part::parts]:
-        one = outcome(random_scene(number))
-        print(line_of(number, one), flush=True)
-        record = {"number": number, "when": time(), **asdict(one)}
-        with (args.into / f"part-{part}.jsonl").open("a") as file:
-            file.write(json.dumps(record) + "\n")
-    return print_counts(solved_before(args.into))
+    folder, numbers = PointFolder(args.into, Outcome), range(args.scenes)
+    tasks = [StudyTask(str(n), f"scene {n}", outcome, (n,)) for n in numbers]
+    part = tuple(int(text) for text in args.part.split("/"))
+    chains = [Chain(folder, (task,)) for task in tasks]
+    compute_points(chains, Work(part=part), report=lambda *words: print(*words, flush=True))
+    found = {n: folder.load(str(n)) for n in numbers if folder.finished(str(n))}
+    for number, one in found.items():
+        print(line_of(number, one))
+    return print_counts(found)
 
 
 if __name__ == "__main__":
