@@ -173,6 +173,7 @@ def test_with_a_total_error():
 
 
 VACUUM = {"inlet_pressure": "1 bar", "outlet_pressure": 0}
+BEARING = {"model": "bearing", "area_fraction": 0.1}
 
 
 def test_gauge_pressures_of_a_vacuum():
@@ -182,29 +183,30 @@ def test_gauge_pressures_of_a_vacuum():
     flow = scene(flow={"inlet_pressure": 3e5, "outlet_pressure": 1e5}).flow
     assert flow.gauge_pressures == (2e5, 0.0)
     # Without an elastic contact it changes nothing, and need not be named.
-    given = {"model": "bearing", "area_fraction": 0.1}
-    assert scene(load=given, flow=VACUUM).flow.ambient_pressure is None
+    assert scene(load=BEARING, flow=VACUUM).flow.ambient_pressure is None
 
 
-def test_an_older_result_without_ambient_pressure_is_rebuilt(tmp_path):
-    """Its outlet in a vacuum was taken for the ambient; its scene still reads."""
-    folder = tmp_path / "out"
-    run(scene(flow={**VACUUM, "ambient_pressure": 0}), folder)
-    file = folder / "result.json"
+@pytest.mark.parametrize(
+    ("given", "older_flow", "older_contact"),
+    [
+        # An outlet in a vacuum was taken for the ambient.
+        (scene(flow={**VACUUM, "ambient_pressure": 0}), {"ambient_pressure": None}, {}),
+        # A bearing contact took settings of an iteration, and an ambient pressure, without a word.
+        (
+            scene(load=BEARING, flow=VACUUM),
+            {"ambient_pressure": 1e5},
+            {"tolerance": 1e-20, "threads": 2},
+        ),
+    ],
+    ids=["without a field", "with fields that were ignored"],
+)
+def test_an_older_result_is_rebuilt(given, older_flow, older_contact, tmp_path):
+    run(given, tmp_path / "out")
+    file = tmp_path / "out" / "result.json"
     older = json.loads(file.read_text())
-    older["provenance"]["scene"]["flow"].pop("ambient_pressure")
+    sections = older["provenance"]["scene"]
+    named = sections["flow"] | older_flow
+    sections["flow"] = {name: value for name, value in named.items() if value is not None}
+    sections["contact"] |= older_contact
     file.write_text(json.dumps(older))
-    assert Result.from_folder(folder).scene().flow.gauge_pressures == (1e5, 0.0)
-
-
-def test_an_older_result_with_fields_that_were_ignored_is_rebuilt(tmp_path):
-    """A bearing contact took settings of an iteration, and an ambient pressure, without a word."""
-    folder, bearing = tmp_path / "out", {"model": "bearing", "area_fraction": 0.1}
-    given = scene(load=bearing, flow=VACUUM)
-    run(given, folder)
-    file = folder / "result.json"
-    older = json.loads(file.read_text())
-    older["provenance"]["scene"]["contact"] |= {"tolerance": 1e-20, "threads": 2}
-    older["provenance"]["scene"]["flow"]["ambient_pressure"] = 1e5
-    file.write_text(json.dumps(older))
-    assert Result.from_folder(folder).scene().to_mapping() == given.to_mapping()
+    assert Result.from_folder(tmp_path / "out").scene().to_mapping() == given.to_mapping()
