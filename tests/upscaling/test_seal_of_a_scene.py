@@ -180,11 +180,8 @@ def test_sealed_and_lifted_off():
 
 
 def test_realizations_are_seeds():
-    assert [one.surface.seed for one in realizations(scene())] == [0, 1, 2]
-
-
-def test_limit_and_tolerances_leave_the_patches_as_they_are():
     """Kept patches of a seal serve one with a limit, or with other errors of its inputs."""
+    assert [one.surface.seed for one in realizations(scene())] == [0, 1, 2]
     changed = scene(limit={"leak_rate": "1 ml/h"}, tolerances={"fluid": {"viscosity": "10 %"}})
     assert realizations(changed) == realizations(scene())
 
@@ -406,7 +403,7 @@ def measured(tmp_path):
 
 
 def test_windows_of_a_map(measured):
-    """Six windows of 32 × 32 samples, each once; the first one is that of the contact."""
+    """Six windows of 32 × 32 samples, each once, from the crop on; the contact is of the first."""
     data, heights = measured
     asked = Scene.from_mapping(data)
     windows = [Patch(one).surface for one in realizations(asked)]
@@ -416,10 +413,6 @@ def test_windows_of_a_map(measured):
         for j in (0, 32, 64)
     }
     assert np.array_equal(Patch(asked).surface.values, windows[0].values)
-
-
-def test_windows_begin_at_the_crop(measured):
-    data, heights = measured
     data["surface"]["crop"] = [["32 um", "64 um"], ["0 um", "96 um"]]
     data["seal"]["patches"] = 2
     first, last = (Patch(one).surface.values for one in realizations(Scene.from_mapping(data)))
