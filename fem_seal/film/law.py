@@ -72,7 +72,7 @@ class Conductivity:
         """Whether κ = g³."""
         return len(self.gaps) == 2 and self.concave is None and self.convex[0] == 0
 
-    def above(self, low: T, high: T) -> Line:
+    def upper_line(self, low: T, high: T) -> Line:
         """α and β of an upper bound for gaps between `low` and `high`.
 
         For a part of the interval the bound is nowhere larger. κ must have no concave part; see
@@ -80,7 +80,7 @@ class Conductivity:
         """
         return _chord(self.gaps, self.convex, low, high)
 
-    def below(self, low: T, high: T) -> Line:
+    def lower_line(self, low: T, high: T) -> Line:
         """α and β >= 0 of a positive lower bound for gaps between `low` and `high`.
 
         Where the sum of tangent and chord is not positive, the smallest m replaces it.
@@ -140,11 +140,11 @@ def _tangent(x: np.ndarray, y: np.ndarray, low: T, high: T) -> Line:
 class FilmLaw:
     """Upper and lower bound of the conductivity of the film."""
 
-    above: Conductivity  #: upper bound
-    below: Conductivity  #: lower bound; the same object if the conductivity is known exactly
+    upper: Conductivity  #: upper bound
+    lower: Conductivity  #: lower bound; the same object if the conductivity is known exactly
 
     def __post_init__(self) -> None:
-        if self.above.concave is not None:
+        if self.upper.concave is not None:
             raise Inconsistent("the upper bound of a conductivity has a concave part")
 
 

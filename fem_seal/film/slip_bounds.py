@@ -63,7 +63,7 @@ class PressureWeight:
 
 
 def bounding_law(
-    slip: Slip, largest_gap: float, above: PressureWeight, below: PressureWeight, unit: float
+    slip: Slip, largest_gap: float, upper: PressureWeight, lower: PressureWeight, unit: float
 ) -> FilmLaw:
     """Largest and smallest conductivity over all pressures.
 
@@ -78,9 +78,9 @@ def bounding_law(
     convex in g, as c is, and so at most its chords between the gaps of the table. The smallest one
     is at least its chords divided by 1 + `_sag`, since c may have a kink between two gaps.
     """
-    gaps, values = _extremes(slip, largest_gap, above, np.max)
+    gaps, values = _extremes(slip, largest_gap, upper, np.max)
     largest = Conductivity(gaps, values / unit)
-    gaps, values = _extremes(slip, largest_gap, below, np.min)
+    gaps, values = _extremes(slip, largest_gap, lower, np.min)
     values = values / (1 + _sag(slip.coefficient)) / unit
     slopes = np.diff(values) / np.diff(gaps)
     bends = np.append(np.diff(slopes), 0.0)
@@ -96,7 +96,7 @@ def _from_right(x: np.ndarray, bends: np.ndarray) -> np.ndarray:
 
 
 def _extremes(
-    slip: Slip, largest_gap: float, weight: PressureWeight, of: Callable[..., np.ndarray]
+    slip: Slip, largest_gap: float, weight: PressureWeight, extreme: Callable[..., np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Gaps of a table, and the largest or the smallest κ/g² over all pressures at each."""
     gaps = gap_table(slip, largest_gap, weight.reference)
@@ -107,7 +107,7 @@ def _extremes(
         of_gap = kinks / gap if gap > 0 else kinks[:0]
         of_gap = of_gap[(of_gap > p_out) & (of_gap < p_in)]
         inside = np.concatenate([weight.pressures, of_gap])
-        values[k] = of(conductivities(slip, largest_gap, weight, gap, inside))
+        values[k] = extreme(conductivities(slip, largest_gap, weight, gap, inside))
     return gaps, values
 
 

@@ -54,14 +54,9 @@ class Stencil:
 
     def laplacian(self, carrying: np.ndarray) -> "sparse.csr_array":
         """Matrix of links between carrying nodes: Σ_b c_ab on the diagonal, -c_ab off it."""
-        from scipy import sparse
-
         a, b, c = self.links()
         used = carrying.ravel()[a] & carrying.ravel()[b] & (c > 0)
-        a, b, c = a[used], b[used], c[used]
-        shape = (carrying.size, carrying.size)
-        links = sparse.coo_array((np.tile(c, 2), (np.r_[a, b], np.r_[b, a])), shape=shape).tocsr()
-        return sparse.csr_array(sparse.diags(np.asarray(links.sum(axis=1)).ravel()) - links)
+        return laplacian(a[used], b[used], c[used], carrying.size)
 
     def pressure(
         self,
@@ -80,6 +75,15 @@ class Stencil:
             right_side = -(matrix @ np.nan_to_num(pressure.ravel()))[free]
             pressure.flat[free] = solve(matrix[free][:, free], right_side)
         return pressure
+
+
+def laplacian(a: np.ndarray, b: np.ndarray, c: np.ndarray, nodes: int) -> "sparse.csr_array":
+    """Matrix (nodes, nodes) of links c (n,) from a to b: Σ_b c_ab on the diagonal, -c_ab off it."""
+    from scipy import sparse
+
+    entries = np.tile(c, 2), (np.append(a, b), np.append(b, a))
+    links = sparse.csr_array(sparse.coo_array(entries, (nodes, nodes)))
+    return sparse.csr_array(sparse.diags(links.sum(axis=1)) - links)
 
 
 @dataclass(frozen=True, eq=False)

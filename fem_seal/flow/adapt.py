@@ -44,13 +44,13 @@ from fem_seal.flow.solution import SolvedLevel, Start
 from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.bisection import TooFine
 
-# Ratio of the bracket's widths after and before the hierarchical correction, until it is measured.
+# Ratio of (u - l)/l after and before the hierarchical correction, until it is measured.
 USUAL_CORRECTION_RATIO = 0.4
 # Largest growth of the unknowns from level to level: 3.9 was seen on open rough gaps.
 GROWTH = 4.0
-# Multiples of the tolerance that the expected width is compared with: below DUAL_AT_ONCE the true
-# dual is solved at once; below DUAL_NEXT on the next mesh, before the regularised dual, which is
-# not needed if the bounds decide there. A full step leaves a third of the width.
+# Multiples of the tolerance that the expected (u - l)/l is compared with: below DUAL_AT_ONCE the
+# true dual is solved at once; below DUAL_NEXT on the next mesh, before the regularised dual, which
+# is not needed if the bounds decide there. A full step leaves a third of the width.
 DUAL_AT_ONCE, DUAL_NEXT = 2.0, 3.0
 
 
@@ -121,7 +121,8 @@ class _Solved:
     pressure: Pressures
     regularised: Streams | None = None
     stream: Streams | None = None
-    #: relative width of the corrected bounds that the regularised dual foretells
+    #: (u - l)/l of the corrected bounds that the regularised dual foretells; near a tolerance it is
+    #: nearly the width (u - l)/√(l u)
     expected: float = np.inf
 
 
@@ -130,21 +131,21 @@ class _Outlook:
     """What the meshes so far foretell of the next one."""
 
     true_dual: bool  #: whether the true dual is solved first, since the bounds may decide there
-    #: ratio of the bracket's widths after and before the hierarchical correction
+    #: ratio of (u - l)/l after and before the hierarchical correction
     correction_ratio: float = USUAL_CORRECTION_RATIO
 
     def learn(self, problem: LevelProblem, solution: _Solved, bounds: Bounds, rtol: float) -> None:
         """Take how much the correction has narrowed the bounds of a mesh, and how near they are."""
         if solution.stream is not None and np.isfinite(bounds.excess):
-            difference = problem.difference(solution.pressure, solution.stream)
-            self.correction_ratio = width_ratio(bounds.excess, difference)
+            solved = problem.excess(solution.pressure, solution.stream)
+            self.correction_ratio = excess_ratio(bounds.excess, solved)
             self.true_dual = True
         if solution.expected < DUAL_NEXT * rtol:
             self.true_dual = True
 
 
-def width_ratio(corrected: float, solved: float) -> float:
-    """Ratio of the relative widths of the corrected bounds and of the solved ones."""
+def excess_ratio(corrected: float, solved: float) -> float:
+    """Ratio of (u - l)/l of the corrected bounds and of the solved ones."""
     return corrected / solved if solved > SUM_ROUNDING else 1.0
 
 
@@ -183,7 +184,7 @@ def _solve(
         regularised = _regularised_dual(problem, psi, strategy, log)
         psi = regularised.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
-        expected = outlook.correction_ratio * problem.difference(pressure, regularised)
+        expected = outlook.correction_ratio * problem.excess(pressure, regularised)
         if not last and expected >= DUAL_AT_ONCE * strategy.rtol:
             return _Solved(pressure, regularised, expected=expected)
     stream = problem.stream(psi)
@@ -234,7 +235,7 @@ def _refinement(
     psi = guess.streams if solution.stream is None else solution.stream.psi
     regularised = solution.regularised or _regularised_dual(problem, psi, strategy, log)
     flows = problem.flows(solution.pressure, regularised)
-    expected = outlook.correction_ratio * problem.difference(solution.pressure, regularised)
+    expected = outlook.correction_ratio * problem.excess(solution.pressure, regularised)
     reached = best.width if solution.stream is not None else np.inf
     marks = mark(problem, flows, expected, reached, strategy)
     return partial(

@@ -85,7 +85,7 @@ def conductivity_of_corners(
     """Upper bound of the mean conductivity, exact where the law has no kink inside the triangle."""
     if law.is_cube:
         return cube_of_corners(a, b, c)
-    cubic, square = law.above(*extremes(a, b, c))
+    cubic, square = law.upper_line(*extremes(a, b, c))
     return cubic * cube_of_corners(a, b, c) + square * square_of_corners(a, b, c)
 
 
@@ -108,7 +108,7 @@ def resistivity_of_corners(
     if law.is_cube:
         return inverse_cube_of_corners(a, b, c)
     low, high = extremes(a, b, c) if span is None else span
-    cubic, square = law.below(low, high)
+    cubic, square = law.lower_line(low, high)
     m = inverse_square_of_corners(a, b, c)
     with np.errstate(divide="ignore", invalid="ignore"):
         rising = 1 / (cubic * (a * (b * c)) + square / m)

@@ -65,9 +65,9 @@ class CellData(CellContact):
         zero, contact = (raised == 0) & linear, (lowered == 0) & linear
         zero_gap = zero[[1, 2, 0]] & zero[[2, 0, 1]]
         blocked = contact.all(axis=0) | (np.isinf(mean_inverse_K) & ~linear)
-        most = law.above.of_gap(ceiling)
+        most = law.upper.of_gap(ceiling)
         limited = np.maximum(mean_inverse_K, 1 / most)
-        tensor = traces.resistivity(xy, aspect, lowered, contact, limited, law.below)
+        tensor = traces.resistivity(xy, aspect, lowered, contact, limited, law.lower)
         # Elsewhere the resistivity R has become max(R, 1/most). Cells at contact vertices have a
         # tensor, that of the power traces: add 1/most, since max(R, 1/most) <= R + 1/most.
         tensor[contact.any(axis=0) & ~blocked] += ISOTROPIC / most
@@ -103,13 +103,17 @@ class CellData(CellContact):
         for cells in parts(0, count, _AT_ONCE):
             vertices = mesh.cells[cells].T
             batch = data_of(vertices, mesh.xy.take(vertices, axis=0))
-            for name in cls.__dataclass_fields__:
-                getattr(whole, name)[cells] = getattr(batch, name)
+            for array, part in zip(whole._arrays(), batch._arrays(), strict=True):
+                array[cells] = part
         return whole
 
     def subset(self, cells: np.ndarray | slice) -> "CellData":
         """Data of the cells of a mask (C,), of indices or of a slice."""
-        return CellData(*(getattr(self, name)[cells] for name in self.__dataclass_fields__))
+        return CellData(*(array[cells] for array in self._arrays()))
+
+    def _arrays(self) -> tuple[np.ndarray, ...]:
+        contact = self.zero_gap, self.blocked, self.contact_vertex, self.equipotential
+        return *contact, self.K, self.resistivity
 
     def regularised(self, chi: float, cut: float) -> np.ndarray:
         """Resistivity R_χ (C, 3): in blocked cells 1/(χ K) is added, elsewhere it is unchanged.

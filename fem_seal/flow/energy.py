@@ -91,7 +91,7 @@ class Energy:
         total = terms.sum()
         return cls(value.sum(), _TERM * error.sum() + _TERM**2 * total, total)
 
-    def least_upper(self) -> float:
+    def upper_bound(self) -> float:
         """Upper bound of the energy."""
         return float(self.value * (1 + SUM_ROUNDING) + self.error)
 

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.cell_data import CellContact, CellData
+from fem_seal.flow.cell_data import CellContact
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.hierarchical import Correction, pressure_bubbles, stream_bubbles
@@ -18,6 +18,7 @@ from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace
 from fem_seal.flow.numbering import Numbering
 from fem_seal.flow.solution import CornerValues, FlowEstimate
+from fem_seal.flow.topology import open_cells
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
@@ -35,18 +36,16 @@ class FilmOnMesh:
         gap: GapOnMesh,
         mesh: AnyMesh,
         values: np.ndarray,
-        data: CellData,
-        kept: np.ndarray,
-        numbering: Numbering,
         comm: MPI.Comm,
-        tolerance: float,
     ):
-        self.mesh, self.tolerance = mesh, tolerance
-        self.gap, self.values = gap, values
-        self.kept = kept
+        self.gap, self.mesh, self.values = gap, mesh, values
+        data = gap.cell_data(mesh, values)
+        carrying = open_cells(mesh, data)
+        self.kept = kept = carrying.kept
         self.data = data.subset(kept)
         self._cell_contact: CellContact = data.without_values()
-        self.primal_numbering = numbering
+        self._jumps, self._numberings = carrying.pressures.basis, carrying.pressures.numberings
+        self.primal_numbering = self._numberings[0]
         self.cells = triangles = mesh.cells.compress(kept, axis=0)
 
         # A closure, not a bound method: this avoids a reference cycle, so the mesh is freed at

@@ -128,8 +128,8 @@ class LinearGap(GapOnMesh):
     def _pixel_means(self, strip: slice) -> np.ndarray:
         """Means (2, n, my, 2) of conductivity and inverse on the triangles of some pixels."""
         raised, lowered = self._raised_and_lowered(np.s_[strip.start : strip.stop + 1])
-        conductivity = partial(averages.conductivity_of_corners, self.law.above)
-        resistivity = partial(averages.resistivity_of_corners, self.law.below)
+        conductivity = partial(averages.conductivity_of_corners, self.law.upper)
+        resistivity = partial(averages.resistivity_of_corners, self.law.lower)
         return np.stack(
             [
                 averages.linear_pixel_means(raised, conductivity),
@@ -194,7 +194,7 @@ class LinearGap(GapOnMesh):
         linear = six[:, 3:].take(two, axis=2).reshape(2, -1).T
         six[:, 3:, two] = self._sampled(x, y, linear).T.reshape(2, 3, -1)
         mean_K, mean_inverse_K = _quarter_means(six, self.law)
-        if not self.law.below.is_cube:
+        if not self.law.lower.is_cube:
             # The mean of such a cell is the mean over pixel triangles: its quarters if the cell is
             # diagonal, its halves if it is axial. Bound the law on the same triangles.
             for cells, span in (
@@ -269,8 +269,8 @@ def _linear_means(gaps: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarra
     """Means (n,) of the conductivity, raised, and of its inverse, lowered, for gaps (3, n, 2)."""
     raised, lowered = np.moveaxis(gaps, -1, 0)
     return (
-        averages.conductivity_of_corners(law.above, *raised),
-        averages.resistivity_of_corners(law.below, *lowered),
+        averages.conductivity_of_corners(law.upper, *raised),
+        averages.resistivity_of_corners(law.lower, *lowered),
     )
 
 
@@ -296,8 +296,8 @@ def _quarter_means(
     """
     raised, lowered = (on_quarters(gaps) for gaps in six)
     mean_K, mean_inverse_K = (
-        averages.conductivity_of_corners(law.above, *raised),
-        averages.resistivity_of_corners(law.below, *lowered, span(six[1])),
+        averages.conductivity_of_corners(law.upper, *raised),
+        averages.resistivity_of_corners(law.lower, *lowered, span(six[1])),
     )
     return mean_K.reshape(4, -1), mean_inverse_K.reshape(4, -1)
 
@@ -325,7 +325,7 @@ class ConstantGap(GapOnMesh):
         self.law = law
         with np.errstate(divide="ignore"):
             self._means = np.stack(
-                [law.above.of_gap(self._raised), 1 / law.below.of_gap(self._lowered)]
+                [law.upper.of_gap(self._raised), 1 / law.lower.of_gap(self._lowered)]
             )
         self._above_pixel = averages.Pyramid.from_pixels(
             lambda strip: np.stack([self._means[:, strip]] * 2, axis=-1), self.squares, self._width
@@ -355,7 +355,7 @@ class ConstantGap(GapOnMesh):
         coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)
         place = averages.Place.of(xy.take(coarse, axis=1))
         mean_K[coarse], mean_inverse_K[coarse] = self._above_pixel.lookup(place)
-        blocked, most = np.isinf(mean_inverse_K), self.law.above.of_gap(self.ceiling)
+        blocked, most = np.isinf(mean_inverse_K), self.law.upper.of_gap(self.ceiling)
         isotropic = np.where(blocked, 0.0, np.maximum(mean_inverse_K, 1 / most))
         none = np.zeros((len(mean_K), 3), dtype=bool)
         return CellData(none, blocked, none, most < mean_K, mean_K, isotropic[:, None] * ISOTROPIC)

@@ -138,7 +138,7 @@ def energy_drops(
     energy rises.
     """
     sides = applied.sides if applied else _Sides.of([energy.bubbles() for energy in energies])
-    of_blocks: list[list[Drops]] = [[] for _ in energies]
+    drops: list[list[Drops]] = [[] for _ in energies]
     coefficients: tuple[list[list[np.ndarray]], ...] = tuple([] for _ in energies)
     # Process the cells in blocks: the data of all bubble functions at once would take more memory
     # than anything else. Leaving out the bubble functions on the rim of a block is admissible.
@@ -148,12 +148,13 @@ def energy_drops(
         for k, energy in enumerate(cells):
             form = _BubbleForm(energy, bubble, len(free[k]))
             s = applied.coefficients[k][number] if applied else form.lowered(free[k])
-            of_blocks[k].append(form.drops(s))
+            drops[k].append(form.drops(s))
             coefficients[k].append(s)
-    drops = [
-        Drops.sum(of, energy.count, comm) for of, energy in zip(of_blocks, energies, strict=True)
+    totals = [
+        Drops.sum(of_blocks, energy.count, comm)
+        for of_blocks, energy in zip(drops, energies, strict=True)
     ]
-    return drops, AppliedBubbles(sides, coefficients)
+    return totals, AppliedBubbles(sides, coefficients)
 
 
 def _energies_with_bubbles(

@@ -37,7 +37,7 @@ from fem_seal.flow.hierarchical import AppliedBubbles, Drops, energy_drops
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Jumps
 from fem_seal.flow.solution import CornerValues, FlowEstimate, SolvedLevel, Start
-from fem_seal.flow.topology import dual_numbering, open_cells
+from fem_seal.flow.topology import dual_numbering
 from fem_seal.mesh.bisection import AnyMesh
 
 # J×G = J·_CROSS[d]·G for d components. The pressure rises by J from the outlet to the inlet, but
@@ -55,8 +55,8 @@ class Family:
     residuals: tuple[float, ...]  #: those of all solves, one after the other, as of `Minimum`
     stalled: str  #: reason why CG stopped short of its tolerance in one of the solves, else ""
 
-    def least_upper(self, drops: Drops | None = None) -> np.ndarray:
-        """Upper bound (k, k), as a form, of the energies, if asked after drops by bubble functions.
+    def upper_bound(self, drops: Drops | None = None) -> np.ndarray:
+        """Upper bound (k, k), as a form, of the energies, less any drops by bubble functions.
 
         The rounding error of the energy of functions a and b is at most the largest relative error
         of all times √(E_aa E_bb). That of a drop (`Energy.error_of_drop`) is at most the largest
@@ -164,10 +164,8 @@ class LevelProblem(FilmOnMesh):
         comm: MPI.Comm,
         tolerance: float,
     ):
-        data = gap.cell_data(mesh, values)
-        cells = open_cells(mesh, data)
-        self._jumps, self._numberings = cells.pressures.basis, cells.pressures.numberings
-        super().__init__(gap, mesh, values, data, cells.kept, self._numberings[0], comm, tolerance)
+        super().__init__(gap, mesh, values, comm)
+        self.tolerance = tolerance
 
     def start(self, pressure: Pressures, stream: Streams | None) -> Start:
         """Start on this mesh from its solutions; where nothing flows the functions are zero."""
@@ -200,7 +198,7 @@ class LevelProblem(FilmOnMesh):
         # Only between ends is the sum of the residuals the difference of inflow and outflow.
         balanced = bool(self.mesh.inlet.any())
         minima = self.space.minimise(tensor, self._numberings, guesses, self.tolerance, balanced)
-        return Pressures(**vars(self._family(self._jumps, tensor, minima)), minima=minima)
+        return Pressures(*self._of_family(self._jumps, tensor, minima), minima)
 
     def stream(self, guess: np.ndarray, chi: float = 0.0) -> Streams | None:
         """Minimise ∫ ∇ψ·R·∇ψ for each jump that contact and blocked cells allow, from (d, V).
@@ -219,17 +217,16 @@ class LevelProblem(FilmOnMesh):
         ]
         minima = self.space.minimise(tensor, numberings, starts, self.tolerance)
         psi = np.array([self._at_vertices(m.numbering, m.values) for m in minima])
-        family = self._family(dual.basis, tensor, minima)
-        return Streams(**vars(family), at_vertices=psi, chi=chi)
+        return Streams(*self._of_family(dual.basis, tensor, minima), psi, chi)
 
-    def _family(
+    def _of_family(
         self, jumps: np.ndarray, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
-    ) -> Family:
-        """The family of minimisers for a basis of jumps (k, d)."""
+    ) -> tuple[np.ndarray, np.ndarray, tuple[Energy, ...], tuple[float, ...], str]:
+        """Fields of the `Family` of minimisers for a basis of jumps (k, d)."""
         residuals = tuple(chain.from_iterable(minimum.residuals for minimum in minima))
         stalled = next((minimum.stalled for minimum in minima if minimum.stalled), "")
         totals = tuple(minimum.total for minimum in minima)
-        return Family(jumps, self._energies(tensor, minima), totals, residuals, stalled)
+        return jumps, self._energies(tensor, minima), totals, residuals, stalled
 
     def _energies(
         self, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
@@ -247,11 +244,11 @@ class LevelProblem(FilmOnMesh):
 
     def upper_bound(self, pressure: Pressures) -> Bounds:
         """Bounds from the pressures alone, widened for rounding errors."""
-        upper = upper_matrix(pressure, pressure.least_upper())
+        upper = upper_matrix(pressure, pressure.upper_bound())
         return Bounds(np.zeros_like(upper), upper)
 
-    def difference(self, pressure: Pressures, stream: Streams) -> float:
-        """Largest relative difference (u - l)/l of both energies before the correction."""
+    def excess(self, pressure: Pressures, stream: Streams) -> float:
+        """`bounds.excess` of both energies before the correction."""
         return excess(lower_matrix(stream), upper_matrix(pressure))
 
     def corrected(self, pressure: Pressures, stream: Streams) -> CorrectedBounds:
@@ -266,8 +263,8 @@ class LevelProblem(FilmOnMesh):
             self.gap, self.mesh, self.values, (dual, primal), self.space.comm
         )
         return CorrectedBounds(
-            lower_matrix(stream, stream.least_upper(raised)),
-            upper_matrix(pressure, pressure.least_upper(lowered)),
+            lower_matrix(stream, stream.upper_bound(raised)),
+            upper_matrix(pressure, pressure.upper_bound(lowered)),
             lowered,
             raised,
             bubbles,

@@ -64,7 +64,7 @@ class MeshedFlow:
         other = self._in_gap_of(film)
         energies = pressure.total, other.energy_of_pressure(pressure)
         if corrected is None:
-            return np.array([energy.least_upper() for energy in energies])
+            return np.array([energy.upper_bound() for energy in energies])
         correction = self.solution.problem.pressure_correction([pressure.corners])
         return other.upper_bounds(energies, correction, corrected.lowered, corrected.bubbles.of(1))
 
@@ -118,7 +118,7 @@ class _OtherGap:
         )
         return np.array(
             [
-                energy.least_upper() - drop.energies.item() + energy.error_of_drop(*drop.terms[0])
+                energy.upper_bound() - drop.energies.item() + energy.error_of_drop(*drop.terms[0])
                 for energy, drop in zip(energies, (own_drop, drop), strict=True)
             ]
         )

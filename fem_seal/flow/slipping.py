@@ -46,7 +46,7 @@ class SlippingFilm:
         # The unit makes the conductance of the critical constriction exact in the law of the mesh.
         self.slip_factor = slip.gain(largest_gap) * slip.mean_gain(critical) / slip.gain(critical)
         self._unit = self.slip_factor * largest_gap * slip.mean_pressure / slip.product
-        self._mean = self.mean_law.above.of_gap(_GAPS)
+        self._mean = self.mean_law.upper.of_gap(_GAPS)
         candidates = critical / largest_gap * _FACTORS
         if slip.outlet_pressure > 0:
             candidates = np.append(candidates, np.inf)
@@ -89,8 +89,8 @@ class SlippingFilm:
             bounds = wide.corrected(pressure, stream).tightened(bounds)
         return self._improved(solution, bounds)
 
-    def _bounding_law(self, above: PressureWeight, below: PressureWeight) -> FilmLaw:
-        return bounding_law(self._slip, self._largest_gap, above, below, self._unit)
+    def _bounding_law(self, upper: PressureWeight, lower: PressureWeight) -> FilmLaw:
+        return bounding_law(self._slip, self._largest_gap, upper, lower, self._unit)
 
     def _improved(self, solution: LevelSolution, bounds: Bounds) -> LevelSolution:
         self._best = bounds if self._best is None else bounds.tightened(self._best)
@@ -115,11 +115,11 @@ class SlippingFilm:
         primal, dual = _cell_energies(problem, solution.pressure, stream)
         xx, _, yy = problem.data.resistivity.T
         conducts = 2 / np.where(problem.data.blocked, np.inf, xx + yy)
-        above = self._estimate(primal, problem.data.K, 1)
-        below = self._estimate(dual, conducts, -1)
-        weights = self._best_weight(above), self._best_weight(below)
+        upper = self._estimate(primal, problem.data.K, 1)
+        lower = self._estimate(dual, conducts, -1)
+        weights = self._best_weight(upper), self._best_weight(lower)
         if self._chosen is not None:
-            pairs = zip((above, below), weights, self._chosen, strict=True)
+            pairs = zip((upper, lower), weights, self._chosen, strict=True)
             if all(self._least(e, last) < self._least(e, w) + _WORTHWHILE for e, w, last in pairs):
                 return None
         return weights
@@ -214,5 +214,5 @@ def _largest_ratio(law: FilmLaw, mean: FilmLaw) -> float:
 
     Between the kinks of both laws the ratio is monotone in the gap, so the kinks suffice.
     """
-    gaps = np.union1d(law.above.gaps, mean.above.gaps)
-    return float(np.max(law.above.per_square(gaps) / mean.above.per_square(gaps)))
+    gaps = np.union1d(law.upper.gaps, mean.upper.gaps)
+    return float(np.max(law.upper.per_square(gaps) / mean.upper.per_square(gaps)))

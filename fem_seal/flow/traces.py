@@ -139,7 +139,7 @@ def resistivity(
     gaps: np.ndarray,
     contact: np.ndarray,
     mean_inverse_K: np.ndarray,
-    law: Conductivity = CUBE.below,
+    law: Conductivity = CUBE.lower,
 ) -> np.ndarray:
     """Resistivity tensor (n, 3) of cells: xx, xy, yy; that of power traces at contact vertices.
 
@@ -179,7 +179,7 @@ def resistivity(
 
 def _from_contact(law: Conductivity, largest_gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """α >= 0 and β of a lower bound α g³ + β g² for gaps up to `largest_gap` (n,)."""
-    cubic, square = law.below(np.zeros_like(largest_gap), largest_gap)
+    cubic, square = law.lower_line(np.zeros_like(largest_gap), largest_gap)
     return np.maximum(cubic, 0.0), square + np.minimum(cubic, 0.0) * largest_gap
 
 

@@ -14,10 +14,10 @@ In meshes of other triangles, too, the code calls the edge b-c the "hypotenuse".
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Generic, TypeVar, cast
 
 import numpy as np
 
-from fem_seal.errors import narrowed
 from fem_seal.mesh.mesh import Edges, Halvings
 from fem_seal.mesh.nested import PIXEL, NestedMesh, TooFine, covering, opposite, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
@@ -25,13 +25,14 @@ from fem_seal.mesh.triangles import TriangleMesh
 __all__ = ["AnyMesh", "Refinement", "TooFine", "bisect", "coarse_mesh", "refine"]
 
 AnyMesh = NestedMesh | TriangleMesh  # the meshes that bisection refines
+M = TypeVar("M", bound=AnyMesh)
 
 
 @dataclass(frozen=True, eq=False)
-class Refinement:
+class Refinement(Generic[M]):
     """A refined mesh and its relation to the coarser one."""
 
-    mesh: AnyMesh  #: the finer mesh, of V' vertices; the first V are those of the coarser one
+    mesh: M  #: the finer mesh, of V' vertices; the first V are those of the coarser one
     halvings: Halvings  #: the cells that were halved, and their halves
     #: (n, 2) int32, for each round of bisection and each vertex that it added, the two
     #: older vertices between which the new one lies half-way
@@ -42,7 +43,7 @@ class Refinement:
         """(V' - V, 2) int32: for each new vertex the two vertices between which it lies."""
         return np.concatenate([np.empty((0, 2), dtype=np.int32), *self.rounds])
 
-    def by_rounds(self) -> Iterator[tuple[AnyMesh, np.ndarray]]:
+    def by_rounds(self) -> Iterator[tuple[M, np.ndarray]]:
         """For each round the mesh with the vertices so far, and the row of `rounds` it added."""
         count = len(self.mesh.xy) - sum(map(len, self.rounds))
         for ends in self.rounds:
@@ -68,12 +69,12 @@ def _linear(corner_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([middle, a, b], axis=1), np.stack([middle, c, a], axis=1)
 
 
-def bisect(mesh: AnyMesh, marked: np.ndarray) -> Refinement:
+def bisect(mesh: M, marked: np.ndarray) -> Refinement[M]:
     """Halve the marked triangles (C,) bool once; see `refine`."""
     return refine(mesh, marked.astype(np.int8))
 
 
-def refine(mesh: AnyMesh, times: np.ndarray) -> Refinement:
+def refine(mesh: M, times: np.ndarray) -> Refinement[M]:
     """Halve triangles (C,) so many times, and as many others as keep the mesh conforming.
 
     TooFine if a triangle would become narrower than its coordinates can resolve.
@@ -107,7 +108,7 @@ def coarse_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> N
         wide = inside & at_side & ((high - low).max(axis=1) > PIXEL)
         if not wide.any():
             break
-        mesh = narrowed(bisect(mesh, wide).mesh, NestedMesh, "nested mesh")
+        mesh = bisect(mesh, wide).mesh
     used, cells = np.unique(mesh.cells[inside], return_inverse=True)
     cells = cells.reshape(-1, 3).astype(np.int32)
     twin = np.arange(len(used), dtype=np.int32)
@@ -129,10 +130,10 @@ class _Cut:
     second: np.ndarray  #: (n,) int32, numbers of the halves from the middle to the second end
 
 
-class _Bisection:
+class _Bisection(Generic[M]):
     """A mesh while it is bisected: a first half replaces its parent, a second half is appended."""
 
-    def __init__(self, mesh: AnyMesh):
+    def __init__(self, mesh: M):
         self._mesh, self._xy, self._twin = mesh, mesh.xy, mesh.twin
         self._cells, edges = mesh.cells.copy(), mesh.numbered_edges
         self._sides, self._ends = edges.sides.copy(), edges.ends.copy()
@@ -140,12 +141,13 @@ class _Bisection:
         self._rounds: list[np.ndarray] = []
         self._steps: list[tuple[np.ndarray, np.ndarray]] = []
 
-    def refinement(self) -> Refinement:
+    def refinement(self) -> Refinement[M]:
         """The mesh in its present state, with the cells in the order of their parents."""
         halvings = Halvings.of(self._steps, len(self._mesh.cells))
         cells, sides = (rows.take(halvings.order, axis=0) for rows in (self._cells, self._sides))
         edges = Edges(self._ends, sides)
-        fine = self._mesh.halved(self._xy, cells, self._twin, edges, halvings)
+        # mypy takes the union for the kind of the mesh.
+        fine = cast(M, self._mesh.halved(self._xy, cells, self._twin, edges, halvings))
         return Refinement(fine, halvings, tuple(self._rounds))
 
     def bisect(self, marked: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

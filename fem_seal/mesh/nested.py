@@ -12,6 +12,7 @@ follows from integer arithmetic, without a search.
 """
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -92,7 +93,7 @@ class NestedMesh(Mesh):
 
     def halved(
         self, xy: np.ndarray, cells: np.ndarray, twin: np.ndarray, edges: Edges, halvings: Halvings
-    ) -> "NestedMesh":
+    ) -> Self:
         """Mesh with the arrays that bisection made; its sides have no labels to carry over."""
         return replace(self, xy=xy, cells=cells, twin=twin, carried_edges=edges)
 

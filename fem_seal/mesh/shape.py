@@ -187,7 +187,6 @@ def _halved(
 ) -> tuple[TriangleMesh, np.ndarray]:
     """Halve the marked triangles (C,), and carry values (V, ...) at the vertices along."""
     fine = bisect(mesh, marked)
-    assert isinstance(fine.mesh, TriangleMesh)  # bisection keeps the kind of a mesh
     return fine.mesh, fine.at_vertices(values)
 
 

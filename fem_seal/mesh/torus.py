@@ -56,9 +56,7 @@ def uniform_torus(squares: tuple[int, int], width: int) -> Torus:
     mesh = coarse_mesh(squares, width, periodic_sides=False)
     while squares_across(mesh) < LEAST_SQUARES:
         # Two halvings make squares half as wide.
-        finer = refine(mesh, np.full(len(mesh.cells), 2, dtype=np.int8)).mesh
-        assert isinstance(finer, NestedMesh)  # bisection keeps the kind of a mesh
-        mesh = finer
+        mesh = refine(mesh, np.full(len(mesh.cells), 2, dtype=np.int8)).mesh
     twin = opposite(mesh, 1)[opposite(mesh, 0)]
     return Torus(mesh.xy, mesh.cells, mesh.squares, twin)
 

@@ -12,6 +12,7 @@ boundary.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -129,9 +130,10 @@ class TriangleMesh(Mesh):
 
     def halved(
         self, xy: np.ndarray, cells: np.ndarray, twin: np.ndarray, edges: Edges, halvings: Halvings
-    ) -> "TriangleMesh":
+    ) -> Self:
         """Mesh with the arrays that bisection made, and the labels carried to the halves."""
-        return TriangleMesh(xy, cells, halvings.carried(self.sides, _halved_labels), twin, edges)
+        sides = halvings.carried(self.sides, _halved_labels)
+        return replace(self, xy=xy, cells=cells, sides=sides, twin=twin, carried_edges=edges)
 
     def subset(self, cells: np.ndarray) -> "TriangleMesh":
         """Mesh of the cells (n,) alone, with all vertices."""

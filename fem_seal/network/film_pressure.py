@@ -19,6 +19,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from fem_seal.errors import NotConverged
+from fem_seal.finite_difference.stencil import laplacian
 from fem_seal.network.network import Network
 
 # Right side and relative tolerance -> solution.
@@ -70,10 +71,8 @@ class FilmPressure:
         self._unit = float(conducting.max())
         places = network.to_places @ (conducting.ravel() / self._unit)
         links, self._by_places = network.conductances(places), network.conductances_by_gap(places)
-        (a, b), nodes = network.ends, len(network.free)
-        entries = (np.append(links, links), (np.append(a, b), np.append(b, a)))
-        between = sparse.csr_array(sparse.coo_array(entries, (nodes, nodes)))
-        matrix = sparse.csr_array(sparse.diags(between.sum(axis=1)) - between)[network.free]
+        a, b = network.ends
+        matrix = laplacian(a, b, links, len(network.free))[network.free]
         self._solve = solver(sparse.csr_array(matrix[:, network.free]))
         u = network.inlet.astype(float)
         u[network.free] = self._solve(-(matrix @ u), PRESSURE_TOLERANCE)

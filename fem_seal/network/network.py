@@ -69,18 +69,15 @@ class Network:
     @classmethod
     def of_stencil(cls, film: GridFilm, rule: str) -> "Network":
         """The network of the finite differences, for all films on the grid of this one."""
-        (nx, ny), periodic = film.gap.shape, film.sides == "periodic"
+        nx, ny = film.gap.shape
         flat = GridField(np.ones((nx, ny)), film.gap.spacing, film.gap.periodic)
         stencil = flow_grid(GridFilm(flat, film.sides, film.representation), 1 / 12, rule).stencil
-        node = np.arange(stencil.x.size + stencil.x.shape[1]).reshape(stencil.shape)
+        node = np.arange(np.prod(stencil.shape)).reshape(stencil.shape)
         (rows, columns), linear = node.shape, film.representation == "linear"
         i = np.arange(rows) % nx if linear else np.clip(np.arange(rows) - 1, 0, nx - 1)
         sample = (i[:, None] * ny + np.arange(columns) % ny).ravel()
         first = 0 if linear else 1
-        right = np.roll(node, -1, axis=1) if periodic else node[:, 1:]
-        left = node[:, : stencil.y.shape[1]]
-        ends = [np.append(node[:-1], left), np.append(node[1:], right)]
-        weight = np.append(stencil.x, stencil.y)
+        *ends, weight = stencil.links()
         used = weight > 0
         ends = np.stack(ends)[:, used]
         row = np.repeat(np.arange(rows), columns)
@@ -108,7 +105,7 @@ class Network:
             (squares[0], squares[1]), 2 ** max(-halvings, 0), film.sides == "periodic"
         )
         if halvings > 0:
-            mesh = _halved(mesh, np.full(len(mesh.cells), 2 * halvings, dtype=np.int8))
+            mesh = refine(mesh, np.full(len(mesh.cells), 2 * halvings, dtype=np.int8)).mesh
         return cls.on_mesh(film, mesh)
 
     @classmethod
@@ -220,13 +217,7 @@ class Network:
             times[anyway] = 2
         film = film or self.film
         pixels = film.gap.shape[0] // self.film.gap.shape[0]
-        return self.on_mesh(film, _halved(mesh, times).in_pixels(pixels))
-
-
-def _halved(mesh: NestedMesh, times: np.ndarray) -> NestedMesh:
-    finer = refine(mesh, times).mesh
-    assert isinstance(finer, NestedMesh)  # bisection keeps the kind of a mesh
-    return finer
+        return self.on_mesh(film, refine(mesh, times).mesh.in_pixels(pixels))
 
 
 def _chosen(columns: np.ndarray, count: int) -> sparse.csr_array:

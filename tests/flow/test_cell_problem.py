@@ -35,14 +35,14 @@ def mirrored(representation, seed=3):
     return GridField(values, (1.0, 0.8), periodic=True)
 
 
-def posed(gap, mesh):
+def problem_on(gap, mesh):
     """Problem and start on a mesh."""
     start = Start.first(gap, mesh)
     return LevelProblem(gap, mesh, start.values, MPI.COMM_SELF, TOLERANCE), start
 
 
 def solved(gap, mesh, chi=0.0):
-    problem, start = posed(gap, mesh)
+    problem, start = problem_on(gap, mesh)
     guess = problem.guess(start)
     return problem, problem.pressure(guess.pressures), problem.stream(guess.streams, chi)
 
@@ -59,7 +59,7 @@ def both(representation, width, chi=0.0):
 def test_bounds_of_a_mirror_cell_are_those_of_its_leak_rate(representation, width):
     """K*_xx Ly/Lx is the leak rate, and so are the bounds, before and after the correction."""
     (leak, p, psi), (cell, pressures, streams) = both(representation, width)
-    assert cell.difference(pressures, streams) == pytest.approx(leak.difference(p, psi), rel=SOLVER)
+    assert cell.excess(pressures, streams) == pytest.approx(leak.excess(p, psi), rel=SOLVER)
     corrected = cell.corrected(pressures, streams)
     matrices = corrected.lower, corrected.upper
     for bound, matrix in zip(leak.corrected(p, psi).numbers, matrices, strict=True):
@@ -136,9 +136,9 @@ def test_the_best_flux_of_orthonormal_pressures():
     assert total == pytest.approx(np.trace(np.linalg.solve(A, C)), rel=SOLVER)
     # All cells are open, so that the regularised dual is the true one.
     assert not problem.data.blocked.any()
-    shares, difference = problem.indicators(flows), np.trace(np.linalg.solve(A, A - C))
-    assert shares.min() >= -1e-9 * difference
-    assert shares.sum() == pytest.approx(difference, rel=SOLVER)
+    indicators, difference = problem.indicators(flows), np.trace(np.linalg.solve(A, A - C))
+    assert indicators.min() >= -1e-9 * difference
+    assert indicators.sum() == pytest.approx(difference, rel=SOLVER)
 
 
 @pytest.mark.parametrize("contact", [0.0, 0.25])

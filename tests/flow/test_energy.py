@@ -69,7 +69,7 @@ def test_a_function_of_one_coordinate_has_a_small_error():
 def test_room_without_a_drop():
     """The energy, its error and that of the averages."""
     energy = Energy(1.0, 1e-13, 1e6)
-    assert energy.least_upper() == pytest.approx(1 + SUM_ROUNDING + 1e-13, rel=1e-15)
+    assert energy.upper_bound() == pytest.approx(1 + SUM_ROUNDING + 1e-13, rel=1e-15)
 
 
 def exact_drop(corners, c, v, s) -> Fraction:

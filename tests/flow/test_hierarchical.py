@@ -133,7 +133,7 @@ def test_corrected_bounds(representation, periodic, size, contact, width):
 
 
 @pytest.mark.parametrize("periodic", [False, True])
-def test_a_hat_for_each_edge(periodic):
+def test_a_bubble_for_each_edge(periodic):
     """The cells at an edge share its bubble, but not across contact: there p may jump, and ψ is
     given. At an edge where both cells are open there are two sides with its number, or none."""
     gap = represented(rough_gap((12, 12), 0.3, 8))

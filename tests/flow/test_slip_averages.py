@@ -69,7 +69,7 @@ THREE = np.array([0.0, 0.5, 1.0])
         (lambda: Conductivity(THREE[1:], THREE[1:]), "ascend from 0 to 1"),
         (lambda: Conductivity(THREE, np.sqrt(THREE)), "not convex"),
         (lambda: Conductivity(THREE, THREE, THREE**2), "not concave"),
-        (lambda: FilmLaw(Conductivity(THREE, THREE, np.sqrt(THREE)), CUBE.below), "concave part"),
+        (lambda: FilmLaw(Conductivity(THREE, THREE, np.sqrt(THREE)), CUBE.lower), "concave part"),
         (lambda: PressureWeight(1.0, THREE, THREE), "is positive"),
         (lambda: PressureWeight(1.0, 1 - THREE, THREE + 1), "ascending"),
     ],
@@ -150,8 +150,8 @@ def test_bounding_laws_bound_all_pressures(coefficient, pressures, interval, til
     law = bounding_law(slip, 1.0, weight, weight, unit)
     part = np.sort(low + (high - low) * np.array([first, second]))[:, None]
     g = np.linspace(*part, 7)
-    above = [of_line(law.above.above(*span), g) for span in ((low, high), part, (g, g))]
-    below = [of_line(law.below.below(*span), g) for span in ((low, high), part, (g, g))]
+    above = [of_line(law.upper.upper_line(*span), g) for span in ((low, high), part, (g, g))]
+    below = [of_line(law.lower.lower_line(*span), g) for span in ((low, high), part, (g, g))]
     room = 1 + ROUNDING
     for p in np.linspace(p_out, 1.0, 9):
         kappa = g**2 * coefficient(g * p / B) * weight.mean / weight(p) / unit
@@ -163,8 +163,8 @@ def test_bounding_laws_bound_all_pressures(coefficient, pressures, interval, til
     for outer, inner in pairwise(above):
         assert (inner <= outer * room).all()
     at_mean = mean_pressure_law(slip, 1.0)
-    assert (at_mean.above.of_gap(g) <= above[2] * room).all()
-    assert at_mean.above.of_gap(1.0) == pytest.approx(1.0)
+    assert (at_mean.upper.of_gap(g) <= above[2] * room).all()
+    assert at_mean.upper.of_gap(1.0) == pytest.approx(1.0)
 
 
 @settings(max_examples=20)
@@ -187,12 +187,12 @@ def test_means_of_bounding_laws(coefficient, pressures, gaps, tilt):
         )
     ]
     means = (
-        conductivity_of_corners(law.above, *corners),
-        resistivity_of_corners(law.below, *corners),
+        conductivity_of_corners(law.upper, *corners),
+        resistivity_of_corners(law.lower, *corners),
     )
     parts = (
-        conductivity_of_corners(law.above, *quarters),
-        resistivity_of_corners(law.below, *quarters, span=averages.extremes(*corners)),
+        conductivity_of_corners(law.upper, *quarters),
+        resistivity_of_corners(law.lower, *quarters, span=averages.extremes(*corners)),
     )
     for mean, part in zip(means, parts, strict=True):
         assert part.mean() <= mean[0] * (1 + ROUNDING)
@@ -203,9 +203,9 @@ def test_means_of_bounding_laws(coefficient, pressures, gaps, tilt):
     g = a + (b - a) * inside[:, :1].T + (c - a) * inside[:, 1:].T
     # Where the gap is the same nothing is lost but what the table of the smallest one allows for.
     alone = [corners[0]] * 3
-    mean = conductivity_of_corners(law.above, *alone) * resistivity_of_corners(law.below, *alone)
-    lost = law.above.of_gap(corners[0]) / law.below.of_gap(corners[0])
+    mean = conductivity_of_corners(law.upper, *alone) * resistivity_of_corners(law.lower, *alone)
+    lost = law.upper.of_gap(corners[0]) / law.lower.of_gap(corners[0])
     assert mean == pytest.approx(lost, rel=1e-6)
     if max(gaps) < 3 * min(gaps):
-        assert law.above.of_gap(g).mean() <= means[0][0] * 1.01
-        assert (1 / law.below.of_gap(g)).mean() <= means[1][0] * 1.01
+        assert law.upper.of_gap(g).mean() <= means[0][0] * 1.01
+        assert (1 / law.lower.of_gap(g)).mean() <= means[1][0] * 1.01
