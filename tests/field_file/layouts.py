@@ -96,6 +96,29 @@ def topography_nc(path, heights, size, unit=None, periodic=True, mask=None):
     return path
 
 
+def netcdf(path, attributes, dimensions="xy", **arrays):
+    """NetCDF 3 without coordinates; the first array has the attributes."""
+    with netcdf_file(path, "w") as file:
+        for axis, n in zip(dimensions, next(iter(arrays.values())).shape, strict=True):
+            file.createDimension(axis, n)
+        for name, values in arrays.items():
+            file.createVariable(name, values.dtype, tuple(dimensions))[...] = values
+        for name, value in attributes.items():
+            setattr(file.variables[next(iter(arrays))], name, value)
+    return path
+
+
+def netcdf_4(path, attributes, dimensions="xy", **arrays):
+    """The same as HDF5."""
+    with h5py.File(path, "w") as file:
+        for name, values in arrays.items():
+            file[name] = values
+            for axis, label in zip(file[name].dims, dimensions, strict=True):
+                axis.label = label
+        file[next(iter(arrays))].attrs.update(attributes)
+    return path
+
+
 def hard_wall_text(path, gap, unit):
     """A gap of ce_hard_wall: comments, of which the last line ends with the unit."""
     head = "ContactMechanics version: 1.8.3\nfractional area = 0.04"

@@ -6,7 +6,6 @@ import h5py
 import layouts
 import numpy as np
 import pytest
-from scipy.io import netcdf_file
 from test_formats import GAP, LAYOUTS, SIZE, SPACING, in_um
 
 from fem_seal.errors import InvalidInput
@@ -37,15 +36,6 @@ def h5_attribute(path, name, value, of="x"):
         file[of].attrs[name] = value
 
 
-def nc_attribute(path, name, value):
-    """NetCDF 3 of a gap with an attribute."""
-    with netcdf_file(path, "w") as file:
-        for axis, n in zip("xy", GAP.shape, strict=True):
-            file.createDimension(axis, n)
-        file.createVariable("gap", "f8", ("x", "y"))[...] = GAP
-        setattr(file.variables["gap"], name, value)
-
-
 UNEVEN = np.array([0, 1, 2, 3, 4, 5.01]) * SPACING[0]
 
 
@@ -58,7 +48,7 @@ def of_attribute(words, name, value, of="x"):
 
 
 def of_nc(words, name, value):
-    return "a.nc", lambda p: nc_attribute(p, name, value), Stated(), words
+    return "a.nc", lambda p: layouts.netcdf(p, {name: value}, gap=GAP), Stated(), words
 
 
 def of_npy(words, values, said=SAID):

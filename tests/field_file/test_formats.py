@@ -2,6 +2,7 @@
 
 import sys
 
+import h5py
 import layouts
 import numpy as np
 import pytest
@@ -157,71 +158,42 @@ def test_simple_field_of_gwyddion(tmp_path, padding):
         read_map(path, HEIGHT_NAMES)
 
 
-def test_fill_values_are_missing_points(tmp_path):
-    """As NetCDF marks them, in versions 3 and 4."""
-    import h5py
-    from scipy.io import netcdf_file
-
-    layouts.topography_nc(tmp_path / "a.nc", GAP, SIZE, "m")
-    with netcdf_file(tmp_path / "a.nc", "a") as file:
-        file.variables["heights"]._FillValue = GAP[1, 2]
-    layouts.plain_h5(tmp_path / "a.h5", "heights", GAP, SPACING, "m", "m")
-    with h5py.File(tmp_path / "a.h5", "a") as file:
-        file["heights"].attrs["_FillValue"] = GAP[1, 2]
-    for name in ("a.nc", "a.h5"):
-        found = read_map(tmp_path / name, HEIGHT_NAMES)
-        assert np.argwhere(np.isnan(found.values)).tolist() == [[1, 2]], name
+MARK, PACKED = GAP[1, 2], np.arange(24, dtype=np.int16).reshape(6, 4)
+SQUARE, MASK = GAP[:4], np.eye(4, k=1)
 
 
-def test_dimensions_that_name_y_first(tmp_path):
-    """As xarray writes them; a square map does not show its order otherwise."""
-    import h5py
-    from scipy.io import netcdf_file
-
-    square, mask = GAP[:4], np.eye(4, k=1, dtype=np.int8)
-    with netcdf_file(tmp_path / "a.nc", "w") as file:
-        for axis in "xy":
-            file.createDimension(axis, 4)
-        for name, values in (("heights", square), ("mask", mask)):
-            file.createVariable(name, values.dtype, ("y", "x"))[...] = values.T
-    with h5py.File(tmp_path / "b.nc", "w") as file:
-        for name, values in (("heights", square), ("mask", mask)):
-            file[name] = values.T
-            for axis, label in zip(file[name].dims, "yx", strict=True):
-                axis.label = label
-    for name in ("a.nc", "b.nc"):
-        found = read_map(tmp_path / name, HEIGHT_NAMES, Stated(unit="m", size=(4.0, 4.0)))
-        np.testing.assert_array_equal(found.values, np.where(mask, np.nan, square))
-
-
-def test_packed_lengths(tmp_path):
-    """Integers, which a factor and an offset bring back; alike in NetCDF 3 and 4."""
-    import h5py
-    from scipy.io import netcdf_file
-
-    packed = np.arange(24, dtype=np.int16).reshape(6, 4)
-    about = {"scale_factor": 0.25, "add_offset": 2.0, "missing_value": np.int16(7)}
-    with netcdf_file(tmp_path / "a.nc", "w") as file:
-        for axis, n in zip("xy", packed.shape, strict=True):
-            file.createDimension(axis, n)
-        variable = file.createVariable("gap", "i2", ("x", "y"))
-        variable[...] = packed
-        for name, value in about.items():
-            setattr(variable, name, value)
-    with h5py.File(tmp_path / "b.nc", "w") as file:
-        file["gap"] = packed
-        file["gap"].attrs.update(about)
-    expected = np.where(packed == 7, np.nan, 2 + packed / 4)
-    for name in ("a.nc", "b.nc"):
-        found = read_map(tmp_path / name, GAP_NAMES, Stated(unit="m", size=(6.0, 4.0)))
-        np.testing.assert_array_equal(found.values, expected)
+@pytest.mark.parametrize("write", [layouts.netcdf, layouts.netcdf_4])
+@pytest.mark.parametrize(
+    ("arrays", "attributes", "dimensions", "expected"),
+    [
+        ({"heights": GAP}, {"_FillValue": MARK}, "xy", np.where(MARK == GAP, np.nan, GAP)),
+        # Integers, which a factor and an offset bring back.
+        (
+            {"heights": PACKED},
+            {"scale_factor": 0.25, "add_offset": 2.0, "missing_value": np.int16(7)},
+            "xy",
+            np.where(PACKED == 7, np.nan, 2 + PACKED / 4),
+        ),
+        # As xarray writes them; a square map does not show its order otherwise.
+        (
+            {"heights": SQUARE.T, "mask": MASK.T.astype(np.int8)},
+            {},
+            "yx",
+            np.where(MASK, np.nan, SQUARE),
+        ),
+    ],
+    ids=["fill value", "packed", "y first"],
+)
+def test_conventions_of_netcdf(write, arrays, attributes, dimensions, expected, tmp_path):
+    """In versions 3 and 4."""
+    path = write(tmp_path / "a.nc", attributes, dimensions, **arrays)
+    found = read_map(path, HEIGHT_NAMES, Stated(unit="m", size=SIZE))
+    np.testing.assert_array_equal(found.values, expected)
 
 
 @pytest.mark.parametrize("name", ["scale", "z_scale", "Zscale", "multiplier"])
 def test_factors_of_no_convention(name, tmp_path):
     """Whether the values are multiplied already is not known; 1 does not matter."""
-    import h5py
-
     layouts.plain_h5(tmp_path / "a.h5", "heights", GAP, SPACING, "m", "m")
     for factor, refused in ((1.0, False), ("linear", False), (1e-3, True)):
         with h5py.File(tmp_path / "a.h5", "a") as file:
@@ -251,8 +223,6 @@ def test_file_and_scene_may_say_the_same(tmp_path):
 
 def test_single_precision_coordinates_are_even(tmp_path):
     """0.1 has no end in binary: steps of float32 coordinates differ by their rounding."""
-    import h5py
-
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["gap"] = GAP
         file["gap"].attrs["units"] = "m"

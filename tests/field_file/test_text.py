@@ -76,6 +76,11 @@ FILES = {
     ),
     "the same in the header": (f"NODATA_value -9999\n{matrix(missing='-9999')}", SAID),
     "points": (points(), UNIT),
+    # Factors of other things.
+    **{
+        factor: (f"{factor}\n{matrix()}", SAID)
+        for factor in ("Multiplier: 1", "Color scale: 256", "Q factor = 300", "X scale: 3")
+    },
 }
 # Files that say unit and lengths themselves.
 WHOLE = {
@@ -241,21 +246,6 @@ def test_lines_that_are_not_understood_are_quoted(lines, tmp_path):
     assert "Z step" not in str(refusal.value)
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        (WYKO.replace("0\t1\t1", "0\t0\t1", 1) + matrix("\t"), "in wavelengths"),
-        ("Zygo ASCII Data File - Format 2\n1 2 3 4\n", "phases"),
-        (ZYGO.replace("5e-07", "0") + points(), "it was not calibrated"),
-        ("Zygo XYZ Data File - Format 1\n#\n" + points(), "camera's resolution"),
-    ],
-)
-def test_layouts_that_would_be_misread(text, reason, tmp_path):
-    (tmp_path / "a.asc").write_text(text)
-    with pytest.raises(InvalidInput, match=reason):
-        read_map(tmp_path / "a.asc", HEIGHT_NAMES)
-
-
 @pytest.mark.parametrize("ending", ["txt", "csv", "asc", "dat", "sdf", "xyz", "tsv", "prn"])
 def test_endings_of_text(ending, tmp_path):
     (tmp_path / f"a.{ending}").write_text(matrix())
@@ -274,29 +264,33 @@ def test_points_in_any_order_and_rounded(tmp_path):
     np.testing.assert_allclose(field.spacing, (1e-6 / 3, 1e-6 / 3), rtol=1e-3)
 
 
-@pytest.mark.parametrize("where", [np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]])
-def test_a_row_or_column_without_any_point(tmp_path, where):
-    """It is no header and no end of the lines: the map keeps its shape."""
-    values = HEIGHTS.copy()
+def without(where, shape=(6, 4)):
+    values = np.random.default_rng(0).normal(size=shape).round(3)
     values[where] = np.nan
-    cases = [("***", " "), ("NaN", ","), ("NaN", "\t"), ("", ";"), ("", "\t")]
-    for missing, separator in cases:
-        if missing == "" and where == np.s_[:, -1]:
+    return values
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        # A row or column without any point is no header and no end of the lines.
+        *map(without, (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])),
+        # The lines by which the layout is chosen do not hold the single point of a column.
+        without((np.arange(1000) != 501, -1), (1000, 4)),
+        # A plane is no line of coordinates, though its first line and column rise evenly.
+        np.add.outer(0.25 * np.arange(6), np.arange(4)),
+    ],
+    ids=["first row", "last row", "first column", "last column", "single point", "plane"],
+)
+def test_the_map_keeps_its_shape(tmp_path, values):
+    for missing, separator in ("***", " "), ("NaN", ","), ("NaN", "\t"), ("", ";"), ("", "\t"):
+        if missing == "" and np.isnan(values[:, -1]).all():
             continue  # a separator at the end of every line begins no column
-        if (missing, separator, where) == ("", "\t", np.s_[:, 0]):
+        if (missing, separator) == ("", "\t") and np.isnan(values[:, 0]).all():
             continue  # a tab at the beginning of every line is a blank before it
         (tmp_path / "a.txt").write_text(matrix(separator, missing=missing, values=values))
         field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
         np.testing.assert_allclose(field.values, values * 1e-6, rtol=1e-15)
-
-
-def test_a_last_column_with_a_single_point(tmp_path):
-    """The lines by which the layout is chosen do not hold that point."""
-    values = np.random.default_rng(0).normal(size=(1000, 4)).round(3)
-    values[:501, -1] = values[502:, -1] = np.nan
-    (tmp_path / "a.txt").write_text(matrix(";", missing="", values=values))
-    field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
-    np.testing.assert_allclose(field.values, values * 1e-6, rtol=1e-15)
 
 
 LENGTHS = "Unit: um\nHeight: 1 um\n"
@@ -305,6 +299,10 @@ LENGTHS = "Unit: um\nHeight: 1 um\n"
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
+        (WYKO.replace("0\t1\t1", "0\t0\t1", 1) + matrix("\t"), "in wavelengths"),
+        ("Zygo ASCII Data File - Format 2\n1 2 3 4\n", "phases"),
+        (ZYGO.replace("5e-07", "0") + points(), "it was not calibrated"),
+        ("Zygo XYZ Data File - Format 1\n#\n" + points(), "camera's resolution"),
         # One number or two, about one or a thousand: the line is quoted in the place of a guess.
         *(
             (f"Width: {width} um\n" + LENGTHS + matrix(), "does not say its lengths.*'Width: 1")
@@ -353,19 +351,3 @@ def test_lines_that_count_are_no_lengths(tmp_path):
     np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-15)
     with pytest.raises(InvalidInput, match="count points, without a unit, and say no lengths"):
         read_map(tmp_path / "a.csv", HEIGHT_NAMES, UNIT)
-
-
-@pytest.mark.parametrize(
-    "factor", ["Multiplier: 1", "Color scale: 256", "Q factor = 300", "X scale: 3"]
-)
-def test_factors_of_other_things(factor, tmp_path):
-    (tmp_path / "a.txt").write_text(f"{factor}\n{matrix()}")
-    assert read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID).values.shape == (6, 4)
-
-
-def test_a_plane_is_no_line_of_coordinates(tmp_path):
-    """Its first line and column rise evenly, as all others do."""
-    plane = np.add.outer(0.25 * np.arange(6), np.arange(4))
-    (tmp_path / "a.txt").write_text(matrix(values=plane))
-    field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
-    np.testing.assert_allclose(field.values, plane * 1e-6, rtol=1e-15)
