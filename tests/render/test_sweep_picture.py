@@ -67,24 +67,17 @@ def test_the_bar_of_a_lower_bound_of_zero_reaches_to_the_edge():
     assert bars(axes)[-1] == pytest.approx([axes.get_ylim()[0], 1e-20])
 
 
-def test_sealed_points_stand_below_the_others_under_no_number():
-    axes = drawn((PRESSURE,), (*FALLING, SEALED))
-    cross = next(line for line in axes.lines if line.get_marker() == "x")
-    below = min(p.lower for p in FALLING)
-    assert cross.get_xdata() == [0.4]
-    assert axes.get_ylim()[0] < cross.get_ydata()[0] < below
+def test_sealed_and_lifted_off_stand_below_and_above_the_others_under_no_number():
+    off = point("0.05 MPa", state="lifted off")
+    points = [replace(p, values=(*p.values, k)) for p in (off, *FALLING, SEALED) for k in "12"]
+    axes = drawn((PRESSURE, SEED), points)
+    marks = {line.get_marker(): line.get_xydata()[0] for line in axes.lines}
+    (at_sealed, low), (at_off, high) = marks["x"], marks["^"]
+    assert (at_sealed, at_off) == (0.4, 0.05)
     ticks = [*axes.get_yticks(), *axes.get_yticks(minor=True)]
-    assert min(ticks) > cross.get_ydata()[0]
-
-
-def test_points_lifted_off_stand_above_the_others_under_no_number():
-    off = [point("0.05 MPa", str(k), state="lifted off") for k in (1, 2)]
-    table = [replace(p, values=(*p.values, str(k))) for p in FALLING for k in (1, 2)]
-    axes = drawn((PRESSURE, SEED), [*off, *table])
-    mark = next(line for line in axes.lines if line.get_marker() == "^")
-    assert mark.get_xdata() == [0.05]
-    assert max(p.upper for p in FALLING) < mark.get_ydata()[0] < axes.get_ylim()[1]
-    assert max([*axes.get_yticks(), *axes.get_yticks(minor=True)]) < mark.get_ydata()[0]
+    bottom, top = axes.get_ylim()
+    assert bottom < low < min(*ticks, *(p.lower for p in FALLING))
+    assert max(*ticks, *(p.upper for p in FALLING)) < high < top
     assert {"lifted\noff", "2 of 2\n"} <= {text.get_text() for text in axes.texts}
 
 
