@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import asinh, exp, log, log1p
 from types import SimpleNamespace
 
@@ -14,6 +14,7 @@ from fem_seal import cli
 from fem_seal.accuracy import chosen_grid as chosen_grid_of
 from fem_seal.accuracy import chosen_patch, stays_sealed_under
 from fem_seal.error_budget import combined, estimate
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.grid_series import (
     OF_CHANGE,
@@ -27,6 +28,7 @@ from fem_seal.grid_series import (
 )
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import KnownSteps, Patch
+from fem_seal.progress import silent
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -48,54 +50,38 @@ FLAT = GridField(np.zeros((64, 64)), (1.0, 1.0), periodic=True)
 
 
 @dataclass
-class Settled:
-    """A settled lift that claims an error of ln Q."""
-
-    error: float
-    converged: bool = True
-
-
-@dataclass
-class Bracket:
-    """Settings of a flow."""
-
-    rtol: float
-
-
-@dataclass
 class Fake:
     """A patch without content: Q is off by exp(error(samples)), in a bracket as wide as rtol."""
 
     error: Callable[[int], float]
-    flow_settings: Bracket
-    claims: float = 0.0  # error that the lift claims, over rtol
-    surface: GridField = field(default_factory=lambda: FLAT)
-    contact: str = ""
-    leak_rate: LeakRate | None = None
-    lifted: Settled | None = None
-    scene: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(contact=None))
-    asked: list = field(default_factory=list)
+    claims: float  #: error of ln Q that the lift claims, over rtol
+    asked: list
+    surface: GridField
+    flow_settings: FlowSettings
+    known: KnownSteps
+    report = staticmethod(silent)
+    scene = SimpleNamespace(contact=None)
 
-    def __post_init__(self):
-        samples = self.surface.shape[0]
-        self.contact = f"contact {samples}"
-        if self.leak_rate is None:
-            value, half = exp(self.error(samples)), asinh(self.flow_settings.rtol / 2)
-            self.leak_rate = LeakRate(
-                "leaking", "fake", value, value * exp(-half), value * exp(half)
-            )
-            self.lifted = Settled(self.claims * self.flow_settings.rtol) if self.claims else None
+    @property
+    def contact(self):
+        return f"contact {self.surface.shape[0]}"
 
-    def report(self, stage, detail):
-        pass
+    @property
+    def leak_rate(self):
+        value, half = exp(self.error(self.surface.shape[0])), asinh(self.flow_settings.rtol / 2)
+        bounds = value * exp(-half), value * exp(half)
+        return self.known.leak_rate or LeakRate("leaking", "fake", value, *bounds)
+
+    @property
+    def lifted(self):
+        claimed = self.claims * self.flow_settings.rtol
+        return SimpleNamespace(error=claimed, converged=True) if claimed else None
 
     def with_(self, *, surface, flow_settings=None, known=None):
-        known = known or KnownSteps()
-        settings = flow_settings or self.flow_settings
+        known, settings = known or KnownSteps(), flow_settings or self.flow_settings
         if known.leak_rate is None:
             self.asked.append((surface.shape, settings.rtol, known.contact))
-        solved = {"leak_rate": known.leak_rate, "lifted": known.lifted}
-        return replace(self, surface=surface, flow_settings=settings, **solved)
+        return replace(self, surface=surface, flow_settings=settings, known=known)
 
 
 def chosen_grid(total, error, max_refinement=4, claims=0.0):
@@ -105,7 +91,7 @@ def chosen_grid(total, error, max_refinement=4, claims=0.0):
         one, other = (log(solved.leak_rate.value) for solved in tried[-2:])
         return estimate("grid", "", exp(-1.5 * abs(one - other)), exp(1.5 * abs(one - other)))
 
-    first = Fake(error, Bracket(total), claims)
+    first = Fake(error, claims, [], FLAT, FlowSettings(1.0, 1.0, rtol=total), KnownSteps())
     return *chosen_grid_of(first, max_refinement, error_of), first.asked
 
 

@@ -73,25 +73,6 @@ def test_gas_that_slips_in_a_uniform_channel(gap_scene, method, accommodation):
     assert [aperture.lower, aperture.upper] == pytest.approx([1e-7] * 2, rel=1e-7)
 
 
-@pytest.mark.parametrize("law", ["first-order", "kinetic"])
-def test_finite_differences_with_slip(gap_scene, law):
-    """In a uniform channel κ is the same at all pressures: exact; an entry says what is missing."""
-    rates = {}
-    for method in ("finite-difference", "adaptive"):
-        fluid = SLIPPING | {"slip": law}
-        scene = gap_scene(np.full((5, 5), 1e-7), fluid, products=["leak_rate"])
-        scene["flow"]["method"] = method
-        result = solve(Scene.from_mapping(scene)).result()
-        rates[method] = result.leak_rate
-        entry = next(entry for entry in result.error_budget if entry.name == "slip")
-        assert ("BGK" in entry.sentence) is (law == "kinetic")
-        assert result.gas.slip == law
-    # The table of the smallest conductivity allows for 2e-4.
-    value = rates["finite-difference"].value
-    assert rates["adaptive"].lower * (1 - 1e-7) <= value <= rates["adaptive"].upper * (1 + 1e-7)
-    assert rates["adaptive"].upper / rates["adaptive"].lower < 1 + 3e-4
-
-
 @pytest.mark.parametrize(("height", "decision"), [(1e-6, "within limit"), (1e-7, "undecided")])
 def test_verdict_with_first_order_slip(gap_scene, height, decision):
     """Kinetic theory adds to first order: up to Kn = 0.05 it is estimated, beyond it is open."""
@@ -136,6 +117,9 @@ def test_kinetic_slip(gap_scene, height, p_out):
     assert rate.upper / rate.lower < 1 + 3e-4
     first_order = Scene.from_mapping(gap_scene(np.full((9, 5), height), SLIPPING, flow))
     added = rate.value / (Patch(first_order).leak_rate.value * drive.rates["mass"]) - 1
+    # Between these plates all samples have one κ: finite differences are exact, to their 1e-9.
+    other = scene.with_({"flow.method": "finite-difference", "output.products": ["leak_rate"]})
+    assert solve(other).result().gas.mass_rate.value == pytest.approx(exact, rel=1e-9)
     # 3 % at Kn 0.04, and the logarithm of Kn far beyond 1.
     assert 0.02 < added < 3
     assert result.gas.slip == "kinetic"
@@ -152,7 +136,7 @@ def test_kinetic_slip(gap_scene, height, p_out):
     assert entry.kind == "estimated"
     assert entry.upper == pytest.approx(1 + 0.04 * share)
     assert entry.lower == pytest.approx(1 / entry.upper)
-    assert "Knudsen number" in entry.sentence
+    assert all(words in entry.sentence for words in ("BGK", "Knudsen number"))
     for part, decision in ((1.06, "within limit"), (1.01, "undecided"), (0.94, "above limit")):
         limited = scene.with_({"limit.leak_rate": f"{part * result.leak_rate.value} m^3/s"})
         decided = verdict(limited, solved.leak_rate, solved.budget).decision
@@ -192,30 +176,25 @@ def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
     np.testing.assert_allclose(field.pressure, exact, rtol=1e-6)
 
 
-def test_one_gas_in_every_unit(gap_scene):
+@pytest.mark.parametrize("stated", [{}, {"reference_temperature": 300, "reference_pressure": 1e5}])
+def test_one_gas_in_every_unit(gap_scene, stated):
     """The rates of one gas in all units agree through R T, M and the reference."""
     shown, gap = {}, 1e-6 * (1 + np.random.default_rng(4).random((9, 9)))
+    T0, p0 = stated.values() or (273.15, 101325)
     for unit in ("l/min", "mbar l/s", "mol/s", "kg/s"):
-        scene = gap_scene(gap, leak_rate_unit=unit, products=["leak_rate"])
+        scene = gap_scene(gap, GAS | stated, leak_rate_unit=unit, products=["leak_rate"])
         scene = Scene.from_mapping(scene).with_({"flow.rtol": 0.5})
         result = solve(scene).result()
         shown[unit] = result.leak_rate_shown
         assert shown[unit].unit == unit
         assert shown[unit].lower <= shown[unit].value <= shown[unit].upper
     amount = shown["mol/s"].value
-    throughput, normal = (amount * GAS_CONSTANT * T for T in (TEMPERATURE, 273.15))
+    throughput, normal = (amount * GAS_CONSTANT * T for T in (TEMPERATURE, T0))
     assert shown["mbar l/s"].value == pytest.approx(10 * throughput, rel=1e-12)
     assert shown["kg/s"].value == pytest.approx(amount * MOLAR_MASS, rel=1e-12)
-    assert shown["l/min"].value == pytest.approx(60e3 * normal / 101325, rel=1e-12)
+    assert shown["l/min"].value == pytest.approx(60e3 * normal / p0, rel=1e-12)
     assert result.gas.mass_rate.value == shown["kg/s"].value
     assert result.leak_rate.value == pytest.approx(shown["l/min"].value / 60e3, rel=1e-12)
-
-
-@pytest.mark.parametrize("reference", [(273.15, 101325.0), (293.15, 1e5)])
-def test_mass_does_not_depend_on_the_reference(reference):
-    gas = GasDrive(P_IN, P_OUT, TEMPERATURE, MOLAR_MASS, *reference)
-    mass = gas.pressure_drop * gas.rates["mass"]
-    assert mass == pytest.approx(air().pressure_drop * air().rates["mass"], rel=1e-13)
 
 
 def test_vacuum_at_the_outlet():
