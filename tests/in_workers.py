@@ -35,6 +35,10 @@ def fail():
     raise InvalidInput("an error of its own")
 
 
+def exhaust():
+    raise MemoryError("8 TB")
+
+
 def die():
     os.kill(os.getpid(), signal.SIGKILL)
 

@@ -6,13 +6,13 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 
+import in_workers
 import numpy as np
 import pytest
-from in_workers import MB, answer, die, fail, fine, hold_memory, keep_and_die, meet, no_answer, stay
 from project import MPI_ENVIRONMENT, alone, rows, scene_of_samples, started, write_toml
 
 from fem_seal import cli
@@ -33,6 +33,7 @@ from fem_seal.prediction import PICTURE_IMPORTS, predicted
 from fem_seal.scene import Scene
 from fem_seal.sweep import Work, combinations, read_points, sweep
 
+MB = in_workers.MB
 VARY = ("--vary", "surface.seed=1..2", "--vary", "contact.area_fraction=0.1,0.2")
 
 
@@ -92,31 +93,6 @@ def test_rows_are_the_same_for_any_executor(begun, scene_file, rows_of_one):
     assert rows("other") == rows_of_one
 
 
-def test_a_table_of_points():
-    Path("points.csv").write_text("surface.seed, contact.area_fraction\n1,0.1\n2,0.2\n")
-    assert run("--points", "points.csv", "--out", "out") == 0
-    pairs = [(row["surface.seed"], row["contact.area_fraction"]) for row in rows("out")]
-    assert pairs == [("1", "0.1"), ("2", "0.2")]
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "no table"),
-        ("surface.seed\n", "a line for each point"),
-        ("seed\n1\n", "names 'seed', which is no field"),
-        ("a.b;c.d\n1;2\n", "names 'a.b;c.d', .* separated by commas"),
-        ("a.b,a.b\n1,2\n", "different keys"),
-        ("a.b\n1,2\n", "has 2 values for 1 field$"),
-        ("a.b\n1\n1\n", "names a point twice"),
-    ],
-)
-def test_what_is_no_table_of_points(text, message):
-    Path("points.csv").write_text(text)
-    with pytest.raises(InvalidInput, match=message):
-        read_points(Path("points.csv"))
-
-
 @pytest.mark.parametrize(
     ("text", "values"),
     [
@@ -138,28 +114,40 @@ def test_values_of_a_field(text, values):
     assert [value for (value,) in points] == values.split("|" if "|" in values else " ")
 
 
-def test_all_combinations_of_several_fields():
-    assert combinations("a.b=1,2", "c.d=3") == (("a.b", "c.d"), [("1", "3"), ("2", "3")])
+def of_table(*lines):
+    """Points of a table in a file."""
+    Path("points.csv").write_text("".join(f"{line}\n" for line in lines))
+    return read_points(Path("points.csv"))
 
 
 @pytest.mark.parametrize(
-    ("texts", "message"),
+    ("read", "texts", "message"),
     [
-        *((text, "flow.rtol") for text in ("flow.rtol", "flow.rtol=", "flow.rtol=1,,2")),
-        *((text, r"a\.b") for text in ("a.b=[1,2", "a.b=5..3", "a.b=1..9999999")),
-        ("surface.path=none/*.npz", "none"),
-        ("a.b=1,2,1", "gives 1 twice"),
-        ("a.b=1 a.b=2", r"^a\.b is varied twice"),
+        *((combinations, [text], "flow.rtol") for text in ("flow.rtol", "flow.rtol=")),
+        *(
+            (combinations, [f"a.b={text}"], r"a\.b")
+            for text in ("1,,2", "[1,2", "5..3", "1..9999999")
+        ),
+        (combinations, ["surface.path=none/*.npz"], "none"),
+        (combinations, ["a.b=1,2,1"], "gives 1 twice"),
+        (combinations, ["a.b=1", "a.b=2"], r"^a\.b is varied twice"),
+        (of_table, [], "no table"),
+        (of_table, ["surface.seed"], "a line for each point"),
+        (of_table, ["seed", "1"], "names 'seed', which is no field"),
+        (of_table, ["a.b;c.d", "1;2"], "names 'a.b;c.d', .* separated by commas"),
+        (of_table, ["a.b,a.b", "1,2"], "different keys"),
+        (of_table, ["a.b", "1,2"], "has 2 values for 1 field$"),
+        (of_table, ["a.b", "1", "1"], "names a point twice"),
     ],
 )
-def test_what_is_no_field_with_values(texts, message):
+def test_what_are_no_points(read, texts, message):
     with pytest.raises(InvalidInput, match=message):
-        combinations(*texts.split())
+        read(*texts)
 
 
 def test_a_worker_that_is_killed_while_idle_is_replaced(monkeypatch):
     monkeypatch.setattr("fem_seal.points.farm.available_memory", lambda: time.sleep(0.3) or 10**10)
-    assert farm([True, False], answer, 1, lambda: 0) == ([True, False], [])
+    assert farm([True, False], in_workers.answer, 1, lambda: 0) == ([True, False], [])
 
 
 def test_an_interrupt_ends_the_process_of_each_chain(tmp_path):
@@ -171,7 +159,7 @@ def test_an_interrupt_ends_the_process_of_each_chain(tmp_path):
         return 0
 
     with pytest.raises(KeyboardInterrupt):
-        farm([path], stay, 1, interrupt)
+        farm([path], in_workers.stay, 1, interrupt)
     process = Path("/proc", path.read_text())
     end = time.monotonic() + 20
     while process.exists() and time.monotonic() < end:
@@ -181,30 +169,34 @@ def test_an_interrupt_ends_the_process_of_each_chain(tmp_path):
 
 def test_a_defect_of_a_task_ends_the_computation(capfd):
     with pytest.raises(Inconsistent, match="error stands above"):
-        farm(["there"], no_answer, 1, lambda: 0)
+        farm(["there"], in_workers.no_answer, 1, lambda: 0)
     assert "ZeroDivisionError: there" in capfd.readouterr().err
 
 
-def chain_of(folder, *functions, begin=lambda: None):
-    """Points of functions, named by them."""
-    tasks = [StudyTask(f.__name__, f.__name__, f, ()) for f in functions]
+def chain_of(folder, *names, begin=lambda: None):
+    """Points of functions of `in_workers`."""
+    tasks = [StudyTask(name, name, getattr(in_workers, name), ()) for name in names]
     return Chain(folder, tuple(tasks), begin)
 
 
 def test_each_point_of_a_killed_chain_has_its_own_error(tmp_path):
-    """Also one that failed before the process was killed, and none that has its file."""
+    """Also one that failed before the process was killed, and none that has its file.
+
+    What the system refuses is said in words.
+    """
     folder = PointFolder(tmp_path, int)
-    kept = StudyTask("kept", "kept", keep_and_die, (folder.path_of("kept"),))
-    chain = chain_of(folder, fail, die, fine, begin=type(None))
+    kept = StudyTask("kept", "kept", in_workers.keep_and_die, (folder.path_of("kept"),))
+    chain = chain_of(folder, "fail", "exhaust", "die", "fine", begin=type(None))
     said = []
     report = lambda stage, _: said.append(stage)  # noqa: E731
     outcome = compute_points([chain, Chain(folder, (kept,))], Work(2), report=report)
-    assert said[-1].startswith("2 of 4 points done")
+    assert said[-1].startswith("2 of 5 points done")
     assert {label: str(error)[:24] for label, error in outcome.failures.items()} == {
         "fail": "an error of its own",
+        "exhaust": "not enough memory for th",
         "die": "the process that compute",
     }
-    assert (outcome.computed, outcome.missing) == (2, 2)
+    assert (outcome.computed, outcome.missing) == (2, 3)
     assert folder.point("fine") == folder.point("kept") == 1
 
 
@@ -212,28 +204,17 @@ def test_a_study_says_how_many_points_have_failed(tmp_path):
     folder = PointFolder(tmp_path, int)
     said = []
     with pytest.raises(InvalidInput, match=r"^fail: an error of its own$"):
-        compute_study([chain_of(folder, fail)], None, lambda stage, _: said.append(stage))
+        compute_study([chain_of(folder, "fail")], None, lambda stage, _: said.append(stage))
     assert said[-1] == "1 of 1 points done"
     with pytest.raises(InvalidInput, match=r"^fail: .*own, and 1 other point failed$"):
-        compute_study([chain_of(folder, fail, too_large)], None, lambda *_: None)
-
-
-def too_large():
-    raise MemoryError("8 TB")
-
-
-def test_what_the_system_refuses_is_said_in_words(tmp_path):
-    outcome = compute_points([chain_of(PointFolder(tmp_path, int), too_large)], Work())
-    assert str(outcome.failures["too_large"]) == (
-        "not enough memory for this size (8 TB); choose a smaller one"
-    )
+        compute_study([chain_of(folder, "fail", "exhaust")], None, lambda *_: None)
 
 
 def test_a_point_of_another_process_is_counted(tmp_path):
     """One that was missing at the start, and has a file by its turn."""
     folder, done = PointFolder(tmp_path, int), []
     folder.save("fail", 1)
-    chain = chain_of(folder, fail, fine)
+    chain = chain_of(folder, "fail", "fine")
     assert compute_chain(chain, after_each=lambda: done.append(1)) == {}
     assert len(done) == 2
 
@@ -243,12 +224,19 @@ class FullFolder(PointFolder):
         raise InvalidInput("the disk is full")
 
 
-def test_a_folder_that_cannot_be_written_ends_the_computation(tmp_path):
-    computed = []
-    task = StudyTask("1", "1", computed.append, (1,))
-    with pytest.raises(InvalidInput, match="full"):
-        compute_points([Chain(FullFolder(tmp_path, int), (task,))] * 2, Work())
-    assert computed == [1]
+@pytest.mark.parametrize("begun", [nullcontext, partial(ThreadPoolExecutor, 1)])
+def test_a_folder_that_cannot_be_written_ends_the_computation(begun, tmp_path):
+    """Chains that have not begun are not computed any more."""
+    computed, full = [], FullFolder(tmp_path, int)
+
+    def take(number):
+        computed.append(number)
+        time.sleep(0.2)
+
+    chains = [Chain(full, (StudyTask(f"{k}", f"{k}", take, (k,)),)) for k in range(20)]
+    with begun() as executor, pytest.raises(InvalidInput, match="full"):
+        compute_points(chains, Work(executor=executor))
+    assert 0 < len(computed) < (2 if executor is None else len(chains))
 
 
 MPI_REFUSED = """
@@ -351,7 +339,7 @@ def test_processes_do_not_wait_for_the_first_point(tmp_path):
     """Both of two begin at once, where the memory holds two points."""
     here = tmp_path / "here"
     here.mkdir()
-    assert farm([here, here], meet, 2, lambda: 0, need=400 * MB) == ([True, True], [])
+    assert farm([here, here], in_workers.meet, 2, lambda: 0, need=400 * MB) == ([True, True], [])
 
 
 @pytest.mark.parametrize(
@@ -397,20 +385,6 @@ def test_a_sweep_of_no_points(scene_file):
         sweep(scene_file, (("surface.seed",), []), Path("out"), work=Work(2))
 
 
-def test_an_executor_is_left_no_chains_after_an_error(tmp_path):
-    """Those that have not begun are not computed any more."""
-    computed, full = [], FullFolder(tmp_path, int)
-
-    def take(number):
-        computed.append(number)
-        time.sleep(0.2)
-
-    tasks = [StudyTask(f"{k}", f"{k}", take, (k,)) for k in range(20)]
-    with ThreadPoolExecutor(1) as executor, pytest.raises(InvalidInput, match="full"):
-        compute_points([Chain(full, (task,)) for task in tasks], Work(executor=executor))
-    assert len(computed) < len(tasks)
-
-
 def test_memory_of_jobs_keeps_within_the_limit(tmp_path, monkeypatch):
     """300 MB and the libraries a process, times 1.2: two fit into 1000 MB.
 
@@ -419,7 +393,7 @@ def test_memory_of_jobs_keeps_within_the_limit(tmp_path, monkeypatch):
     monkeypatch.setattr("fem_seal.beside._peaks", [0])
     times = tmp_path / "times"
     times.mkdir()
-    farm([times] * 3, hold_memory, 4, lambda: len(list(times.iterdir())), 1000 * MB)
+    farm([times] * 3, in_workers.hold_memory, 4, lambda: len(list(times.iterdir())), 1000 * MB)
     spans = [tuple(map(float, path.read_text().split()[:2])) for path in times.iterdir()]
     assert len(spans) == 3
     assert max(sum(a <= start < b for a, b in spans) for start, _ in spans) <= 2
