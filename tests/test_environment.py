@@ -97,16 +97,6 @@ def test_a_home_that_cannot_be_written(folder, monkeypatch):
     assert os.environ["XDG_CACHE_HOME"] != str(cache)
 
 
-@pytest.mark.slow  # what is said: test_builds_of_dolfinx_that_do_not_do
-def test_dolfinx_without_petsc(folder):
-    program = (
-        "import sys; sys.modules['petsc4py'] = None; from fem_seal.cli import main; "
-        "sys.exit(main(['leak', 'gap.npz']))"
-    )
-    said = sentence([sys.executable, "-c", program])
-    assert said == "fem-seal: this DOLFINx has no PETSc: petsc4py is not installed\n"
-
-
 @pytest.mark.parametrize(
     ("flags", "scalar", "said"),
     [

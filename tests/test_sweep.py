@@ -212,7 +212,7 @@ def test_a_field_of_some_points_only(tmp_path, capsys):
     assert run("--vary", "contact.model=gfmd,bearing", "--set", "contact.tolerance=1e-5") == 2
     refusal = capsys.readouterr().err
     assert "1 of 2 points cannot be computed, such as contact.model=bearing: " in refusal
-    (tmp_path / "table.csv").write_text("contact.model,contact.tolerance\ngfmd,1e-5\nbearing,\n")
+    (tmp_path / "table.csv").write_text("contact.model, contact.tolerance\ngfmd, 1e-5\nbearing,\n")
     assert run("--points", "table.csv", "--out", "out") == 0
     pairs = [(row["contact.model"], row["contact.tolerance"]) for row in rows(tmp_path / "out")]
     assert pairs == [("gfmd", "1e-5"), ("bearing", "")]
