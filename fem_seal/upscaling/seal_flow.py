@@ -131,7 +131,7 @@ def seal_flow(
             "pressure; the table needs a load there at which the patch leaks"
         )
     # A uniform profile is solved in one cell.
-    x = profile.nodes if is_uniform(profile) else _places(profile, cells // COARSE)
+    x = profile.nodes if is_uniform(profile) else _places(profile, ends, cells // COARSE)
     laid = _Cells.of(profile, path, x)
     value = path_leak_rate(table.interpolated, laid.pressure, laid.lengths, ends)
     if not is_uniform(profile):
@@ -186,7 +186,7 @@ class _Cells:
 
 def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:
     """Flow of a seal whose contact pressure is nowhere above the pressure of the inlet."""
-    x = _places(profile, CELLS)
+    x = _places(profile, ends, CELLS)
     none = np.zeros((len(x) - 1, 0))
     along = PathFlow(x, profile(x), np.full_like(x, ends.inlet), np.full_like(x, inf), none, none)
     return SealFlow("lifted off", inf, inf, inf, along)
@@ -194,7 +194,7 @@ def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:
 
 def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> SealFlow:
     """A sealed flow: p_in before the middle of the part that seals, p_out behind it."""
-    x = _places(profile, CELLS)
+    x = _places(profile, ends, CELLS)
     P, none = profile(x), np.empty((x.size - 1, 0))
     sealed = x[ends.inlet + table.sealing_load <= P]
     start, end = float(sealed.min()), float(sealed.max())
@@ -205,9 +205,21 @@ def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> S
     return SealFlow("sealed", 0.0, 0.0, 0.0, along, sealing, table=table)
 
 
-def _places(profile: Profile, cells: int) -> np.ndarray:
-    """Ends [m] of at least `cells` cells, with the nodes of the profile."""
-    return np.union1d(np.linspace(0, profile.length, cells + 1), profile.nodes)
+def _places(profile: Profile, ends: EndPressures, cells: int) -> np.ndarray:
+    """Ends [m] of at least `cells` cells, with the nodes of the profile and where P = p_in.
+
+    Without the last ones a peak narrower than a cell would seal nowhere.
+    """
+    from scipy.optimize import brentq
+
+    nodes, tolerance = profile.nodes, 1e-12 * profile.length
+    closes = np.flatnonzero(np.diff(profile(nodes) > ends.inlet))
+    crossings = [
+        brentq(lambda x: float(profile(x)) - ends.inlet, *nodes[k : k + 2], xtol=tolerance)
+        for k in closes
+    ]
+    even = np.linspace(0, profile.length, cells + 1)
+    return np.unique(np.concatenate([even, nodes, crossings]))
 
 
 def _refined(along: PathFlow, cells: int) -> np.ndarray:

@@ -84,6 +84,23 @@ def test_smooth_ring(radii):
     encloses(flow, 2 * np.pi * SMOOTH * 1e5 / np.log(1.2), 1e-8)
 
 
+@pytest.mark.parametrize("width", [1e-5, 1e-3, 0.1])
+@pytest.mark.parametrize("part", [0.2, 0.9, 0.99])
+def test_a_lip_far_narrower_than_the_path(width, part):
+    """P rises to P0 and falls again within a part of the path; p_in is a part f of P0.
+
+    K is constant. The lip seals from where P = p_in, on the inlet's side, to its foot: 2 - f of its
+    half-width h. There p is linear, and below P. A thousand cells, in each of which P is known to a
+    thousandth of p_in, move both ends by a thousandth of h each, or two.
+    """
+    length, P0 = STRIP.length, 1e6
+    h = 0.5 * width * length
+    x = 0.37 * length + np.array([-h, 0.0, h])
+    lip = TabulatedProfile(np.array([0.0, *x, length]), np.array([0.0, 0.0, P0, 0.0, 0.0]))
+    flow = seal_flow(constant(), lip, STRIP, EndPressures(part * P0))
+    encloses(flow, SMOOTH * STRIP.circumference * part * P0 / ((2 - part) * h), 0.02)
+
+
 LINEAR = np.array([4e5, 8e5])
 
 
