@@ -12,7 +12,7 @@ entry is an estimate.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, log, prod
 
@@ -24,8 +24,11 @@ from fem_seal.error_budget import INPUTS, Uncertainty
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
+from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.scene_profile import leak_path_of
+from fem_seal.upscaling.seal_flow import seal_flow
 
-# Direction of each input in which more leaks; for the viscosity of a gas that slips: `_viscosity`.
+# Direction of each input in which more leaks; but see `_viscosity` and `_modulus`.
 OPENS = {
     "contact.pressure": -1,
     "seal.line_load": -1,
@@ -42,27 +45,36 @@ OPENS = {
 NEGLIGIBLE_LEAK = 1e-4
 NOT_KNOWN = "errors of the inputs"  # name of the entry without factors
 TINY = 1e-9  # least part of the load that counts as left to the solid
-VISCOSITIES = 17  # of a gas that slips, between the ends of its tolerance
-STIFFNESSES = ("solid.youngs_modulus", "solid.contact_modulus", "heights")
+TRIED = 17  # values of an input between the ends of its tolerance, where it has no direction
+CELLS = 200  # of the leak path, for the leak rates that are compared
+MODULI = ("solid.youngs_modulus", "solid.contact_modulus")
+STIFFNESSES = (*MODULI, "heights")
+
+
+@dataclass(frozen=True)
+class Probe:
+    """Tells at which end of an input most leaks where its sign alone does not."""
+
+    gap: float | None = None  #: that of the critical constriction [m]; None where no path is open
+    table: ConductivityTable | None = None  #: of a patch of a seal
 
 
 def inputs_entry(
-    patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRate], gap: float | None
+    patch: Patch, leak: LeakRate, rate_of: Callable[[Patch], LeakRate], probe: Probe
 ) -> Uncertainty:
     """Entry of the inputs, from the leak rates at the two ends of [tolerances].
 
     `rate_of` gives the leak rate of another patch, or of a seal of such patches, with bounds that
-    hold what its contact grid errs more than that of the scene. `gap` is that of the critical
-    constriction [m], None where no path is open.
+    hold what its contact grid errs more than that of the scene.
     """
     scene, load, lifted = patch.scene, patch.carried_load, patch.lifted
     if scene.tolerances is None:
         sentence = "load, solid, fluid and heights count as exact, without [tolerances]"
         return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
     if scene.scales_exactly:
-        viscosities = (_ends(scene, end, gap)["fluid.viscosity"] for end in (-1, 1))
+        viscosities = (_ends(scene, end, probe)["fluid.viscosity"] for end in (-1, 1))
         closed, opened = (_times(leak, 1 / viscosity) for viscosity in viscosities)
-        return _entry(scene, leak, closed, opened, 0.0, gap)
+        return _entry(scene, leak, closed, opened, 0.0, probe)
     if lifted is not None and (lifted.floats or _may_float(patch)):
         # Higher heights, or a stiffer solid, may then lower the leak rate.
         sentence = (
@@ -72,16 +84,16 @@ def inputs_entry(
         return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
     if leak.state == "lifted off":
         with patch.timed("inputs"):
-            closing = _at_corner(patch, -1, gap)
+            closing = _at_corner(patch, -1, probe)
             # Of a film that floats `rate_of` tells no leak rate, and yet it is finite.
             stays = closing.lifted_off or (
                 closing.lifted is None and rate_of(closing).state == "lifted off"
             )
         return _of_lifted_off(stays)
     with patch.timed("inputs"):
-        closed, opened = (rate_of(_at_corner(patch, end, gap)) for end in (-1, 1))
+        closed, opened = (rate_of(_at_corner(patch, end, probe)) for end in (-1, 1))
     carried = lifted.fluid_load / load if lifted is not None and load else 0.0
-    return _entry(scene, leak, closed, opened, carried, gap)
+    return _entry(scene, leak, closed, opened, carried, probe)
 
 
 def _of_lifted_off(stays: bool) -> Uncertainty:
@@ -100,7 +112,7 @@ def _times(leak: LeakRate, factor: float) -> LeakRate:
 
 def _may_float(patch: Patch) -> bool:
     """Whether the fluid may carry all of a load of [tolerances] on a solid that is uncertain."""
-    opened = corner(patch.scene, 1, None)
+    opened = corner(patch.scene, 1, Probe())
     load, (inlet, _) = opened.load, opened.flow.gauge_pressures
     uncertain = not patch.scene.tolerated.keys().isdisjoint(STIFFNESSES)
     return uncertain and load.kind == "pressure" and load.value <= inlet
@@ -118,9 +130,9 @@ def rate_in_range(patch: Patch) -> LeakRate:
     return replace(leak, state="leaking", value=leak.value or upper, lower=lower, upper=upper)
 
 
-def _at_corner(patch: Patch, end: int, gap: float | None) -> Patch:
+def _at_corner(patch: Patch, end: int, probe: Probe) -> Patch:
     """Patch with all inputs of [tolerances] at the ends where most (1) or least (-1) leaks."""
-    scene, surface, contact = corner(patch.scene, end, gap), patch.surface, patch.contact
+    scene, surface, contact = corner(patch.scene, end, probe), patch.surface, patch.contact
     if surface is not None:
         factor = 1 + end * patch.scene.tolerated.get("heights", 0.0)
         surface = replace(surface, values=factor * surface.values)
@@ -131,23 +143,53 @@ def _at_corner(patch: Patch, end: int, gap: float | None) -> Patch:
     return patch.with_(scene=scene, surface=surface, contact_start=start, flow_settings=settings)
 
 
-def corner(scene: Scene, end: int, gap: float | None) -> Scene:
+def corner(scene: Scene, end: int, probe: Probe) -> Scene:
     """The scene with all inputs at the ends that open (1) or close (-1) the film.
 
     It asks for nothing but the leak rate.
     """
     product = "leak_rate" if scene.seal is None else "seal"
-    return scene.scaled(_ends(scene, end, gap)).with_(
+    return scene.scaled(_ends(scene, end, probe)).with_(
         {"tolerances": None, "limit": None, "output.products": [product]}
     )
 
 
-def _ends(scene: Scene, end: int, gap: float | None) -> dict[str, float]:
+def _ends(scene: Scene, end: int, probe: Probe) -> dict[str, float]:
     """Factor on each input at one end of its tolerance."""
     ends = {name: 1 + end * OPENS[name] * part for name, part in scene.tolerated.items()}
     if scene.slip is not None and "fluid.viscosity" in ends:
-        ends["fluid.viscosity"] = _viscosity(scene, end, gap)
+        ends["fluid.viscosity"] = _viscosity(scene, end, probe.gap)
+    if probe.table is not None and _under_cylinder(scene):
+        ends |= {name: _modulus(scene, name, end, probe.table) for name in ends.keys() & {*MODULI}}
     return ends
+
+
+def _under_cylinder(scene: Scene) -> bool:
+    return scene.seal is not None and scene.seal.line_load is not None
+
+
+def _modulus(scene: Scene, name: str, end: int, table: ConductivityTable) -> float:
+    """Factor on a modulus at which a seal under a line load leaks most, or least at the end -1.
+
+    A stiffer cylinder presses harder on a narrower path. Where the fluid carries most of its
+    pressure, that closes the film: (P - p)/E*, on which K depends, then grows with E*. Of two films
+    that are sealed or lifted off, the one with the larger ratio leaks less.
+    """
+
+    def leak(factor: float) -> tuple[float, float]:
+        profile, path, ends = leak_path_of(scene.scaled({name: factor}))
+        decisive, loads = profile.highest - ends.inlet, factor * table.loads
+        scaled = ConductivityTable(loads, table.lower, table.upper)
+        if decisive >= scaled.sealing_load:
+            rate = 0.0
+        elif scaled.sealing_load == loads[0]:
+            rate = inf  # the table has no load at which the patch leaks
+        else:
+            rate = seal_flow(scaled, profile, path, ends, cells=CELLS).value
+        return rate, -decisive / factor
+
+    factors = (1 + scene.tolerated[name] * np.linspace(-1, 1, TRIED)).tolist()
+    return (max if end > 0 else min)(factors, key=leak)
 
 
 def _viscosity(scene: Scene, end: int, gap: float | None) -> float:
@@ -157,7 +199,7 @@ def _viscosity(scene: Scene, end: int, gap: float | None) -> float:
     Knudsen's minimum more of a gas leaks the more viscous it is.
     """
     part = scene.tolerated["fluid.viscosity"]
-    factors = 1 + part * np.linspace(-1, 1, VISCOSITIES)
+    factors = 1 + part * np.linspace(-1, 1, TRIED)
     leaks = [end * _channel(scene.scaled({"fluid.viscosity": f}), gap) for f in factors.tolist()]
     return float(factors[np.argmax(leaks)])
 
@@ -174,11 +216,11 @@ def _entry(
     closed: LeakRate,
     opened: LeakRate,
     carried: float,
-    gap: float | None,
+    probe: Probe,
 ) -> Uncertainty:
     """Entry from three leak rates, and the part of the load that the fluid carries."""
     carried = min(carried, 1 - TINY)
-    shares = input_shares(scene, leak, closed, opened, carried, gap)
+    shares = input_shares(scene, leak, closed, opened, carried, probe)
     name = max(shares, key=lambda name: shares[name])
     part = scene.tolerated[name]
     sentence = (
@@ -212,14 +254,13 @@ def input_shares(
     closed: LeakRate,
     opened: LeakRate,
     carried: float,
-    gap: float | None = None,
+    probe: Probe = Probe(),
 ) -> dict[str, float]:
     """|Δ ln Q| of each input between its own two ends, the others kept; arguments as above.
 
     ln f is interpolated between those of the three leak rates that are not 0, linearly in ln x.
     Where the fluid carries a part of the load, x has the part that is left to the solid.
     """
-    under_cylinder = scene.seal is not None and scene.seal.line_load is not None
     own = 0.0 if scene.contact is None else scene.load.value
 
     def laws(factors: dict[str, float]) -> tuple[float, float]:
@@ -231,27 +272,30 @@ def input_shares(
         other = scene.scaled(factors)
         drop = other.drive.pressure_drop / scene.drive.pressure_drop
         pressed = other.load.value / own if own else 1.0
-        path = factors.get("seal.line_load", 1.0) / pressed if under_cylinder else 1.0
+        path = factors.get("seal.line_load", 1.0) / pressed if _under_cylinder(scene) else 1.0
         load = max(pressed - carried * drop, TINY)
         x = load / (1 - carried) / prod(factors.get(name, 1.0) for name in STIFFNESSES)
         s = factors.get("heights", 1.0)
-        return log(x), log(_channel(other, gap) / _channel(scene, gap) * s**3 / path)
+        return log(x), log(_channel(other, probe.gap) / _channel(scene, probe.gap) * s**3 / path)
 
+    closing, opening = (_ends(scene, end, probe) for end in (-1, 1))
     points: dict[float, float] = {}  # the ends last: they replace the scene where x is the same
     for factors, flow in (
         ({}, leak),
-        (_ends(scene, 1, gap), opened),
-        (_ends(scene, -1, gap), closed),
+        (opening, opened),
+        (closing, closed),
     ):
         x, driven = laws(factors)
         if flow.state == "leaking" and flow.value > 0:
             points[x] = log(flow.value) - driven
 
-    def change(name: str, end: int) -> float:
-        x, driven = laws({name: _ends(scene, end, gap)[name]})
+    def log_rate(name: str, ends: dict[str, float]) -> float:
+        x, driven = laws({name: ends[name]})
         return driven + _on_line(x, sorted(points.items()))
 
-    return {name: abs(change(name, 1) - change(name, -1)) for name in scene.tolerated}
+    return {
+        name: abs(log_rate(name, opening) - log_rate(name, closing)) for name in scene.tolerated
+    }
 
 
 def _on_line(x: float, points: list[tuple[float, float]]) -> float:

@@ -20,7 +20,7 @@ from fem_seal.errors import present
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.advice import finer_grid, open_entries
-from fem_seal.quantities.inputs import inputs_entry
+from fem_seal.quantities.inputs import Probe, inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import slip_entry_at
 from fem_seal.quantities.uncertainties import model_entry, surface_entry
@@ -84,6 +84,7 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
         )
         return Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0), model_entry(patch)
     scales, size = scale_entries(patch, seal.leak_path)
+    most = max(seal.patches, key=lambda each: each.value)
     gap, rtol = seal.critical_gap, present(patch.scene.seal, "[seal]").rtol
     entries = (
         _flow_and_loads_entry(patch, seal),
@@ -95,7 +96,7 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
         surface_entry(patch),
         None if gap is None else slip_entry_at(patch.scene, gap, seal.leak_path, rtol),
         _slip_along_entry(patch, seal),
-        inputs_entry(patch, seal, rate_of, gap),
+        inputs_entry(patch, seal, rate_of, Probe(gap, most.table)),
         model_entry(patch),
     )
     return tuple(entry for entry in entries if entry is not None)

@@ -16,7 +16,7 @@ from fem_seal.error_budget import (
 from fem_seal.grid_series import error_beyond, estimated_error, is_estimated
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.inputs import inputs_entry, rate_in_range
+from fem_seal.quantities.inputs import Probe, inputs_entry, rate_in_range
 from fem_seal.quantities.lift import lift_entry
 from fem_seal.quantities.slip import slip_entry, slip_interval_entry
 
@@ -92,8 +92,8 @@ def _inputs_entry(patch: Patch) -> Uncertainty:
         return rate_in_range(other).widened(*error_beyond(patch, other))
 
     tightest = patch.film.constriction
-    gap = None if tightest is None else tightest.gap
-    return inputs_entry(patch, patch.leak_rate, rate_of, gap)
+    probe = Probe(None if tightest is None else tightest.gap)
+    return inputs_entry(patch, patch.leak_rate, rate_of, probe)
 
 
 Source = Callable[[Patch], Uncertainty | None]

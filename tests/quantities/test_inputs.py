@@ -14,7 +14,7 @@ import pytest
 from fem_seal.error_budget import INPUTS
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.inputs import OPENS, TINY, _on_line, corner, input_shares
+from fem_seal.quantities.inputs import OPENS, TINY, Probe, _on_line, corner, input_shares
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
@@ -49,7 +49,7 @@ def test_a_closing_corner_that_leaks_next_to_nothing():
     solved = solve(scene(LIFTED, "contact.pressure=0.2 MPa", "flow.rtol=0.5", *KNOWN))
     far, surface = entry(solved), solved.patch.surface
     assert far.lower == 0
-    closed = corner(solved.patch.scene, -1, None)
+    closed = corner(solved.patch.scene, -1, Probe())
     surface = replace(surface, values=0.95 * surface.values)
     # Under the load without the fluid less leaks than with it, and that is sealed.
     assert Patch(closed, surface=surface, lift="none").sealed
@@ -358,6 +358,33 @@ def test_shares_under_a_cylinder():
     for name, (letter, part) in ends.items():
         change = log_rate(**{letter: 1 + part}) - log_rate(**{letter: 1 - part})
         assert shares[name] == pytest.approx(abs(change), rel=1e-12)
+
+
+@pytest.mark.parametrize("part", [0.6, 0.9])
+def test_a_stiffer_cylinder_under_fluid_of_nearly_its_pressure(part):
+    """With p_in = 0.9 of Hertz's maximum √(w E*/(π R)) a stiffer cylinder leaks less.
+
+    (P - p)/E* grows with E* where p > P/2. At 0.6 the least leaks inside the tolerance.
+    """
+    w, R, E = 200.0, 2e-3, 1e7
+    pressed = scene(DRY).with_(
+        {
+            "surface.shape": [16, 16],
+            "contact.pressure": None,
+            "flow": {"pressure_drop": part * np.sqrt(w * E / (np.pi * R))},
+            "accuracy": None,
+            "seal": {"circumference": "1 m", "pressure_profile": "hertz", "rtol": 0.05}
+            | {"line_load": w, "cylinder_radius": R},
+            "solid": {"contact_modulus": E},
+            "output.products": ["seal"],
+        }
+    )
+    solved = solve(pressed.with_({"tolerances": {"solid": {"contact_modulus": "10 %"}}}))
+    lower, upper = entry(solved).lower, entry(solved).upper
+    for factor in (0.9, 0.97, 1.1):
+        other = solve(pressed.with_({"solid": {"contact_modulus": factor * E}})).leak_rate
+        assert lower * solved.leak_rate.lower <= other.upper
+        assert other.lower <= upper * solved.leak_rate.upper
 
 
 def test_shares_of_solids_that_only_touch():
