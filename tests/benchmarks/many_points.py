@@ -6,7 +6,6 @@ Prints the wall time of each, their ratio, the load of the machine before each r
 tables are the same. The ratio means something only if that load is near 0.
 """
 
-import csv
 import os
 import subprocess
 import sys
@@ -14,16 +13,10 @@ import tempfile
 import time
 from pathlib import Path
 
-SCENE = Path(__file__).parents[2] / "demos" / "scenes" / "first.toml"
+sys.path.append(str(Path(__file__).parents[1]))
+from project import ROOT, rows
 
-
-def rows(out):
-    """Table without what differs from run to run."""
-    with (out / "sweep.csv").open(newline="") as file:
-        table = list(csv.DictReader(file))
-    for row in table:
-        del row["seconds"], row["peak_memory_bytes"]
-    return table
+SCENE = ROOT / "demos" / "scenes" / "first.toml"
 
 
 def timed(scene, seeds, jobs, out):

@@ -153,7 +153,7 @@ def gas_scene():
     return scene_of_samples(16) | {"fluid": gas, "flow": flow, "contact": {"pressure": "0.1 MPa"}}
 
 
-def test_commands_write_what_they_say(small_scene, gas_scene, tmp_path, capsys):
+def test_commands_write_what_they_say(gas_scene, tmp_path, capsys):
     """A part of a study leaves the table to the same command without it."""
     path = write_toml(tmp_path / "gas.toml", gas_scene)
     study = ["study", "trade", str(path), "--set", "fluid.slip=false"]
@@ -176,17 +176,6 @@ def test_commands_write_what_they_say(small_scene, gas_scene, tmp_path, capsys):
         "trade.csv",
         "trade.png",
     ]
-    path, out = write_toml(tmp_path / "scene.toml", small_scene), str(tmp_path / "cross")
-    vary = ["--vary", "contact.area_fraction=0.3,0.9", "--grids", "1"]
-    assert cli.main(["study", "cross-validation", str(path), *vary, "--out", out]) == 0
-    names = {p.name for p in (tmp_path / "cross").iterdir()}
-    assert names == {"points", "cross_validation.csv", "cross_validation.png"}
-    said = capsys.readouterr().out
-    assert max(map(len, said.splitlines())) <= 100
-    assert "contact.area_fraction=0.9: sealed" in said
-    assert said.count("certified: [") == 1
-    with (tmp_path / "cross" / "cross_validation.csv").open(newline="") as file:
-        assert {row["gap"] for row in csv.DictReader(file)} == {"contact.area_fraction=0.3"}
     out = str(tmp_path / "exact")
     assert cli.main(["study", "exact", "cosine-along", "--grids", "1", "--out", out]) == 0
     assert "exactly 1.54" in capsys.readouterr().out
@@ -200,16 +189,30 @@ def test_commands_write_what_they_say(small_scene, gas_scene, tmp_path, capsys):
 
 
 def test_cross_validation_leaves_slip_out(gas_scene, tmp_path, capsys):
-    """Which `fem-seal run` counts; the certified bracket is that without slip."""
-    path = write_toml(tmp_path / "scene.toml", gas_scene)
+    """Which `fem-seal run` counts; the certified bracket is that without slip. Sealed gaps go."""
+    path, out = write_toml(tmp_path / "scene.toml", gas_scene), tmp_path / "cross"
     study = ["study", "cross-validation", str(path), "--grids", "1", "--set", "flow.lift=none"]
+    study += ["--vary", "contact.pressure=0.1 MPa,5 MPa"]
     # Said also where the last gap has none.
-    vary = ["--vary", "fluid.slip=first-order,false"]
-    assert cli.main([*study, *vary, "--out", str(tmp_path / "cross")]) == 0
+    study += ["--vary", "fluid.slip=first-order,false"]
+    assert cli.main([*study, "--out", str(out)]) == 0
     text = capsys.readouterr().out
-    assert "fluid.slip = false" in text
+    (slip,) = (line for line in text.splitlines() if line.startswith("no slip"))
+    assert "fluid.slip = false" in slip
+    assert max(len(line) for line in text.splitlines() if line != slip) <= 100
+    assert text.count("sealed, where every method says 0") == 2
     plain = Patch(Scene.from_file(path, ["fluid.slip=false", "flow.lift=none"])).leak_rate
     brackets = re.findall(r"certified: \[(.*), (.*)\]", text)
     assert len(brackets) == 2
     for low, high in brackets:  # printed to 5 digits
         assert max(float(low), plain.lower) <= min(float(high), plain.upper) * (1 + 1e-4)
+    assert {p.name for p in out.iterdir()} == {
+        "points",
+        "cross_validation.csv",
+        "cross_validation.png",
+    }
+    with (out / "cross_validation.csv").open(newline="") as file:
+        gaps = {row["gap"] for row in csv.DictReader(file)}
+    assert gaps == {
+        f"contact.pressure=0.1 MPa, fluid.slip={law}" for law in ("first-order", "false")
+    }
