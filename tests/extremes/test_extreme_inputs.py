@@ -1,16 +1,22 @@
 """Arrays and numbers as they come from elsewhere."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from gaps import bracketed
 from project import leak_rate
-from sample_gaps import rough_gap
+from sample_gaps import FLUID, rough_gap
+from triangulations import ring
 
 from fem_seal.errors import InvalidInput
-from fem_seal.film import GridFilm
-from fem_seal.flow.marking import Tuning
+from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.finite_difference import by_differences
+from fem_seal.flow import FlowSettings, Limits, Tuning
+from fem_seal.flow import leak_rate as flow_leak_rate
+from fem_seal.flow.cell_tensor import conductivity_tensor
+from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.grid import GridField
-from fem_seal.limits import Limits
 
 
 def frozen(values, folder):
@@ -46,44 +52,108 @@ def test_single_precision_in_any_layout(layout, tmp_path):
     assert array.flags.writeable == writeable
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_values_that_are_not_finite_are_refused(bad):
-    with pytest.raises(InvalidInput, match="1 of 4 grid values are not finite"):
-        GridField(np.array([[1.0, bad], [1, 1]]), (1, 1))
+ONES = np.ones((4, 4))
 
 
-@pytest.mark.parametrize("shape", [(0, 4), (4,), (2, 2, 2)])
-def test_arrays_that_are_no_grid_are_refused(shape):
-    with pytest.raises(InvalidInput, match="needs a two-dimensional array"):
-        GridField(np.ones(shape), (1, 1))
+def film(values=ONES, spacing=(1.0, 1.0), periodic=False, **choices):
+    return GridFilm(GridField(np.array(values), spacing, periodic), **choices)
 
 
-@pytest.mark.parametrize("name", ["spacing", "viscosity", "pressure_drop", "rtol"])
-@pytest.mark.parametrize("bad", [0.0, -1.0, np.inf, np.nan])
-def test_what_is_no_positive_number_is_refused(name, bad):
-    def leak(spacing=1.0, **numbers):
-        film = GridFilm(GridField(np.ones((4, 4)), (1.0, spacing)))
-        return leak_rate(film, **{"viscosity": 1.0, "pressure_drop": 1.0} | numbers)
-
-    with pytest.raises(InvalidInput, match=rf"{name} (= {bad} )?must be .*positive"):
-        leak(**{name: bad})
+def leak(values=ONES, spacing=(1.0, 1.0), **options):
+    return leak_rate(film(values, spacing), **FLUID | options)
 
 
-@pytest.mark.parametrize(
-    ("option", "message"),
-    [
-        # A negative margin would narrow the bounds of a decision.
-        (lambda: {"margin": -1.0}, "margin = -1.0 must be a finite number >= 0"),
-        (
-            lambda: {"limits": Limits(unknowns=-3)},
-            "unknowns = -3 must be a finite number >= 0",
-        ),
-        (lambda: {"tuning": Tuning(theta=5)}, "theta = 5 must lie between 0 and 1"),
-        (lambda: {"tuning": Tuning(cut=2)}, "cut = 2 must lie between 0 and 1"),
-        (lambda: {"tuning": Tuning(ceiling=np.nan)}, "ceiling = nan must be above 0"),
-    ],
-)
-def test_numbers_that_steer_the_flow(option, message):
-    film = GridFilm(GridField(np.ones((4, 4)), (1.0, 1.0)))
-    with pytest.raises(InvalidInput, match=message):
-        leak_rate(film, viscosity=1, pressure_drop=1, **option())
+def tensor(values=ONES, periodic=True, **options):
+    gap = GridField(np.array(values), (1.0, 1.0), periodic)
+    return conductivity_tensor(gap, **{"viscosity": 1 / 12} | options)
+
+
+def kept_flow():
+    """The flow on the last mesh of a film."""
+    flows = []
+    leak(keep=flows.append)
+    return flows[-1]
+
+
+def on_a_ring(values):
+    """Eight corners, and the ring is cut open at one of them: its two vertices are there twice."""
+    return MeshFilm(ring(1, 8), np.array(values))
+
+
+RANDOM = np.random.default_rng(0).random((4, 5))
+# Whose cube no number holds, and other numbers that are not positive.
+SIZES, BAD = (1e-310, 1e-120, 1e-70, 1e70, 1e120), (0.0, -1.0, np.inf, np.nan)
+BEYOND = "beyond double precision; check the units"
+NUMBERS = ("viscosity", "pressure_drop", "rtol", "decide")
+SETTINGS = FlowSettings(**FLUID)
+ROWS = [
+    *(
+        (partial(film, [[1.0, bad], [1, 1]]), "1 of 4 grid values are not finite")
+        for bad in (np.nan, np.inf, -np.inf)
+    ),
+    (partial(film, [[1.0, -1e-9]]), "negative"),
+    *(
+        (partial(film, np.ones(shape)), "needs a two-dimensional array")
+        for shape in [(0, 4), (4,), (2, 2, 2)]
+    ),
+    *((partial(film, spacing=(1.0, bad)), "spacing must be .*positive") for bad in BAD),
+    (partial(film, sides="open"), r"sides = 'open'.*wall, periodic"),
+    (partial(film, representation="cubic"), r"representation = 'cubic'.*linear, constant"),
+    (partial(film, RANDOM, sides="periodic"), "periodic"),
+    (partial(film, np.ones((1, 7))), "two samples"),
+    *(
+        (partial(leak, **{name: bad}), rf"{name} = {bad} must be .*positive")
+        for name in NUMBERS
+        for bad in BAD
+    ),
+    (partial(leak, viscosity="1 mPa s"), "viscosity .*1 mPa s"),
+    (partial(leak, method="adaptve"), r"method = 'adaptve'.*choose from.* adaptive, uniform"),
+    (partial(leak, links="median"), r"links = 'median'.*linear-gap, arithmetic"),
+    # A negative margin would narrow the bounds of a decision.
+    (partial(leak, margin=-1.0), "margin = -1.0 must be a finite number >= 0"),
+    (lambda: leak(limits=Limits(unknowns=-3)), "unknowns = -3 must be a finite number >= 0"),
+    (lambda: leak(tuning=Tuning(theta=5)), "theta = 5 must lie between 0 and 1"),
+    (lambda: leak(tuning=Tuning(cut=2)), "cut = 2 must lie between 0 and 1"),
+    (lambda: leak(tuning=Tuning(ceiling=np.nan)), "ceiling = nan must be above 0"),
+    # A bare gap does not say what lies at its sides, nor how to read it between its samples.
+    *(
+        (partial(solver, bare, SETTINGS), f"{type(bare).__name__}; make it a GridFilm")
+        for solver in (flow_leak_rate, by_differences)
+        for bare in (ONES, GridField(ONES, (1.0, 1.0)))
+    ),
+    *(
+        (partial(solver, film(size * ONES), SETTINGS), BEYOND)
+        for solver in (flow_leak_rate, by_differences)
+        for size in SIZES
+    ),
+    *((partial(tensor, size * ONES), BEYOND) for size in SIZES),
+    (partial(tensor, np.eye(8) + 1, periodic=False), "periodic in both directions"),
+    (partial(tensor, periodic=False, representation="constant"), "in both directions"),
+    (partial(tensor, representation="cubic"), "choose from linear, constant"),
+    (partial(tensor, viscosity=-1.0), "viscosity = -1.0 must be a positive number"),
+    (partial(tensor, rtol=0), "rtol = 0 must be a positive number"),
+    # The gap of a shape is that of its own vertices: the words say which argument to leave out.
+    (
+        lambda: kept_flow().start.through(VertexGap(np.ones(4), 1.0, 0.0, 0.0)),
+        "VertexGap on a NestedMesh: leave out `start`",
+    ),
+    (lambda: leak(method="uniform", start=kept_flow().start), "'adaptive': leave out `start`"),
+    (
+        lambda: leak_rate(on_a_ring([1.0] * 18), **FLUID, keep=print),
+        "on a grid alone: leave out `keep`",
+    ),
+    (partial(on_a_ring, [[1.0] * 8]), r"a gap of shape \(1, 8\) on a mesh of 18 vertices"),
+    (
+        partial(on_a_ring, np.arange(18.0)),
+        "at 2 of 18 vertices .* is not that at the same point across the seam",
+    ),
+    (partial(on_a_ring, [-1.0] + [1.0] * 17), "at 1 of 18 vertices .* is negative"),
+    (partial(on_a_ring, [np.nan] + [1.0] * 17), "at 1 of 18 vertices .* is not finite"),
+]
+
+
+@pytest.mark.parametrize(("make", "words"), ROWS)
+def test_bad_input_is_refused_in_one_sentence(make, words):
+    with pytest.raises(InvalidInput, match=words) as error:
+        make()
+    assert "\n" not in str(error.value)

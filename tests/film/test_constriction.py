@@ -8,23 +8,33 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from slow_reference import edges, pieces, spans
+from triangulations import grid_mesh
 
-from fem_seal.film import GridFilm
+from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
 
 approx = partial(pytest.approx, rel=1e-12)
 
+# Of few levels a whole inlet or outlet is often in contact.
 levels = st.builds(
-    lambda shape, seed: np.random.default_rng(seed).integers(0, 7, shape).astype(float),
+    lambda shape, seed, top: np.random.default_rng(seed).integers(0, top, shape).astype(float),
     hnp.array_shapes(min_dims=2, max_dims=2, min_side=2, max_side=9),
     st.integers(0, 2**32 - 1),
+    st.sampled_from([2, 7]),
 )
+
+
+def on_triangles(values):
+    """The gap on a mesh of the pixels' triangles."""
+    mx, my = np.array(values.shape) - 1
+    mesh = grid_mesh((mx, my), (mx, my))
+    return MeshFilm(mesh, values[tuple(np.rint(mesh.xy).astype(int).T)])
 
 
 @settings(max_examples=50)
 @given(levels, st.sampled_from(["wall", "periodic"]), st.sampled_from(["linear", "constant"]))
 def test_critical_constriction_is_the_highest_level_that_spans(h, sides, representation):
-    """What carries flow is what is joined to both ends."""
+    """What carries flow is what is joined to both ends; on triangles of any shape too."""
     gap = GridField(h, (1.0, 1.0), periodic=True)
     connectivity, sites = "4", h
     if representation == "linear":
@@ -36,14 +46,14 @@ def test_critical_constriction_is_the_highest_level_that_spans(h, sides, represe
     found = pieces(sites > 0, connectivity, (False, around))
     joined = [piece for piece in np.intersect1d(found[0], found[-1]) if piece >= 0]
     assert np.array_equal(film.carrying[:, : sites.shape[1]], np.isin(found, joined))
-    constriction = film.constriction
-    if expected == 0:
-        assert constriction is None
-        return
-    assert constriction.gap == expected
     half = 0.5 if representation == "constant" else 0.0
-    i, j = (round(c - half) for c in constriction.position)
-    assert sites[i, j] == expected
+    meshed = [on_triangles(sites)] if representation == "linear" and not around else []
+    for constriction in [one.constriction for one in (film, *meshed)]:
+        assert (constriction is None) == (expected == 0)
+        if constriction is not None:
+            assert constriction.gap == expected
+            i, j = (round(c - half) for c in constriction.position)
+            assert sites[i, j] == expected
 
 
 @pytest.mark.parametrize("sides", ["wall", "periodic"])

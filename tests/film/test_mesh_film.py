@@ -1,12 +1,10 @@
-"""The film of a shape against closed forms; its topology is that of `test_triangulation`."""
+"""The film of a shape against closed forms; its topology: `test_constriction`."""
 
 from functools import cache
 
 import numpy as np
 import pytest
-from triangulations import ring
 
-from fem_seal.errors import InvalidInput
 from fem_seal.expression import evaluate
 from fem_seal.film import MeshFilm
 from fem_seal.patch import Patch
@@ -28,21 +26,6 @@ def mesh(length):
 def film(expression, length=1):
     """The rectangle with the gap of a formula."""
     return MeshFilm(mesh(length), evaluate(expression, mesh(length).xy))
-
-
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        (np.ones((1, 8)), r"a gap of shape \(1, 8\) on a mesh of 18 vertices"),
-        (np.arange(18.0), "at 2 of 18 vertices .* is not that at the same point across the seam"),
-        (np.r_[-1.0, np.ones(17)], "at 1 of 18 vertices .* is negative"),
-        (np.r_[np.nan, np.ones(17)], "at 1 of 18 vertices .* is not finite"),
-    ],
-)
-def test_values_that_are_no_gap(values, words):
-    """On a ring of eight corners, cut open at one of them: its two vertices are there twice."""
-    with pytest.raises(InvalidInput, match=words):
-        MeshFilm(ring(1, 8), values)
 
 
 @pytest.mark.parametrize("gap", [0.3, 1.0, 1.5])

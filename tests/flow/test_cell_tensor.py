@@ -291,23 +291,6 @@ def test_what_is_out_of_reach():
     assert not out_of_reach(slow, 0.999 * rtol, 1.3)
 
 
-@pytest.mark.parametrize(
-    ("gap", "options", "message"),
-    [
-        (GridField(np.eye(8) + 1, (1.0, 1.0)), {}, "periodic in both directions"),
-        (GridField(np.ones((8, 8)), (1, 1)), {"representation": "constant"}, "in both directions"),
-        (cell(np.ones((8, 8))), {"representation": "cubic"}, "choose from linear, constant"),
-        (cell(np.full((4, 4), 1e-120)), {}, "beyond double precision; check the units"),
-        (cell(np.full((4, 4), 1e120)), {}, "beyond double precision; check the units"),
-        (cell(np.ones((4, 4))), {"viscosity": -1.0}, "viscosity = -1.0 must be a positive number"),
-        (cell(np.ones((4, 4))), {"rtol": 0}, "rtol = 0 must be a positive number"),
-    ],
-)
-def test_bad_input(gap, options, message):
-    with pytest.raises(InvalidInput, match=message):
-        conductivity_tensor(gap, **{"viscosity": 1 / 12} | options)
-
-
 # --- small mathematics ---------------------------------------------------------------------------
 
 

@@ -6,11 +6,8 @@ from gaps import areas_and_slopes
 from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 
-from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference import by_differences
-from fem_seal.flow import FlowSettings, Limits
-from fem_seal.flow import leak_rate as flow_leak_rate
+from fem_seal.flow import Limits
 from fem_seal.flow.stopping import GROWTH_FOR_ORDER, MOST_UNKNOWNS
 from fem_seal.grid import GridField
 
@@ -104,34 +101,6 @@ def test_levels(method, rtol, every_dual):
     solved = np.array(["dual" in level.iterations for level in seen])
     assert solved.all() == (every_dual or method == "uniform")
     assert (lower[~np.logical_or.accumulate(solved)] == 0).all()
-
-
-# --- refusals ----------------------------------------------------------------------------------
-
-ONES = GridField(np.ones((4, 4)), (1.0, 1.0))
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("viscosity", "1 mPa s"), ("decide", 0.0), ("decide", np.nan), ("method", "finite elements")],
-)
-def test_bad_options(name, value):
-    """One sentence with the value; for a choice it lists the names to choose from. What is no
-    positive number: tests/extremes."""
-    with pytest.raises(InvalidInput, match=name) as error:
-        leak_rate(GridFilm(ONES), **FLUID | {name: value})
-    message = str(error.value)
-    assert "\n" not in message
-    assert str(value) in message
-    assert ("choose from" in message) == (name == "method")
-
-
-@pytest.mark.parametrize("solver", [flow_leak_rate, by_differences])
-@pytest.mark.parametrize("bare", [np.ones((4, 4)), ONES])
-def test_a_bare_gap_is_no_film(solver, bare):
-    """It does not say what lies at its sides, nor how to read it between its samples."""
-    with pytest.raises(InvalidInput, match=f"{type(bare).__name__}; make it a GridFilm"):
-        solver(bare, FlowSettings(**FLUID))
 
 
 # --- flow field --------------------------------------------------------------------------------

@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 from project import leak_rate
 from sample_gaps import rough_gap
-from triangulations import ring
 
-from fem_seal.errors import InvalidInput
-from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.film import GridFilm
 from fem_seal.film.law import leak_rate_of_square
-from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.grid import GridField
 
 UNIT = {"viscosity": 1.0, "pressure_drop": 1.0}
@@ -43,15 +40,3 @@ def test_multiples_of_a_gap(sides):
         cubes = np.array([1.0, factor]) ** 3
         assert unit * lower == pytest.approx(leak.upper * cubes, rel=1e-9)
         assert unit / higher == pytest.approx(leak.lower / cubes, rel=1e-9)
-
-
-def test_the_start_of_another_film_is_for_grids():
-    """The gap of a shape is that of its own vertices: refused, with the argument to leave out."""
-    _, flow = flow_through(film(np.ones((4, 4))))
-    with pytest.raises(InvalidInput, match="VertexGap on a NestedMesh: leave out `start`"):
-        flow.start.through(VertexGap(np.ones(4), 1.0, 0.0, 0.0))
-    with pytest.raises(InvalidInput, match="'adaptive': leave out `start`"):
-        leak_rate(flow.film, **UNIT, method="uniform", start=flow.start)
-    mesh = ring(1, 8)
-    with pytest.raises(InvalidInput, match="on a grid alone: leave out `keep`"):
-        leak_rate(MeshFilm(mesh, np.ones(len(mesh.xy))), **UNIT, keep=print)
