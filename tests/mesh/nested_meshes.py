@@ -1,22 +1,15 @@
-"""Corners and areas of nested meshes in pixels; random refinements of any mesh, and its sides."""
+"""Areas of meshes, nested ones in pixels; random refinements, and what keeps them conforming."""
 
 import numpy as np
 
 from fem_seal.mesh.bisection import AnyMesh, Refinement, bisect
-from fem_seal.mesh.nested import PIXEL, NestedMesh
 from fem_seal.mesh.torus import Torus
 from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP, TriangleMesh
 
 
-def corners(mesh: NestedMesh) -> np.ndarray:
-    """(C, 3, 2) corner coordinates in pixels; exact, the coordinates are dyadic."""
-    return mesh.xy[mesh.cells] / PIXEL
-
-
-def areas(mesh: NestedMesh) -> np.ndarray:
-    """(C,) area of each triangle by the cross product of two edges; exact."""
-    x = corners(mesh)
-    u, v = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
+def areas(mesh: AnyMesh) -> np.ndarray:
+    """(C,) area of each triangle by the cross product of two edges; exact where it is dyadic."""
+    u, v = np.moveaxis(mesh.corners(1.0, mesh.cells)[:, 1:], 1, 0)
     return np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
 
 
