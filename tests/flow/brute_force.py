@@ -8,7 +8,7 @@ that contact touches, and a direct solver finds the minima.
 """
 
 import numpy as np
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, identity
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
@@ -147,15 +147,9 @@ def _least_energy(local, cells, node, offset, prescribed) -> float:
     # Pockets belong to neither end: what their numbers are does not matter.
     scale = A.diagonal()
     alive = scale > 0
-    A = A[alive][:, alive] + coo_matrix((np.full(alive.sum(), 1e-14), _diagonal(alive.sum()))) * (
-        scale.max()
-    )
+    A = A[alive][:, alive] + 1e-14 * scale.max() * identity(alive.sum())
     x = np.zeros(len(used) + 1)
     x[:-1][alive] = spsolve(A.tocsc(), b[alive])
     v = v + np.where(of_corner >= 0, x[of_corner], 0)
     v -= v[:, :1].copy()
     return float(np.einsum("ck,ckl,cl->c", v, local, v).sum())
-
-
-def _diagonal(n: int) -> tuple[np.ndarray, np.ndarray]:
-    return np.arange(n), np.arange(n)

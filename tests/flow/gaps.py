@@ -46,6 +46,18 @@ def represented(
     return REPRESENTATIONS[representation](gap, cut, floor, width, ceiling)
 
 
+def meshed(
+    gap: LinearGap | ConstantGap, width: int = 1, periodic_sides: bool = False, markings=()
+) -> tuple[NestedMesh, np.ndarray]:
+    """The uniform mesh, bisected where each marking(mesh) says, and the gap at its vertices."""
+    mesh = uniform_mesh(gap.squares, width, periodic_sides)
+    values = gap.vertex_values(mesh)
+    for marking in markings:
+        step = bisect(mesh, marking(mesh))
+        mesh, values = step.mesh, gap.refined_values(values, step.mesh, step.edge_ends)
+    return mesh, values
+
+
 def level_problem(
     gap: LinearGap | ConstantGap,
     width: int = 1,
@@ -53,13 +65,10 @@ def level_problem(
     tolerance: float = 1e-8,
     markings=(),
 ) -> LevelProblem:
-    """Both problems on the uniform mesh, bisected where each marking(mesh) says."""
-    mesh = uniform_mesh(gap.squares, width, periodic_sides)
-    values = gap.vertex_values(mesh)
-    for marking in markings:
-        step = bisect(mesh, marking(mesh))
-        mesh, values = step.mesh, gap.refined_values(values, step.mesh, step.edge_ends)
-    return LevelProblem(gap, mesh, values, MPI.COMM_SELF, tolerance)
+    """Both problems on such a mesh."""
+    return LevelProblem(
+        gap, *meshed(gap, width, periodic_sides, markings), MPI.COMM_SELF, tolerance
+    )
 
 
 def solved(problem: LevelProblem) -> tuple[Pressures, Streams | None]:

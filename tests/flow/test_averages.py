@@ -5,7 +5,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
-from gaps import represented
+from gaps import meshed, represented
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nested_meshes import areas
@@ -141,12 +141,10 @@ def test_integrals_never_change(seed, representation, width, squares, periodic):
 def test_raising_and_lowering(representation):
     """The primal sees gaps below the floor raised, the dual those below the cut as contact."""
     samples = np.array([[1.0, 1e-3, 1.0], [0.0, 1.0, 1e-5], [1.0, 1.0, 1e-5]])
-    shape = (2, 2) if representation == "linear" else (3, 3)
-    mesh = uniform_mesh(shape, 1, periodic_sides=False)
 
     def data(values, **limits):
         gap = represented(GridField(values, (1.0, 1.0)), representation, **limits)
-        return gap.cell_data(mesh, gap.vertex_values(mesh))
+        return gap.cell_data(*meshed(gap))
 
     raised = np.where(samples > 0, np.maximum(samples, 1e-2), 0)
     lowered = np.where(samples < 1e-4, 0, samples)

@@ -2,7 +2,16 @@
 
 import numpy as np
 import pytest
-from gaps import Random, everything, level_problem, plain_bounds, represented, solved, stiffness
+from gaps import (
+    Random,
+    everything,
+    level_problem,
+    meshed,
+    plain_bounds,
+    represented,
+    solved,
+    stiffness,
+)
 from sample_gaps import rough_gap
 from scipy.sparse.linalg import spsolve
 
@@ -15,8 +24,7 @@ from fem_seal.flow.hierarchical import (
     stream_bubbles,
 )
 from fem_seal.grid import GridField
-from fem_seal.mesh.bisection import bisect
-from fem_seal.mesh.nested import DEPTH, uniform_mesh
+from fem_seal.mesh.nested import DEPTH
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -137,8 +145,8 @@ def test_a_bubble_for_each_edge(periodic):
     """The cells at an edge share its bubble, but not across contact: there p may jump, and ψ is
     given. At an edge where both cells are open there are two sides with its number, or none."""
     gap = represented(rough_gap((12, 12), 0.3, 8))
-    mesh = uniform_mesh(gap.squares, 1, periodic)
-    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    mesh, values = meshed(gap, 1, periodic)
+    data = gap.cell_data(mesh, values)
     kept, (_, edge) = data.K > 0, mesh.edges
     sides = []
     for bubbles in (pressure_bubbles, stream_bubbles):
@@ -156,16 +164,16 @@ def test_a_bubble_for_each_edge(periodic):
         assert (found[shared] == 2).any()
 
 
+def at_the_origin(mesh):
+    return (mesh.xy[mesh.cells] == 0).all(axis=2).any(axis=1)
+
+
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_no_bubbles_where_quarters_cannot_be_represented(representation):
     """Where the integer coordinates end a side may have no midpoint: no bubbles on such cells."""
     samples = np.ones((3, 3)) if representation == "linear" else np.ones((2, 2))
     gap = represented(GridField(samples, (1.0, 1.0)), representation)
-    mesh = uniform_mesh((2, 2), 1, periodic_sides=False)
-    values = gap.vertex_values(mesh)
-    for _ in range(2 * DEPTH):
-        step = bisect(mesh, (mesh.xy[mesh.cells] == 0).all(axis=2).any(axis=1))
-        mesh, values = step.mesh, gap.refined_values(values, step.mesh, step.edge_ends)
+    mesh, values = meshed(gap, markings=[at_the_origin] * 2 * DEPTH)
     data = gap.cell_data(mesh, values)
     kept = np.ones(len(mesh.cells), dtype=bool)
     odd = (mesh.xy[mesh.ends_of_sides()].sum(axis=2) % 2).any(axis=2)

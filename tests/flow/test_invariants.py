@@ -16,6 +16,7 @@ from gaps import (
     corners,
     level_problem,
     lines,
+    meshed,
     plain_bounds,
     represented,
     rings,
@@ -35,7 +36,6 @@ from fem_seal.flow import Limits
 from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.mesh.nested import uniform_mesh
 
 ROUNDING = 1e-9  # of star-mesh elimination over contrasts up to 1e9
 SEEDS = st.integers(0, 2**32 - 1)
@@ -127,8 +127,8 @@ def test_sealed_exactly_when_no_path_is_open(case):
     open_path = leaks(case)
     assert case.film.sealed == (not open_path)
     gap = represented(case.field, case.representation)
-    mesh = uniform_mesh(gap.squares, 1, case.sides == "periodic")
-    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    mesh, values = meshed(gap, 1, case.sides == "periodic")
+    data = gap.cell_data(mesh, values)
     kept = open_cells(mesh, data).kept
     assert kept.any() == open_path
     assert (len(dual_numbering(mesh, data, kept, merge_blocked=True).basis) == 1) == open_path

@@ -3,17 +3,13 @@
 import numpy as np
 import pytest
 from gaps import areas_and_slopes, bracketed
-from project import leak_rate
-from sample_gaps import rough_gap
 
 from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning
-from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.theory.closed_forms import cosine_channel
 from fem_seal.verification.exact_cases import vertex_gap
 
-WATER = {"viscosity": 1e-3, "pressure_drop": 2e5}
 WAVE = 0.6  # amplitude of the channel
 
 
@@ -66,35 +62,3 @@ def test_order_of_the_pressure(errors_of_the_channel, norm, order):
     orders = np.log2(errors[:-1] / errors[1:])
     assert orders[-1] == pytest.approx(order, abs=0.05)
     assert (np.diff(np.abs(orders - order)) < 0).all()
-
-
-def assert_linear(field: FlowField, tolerance: float) -> None:
-    """p = Δp (1 - x/Lx): linear functions belong to the elements, so that only CG errs.
-
-    Its relative energy error is at most 2 `tolerance`, hence that of ∇p the root, and a value at a
-    vertex errs by no more than √(1 + ln(Lx/h)) times that of ∇p (discrete Sobolev inequality).
-    """
-    x = field.points[:, 0]
-    shortest = 1 / len(x)  # h/Lx, generously
-    allowed = np.sqrt(2 * tolerance * (1 + np.log(1 / shortest)))
-    exact = WATER["pressure_drop"] * (1 - x / x.max())
-    np.testing.assert_allclose(field.pressure, exact, rtol=0, atol=allowed * WATER["pressure_drop"])
-
-
-@pytest.mark.parametrize(
-    ("representation", "sides"), [("linear", "wall"), ("constant", "periodic")]
-)
-def test_uniform_gap_on_a_mesh_refined_for_another(representation, sides):
-    """The adaptive mesh of a rough gap, with cells of many sizes."""
-    flows, tuning = [], Tuning(tolerance=1e-14)
-    rough = rough_gap((24, 24), 0.0, seed=2, smooth=2)
-    film = GridFilm(rough, sides, representation)
-    leak_rate(film, **WATER, keep=flows.append, rtol=0.003)
-    uniform = GridFilm(
-        GridField(np.full((24, 24), 2e-6), (1.0, 1.0), periodic=True), sides, representation
-    )
-    flow = leak_rate(uniform, **WATER, start=flows[0].start, tuning=tuning, field=True)
-    assert len(flow.levels) == 1
-    area, _ = areas_and_slopes(flow.field)
-    assert area.max() >= 16 * area.min()
-    assert_linear(flow.field, tuning.tolerance)

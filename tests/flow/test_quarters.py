@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gaps import everything, represented
+from gaps import everything, meshed, represented
 from sample_gaps import rough_gap
 
 from fem_seal.film.slip_bounds import PressureWeight, bounding_law
@@ -10,8 +10,6 @@ from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.quarters import QuarterShape
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
-from fem_seal.mesh.bisection import bisect
-from fem_seal.mesh.nested import uniform_mesh
 from fem_seal.rarefied import kinetic
 
 
@@ -36,11 +34,7 @@ def test_means_on_the_quarters_of_a_gas_that_slips(width, halved, highest):
     weight = PressureWeight.of_gap(slip, highest, 0.3)
     law = bounding_law(slip, highest, weight, weight, 1.0)
     gap = represented(field, "linear", width=8).with_law(law)
-    mesh = uniform_mesh(gap.squares, width, periodic_sides=False)
-    values = gap.vertex_values(mesh)
-    for _ in range(halved):
-        step = bisect(mesh, everything(mesh))
-        values, mesh = gap.refined_values(values, step.mesh, step.edge_ends), step.mesh
+    mesh, values = meshed(gap, width, markings=[everything] * halved)
     whole, corner = gap.cell_data(mesh, values), mesh.cells.T
     parts = gap.quarter_data(mesh.xy[corner], values[corner])
     count = len(mesh.cells)
@@ -56,8 +50,7 @@ def test_the_ceiling_does_not_reach_the_quarters():
     a shape are those of a grid with the same cells."""
     samples = GridField(np.random.default_rng(0).uniform(0.2, 1, (5, 5)), (1.0, 1.0))
     low, high = (represented(samples, ceiling=ceiling) for ceiling in (0.125, np.inf))
-    mesh = uniform_mesh((4, 4), 1, periodic_sides=False)
-    values = low.vertex_values(mesh)
+    mesh, values = meshed(low)
     shape = VertexGap(values[:, 0], 1.0, 0.0, 0.0, 0.125)
     for gap in (low, shape):
         assert (gap.cell_data(mesh, values).resistivity[:, 0] == 512).all()
@@ -74,8 +67,7 @@ def test_no_open_cell_resists_less_than_the_ceiling(ceiling):
     """Beside contact as well, where the resistivity is that of a power trace: what is next to
     nothing there spoils the contrast that double precision can solve."""
     gap = represented(rough_gap((16, 16), 0.3, 5), ceiling=ceiling)
-    mesh = uniform_mesh(gap.squares, 1, False)
-    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    data = gap.cell_data(*meshed(gap))
     beside = data.contact_vertex.any(axis=1) & ~data.blocked
     assert np.count_nonzero(beside) > 50
     xx, xy, yy = data.resistivity[~data.blocked].T

@@ -10,8 +10,6 @@ from sample_gaps import FLUID, rough_gap
 
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning
-from fem_seal.flow.adapt import excess_ratio
-from fem_seal.flow.bounds import Bounds
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import relative_width
 
@@ -145,13 +143,6 @@ def test_bounds_from_the_mesh_of_another_film(representation, sides):
     assert warm.converged
     assert max(warm.lower, cold.lower) <= min(warm.upper, cold.upper)
     assert len(warm.levels) < len(cold.levels)
-
-
-def test_the_ratio_of_widths_by_bubbles():
-    """Of bounds 0.2 apart, corrected to 1.04 and 1.12; and none of bounds that agree."""
-    solved, corrected = Bounds.of(1.0, 1.2), Bounds.of(1.04, 1.12)
-    assert excess_ratio(corrected.excess, solved.excess) == pytest.approx((1.12 / 1.04 - 1) / 0.2)
-    assert excess_ratio(1e-12, 0.0) == 1
 
 
 def test_a_step_near_the_tolerance_is_smaller():

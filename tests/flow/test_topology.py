@@ -5,12 +5,11 @@ That the functions so numbered are admissible shows in the bounds of `test_brute
 
 import numpy as np
 import pytest
-from gaps import represented
+from gaps import everything, meshed, represented
 
 from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.grid import GridField
-from fem_seal.mesh.bisection import bisect
-from fem_seal.mesh.nested import PIXEL, uniform_mesh
+from fem_seal.mesh.nested import PIXEL
 
 
 class Topology:
@@ -22,12 +21,7 @@ class Topology:
         if periodic:
             values[:, -1] = values[:, 0]
         gap = represented(GridField(values, (1.0, 1.0)))
-        self.mesh = uniform_mesh(gap.squares, 1, periodic)
-        vertex = gap.vertex_values(self.mesh)
-        for _ in range(halvings):
-            step = bisect(self.mesh, np.ones(len(self.mesh.cells), dtype=bool))
-            vertex = gap.refined_values(vertex, step.mesh, step.edge_ends)
-            self.mesh = step.mesh
+        self.mesh, vertex = meshed(gap, 1, periodic, [everything] * halvings)
         self.data = gap.cell_data(self.mesh, vertex)
         self.cells = open_cells(self.mesh, self.data)
 

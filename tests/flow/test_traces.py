@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gaps import represented
+from gaps import meshed, represented
 from scipy.integrate import quad
 
 from fem_seal.film.law import Conductivity
@@ -14,7 +14,7 @@ from fem_seal.flow.traces import (
     segment_moments,
 )
 from fem_seal.grid import GridField
-from fem_seal.mesh.nested import PIXEL, uniform_mesh
+from fem_seal.mesh.nested import PIXEL
 
 # Ratios of the gaps at the two ends: extremes, close to one, and about the switch at 4.
 RATIOS = [1e-6, 1e-3, 0.1, 0.25 - 1e-9, 0.25 + 1e-9, 0.7, 1 - 1e-9, 1.0, 1 + 1e-12, 1.2]
@@ -129,8 +129,8 @@ def test_contact_edges_of_a_mesh():
     samples = np.random.default_rng(3).uniform(0.1, 1, (9, 9))
     samples[2::3] = samples[:, 4] = 0
     gap = represented(GridField(samples, (2.0, 1.0)))
-    mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
-    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    mesh, values = meshed(gap)
+    data = gap.cell_data(mesh, values)
     third = set()
     for cell in np.flatnonzero(data.contact_vertex.sum(axis=1) == 2):
         corner = int(np.flatnonzero(~data.contact_vertex[cell])[0])

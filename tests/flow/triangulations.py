@@ -86,16 +86,12 @@ def grid_mesh(shape: tuple[int, int], size: tuple[float, float]) -> TriangleMesh
     """The pixel triangulation of a grid, diagonals alternating, as a mesh of any shape."""
     mx, my = shape
     i, j = np.indices((mx + 1, my + 1))
-    xy = np.stack([i / mx * size[0], j / my * size[1]], axis=-1).reshape(-1, 2)
+    xy = np.stack([i / mx, j / my], axis=-1).reshape(-1, 2)
     v = np.arange(len(xy)).reshape(mx + 1, my + 1)
     sw, se, nw, ne = v[:-1, :-1], v[1:, :-1], v[:-1, 1:], v[1:, 1:]
     even = ((i + j) % 2 == 0)[:-1, :-1, None]
     low = np.where(even, np.stack([sw, se, ne], -1), np.stack([sw, se, nw], -1))
     high = np.where(even, np.stack([sw, ne, nw], -1), np.stack([se, ne, nw], -1))
     cells = np.concatenate([low, high]).reshape(-1, 3)
-
-    def label(p):
-        inlet, outlet = p[:, 0] < 1e-9 * size[0], p[:, 0] > size[0] * (1 - 1e-9)
-        return np.select([inlet, outlet], [INLET, OUTLET], ISLAND)
-
-    return shape_mesh(*labelled(xy, cells, label))
+    _, cells, sides = labelled(xy, cells, ends_of_square)
+    return shape_mesh(xy * size, cells, sides)

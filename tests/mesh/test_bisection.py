@@ -10,7 +10,7 @@ from nested_meshes import areas, assert_conforming, refined
 from triangulations import ring, scattered_square, square_with_hole
 
 from fem_seal.mesh.bisection import TooFine, bisect, coarse_mesh, refine
-from fem_seal.mesh.nested import DEPTH, PIXEL, coarsest_width, uniform_mesh
+from fem_seal.mesh.nested import DEPTH, coarsest_width, uniform_mesh
 from fem_seal.mesh.torus import uniform_torus
 from fem_seal.mesh.triangles import INLET, ISLAND, TriangleMesh
 
@@ -141,15 +141,6 @@ def test_bisection_below_the_resolution_of_coordinates_raises():
     marked[areas(mesh).argmin()] = True
     with pytest.raises(TooFine, match="2\\^-24"):
         bisect(mesh, marked)
-
-
-@pytest.mark.parametrize("width", [1, 2, 4])
-def test_diagonals_join_even_vertices(width):
-    """Pixel (i, j) is cut from (i, j) to (i+1, j+1) if i + j is even, else the other way."""
-    mesh = uniform_mesh((4 * width, 5 * width), width, periodic_sides=False)
-    ends = mesh.xy[mesh.cells[:, 1:]] // (width * PIXEL)
-    assert (ends.sum(axis=2) % 2 == 0).all()
-    assert len(np.unique(np.sort(ends[..., 0] * 100 + ends[..., 1], axis=1), axis=0)) == 20
 
 
 @pytest.mark.parametrize(
