@@ -8,11 +8,12 @@ from scipy.sparse import coo_matrix, csc_matrix
 from fem_seal.fenicsx import MPI
 from fem_seal.film import Film
 from fem_seal.flow import Limits, Tuning
-from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
+from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, GapOnMesh, LinearGap
 from fem_seal.flow.level import LevelProblem, Pressures, Streams
+from fem_seal.flow.solution import Start
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate
-from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.bisection import AnyMesh, bisect
 from fem_seal.mesh.nested import NestedMesh, uniform_mesh
 
 TIGHT = Tuning(tolerance=1e-12)
@@ -75,6 +76,16 @@ def solved(problem: LevelProblem) -> tuple[Pressures, Streams | None]:
     """Pressure and stream function, from zero."""
     pressure = problem.pressure([np.zeros(problem.unknowns)])
     return pressure, problem.stream(np.zeros((1, len(problem.mesh.xy))))
+
+
+def solved_on(
+    gap: GapOnMesh, mesh: AnyMesh, chi: float = 0.0, tolerance: float = 1e-14
+) -> tuple[LevelProblem, Pressures, Streams | None]:
+    """The problem on any mesh, pressures and stream functions from those of a uniform gap."""
+    start = Start.first(gap, mesh)
+    problem = LevelProblem(gap, mesh, start.values, MPI.COMM_SELF, tolerance)
+    guess = problem.guess(start)
+    return problem, problem.pressure(guess.pressures), problem.stream(guess.streams, chi)
 
 
 def plain_bounds(problem: LevelProblem) -> np.ndarray:

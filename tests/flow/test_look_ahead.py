@@ -1,88 +1,78 @@
 """Refinement ahead of a solve: only cells whose halves would be marked again."""
 
+from functools import partial
+
 import numpy as np
 import pytest
-from gaps import level_problem, represented
+from gaps import represented, solved_on
 from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 from triangulations import square_with_hole
 
-from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.integrals import batch
-from fem_seal.flow.level import LevelProblem, Streams
 from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
-from fem_seal.flow.solution import FlowEstimate, Start
 from fem_seal.grid import GridField
-from fem_seal.mesh.triangles import ISLAND
+from fem_seal.mesh.nested import uniform_mesh
+from fem_seal.mesh.torus import uniform_torus
 
 CHI = 0.1
+MESHES = {
+    "walls": partial(uniform_mesh, periodic_sides=False),
+    "seam": partial(uniform_mesh, periodic_sides=True),
+    "torus": uniform_torus,
+}
 
 
-def solved(gap, width: int, periodic_sides: bool):
-    """A mesh of squares `width` pixels wide with its solutions and the start after it."""
-    problem = level_problem(gap, width=width, periodic_sides=periodic_sides)
-    pressure = problem.pressure([np.zeros(problem.unknowns)])
-    regularised = problem.stream(problem.mesh.first_guess()[1], CHI)
-    return problem, pressure, regularised, problem.start(pressure, regularised)
-
-
-def halved_ahead(start: Start, gap, marks: Marks, regularised: Streams, times: int) -> Start:
-    """By the one flow of a leak rate, whose pressure is not looked at."""
-    flow = FlowEstimate(
-        None, regularised.psi[0], np.ones(1), regularised.conductance, regularised.chi
-    )
-    return refined_ahead(start, gap, marks, [flow], times)
-
-
-def some_marked(start: Start, indicator: float = np.inf, flow: float = np.inf) -> Marks:
-    """Every seventh cell, and the least of its indicators and flows."""
-    return Marks((np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8), indicator, flow)
+def looked(gap, mesh):
+    """Problem, flows by the regularised dual, and the start after it."""
+    problem, pressures, streams = solved_on(gap, mesh, CHI, 1e-8)
+    return problem, problem.flows(pressures, streams), problem.start(pressures, streams)
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("periodic_sides", [False, True])
-def test_new_vertices_take_the_best_value(representation, periodic_sides):
+@pytest.mark.parametrize("kind", MESHES)
+def test_new_vertices_take_the_best_value(representation, kind):
     """With all others as they were, no energy is left to gain by a new vertex inside: its slope,
     as DOLFINx integrates it, is rounding. Cells share no new vertices where one in seven is cut
     but for those that follow, so those with a new neighbour are left out."""
     gap = represented(rough_gap((32, 32), 0.3, 3), representation, cut=0.05, width=2)
-    _, _, regularised, start = solved(gap, 2, periodic_sides)
+    _, flows, start = looked(gap, MESHES[kind](gap.squares, 2))
     before = len(start.mesh.xy)
-    ahead = halved_ahead(start, gap, some_marked(start), regularised, 2)
+    every_seventh = (np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8)
+    ahead = refined_ahead(start, gap, Marks(every_seventh, np.inf, np.inf), flows, 2)
     mesh, data = ahead.mesh, gap.cell_data(ahead.mesh, ahead.values)
-    plain = start.refined(gap, some_marked(start).times).streams[0]
     new = (mesh.cells >= before).sum(axis=1)
-    crowded = np.zeros(len(plain), dtype=bool)
+    crowded = mesh.rim.copy()
     crowded[mesh.cells[new > 1]] = True
-    alone = np.flatnonzero(~crowded & ~mesh.bottom & ~mesh.top)
-    alone = alone[alone >= before]
-    batch().place(mesh.points(gap.aspect)[mesh.cells], data.regularised(CHI, gap.cut))
-    slope, unrelaxed = (
-        np.bincount(mesh.cells.ravel(), batch().slopes(psi[mesh.cells]).ravel(), len(plain))
-        for psi in (ahead.streams[0], plain)
-    )
+    alone = np.flatnonzero(~crowded[before:]) + before
     assert len(alone) > 20
-    # Rounding of ψ times the largest resistivity, 1 / (χ cut³).
-    assert np.all(np.abs(slope[alone]) <= 1e-15 * 100 / (CHI * gap.cut**3))
-    assert np.abs(unrelaxed[alone]).max() > 0.1
-    assert np.abs(ahead.streams[0] - plain)[alone].max() > 1e-3
+    batch().place(mesh.points(gap.aspect)[mesh.cells], data.regularised(CHI, gap.cut))
+    for psi, plain in zip(ahead.streams, start.refined(gap, every_seventh).streams, strict=True):
+        slope, unrelaxed = (
+            np.bincount(mesh.cells.ravel(), batch().slopes(v[mesh.cells]).ravel(), len(v))
+            for v in (psi, plain)
+        )
+        # Rounding of ψ times the largest resistivity, 1 / (χ cut³).
+        assert np.all(np.abs(slope[alone]) <= 1e-15 * 100 / (CHI * gap.cut**3))
+        assert np.abs(unrelaxed[alone]).max() > 0.1
+        assert np.abs(psi - plain)[alone].max() > 1e-3
 
 
 @pytest.mark.parametrize("width", [1, 4])
 def test_no_indicator_is_smaller(width):
     """Of a mesh that was solved: e_T, with its pressure, is nowhere below what ψ alone allows."""
     gap = represented(rough_gap((32, 32), 0.3, 5), cut=1e-3, width=width)
-    problem, pressure, regularised, _ = solved(gap, width, True)
+    problem, (flow,), _ = looked(gap, MESHES["seam"](gap.squares, width))
     cells = problem.mesh.cells[problem.kept]
     slopes, areas = shape_gradients(problem.mesh.points(gap.aspect)[cells])
-    J = regularised.conductance * gradients(slopes, regularised.psi[0][cells])
+    J = flow.rate * gradients(slopes, flow.stream[cells])
     tensor = problem.data.regularised(CHI, gap.cut)
-    indicators = problem.indicators(problem.flows(pressure, regularised))
+    indicators = problem.indicators([flow])
     least = areas * least_indicator(J, problem.data.K, tensor)
     linear = ~problem.data.contact_vertex.any(
         axis=1
@@ -98,12 +88,12 @@ def test_closed_cells_are_opened_where_they_let_flow_pass():
     samples[24:33] = 0
     samples[24:33, 27:30] = 0.5
     gap = represented(GridField(samples, (1.0, 1.0)), cut=1e-3, width=8)
-    problem, pressure, regularised, start = solved(gap, 8, False)
-    flow = np.zeros(len(problem.kept))
-    flow[problem.kept] = problem.blocked_flux(problem.flows(pressure, regularised))
-    marked = flow > 0.05 * regularised.conductance
-    marks = Marks(marked.astype(np.int8), np.inf, 0.02 * regularised.conductance)
-    plain, ahead = start.refined(gap, marks.times), halved_ahead(start, gap, marks, regularised, 2)
+    problem, flows, start = looked(gap, MESHES["walls"](gap.squares, 8))
+    flux = np.zeros(len(problem.kept))
+    flux[problem.kept] = problem.blocked_flux(flows)
+    (rate,) = (flow.rate for flow in flows)
+    marks = Marks((flux > 0.05 * rate).astype(np.int8), np.inf, 0.02 * rate)
+    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, flows, 2)
     x, y = ahead.mesh.points((1.0, 1.0))[len(plain.mesh.xy) :].T
     assert len(x) > 10
     assert np.all(np.abs(x - 28) <= 12)
@@ -123,32 +113,20 @@ def test_fewer_levels_for_the_same_bounds():
     assert max(ahead.lower, blind.lower) <= min(ahead.upper, blind.upper)
 
 
-def of_a_plate_with_a_hole():
-    """As `solved`: ψ is one unknown on the wall of the island."""
-    mesh = square_with_hole(9, 5)
-    gap = VertexGap(np.ones(len(mesh.xy)), 1.0, 1e-3, 0.0)
-    problem = LevelProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-8)
-    pressure = problem.pressure([np.zeros(problem.unknowns)])
-    regularised = problem.stream(mesh.first_guess()[1], CHI)
-    return gap, regularised, problem.start(pressure, regularised)
-
-
-@pytest.mark.parametrize("kind", ["walls", "seam", "island"])
+@pytest.mark.parametrize("kind", [*MESHES, "island"])
 def test_walls_seams_and_islands_stay(kind):
     """ψ is given on walls, one unknown on an island's, and on a seam two vertices are one: their
     new vertices are not moved one by one."""
     if kind == "island":
-        gap, regularised, start = of_a_plate_with_a_hole()
+        mesh = square_with_hole(9, 5)
+        gap = VertexGap(np.ones(len(mesh.xy)), 1.0, 1e-3, 0.0)
     else:
         gap = represented(rough_gap((32, 32), 0.3, 3), cut=0.05, width=8)
-        _, _, regularised, start = solved(gap, 8, kind == "seam")
+        mesh = MESHES[kind](gap.squares, 8)
+    _, flows, start = looked(gap, mesh)
     marks = Marks(np.full(len(start.mesh.cells), 2, dtype=np.int8), np.inf, np.inf)
-    ahead, plain = halved_ahead(start, gap, marks, regularised, 1), start.refined(gap, marks.times)
-    if kind == "island":
-        cell, side = np.nonzero(ahead.mesh.sides == ISLAND)
-        rim = ahead.mesh.cells[cell, (side + 1) % 3]
-    else:
-        rim = np.flatnonzero(plain.mesh.bottom | plain.mesh.top)
+    ahead, plain = refined_ahead(start, gap, marks, flows, 1), start.refined(gap, marks.times)
+    rim = np.flatnonzero(plain.mesh.rim)
     assert np.count_nonzero(rim >= len(start.mesh.xy)) > (10 if kind == "island" else 3)
-    assert np.array_equal(ahead.streams[0][rim], plain.streams[0][rim])
-    assert not np.array_equal(ahead.streams, plain.streams)
+    assert np.array_equal(ahead.streams[:, rim], plain.streams[:, rim])
+    assert (ahead.streams != plain.streams).any(axis=1).all()

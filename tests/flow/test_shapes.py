@@ -7,7 +7,7 @@ turns bounds for polygons into bounds for circles, and exact answers must lie be
 
 import numpy as np
 import pytest
-from gaps import bracketed, solved
+from gaps import bracketed, solved_on
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from project import leak_rate
@@ -21,11 +21,9 @@ from triangulations import (
     square_with_hole,
 )
 
-from fem_seal.fenicsx import MPI
 from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.flow import Tuning
 from fem_seal.flow.gap_on_mesh import VertexGap
-from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.mesh.shape import shape_mesh
 from fem_seal.mesh.triangles import INLET, ISLAND, OUTLET
@@ -147,9 +145,7 @@ def test_inlet_and_outlet_on_any_stretch(outlet, inner, contact):
     assert mesh.periodic == inner
     gap = random_gap(mesh, 5, contact)
     represented = VertexGap(gap.values, 1.0, 0.0, 0.0)
-    values = represented.vertex_values(mesh)
-    problem = LevelProblem(represented, mesh, values, MPI.COMM_SELF, 1e-12)
-    pressure, stream = solved(problem)
+    problem, pressure, stream = solved_on(represented, mesh, tolerance=1e-12)
     difference = pressure.energies.item() - stream.conductance
     shares = problem.indicators(problem.flows(pressure, stream))
     assert shares.sum() == pytest.approx(difference, abs=1e-9 * pressure.energies.item())
@@ -178,10 +174,8 @@ def test_a_channel_once_around_the_ring_meets_the_cut():
 def test_an_island_has_one_value_of_the_stream_function():
     """As much flow passes below a hole in the middle as above it, but for the shaken vertices."""
     mesh = square_with_hole(9, 4)
-    represented = VertexGap(np.ones(len(mesh.xy)), 1.0, 0.0, 0.0)
-    values = represented.vertex_values(mesh)
-    problem = LevelProblem(represented, mesh, values, MPI.COMM_SELF, ENERGY)
-    (psi,) = solved(problem)[1].psi
+    _, _, stream = solved_on(VertexGap(np.ones(len(mesh.xy)), 1.0, 0.0, 0.0), mesh)
+    (psi,) = stream.psi
     on_island = np.unique(mesh.side_ends(mesh.sides == ISLAND))
     assert len(on_island)
     assert np.ptp(psi[on_island]) < 1e-14
