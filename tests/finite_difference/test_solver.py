@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from drawn_stripes import Case
 
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
@@ -12,7 +13,7 @@ from fem_seal.finite_difference.slipping import node_pressure
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.theory.closed_forms import cosine_channel, piecewise_linear_channel
+from fem_seal.theory.closed_forms import cosine_channel
 
 approx = partial(pytest.approx, rel=1e-12)
 
@@ -26,22 +27,17 @@ def leak(values, spacing=(1.0, 1.0), periodic=False, links="linear-gap", **choic
     return by_differences(film, FlowSettings(links=links, **FLUID)).value
 
 
-@pytest.mark.parametrize("sides", SIDES)
-def test_linear_gap_links_are_exact_for_the_piecewise_linear_series_channel(sides):
-    """Gap of x only: the P1 gap's own closed form, to rounding."""
+@pytest.mark.parametrize(
+    ("sides", "representation", "links"),
+    [*((sides, "linear", "linear-gap") for sides in SIDES), ("wall", "constant", "harmonic")],
+)
+def test_layers_in_series_are_exact(sides, representation, links):
+    """The closed form of the linear gap, and that of steps, half cells at the ends included."""
     g = np.random.default_rng(0).uniform(0.1, 1, 20)
-    exact = (6 * 0.5) / (19 * 2.0) * piecewise_linear_channel(g)
-    values = np.repeat(g[:, None], 7, axis=1)
-    assert leak(values, (2.0, 0.5), sides=sides) == approx(exact, rel=1e-13)
-
-
-def test_harmonic_links_are_exact_for_steps_in_series():
-    """Stepwise gap of x only: Q = Ly / Σ dx/g³, half cells at the ends included."""
-    g = np.random.default_rng(1).uniform(0.1, 1, 20)
-    exact = (7 * 0.5) / np.sum(2.0 / g**3)
-    values = np.repeat(g[:, None], 7, axis=1)
-    q = leak(values, (2.0, 0.5), representation="constant", links="harmonic")
-    assert q == approx(exact, rel=1e-13)
+    case = Case("across", g, 7, (2.0, 0.5), sides, representation, "finite-difference")
+    read = {"sides": sides, "representation": representation}
+    found = leak(case.values, case.spacing, sides == "periodic", links, **read)
+    assert found == approx(case.exact, rel=1e-13)
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])

@@ -14,7 +14,6 @@ from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.bounds import TensorBounds, geometric_mean
 from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.flow.stopping import GROWTH_FOR_ORDER, MOST_UNKNOWNS, out_of_reach
-from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 
 # CG stops at a relative energy error of 1e-8.
@@ -322,28 +321,3 @@ def test_interval_of_an_off_diagonal_component():
     ]
     assert min(found) == pytest.approx(low, abs=1e-5)
     assert max(found) == pytest.approx(high, abs=1e-5)
-
-
-@pytest.mark.parametrize(("length", "representation"), [(1e-3, "linear"), (1e4, "constant")])
-def test_tensor_of_a_gas_that_slips(length, representation):
-    """At the mean pressure a channel of height h conducts h³ + l h², and stripes do so in parallel:
-    constant ones exactly, linear ones with Σ (a³ + a²b + ab² + b³)/4 + l (a² + ab + b²)/3."""
-    heights = np.array([1.0, 0.6, 0.3, 0.8])
-    gap = cell(np.repeat(heights[None, :], 4, axis=0), (1.0, 1.0))
-    slip = Slip(3.0, 1.0, 2.0 * length)
-    found = conductivity_tensor(
-        gap, viscosity=1 / 12, slip=slip, representation=representation, rtol=0.01
-    )
-    a, b = heights, np.roll(heights, -1)
-    along = np.mean(a**3 + length * a**2)
-    if representation == "linear":
-        cubic, square = (a**3 + a * a * b + a * b * b + b**3) / 4, (a * a + a * b + b * b) / 3
-        along = np.mean(cubic + length * square)
-    else:
-        across = 1 / np.mean(1 / (a**3 + length * a**2))
-        assert found.lower[1, 1] <= across * (1 + 1e-7)
-        assert found.upper[1, 1] >= across * (1 - 1e-7)
-    # CG stops at relative energy errors of 1e-8.
-    assert found.lower[0, 0] <= along * (1 + 1e-7)
-    assert found.upper[0, 0] >= along * (1 - 1e-7)
-    assert found.converged

@@ -3,17 +3,18 @@
 Slender pixels, layers in series and stripes side by side whose gaps span up to a hundred decades.
 """
 
+from itertools import product
+
 import numpy as np
 import pytest
 from drawn_stripes import ROUNDING, Case, across, along
 
 from fem_seal.flow import Limits
 from fem_seal.flow.cell_tensor import conductivity_tensor
+from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 
 UNKNOWNS = 1500  # the most of a mesh
-
-ASPECTS = [1e-6, 1e6]
 
 
 @pytest.mark.parametrize("seed", range(16))
@@ -36,22 +37,38 @@ def test_in_series_until_the_bounds_agree():
     assert case.solve(60_000).converged
 
 
-@pytest.mark.parametrize("on", ["linear", "constant"])
-@pytest.mark.parametrize("aspect", ASPECTS)
-@pytest.mark.parametrize("contact", [False, True])
-def test_conductivity_tensor_of_stripes(aspect, on, contact):
-    """A periodic cell of stripes conducts the mean of K along them and 1/mean(1/K) across."""
+@pytest.mark.parametrize(
+    ("aspect", "on", "contact", "slip"),
+    [
+        *product([1e-6, 1e6], ["linear", "constant"], [False, True], [None]),
+        (1.0, "linear", True, Slip(3.0, 1.0, 2e-3)),
+        *product([1.0], ["constant"], [False, True], [Slip(3.0, 1.0, 2e4)]),
+    ],
+)
+def test_conductivity_tensor_of_stripes(aspect, on, contact, slip):
+    """A periodic cell of stripes conducts the mean of K along them and 1/mean(1/K) across; with
+    slip K = g³ + l g² at the mean pressure, whose mean over a linear gap from a to b is that of g³
+    and l (a² + ab + b²)/3."""
     heights = 10 ** (-3 * np.random.default_rng(7).random(8))
     heights[[2, 3, 6]] *= not contact
     gap = GridField(np.repeat(heights[None, :], 4, axis=0), (aspect, 1.0), periodic=True)
-    linear = on == "linear"
+    linear, length = on == "linear", slip.product / slip.mean_pressure if slip else 0.0
     profile = np.append(heights, heights[0]) if linear else heights
-    exact = np.diag([along(profile, 1.0, linear) / 8, 0.0])
+    a, b = (profile[:-1], profile[1:]) if linear else (heights, heights)
+    slipping = length * np.mean(a * a + a * b + b * b) / 3
+    exact = np.diag([along(profile, 1.0, linear) / 8 + slipping, 0.0])
     if not contact:
-        exact[1, 1] = 8 / across(profile, 1.0, linear)
+        K = heights**3 + length * heights**2
+        exact[1, 1] = 8 / across(profile, 1.0, linear) if slip is None else 1 / np.mean(1 / K)
     found = conductivity_tensor(
-        gap, viscosity=1 / 12, representation=on, rtol=0.05, limits=Limits(unknowns=UNKNOWNS)
+        gap,
+        viscosity=1 / 12,
+        slip=slip,
+        representation=on,
+        rtol=0.05,
+        limits=Limits(unknowns=UNKNOWNS),
     )
+    assert slip is None or found.converged
     # As quadratic forms, in units of what each direction conducts.
     unit = np.sqrt(np.diag(found.upper)) + (np.diag(found.upper) == 0)
     for difference in (found.upper - exact, exact - found.lower):
