@@ -178,11 +178,8 @@ def test_words_of_a_sealed_gap_that_may_open():
 
 def rough(total=None, limit=None, **flow):
     """A rough contact of 32² samples, with a total error or a tolerance of the flow."""
-    scene = {
-        "surface": scene_of_samples(32, "8 um")["surface"],
+    scene = scene_of_samples(32, "8 um") | {
         "solid": {"contact_modulus": "600 MPa"},
-        "contact": {"area_fraction": 0.1},
-        "fluid": {"viscosity": 1e-3},
         "flow": {"pressure_drop": 1e5, "sides": "periodic", **flow},
         "output": {"products": ["leak_rate"]},
     }

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from project import scene_of_samples
+from lifted_scenes import scene as lifted_scene
 
 from fem_seal import run
 from fem_seal.patch import Patch
@@ -16,24 +16,11 @@ LOAD = 9e6  # Pa
 DROP = 1e6  # Pa
 
 
-def scene(limit=None, load=None, flow=None, products=("leak_rate",), **solid):
-    """A rough contact of 32² samples under water."""
-    mapping = {
-        "surface": scene_of_samples(32, "8 um")["surface"],
-        "solid": {"contact_modulus": 6e8, **solid},
-        "contact": {"pressure": LOAD} if load is None else load,
-        "fluid": {"viscosity": 1e-3},
-        "flow": {
-            **{"sides": "periodic", "rtol": 0.2, "lift": "none"},
-            **(flow or {"pressure_drop": DROP}),
-        },
-        "output": {"products": list(products)},
-        # The grid of the contact would widen what is compared with the limits.
-        "accuracy": {"contact_grid": False},
-    }
-    if limit:
-        mapping["limit"] = {"leak_rate": f"{limit} m^3/s"}
-    return Scene.from_mapping(mapping)
+def scene(limit=None, load=None, flow=None):
+    """The dry contact of a plastic under water."""
+    flow = {"rtol": 0.2, "lift": "none"} | (flow or {})
+    made = lifted_scene(LOAD, DROP, contact=load, solid={"contact_modulus": 6e8}, **flow)
+    return made.with_({"limit": {"leak_rate": f"{limit} m^3/s"}}) if limit else made
 
 
 def entry(result, name="fluid pressure"):
