@@ -58,6 +58,14 @@ def test_one_patch_along_the_path_is_the_mean():
     assert drawn.relative_scatter == pytest.approx(rates[:, 1].std() / rates[:, 1].mean() / 10)
 
 
+def test_longer_seals_scatter_less():
+    """Blocks around the circumference are independent: relative scatter goes as 1/√W."""
+    rates = lognormal_patches((40, 1), 0.8, 1.0, np.random.default_rng(0)) * np.ones(3)
+    short, long = (drawn_seals(rates, PatchCount(4, n)).relative_scatter for n in (16, 1600))
+    assert long == pytest.approx(short / 10)
+    assert short > 0.03
+
+
 def test_mean_of_the_drawn_seals_errs_as_said():
     """A standard deviation from n seeds scatters by 1/√(2n - 2): four of them are allowed."""
     values = lognormal_patches((6, 1), 1.0, 0.8, np.random.default_rng(5)) * np.ones(3)
