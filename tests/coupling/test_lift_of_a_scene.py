@@ -13,6 +13,7 @@ from fem_seal.accuracy import chosen_patch
 from fem_seal.drawing import draw
 from fem_seal.patch import KnownSteps, Patch
 from fem_seal.quantities.lift import lift_range
+from fem_seal.quantities.verdict import verdict
 from fem_seal.results import Result, read_contact
 from fem_seal.results.words import remarks, summary_of
 from fem_seal.scene import Scene
@@ -77,9 +78,12 @@ def test_what_is_lifted_off_has_no_pictures(tmp_path):
 
 
 def test_budget_counts_the_lift():
-    """The entry's factors widen the bounds of the flow."""
-    result = solve(scene()).result()
+    """The entry's factors widen the bounds of the flow, and a limit between them is undecided."""
+    solved = solve(scene())
+    result = solved.result()
     lift, leak = entry(result), result.leak_rate
+    limited = scene().with_({"limit": {"leak_rate": f"{leak.upper * (1 + lift.upper) / 2} m^3/s"}})
+    assert verdict(limited, solved.leak_rate, solved.budget).decision == "undecided"
     assert lift.kind == "estimated"
     assert lift.lower < 1 < lift.upper < 1.1
     assert lift.lower * lift.upper == pytest.approx(1)

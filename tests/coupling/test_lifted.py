@@ -438,12 +438,8 @@ def test_a_gas_carries_more_than_a_liquid():
     of the pressure falls at one place both are the same; a fifth of the excess of an even film
     shows that p² is what is linear. Slip makes p more linear.
     """
-    gas = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
-    gas["slip"] = False
-    ends = {"inlet_pressure": 2e5, "outlet_pressure": 1e5}
-    loads = [
-        Patch(scene(load=1.6e5, fluid=fluid, **ends)).lifted.fluid_load for fluid in (gas, None)
-    ]
+    ends, fluids = {"inlet_pressure": 2e5, "outlet_pressure": 1e5}, (GAS | {"slip": False}, None)
+    loads = [Patch(scene(load=1.6e5, fluid=one, **ends)).lifted.fluid_load for one in fluids]
     assert loads[0] > 1.02 * loads[1]
 
 
