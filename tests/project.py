@@ -150,6 +150,14 @@ def unwrapped(text: str) -> str:
     return re.sub(r"\n {11}", " ", text)
 
 
+# A number as it is printed, and a line without its numbers.
+NUMBER = r"\d[\d.]*(?:e[+-]?\d+)?"
+
+
+def without_numbers(text: str) -> str:
+    return re.sub(NUMBER, "#", text)
+
+
 def rows(folder: str | Path) -> list[dict[str, str]]:
     """Rows of the table of a sweep without what differs from run to run."""
     with (Path(folder) / "sweep.csv").open(newline="") as file:

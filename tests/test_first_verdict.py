@@ -8,7 +8,7 @@ from itertools import takewhile
 from pathlib import Path
 
 import pytest
-from project import ROOT, unwrapped
+from project import ROOT, unwrapped, without_numbers
 
 from fem_seal import cli
 
@@ -24,12 +24,6 @@ CHEAPER = {
     ),
     "fem-seal run ring.toml": "fem-seal run ring.toml --set seal.patches=4 --set seal.rtol=1.8",
 }
-NUMBER = r"\d[\d.]*(?:e[+-]?\d+)?"
-
-
-def shape(line):
-    """A line without its numbers."""
-    return re.sub(NUMBER, "#", line)
 
 
 def put_in(scene, lines):
@@ -73,7 +67,11 @@ def test_page(here, capsys, seal):
                 assert fields.items() <= tomllib.loads(scene)[section].items()
         elif kind == "text":
             for line in unwrapped(block).splitlines():
-                lines = [text for text in printed.splitlines() if shape(text) == shape(line)]
+                lines = [
+                    text
+                    for text in printed.splitlines()
+                    if without_numbers(text) == without_numbers(line)
+                ]
                 assert lines, line
                 if line.startswith("leak rate"):
                     # The patch is that of the page, to the flow's rtol; of the cheaper seal the
