@@ -203,8 +203,10 @@ REFUSED = {
     # Without a folder they would be left out without a word.
     "leak wedge.npz --products leak_rate,pictures": "'pictures' of --products",
     "leak wedge.npz --unit mol/s": "mol/s",  # of a liquid
-    "leak wedge.npz --out wedge.npz": "wedge.npz",
-    "leak wedge.npz --out /proc/here": "/proc/here",
+    "leak wedge.npz --out wedge.npz": "wedge.npz is a file; choose another folder",
+    "leak wedge.npz --out wedge.npz/below": "wedge.npz/below cannot be written",
+    "leak wedge.npz --out /proc/here": "the output folder /proc/here cannot be written",
+    f"leak wedge.npz --out {'x' * 300}": "xxx cannot be written",
 }
 
 

@@ -294,14 +294,6 @@ def test_a_result_names_no_files_of_other_folders(scene, small_scene, spy, tmp_p
     assert (tmp_path / "precious").read_text() == "mine"
 
 
-@pytest.mark.parametrize("place", ["file", "file/below", "/proc/here", "x" * 300])
-def test_folder_that_cannot_be_written(scene, tmp_path, place):
-    (tmp_path / "file").touch()
-    with pytest.raises(InvalidInput, match=r"output folder .*(is a file|cannot be written)"):
-        ResultFolder(tmp_path / place, Provenance.of(scene)).__enter__()
-    assert set(content(tmp_path)) == {"file"}
-
-
 DAMAGED_BUDGET = b'{"schema": 1, "error_budget": [{}]}'
 DAMAGED_VERDICT = b'{"schema": 1, "verdict": "within"}'
 
