@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fem_seal.errors import InvalidInput
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive
 from fem_seal.patch import Patch
 from fem_seal.quantities.verdict import verdict
@@ -158,13 +157,6 @@ def test_molecules_that_fly_past_the_film(gap_scene, p_in, warns):
     assert (entry.lower < 0.95) is warns
     assert entry.lower > 0.7
     assert entry.upper < 1.04
-
-
-def test_kinetic_slip_of_mirrors(gap_scene):
-    """Below an accommodation of 0.1 the table would need more digits than it has."""
-    fluid = SLIPPING | {"slip": "kinetic", "accommodation": 0.05}
-    with pytest.raises(InvalidInput, match=r"accommodation = 0\.05 is below 0\.1, the least that"):
-        Scene.from_mapping(gap_scene(np.ones((3, 3)), fluid))
 
 
 def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):

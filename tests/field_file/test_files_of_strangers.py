@@ -238,6 +238,8 @@ def test_output_obeys_no_file(tmp_path, capsys):
 
 DEEP = ".".join(["a"] * 50_000)
 SCENES = {
+    "half a table": "[surface\n",
+    "no text": "\udcff\udcfe\0",
     "key": f"{DEEP} = 1\n",
     "table": f"[{DEEP}]\n",
     "quoted": ".".join(['"="'] * 50_000) + " = 1\n",
@@ -249,8 +251,8 @@ SCENES = {
 
 
 @pytest.mark.parametrize("case", SCENES)
-def test_deep_scene(case, tmp_path, refused):
-    (tmp_path / "scene.toml").write_text(SCENES[case])
+def test_what_is_no_scene(case, tmp_path, refused):
+    (tmp_path / "scene.toml").write_text(SCENES[case], errors="surrogateescape")
     assert "scene.toml is not a TOML scene file" in refused("run", tmp_path / "scene.toml")
 
 

@@ -237,18 +237,6 @@ def test_gap_stands_in_place_of_the_contact(small_scene, section, scene_of_gap):
         Scene.from_mapping(scene)
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [(b"[surface\n", "not a TOML"), (b"\xff\xfe\x00", "not a TOML"), (None, "No such file")],
-)
-def test_what_is_no_scene_file(tmp_path, content, words):
-    path = tmp_path / "scene.toml"
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(InvalidInput, match=words):
-        Scene.from_file(path)
-
-
 def test_choices_are_those_that_exist():
     """The scene names the choices without importing what is chosen; here they are compared."""
 
