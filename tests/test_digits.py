@@ -54,36 +54,36 @@ def test_number_of_digits_follows_from_the_width(bracket, texts):
 
 
 @pytest.mark.parametrize(
-    ("number", "unit", "text"),
+    ("function", "numbers", "text"),
     [
-        (5.3571675e-8, "m", "53.57 nm"),
-        (9.99999e-7, "m", "1 um"),
-        (1.5e5, "Pa", "150 kPa"),
-        (0.0, "m", "0 m"),
-        (2.5e-2, "m", "25 mm"),
-        (2e6, "Pa", "2 MPa"),
-        (3e9, "Pa", "3 GPa"),
-        (4e-15, "m", "4 fm"),
-        (7e-12, "m", "7 pm"),
-        (1e12, "Pa", "1e+12 Pa"),  # no prefix of ours
+        (with_prefix, (5.3571675e-8, "m"), "53.57 nm"),
+        (with_prefix, (9.99999e-7, "m"), "1 um"),
+        (with_prefix, (1.5e5, "Pa"), "150 kPa"),
+        (with_prefix, (0.0, "m"), "0 m"),
+        (with_prefix, (2.5e-2, "m"), "25 mm"),
+        (with_prefix, (2e6, "Pa"), "2 MPa"),
+        (with_prefix, (3e9, "Pa"), "3 GPa"),
+        (with_prefix, (4e-15, "m"), "4 fm"),
+        (with_prefix, (7e-12, "m"), "7 pm"),
+        (with_prefix, (1e12, "Pa"), "1e+12 Pa"),  # no prefix of ours
+        # Two digits of a standard deviation.
+        (with_error, (1.0213, 0.169), "1.02 ± 0.17"),
+        (with_error, (0.81062, 0.00412), "0.8106 ± 0.0041"),
+        (with_error, (123.4, 25.0), "123 ± 25"),
+        (with_error, (0.8, 0.0), "0.8 ± 0"),
+        (with_error, (0.8, 1e-20), "0.8 ± 1e-20"),
+        (number_of, (1, "patch"), "1 patch"),
+        (number_of, (2, "mesh"), "2 meshes"),
+        (number_of, (4, "seed"), "4 seeds"),
+        (per_cent, (0.0412,), "4.1 %"),
+        (per_cent, (0.985,), "98 %"),
+        (per_cent, (0.995,), "100 %"),
+        (rounded_down, (1.23456,), "1.234"),
+        (rounded_up, (1.23456,), "1.235"),
     ],
 )
-def test_prefixes(number, unit, text):
-    assert with_prefix(number, unit) == text
-
-
-@pytest.mark.parametrize(
-    ("number", "error", "text"),
-    [
-        (1.0213, 0.169, "1.02 ± 0.17"),
-        (0.81062, 0.00412, "0.8106 ± 0.0041"),
-        (123.4, 25.0, "123 ± 25"),
-        (0.8, 0.0, "0.8 ± 0"),
-        (0.8, 1e-20, "0.8 ± 1e-20"),
-    ],
-)
-def test_two_digits_of_a_standard_deviation(number, error, text):
-    assert with_error(number, error) == text
+def test_numbers_as_text(function, numbers, text):
+    assert function(*numbers) == text
 
 
 def test_text_of_a_leak_rate():
@@ -116,11 +116,3 @@ def test_number_without_zeros(number, text):
     """No zeros behind the last digit, nor in front of an exponent; it reads back to 4 digits."""
     assert in_digits(number) == text
     assert float(text) == pytest.approx(number, rel=5e-4)
-
-
-def test_words_with_numbers():
-    assert [number_of(n, noun) for n, noun in ((1, "patch"), (2, "mesh"), (4, "seed"))] == [
-        *("1 patch", "2 meshes", "4 seeds")
-    ]
-    assert [per_cent(part) for part in (0.0412, 0.985, 0.995)] == ["4.1 %", "98 %", "100 %"]
-    assert (rounded_down(1.23456), rounded_up(1.23456)) == ("1.234", "1.235")

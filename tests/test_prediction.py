@@ -1,9 +1,7 @@
 """Time and memory before a scene is solved; how exact they are: tests/benchmarks/prediction.py."""
 
-from pathlib import Path
-
 import pytest
-from project import scene_of_samples, write_toml
+from project import ROOT, scene_of_samples, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
@@ -93,13 +91,9 @@ def test_long_runs_come_with_advice(small_scene, monkeypatch):
     assert "accuracy.total" in predicted(certain).advice
 
 
-def test_a_shape_is_not_predicted():
-    scene = Scene.from_file(Path(__file__).parents[1] / "demos/scenes/flange.toml")
+def test_shapes_and_uniform_refinement_are_not_predicted(small_scene):
     with pytest.raises(InvalidInput, match="mesh"):
-        predicted(scene)
-
-
-def test_uniform_refinement_is_not_predicted(small_scene):
+        predicted(Scene.from_file(ROOT / "demos/scenes/flange.toml"))
     scene = pressed(small_scene).with_({"flow.method": "uniform"})
     with pytest.raises(InvalidInput, match=r"flow\.max_unknowns, .* ends them"):
         predicted(scene)

@@ -170,21 +170,17 @@ def test_folders_of_the_sender_are_not_told(scene_of_gap, tmp_path):
     assert str(tmp_path) not in text
 
 
-def test_bounds_are_drawn(small_scene, tmp_path):
+def test_bounds_are_drawn_and_the_first_sentence_is_the_headline(small_scene, tmp_path):
+    """Behind the headline it says what the limit makes of it."""
     small_scene["flow"] |= {"method": "uniform", "rtol": 0.02}
+    small_scene["limit"] = {"leak_rate": "1 ml/h"}
+    small_scene["output"]["leak_rate_unit"] = "nl/h"
     result = run(Scene.from_mapping(small_scene), tmp_path / "out")
     assert len(result.levels) > 1
     page = read(report(tmp_path / "out"))
     assert captions(page) == ["How sure"]
     assert page.pictures[0].startswith(b"\x89PNG")
     assert not (tmp_path / "out" / "bounds.png").exists()
-
-
-def test_the_first_sentence_is_the_headline_and_what_the_limit_makes_of_it(small_scene, tmp_path):
-    small_scene["flow"] |= {"method": "uniform", "rtol": 0.5}
-    small_scene["limit"] = {"leak_rate": "1 ml/h"}
-    small_scene["output"]["leak_rate_unit"] = "nl/h"
-    result = run(Scene.from_mapping(small_scene), tmp_path / "out")
     assert first_sentence(result).startswith(f"Within limit: {result.headline}; at most ")
     assert first_sentence(result).endswith(" % of the 1e+6 nl/h allowed.")
     unfinished = result.model_copy(update={"converged": False, "reason": "max_seconds"})
