@@ -159,22 +159,6 @@ def test_layer_of_one_solid():
     assert Solid(contact_modulus=1e7, layer_thickness=1e-3).elastic.layer.poisson_ratio == 0.5
 
 
-def test_layer_reaches_the_contact(small_scene):
-    """A layer much thicker than the waves are long is the half-space, a thin one is stiffer."""
-    size = small_scene["surface"]["size"][0]
-    size = to_si(size, "m")
-    areas = {}
-    for thickness in (None, 100 * size, 0.01 * size):
-        solid = {"contact_modulus": 1e7}
-        if thickness:
-            solid |= {"layer_thickness": thickness, "layer_base": "sliding"}
-        contact = {"pressure": 2e5, "precision": "double"}
-        scene = Scene.from_mapping(small_scene | {"solid": solid, "contact": contact})
-        areas[thickness] = Patch(scene).contact.contact_area_fraction
-    assert areas[100 * size] == areas[None]
-    assert areas[0.01 * size] < 0.8 * areas[None]
-
-
 def test_override(small_scene, tmp_path):
     path = write_toml(tmp_path / "scene.toml", small_scene)
     changed = Scene.from_file(
