@@ -45,10 +45,6 @@ assert main(out=Path(sys.argv[2]), **eval(sys.argv[3])) is not None
 """
 
 
-def test_every_demo_has_small_arguments():
-    assert set(DEMOS) == set(SMALL), "say how the new demo is made small"
-
-
 @pytest.mark.parametrize("name", DEAR)
 def test_dear_demos_find_what_they_import(name):
     assert callable(runpy.run_path(str(ROOT / "demos" / f"{name}.py"), run_name="demo")["main"])
