@@ -38,19 +38,16 @@ def air(p_in=P_IN, p_out=P_OUT):
     return GasDrive(p_in, p_out, TEMPERATURE, MOLAR_MASS, 273.15, 101325.0)
 
 
-def channel_mass_rate(height, width, length, accommodation=None):
+def channel_mass_rate(height, width, length, accommodation):
     """Isothermal ideal gas between parallel plates: W h³ M (p_in² - p_out²) / (24 η R T L).
 
     Slip multiplies it by 1 + 6 Kn (2-σ)/σ, Kn at the mean pressure (Arkilic et al. 1997).
     """
     per_pressure = MOLAR_MASS / (GAS_CONSTANT * TEMPERATURE)
-    more = 1.0
-    if accommodation is not None:
-        speed = np.sqrt(np.pi * GAS_CONSTANT * TEMPERATURE / (2 * MOLAR_MASS))
-        knudsen = VISCOSITY * speed / ((P_IN + P_OUT) / 2) / height
-        more += 6 * knudsen * (2 - accommodation) / accommodation
+    speed = np.sqrt(np.pi * GAS_CONSTANT * TEMPERATURE / (2 * MOLAR_MASS))
+    knudsen = VISCOSITY * speed / ((P_IN + P_OUT) / 2) / height
     rate = width * height**3 / (24 * VISCOSITY * length) * per_pressure * (P_IN**2 - P_OUT**2)
-    return more * rate
+    return rate * (1 + 6 * knudsen * (2 - accommodation) / accommodation)
 
 
 @pytest.mark.parametrize("method", ["adaptive", "uniform"])

@@ -37,10 +37,6 @@ def scene(small_scene):
     return Scene.from_mapping(small_scene)
 
 
-def changed(small_scene, section, **fields):
-    return Scene.from_mapping({**small_scene, section: {**small_scene[section], **fields}})
-
-
 def content(folder):
     """All files below a folder with what is in them."""
     files = (path for path in folder.rglob("*") if path.is_file())
@@ -135,20 +131,20 @@ def test_each_step_is_computed_once(scene, monkeypatch):
     assert len(solves) == 2  # on the grid of the scene, and on half of its samples
 
 
-def test_another_scene_is_refused(scene, small_scene, tmp_path):
+def test_another_scene_is_refused(scene, tmp_path):
     run(scene, tmp_path)
     before = content(tmp_path)
-    other = changed(small_scene, "surface", seed=2)
+    other = scene.with_({"surface.seed": 2})
     with pytest.raises(InvalidInput, match=r"another scene.*--overwrite"):
         run(other, tmp_path)
     assert content(tmp_path) == before
     assert run(other, tmp_path, overwrite=True).provenance.seed == 2
 
 
-def test_same_scene_may_be_run_again_and_other_files_stay(scene, small_scene, tmp_path):
+def test_same_scene_may_be_run_again_and_other_files_stay(scene, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     run(scene, tmp_path)
-    run(changed(small_scene, "output", products=["leak_rate"]), tmp_path)
+    run(scene.with_({"output.products": ["leak_rate"]}), tmp_path)
     assert set(content(tmp_path)) == {"notes.txt", "result.json", "contact.npz"}
 
 

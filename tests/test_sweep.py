@@ -93,8 +93,9 @@ def test_rows_are_those_of_single_runs(scene_file, tmp_path):
 
 def test_contacts_are_handed_on(scene_file, tmp_path, monkeypatch):
     """One surface for all points, one contact for two links, fewer FFTs for the next pressure."""
-    patches = []
-    monkeypatch.setattr(ContactPath, "follow", recording(ContactPath.follow, patches))
+    patches, follow = [], ContactPath.follow
+    kept = lambda path, patch: patches.append(patch) or follow(path, patch)  # noqa: E731
+    monkeypatch.setattr(ContactPath, "follow", kept)
     loads, dry = ["0.1 MPa", "0.11 MPa", "0.12 MPa"], "flow.lift=none"
     vary = ("--vary", f"contact.pressure={','.join(loads)}", "--set", "contact.area_fraction=")
     vary += ("--set", dry)
@@ -142,16 +143,6 @@ def test_each_window_of_the_map_has_its_own_contact(tmp_path):
     for point in sweep(path, (("seal.window",), windows), tmp_path / "out").table:
         alone = Patch(Scene.from_file(path, [f"seal.window={point.values[0]}"]))
         assert point.row["mean_gap"] == pytest.approx(alone.film.mean_gap, rel=1e-12)
-
-
-def recording(method, calls):
-    """Wrap a method of one argument so that its arguments are kept."""
-
-    def wrapped(self, argument):
-        calls.append(argument)
-        return method(self, argument)
-
-    return wrapped
 
 
 def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):

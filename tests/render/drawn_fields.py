@@ -3,20 +3,23 @@
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
+from sample_gaps import rough_gap
 
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.render.colours import colour_map
 
 
-def smooth_gap(shape, contact_area, seed=0, periodic=True, spacing=(1e-6, 1e-6)):
-    """Gap of a smooth random surface cut so that a part `contact_area` of the samples is 0."""
-    rng = np.random.default_rng(seed)
-    qx, qy = np.fft.fftfreq(shape[0]), np.fft.rfftfreq(shape[1])
-    low_pass = np.hypot(qx[:, None], qy) < 0.08
-    height = np.fft.irfft2(low_pass * np.fft.rfft2(rng.standard_normal(shape)), s=shape)
-    height -= np.quantile(height, contact_area)
-    return GridField(np.maximum(height / height.max(), 0.0) * 1e-6, spacing, periodic)
+def smooth_gap(shape, contact, seed=0, periodic=True):
+    """Random gap of at most 1 µm on samples 1 µm apart, a part of which is in contact."""
+    return GridField(1e-6 * rough_gap(shape, contact, seed, 3).values, (1e-6, 1e-6), periodic)
+
+
+def drawn_pixels(path):
+    """Colours (height, width, 3) of a picture, 0..255."""
+    with Image.open(path) as image:
+        return np.asarray(image.convert("RGB"), dtype=float)
 
 
 def structured_flow(nx, ny, size, flux_of_x, pressure_of_x=lambda x: 1 - x):

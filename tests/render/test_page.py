@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from drawn_fields import drawn_pixels
 from matplotlib.figure import Figure
-from PIL import Image
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
@@ -28,11 +28,6 @@ def framed(*arguments, **options):
     axes = Figure(layout="constrained").subplots()
     frame_film(axes, *arguments, **options)
     return axes
-
-
-def read(path):
-    with Image.open(path) as image:
-        return np.asarray(image.convert("RGB"))
 
 
 def test_axes_and_bar_state_their_units():
@@ -68,7 +63,7 @@ def test_a_sample_is_drawn_around_its_place(tmp_path, representation, length):
     axes.set_axis_off()
     draw_samples(axes, grid, colours)
     figure.savefig(tmp_path / "a.png")
-    pixels = read(tmp_path / "a.png")
+    pixels = drawn_pixels(tmp_path / "a.png")
     height, width = pixels.shape[:2]
     step = 3 if representation == "linear" else 4
     first = (1.5 if representation == "linear" else 2) * width / step

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from drawn_fields import colours_of, smooth_gap, stand_for
-from PIL import Image
+from drawn_fields import colours_of, drawn_pixels, smooth_gap, stand_for
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
@@ -49,8 +48,7 @@ def test_pixels_of_a_large_grid_have_the_mean_colour_of_their_samples(tmp_path):
     values[:, ::4] = 0.0
     film = GridFilm(GridField(values, (1.0, 1.0)), "wall", "constant")
     contact_picture(film, tmp_path / "a.png")
-    with Image.open(tmp_path / "a.png") as image:
-        pixels = np.asarray(image.convert("RGB"), dtype=float)
+    pixels = drawn_pixels(tmp_path / "a.png")
     rows, columns = (slice(n // 3, 2 * n // 3) for n in pixels.shape[:2])
     middle = pixels[rows, columns]
     # Of the stripes one is the largest patch, and one channel the largest: 1 of 1000 of the rest.
@@ -112,9 +110,7 @@ def test_closed_gap_is_all_contact(tmp_path):
     """A gap of 0 everywhere is drawn, although it has no scale."""
     closed = GridField(np.zeros((5, 5)), (1e-6, 1e-6))
     gap_picture(GridFilm(closed), tmp_path / "gap.png")
-    with Image.open(tmp_path / "gap.png") as image:
-        pixels = np.asarray(image.convert("RGB"))
-    assert (pixels == CONTACT.colour).all(axis=2).mean() > 0.6
+    assert (drawn_pixels(tmp_path / "gap.png") == CONTACT.colour).all(axis=2).mean() > 0.6
     with pytest.raises(InvalidInput, match="zero everywhere"):
         gap_scale(closed.values)
 
@@ -200,6 +196,4 @@ def test_lift_is_one_page_of_four_pictures(tmp_path):
     closed = GridField(np.zeros(gap.shape), gap.spacing, True)
     films = (GridFilm(field, "periodic") for field in (gap, closed))
     lift_picture(*films, pressed(gap), fluid, tmp_path / "lift.png")
-    with Image.open(tmp_path / "lift.png") as image:
-        width, height = image.size
-    assert min(width, height) > 2 * LIFT_SIDE * DPI
+    assert min(drawn_pixels(tmp_path / "lift.png").shape[:2]) > 2 * LIFT_SIDE * DPI

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from drawn_fields import drawn_pixels
 from matplotlib.figure import Figure
-from PIL import Image
 from project import ROOT, write_toml
 
 from fem_seal import cli
@@ -58,7 +58,7 @@ def test_command_prints_and_draws(tmp_path, capsys):
     assert [line.split()[0] for line in lines[6:]] == [
         "sides", "slopes", "lay", "longest", "hurst", "long", "roll-off", "short"
     ]  # fmt: skip
-    pixels = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
+    pixels = drawn_pixels(tmp_path / "a.png")
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from mesh_files import scene_of, write_msh
 from project import ROOT, leak_rate, printed_by, unwrapped, write_toml
+from sample_gaps import FLUID
 from scipy.integrate import trapezoid
 
 from fem_seal import run
@@ -21,7 +22,6 @@ from fem_seal.shaped import shaped_film
 from fem_seal.solved import solve
 from fem_seal.theory.closed_forms import disc_array
 
-UNIT = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³, Δp = 1
 RING = {"kind": "face-seal", "inner_radius": 1, "outer_radius": 2, "mesh_size": 0.25}
 STRIP = {"kind": "strip", "length": 2, "width": 1, "mesh_size": 0.2}
 PLATE = {"kind": "plate-with-holes", "holes": [1, 2], "radius": 0.3}
@@ -63,7 +63,7 @@ def test_face_seal():
     for size in (0.25, 0.125, 0.0625):
         shape = Scene.from_mapping(scene(RING | {"mesh_size": size, "gap": 1})).shape
         gap = shaped_film(shape, None)
-        flow = leak_rate(gap, method="uniform", limits=Limits(unknowns=1), rtol=1e-9, **UNIT)
+        flow = leak_rate(gap, method="uniform", limits=Limits(unknowns=1), rtol=1e-9, **FLUID)
         inside = np.cos(np.pi / fewest_sides(gap))
         assert flow.lower <= ring_of(1.0, 2.0 * inside)
         assert flow.upper >= ring_of(1.0 * inside, 2.0)
@@ -124,7 +124,7 @@ def test_gmsh_mesh_and_pixel_mesh_of_one_gap(kind, grid, tmp_path):
         np.testing.assert_allclose(found, expected, atol=1e-9)
         np.testing.assert_array_equal(found == 0, expected == 0)
     on_mesh = patch.leak_rate
-    on_grid = leak_rate(GridFilm(grid), rtol=0.02, **UNIT)
+    on_grid = leak_rate(GridFilm(grid), rtol=0.02, **FLUID)
     assert on_mesh.lower <= on_grid.upper
     assert on_grid.lower <= on_mesh.upper
     assert on_mesh.converged
