@@ -140,30 +140,6 @@ def test_corrected_bounds(representation, periodic, size, contact, width):
         assert bubbles.free.any()
 
 
-@pytest.mark.parametrize("periodic", [False, True])
-def test_a_bubble_for_each_edge(periodic):
-    """The cells at an edge share its bubble, but not across contact: there p may jump, and ψ is
-    given. At an edge where both cells are open there are two sides with its number, or none."""
-    gap = represented(rough_gap((12, 12), 0.3, 8))
-    mesh, values = meshed(gap, 1, periodic)
-    data = gap.cell_data(mesh, values)
-    kept, (_, edge) = data.K > 0, mesh.edges
-    sides = []
-    for bubbles in (pressure_bubbles, stream_bubbles):
-        found = bubbles(mesh, data, kept)
-        sides.append(np.bincount(found.edge.ravel())[found.edge] * found.free[found.edge])
-    ends = mesh.ends_of_sides()
-    given = mesh.inlet[ends].all(axis=2) | mesh.outlet[ends].all(axis=2)
-    parted = data.zero_gap & kept[:, None] & ~given
-    assert parted.any()
-    assert (sides[0][parted] == 1).all()
-    assert (sides[1][parted] == 0).all()
-    shared = ~data.zero_gap & (np.bincount(edge.ravel())[edge] == 2)
-    for found in sides:
-        assert set(found[shared]) <= {0, 2}
-        assert (found[shared] == 2).any()
-
-
 def at_the_origin(mesh):
     return (mesh.xy[mesh.cells] == 0).all(axis=2).any(axis=1)
 

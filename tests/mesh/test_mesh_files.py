@@ -4,7 +4,6 @@ import meshio
 import numpy as np
 import pytest
 from mesh_files import CELLS, CORNERS, EDGES, scene_of, write_msh
-from project import write_toml
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.scene import Scene
@@ -202,13 +201,6 @@ def refusal(path, numbers) -> str:
     except InvalidInput as error:
         return str(error)
     return ""
-
-
-def test_bad_file_on_the_command_line(tmp_path, refused):
-    path = write_msh(tmp_path / "bad.msh", **BROKEN["hanging node"][0])
-    scene = write_toml(tmp_path / "scene.toml", scene_of(path))
-    for command in ("run", "mesh"):
-        assert "a node hangs" in refused(command, scene, "--out", tmp_path / "out")
 
 
 def test_written_mesh_is_read_back(tmp_path):
