@@ -3,8 +3,6 @@
 With η = 1/12 the film conductivity is gap³.
 """
 
-from itertools import count
-
 import numpy as np
 import pytest
 from sample_gaps import rough_gap
@@ -185,24 +183,6 @@ def test_the_reason_names_the_direction():
 
 
 # --- ends and errors -----------------------------------------------------------------------------
-
-
-def test_the_mesh_at_a_limit_is_certified():
-    """Both bounds of the last mesh are there, though its tolerance was far and the next barred."""
-    meshes = count(1)
-
-    class ThirdMesh(Limits):
-        def exceeded(self, started, growth, last):
-            return "three meshes are enough" if next(meshes) == 3 else ""
-
-    first = on_first_mesh(rough(8, 0.4))
-    found = tensor(rough(8, 0.4), rtol=0.001, limits=ThirdMesh())
-    assert found.reason.startswith("three meshes are enough; the tensor is known to")
-    assert found.unknowns > first.unknowns
-    # Meshes are nested, and so are the bounds of finer ones.
-    assert np.linalg.eigvalsh(first.upper - found.upper).min() > 0
-    assert np.linalg.eigvalsh(found.lower - first.lower).min() > 0
-    assert np.isfinite(found.width)
 
 
 def closed_both_ways(least):
