@@ -1,10 +1,9 @@
-"""Torus: its first mesh and guess; pieces laid out, and their jumps."""
+"""Torus: its first mesh and guess, and the jumps of its functions."""
 
 import numpy as np
 import pytest
 from nested_meshes import areas, refined
 
-from fem_seal.film.winding import unwind
 from fem_seal.flow.topology import jumps_across, jumps_along
 from fem_seal.mesh.torus import LEAST_SQUARES, squares_across, uniform_torus
 
@@ -22,28 +21,6 @@ def test_the_first_guess_jumps_by_one():
     mesh = refined(uniform_torus((5, 5), 1), seed=2)[-1][2].mesh
     for functions in mesh.first_guess():
         np.testing.assert_allclose(functions - functions[:, mesh.twin], mesh.copy.T, atol=1e-15)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_winding_numbers(seed):
-    """Pairs taken from a known potential are joined with its differences; one wrong pair is not."""
-    rng = np.random.default_rng(seed)
-    potential = rng.integers(-3, 4, 30)
-    low, high = rng.integers(0, 30, (2, 4000))
-    fits = potential[high] == potential[low] + 1
-    low, high = low[fits][:40], high[fits][:40]
-    once = np.ones((len(low), 1), dtype=int)
-    found = unwind(low, high, once, 30)
-    assert not len(found.windings)
-    root, offset = found.root, found.offset[:, 0]
-    shift = offset - potential
-    for r in np.unique(root):
-        assert np.ptp(shift[root == r]) == 0
-    assert np.array_equal(root[low], root[high])
-    together = np.flatnonzero(root == root[low[0]])
-    a, b = next((a, b) for a in together for b in together if potential[b] != potential[a] + 1)
-    wrong = unwind(np.append(low, a), np.append(high, b), np.append(once, [[1]], axis=0), 30)
-    assert wrong.windings.any()
 
 
 @pytest.mark.parametrize(
