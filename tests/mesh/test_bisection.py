@@ -11,7 +11,7 @@ from triangulations import ring, scattered_square, square_with_hole
 
 from fem_seal.mesh.bisection import TooFine, bisect, coarse_mesh, refine
 from fem_seal.mesh.nested import DEPTH, coarsest_width, uniform_mesh
-from fem_seal.mesh.torus import uniform_torus
+from fem_seal.mesh.torus import LEAST_SQUARES, squares_across, uniform_torus
 from fem_seal.mesh.triangles import INLET, ISLAND, TriangleMesh
 
 FAMILIES = {
@@ -172,3 +172,18 @@ def test_a_coarse_mesh_fills_any_rectangle(squares, periodic):
         assert len(mesh.cells) < 2 * squares[0] * squares[1] / 64 + 16 * sum(squares)
     else:
         assert (areas(mesh) == 32).all()
+
+
+@pytest.mark.parametrize("squares", [(1, 1), (1, 3), (4, 8)])
+def test_squares_of_the_first_mesh_of_a_torus(squares):
+    """At least LEAST_SQUARES, and never wider than asked for; they fill the cell."""
+    mesh = uniform_torus(squares, 1)
+    assert squares_across(mesh) == max(LEAST_SQUARES, min(squares))
+    assert areas(mesh).sum() == squares[0] * squares[1]
+
+
+def test_the_first_guess_on_a_torus_jumps_by_one():
+    """Of unit jumps in x and in y: at a copy of a vertex each is larger by the seams crossed."""
+    mesh = refined(uniform_torus((5, 5), 1), seed=2)[-1][2].mesh
+    for functions in mesh.first_guess():
+        np.testing.assert_allclose(functions - functions[:, mesh.twin], mesh.copy.T, atol=1e-15)
