@@ -176,16 +176,8 @@ def test_means_of_bounding_laws(coefficient, pressures, gaps, tilt):
     weight = weight_of(slip, g_0, tilt)
     law = bounding_law(slip, 1.0, weight, weight, 1.0)
     a, b, c = corners = np.array(gaps)[:, None]
-    quarters = [
-        np.concatenate(values)
-        for values in zip(
-            (a, (a + b) / 2, (a + c) / 2),
-            ((a + b) / 2, b, (b + c) / 2),
-            ((a + c) / 2, (b + c) / 2, c),
-            ((a + b) / 2, (b + c) / 2, (a + c) / 2),
-            strict=True,
-        )
-    ]
+    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    quarters = np.hstack([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]])
     means = (
         conductivity_of_corners(law.upper, *corners),
         resistivity_of_corners(law.lower, *corners),

@@ -29,34 +29,30 @@ NUMBERS = np.array([1, 2, 3, 3])
 NUMBERED = {"inlet": 1, "outlet": 2, "wall": 3}
 
 
-def vtu(path, arrays):
+def by_meshio(path, arrays, **options):
+    """The square with numbers of its edges in cell arrays."""
     lines = np.concatenate([EDGES[name] for name in EDGES])
     blocks = [("triangle", np.array(CELLS)), ("line", lines)]
-    points = np.column_stack([CORNERS, np.zeros(len(CORNERS))])
     data = {name: [np.zeros(4, dtype=int), numbers.astype(int)] for name, numbers in arrays.items()}
-    meshio.write(path, meshio.Mesh(points, blocks, cell_data=data))
+    meshio.write(path, meshio.Mesh(CORNERS, blocks, cell_data=data), **options)
     return path
 
 
-XDMF = """<?xml version="1.0"?><Xdmf Version="3.0"><Domain><Grid Name="Grid">
-<Geometry GeometryType="XY"><DataItem DataType="Float" Dimensions="5 2" Format="XML" Precision="8">
-0 0 1 0 1 1 0 1 0.5 0.5</DataItem></Geometry>
-<Topology TopologyType="Mixed" NumberOfElements="8"><DataItem DataType="Int" Dimensions="32"
-Format="XML" Precision="8">2 2 3 0 2 2 1 2 2 2 0 1 2 2 2 3 4 0 1 4 4 1 2 4 4 2 3 4 4 3 0 4
-</DataItem></Topology>
-<Attribute Name="boundary" AttributeType="Scalar" Center="Cell"><DataItem DataType="Int"
-Dimensions="8" Format="XML" Precision="4">1 2 3 3 0 0 0 0</DataItem></Attribute>
-</Grid></Domain></Xdmf>"""
+def xdmf(path):
+    """With its numbers in the file itself."""
+    return by_meshio(path, {"boundary": NUMBERS}, data_format="XML")
+
+
 # How a file is written, and the groups of its edges where they have no names.
 FILES = {
     "a.msh": (write_msh, {}),
     "A.MSH": (write_msh, {}),
     "arrays.vtu": (
-        lambda path: vtu(path, {name: k + 1 == NUMBERS for k, name in enumerate(EDGES)}),
+        lambda path: by_meshio(path, {name: k + 1 == NUMBERS for k, name in enumerate(EDGES)}),
         {},
     ),
-    "numbers.vtu": (lambda path: vtu(path, {"boundary": NUMBERS}), NUMBERED),
-    "a.xdmf": (lambda path: path.write_text(XDMF), NUMBERED),
+    "numbers.vtu": (lambda path: by_meshio(path, {"boundary": NUMBERS}), NUMBERED),
+    "a.xdmf": (xdmf, NUMBERED),
 }
 
 
@@ -80,19 +76,18 @@ def test_unit_of_the_file(tmp_path):
 
 
 def test_numbers_of_groups_must_be_told(tmp_path):
-    path = vtu(tmp_path / "a.vtu", {"boundary": NUMBERS})
+    path = by_meshio(tmp_path / "a.vtu", {"boundary": NUMBERS})
     with pytest.raises(
         InvalidInput, match=r"no boundary edges in a group 'inlet'; it has boundary"
     ):
         gap_of(path)
-    path = vtu(path, {"boundary": NUMBERS, "part": NUMBERS})
+    path = by_meshio(path, {"boundary": NUMBERS, "part": NUMBERS})
     with pytest.raises(InvalidInput, match=r"several integer cell arrays \(boundary, part\)"):
         gap_of(path, **NUMBERED)
 
 
 def test_xdmf_needs_h5py(tmp_path, monkeypatch):
-    path = tmp_path / "a.xdmf"
-    path.write_text(XDMF)
+    path = xdmf(tmp_path / "a.xdmf")
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     with pytest.raises(MissingPackage, match=r"needs the package h5py \(pip install h5py\)"):
         gap_of(path, **NUMBERED)
