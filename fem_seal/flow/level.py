@@ -115,15 +115,18 @@ class Streams(Family):
 
 def upper_matrix(pressures: Pressures, energies: np.ndarray | None = None) -> np.ndarray:
     """A (d, d): energies of the pressures of unit jumps; from `energies` in place of theirs."""
-    # With a single winding w the family has one pressure, of the jump w/|w|². A jump J drives J·w
-    # times its flow; w is the pseudo-inverse of that jump.
+    # With a single winding w the family has one pressure, of the jump w. A jump J drives J·w/|w|²
+    # times its flow; w/|w|² is the pseudo-inverse of that jump.
     basis = np.linalg.pinv(pressures.jumps)
     return basis @ (pressures.energies if energies is None else energies) @ basis.T
 
 
 def best_flux(streams: Streams, energies: np.ndarray | None = None) -> np.ndarray:
     """Weights (k, d) of the stream functions whose jumps G attain the maximum of C, linear in J."""
-    return np.linalg.solve(streams.energies if energies is None else energies, _crossing(streams))
+    energies = streams.energies if energies is None else energies
+    # Scale the diagonal to ones: elimination would lose the small energy beside a large one.
+    scale = 1 / np.sqrt(energies.diagonal())[:, None]
+    return scale * np.linalg.solve(scale * energies * scale.T, scale * _crossing(streams))
 
 
 def lower_matrix(streams: Streams, energies: np.ndarray | None = None) -> np.ndarray:

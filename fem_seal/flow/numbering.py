@@ -40,7 +40,7 @@ class Numbering:
         magnify.
         """
         jump = np.abs(self.offset[self.of_corner >= 0]).max(initial=0)
-        if jump == 0 or jump % 1:
+        if jump == 0:
             return values
         grid = 2.0 ** np.ceil(np.log2(jump + np.abs(values).max(initial=1.0)) + 1)
         return (values + grid) - grid

@@ -212,14 +212,14 @@ def jumps_along(windings: np.ndarray) -> np.ndarray:
     """Jumps (k, 2) of the pressures to solve for: a basis of the jumps that drive different flows.
 
     With two independent windings every jump drives a flow. With a single primitive winding w only
-    J·w matters, and one jump with J·w = 1 is enough.
+    J·w matters, and the jump w is enough. Whole numbers: a function that jumps by a fraction across
+    a seam could not be stored exactly.
     """
     if not len(windings):
         return np.empty((0, 2))
     if np.linalg.matrix_rank(windings) == 2:
         return np.eye(2)
-    m, n = _primitive(windings)
-    return np.array([[m, n]]) / (m * m + n * n)
+    return np.array([_primitive(windings)], dtype=float)
 
 
 def jumps_across(windings: np.ndarray) -> np.ndarray:
