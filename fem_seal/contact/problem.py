@@ -55,7 +55,8 @@ class Problem:
         It is the same for every method: for the energy F = p·Sp/2 - p·h, with the level at the
         lowest point, F(p) - F* <= certificate × Σp. A prescribed mean gap fixes the level; then a
         gap that is too small or too large as a whole counts as well, and the inequality holds up to
-        the ratio of the exact Σp to this one (docs/theory/mathematics.md, theorem 9).
+        the factor 2 r - 1, r >= 1 the ratio of the exact Σp to this one
+        (docs/theory/mathematics.md, theorem 9).
         """
         if total == 0:
             return max(-lowest, 0.0)
@@ -88,8 +89,7 @@ class Problem:
             reached = float(gap.sum(where=(pressure == 0) & (gap > 0))) / gap.size
             mean_gap_error = abs(reached / self.mean_gap - 1)
         return Measures(
-            # Not `certificate_from`: that a mean gap is missed is a measure of its own.
-            certificate=max(0.0, sum(works) / total - min(lows)),
+            certificate=max(0.0, self.certificate_from(total, sum(works), min(lows))),
             pressed_gap=max(pressed),
             penetration=max(0.0, level - min(lows)),
             mean_gap_error=mean_gap_error,
@@ -138,7 +138,7 @@ class Problem:
 class Measures:
     """Residuals of a pressure in a `Problem`; lengths in units of the rms height."""
 
-    certificate: float  #: duality gap Σ p (g - min g) / Σ p
+    certificate: float  #: duality gap, as of `Problem.certificate_from`
     pressed_gap: float  #: largest ``|g|`` on the samples that carry pressure
     penetration: float  #: deepest overlap, the largest -g of all samples
     mean_gap_error: float  #: relative error of the mean gap where it is prescribed, else 0

@@ -85,8 +85,9 @@ class ContactState(GapState):
     contact_modulus: float  #: E* [Pa]
     #: duality gap of the returned pressure, Σ p (g - min g) / (h_rms Σ p), computed from this
     #: pressure alone in float64. It proves that the energy per area lies within certificate × mean
-    #: pressure × h_rms above the minimum; under a prescribed mean gap up to the ratio of the exact
-    #: mean pressure to this one
+    #: pressure × h_rms above the minimum. Under a prescribed mean gap it is at least
+    #: ``|Σ p g|`` / (h_rms Σ p), and proves this up to the factor 2 r - 1, with r >= 1 the ratio of
+    #: the exact mean pressure to this one
     certificate: float = 0.0
     #: largest ``|g|`` of the computed gap where the pressure is positive, in units of h_rms
     pressed_gap: float = 0.0

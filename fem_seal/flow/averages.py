@@ -40,8 +40,8 @@ def cube_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
 
 
 def inverse_cube_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Mean of 1/g³ for gaps at the corners, 1/(a b c); infinite at contact."""
-    with np.errstate(divide="ignore"):
+    """Mean of 1/g³ for gaps at the corners, 1/(a b c); infinite at contact, and where too large."""
+    with np.errstate(divide="ignore", over="ignore"):
         return 1 / (a * (b * c))
 
 

@@ -64,7 +64,8 @@ class CellData(CellContact):
         (raised, lowered), (mean_K, mean_inverse_K) = np.moveaxis(gaps, -1, 0), means
         zero, contact = (raised == 0) & linear, (lowered == 0) & linear
         zero_gap = zero[[1, 2, 0]] & zero[[2, 0, 1]]
-        blocked = contact.all(axis=0) | (np.isinf(mean_inverse_K) & ~linear)
+        # Beside gaps of 0 the mean is infinite; that of tiny gaps leaves double precision.
+        blocked = contact.all(axis=0) | (np.isinf(mean_inverse_K) & ~contact.any(axis=0))
         most = law.upper.of_gap(ceiling)
         limited = np.maximum(mean_inverse_K, 1 / most)
         tensor = traces.resistivity(xy, aspect, lowered, contact, limited, law.lower)

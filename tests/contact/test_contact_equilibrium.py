@@ -7,6 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem_seal.contact import CONTACT_METHODS, press
+from fem_seal.contact.halfspace import HalfSpace
+from fem_seal.contact.problem import Problem
 from fem_seal.grid import GridField
 from fem_seal.surface import rms_height
 
@@ -27,6 +29,52 @@ def test_methods_agree_to_the_certificate(rough, solver, load):
     assert energy_distance(state.pressure, exact.pressure) <= bound
     # A sample may change sides only where it is undecided at 1e-6 of the rms height.
     assert np.count_nonzero(state.contact != exact.contact) <= 1
+
+
+def spike(**load):
+    """The contact of a flat face with one spike, which alone touches, and the spike's own S."""
+    solid, heights = HalfSpace((8, 8), (1.0, 1.0)), np.zeros((8, 8))
+    heights[2, 3] = 1.0
+    own = solid.displacement(heights)[2, 3]
+    return Problem(heights - heights.mean(), solid, **load), own
+
+
+@pytest.mark.parametrize("moved", [1e-3, 1e-6])
+def test_the_certificate_is_no_larger_than_it_must_be(moved):
+    """A part δ of the load moved from the spike to a sample with the gap g: the energy rises by
+    δ g + δ² D/2, and the certificate is δ g + δ² D, with D twice the energy of the pressures ±1."""
+    load = 0.01 / 64
+    problem, _ = spike(mean_pressure=load)
+    exact, change = np.zeros((2, 8, 8))
+    exact[2, 3] = 64 * load
+    change[2, 3], change[6, 6] = -1.0, 1.0
+    gap = problem.gap(exact)
+    gap -= gap[2, 3]
+    D = (change * problem.half_space.displacement(change)).sum()
+    assert gap.min() == 0
+    assert np.count_nonzero(gap < 0.9) == 1
+    part = moved * 64 * load
+    rise = part * gap[6, 6] + part**2 * D / 2
+    pressure = exact + part * change
+    certificate = problem.certificate(pressure, problem.gap(pressure)) * 64 * load
+    assert certificate == pytest.approx(rise + part**2 * D / 2, rel=1e-9)
+    assert rise <= certificate * (1 + 1e-9)
+    assert certificate < 1.001 * rise
+
+
+@pytest.mark.parametrize("part", [-1e-2, 1e-5, 1e-2])
+def test_the_certificate_of_a_prescribed_mean_gap(part):
+    """A wrong total p: F = S p²/2 - (h - ḡ) p of the spike is S (p - p*)²/2 above its minimum."""
+    problem, own = spike(mean_gap=0.5)
+    pressure = np.zeros((8, 8))
+    exact = (problem.heights[2, 3] - 0.5) / own
+    pressure[2, 3] = total = (1 + part) * exact
+    gap = problem.gap(pressure)
+    found = problem.measures(pressure, gap)
+    rise = own * (total - exact) ** 2 / 2
+    assert rise <= found.certificate * total * max(1, 2 * exact / total - 1)
+    # The spike's own gap.
+    assert found.certificate == pytest.approx(own * abs(total - exact), rel=1e-9)
 
 
 GRIDS = st.sampled_from([(32, 24), (37, 53), (61, 61), (128, 8), (7, 64), (64, 1), (2000, 2)])

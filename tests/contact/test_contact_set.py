@@ -78,7 +78,7 @@ def test_mean_gap_is_the_prescribed_one(surface, solver, relative):
     state = press(surface, MODULUS, mean_gap=wanted, solver=solver)
     # The tolerance that docs/theory/contact.md states.
     assert state.mean_gap == pytest.approx(wanted, rel=1e-4)
-    check_equilibrium(state, surface, 1e-6)
+    check_equilibrium(state, surface, 1e-6, wanted)
 
 
 def test_mean_gap_below_rounding_is_an_error():

@@ -141,6 +141,20 @@ def test_contact_edges_of_a_mesh():
     assert third == {0, 1, 2}
 
 
+@pytest.mark.parametrize("tiny", [3e-104, 1e-80])
+def test_no_flow_through_gaps_beyond_double_precision(tiny):
+    """Where the mean of 1/g³ is no number, ψ is constant: as 0 it would let any flow pass."""
+    samples = np.ones((4, 4))
+    samples[:, 1:3] = tiny
+    gap = represented(GridField(samples, (1.0, 1.0)))
+    mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
+    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    all_tiny = (samples[tuple((mesh.xy[mesh.cells] // PIXEL).T)] == tiny).all(axis=0)
+    beyond = 1 / tiny > np.finfo(float).max ** (1 / 3)
+    assert np.array_equal(data.blocked, all_tiny & beyond)
+    assert (data.resistivity[~data.blocked, 0] > 0).all()
+
+
 @pytest.mark.parametrize("corners", TRIANGLES)
 @pytest.mark.parametrize(
     "gaps",
