@@ -76,12 +76,12 @@ def bounding_law(
     For each gap c(g p/B)/w(p) is a ratio of two piecewise linear functions of p, monotone between
     their kinks. So its extremes over p lie at kinks or at the two pressures. The largest one is
     convex in g, as c is, and so at most its chords between the gaps of the table. The smallest one
-    is at least its chords divided by 1 + `_sag`, since c may have a kink between two gaps.
+    is at least its chords divided by 1 + `sag`, since c may have a kink between two gaps.
     """
     gaps, values = _extremes(slip, largest_gap, upper, np.max)
     largest = Conductivity(gaps, values / unit)
     gaps, values = _extremes(slip, largest_gap, lower, np.min)
-    values = values / (1 + _sag(slip.coefficient)) / unit
+    values = values / (1 + sag(slip.coefficient)) / unit
     slopes = np.diff(values) / np.diff(gaps)
     bends = np.append(np.diff(slopes), 0.0)
     convex = _from_right(gaps, np.maximum(bends, 0.0)) + values[-1] + slopes[-1] * (gaps - 1)
@@ -111,7 +111,7 @@ def _extremes(
     return gaps, values
 
 
-def _sag(c: PoiseuilleCoefficient) -> float:
+def sag(c: PoiseuilleCoefficient) -> float:
     """Largest relative distance of c from its chord over a gap interval with one of its kinks."""
     if not len(c.kinks):
         return 0.0

@@ -38,6 +38,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.digits import with_prefix
 from fem_seal.errors import narrowed, present
 from fem_seal.film import GridFilm, film_conductivity
+from fem_seal.film.slip_bounds import sag
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -146,8 +147,11 @@ class LoadedPatch:
             lower = self._per_square(above) / resistances[::-1]
         if (lower > upper).any():
             return None
-        exponents = CUBIC if self.patch.scene.slip is None else SLIPPING
-        return Enclosure(tuple(lower.tolist()), tuple(upper.tolist()), exponents)
+        slip, exponents, room = self.patch.scene.slip, CUBIC, 1.0
+        if slip is not None:
+            # K^m is concave and K^n convex for a smooth c, above which the chords of a table lie.
+            exponents, room = SLIPPING, 1 + sag(slip.coefficient)
+        return Enclosure(tuple((lower / room).tolist()), tuple((upper * room).tolist()), exponents)
 
     def critical_gap(self, load: float) -> float | None:
         """Gap [m] of the critical constriction at a net load [Pa]; None if sealed."""

@@ -10,6 +10,7 @@ from project import scene_of_samples
 from scipy.integrate import quad
 from test_seal_flow import exact_table
 
+from fem_seal.contact import ContactState
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
@@ -216,6 +217,29 @@ def test_enclosures_hold_loads_inside(rough):
     assert middle < (upper_a / lower_b) ** 0.5
     assert enclosure.upper[0] == pytest.approx(upper_a, rel=1e-6)
     assert enclosure.lower[-1] == pytest.approx(lower_b, rel=1e-6)
+
+
+def test_enclosures_of_a_kinetic_law():
+    """K of a uniform gap that falls in proportion to the load lies inside, also where all gaps lie
+    between two kinks of the law's table: there K^n is not convex, and a chord off by 1.4e-5."""
+    fluid = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
+    flow = {"inlet_pressure": 2e5, "outlet_pressure": 1e5, "sides": "periodic"}
+    patch = LoadedPatch(Patch(scene(fluid=fluid | {"slip": "kinetic"}, flow=flow)), RTOL)
+    slip, surface = patch.patch.scene.slip, patch.patch.surface
+    least = 1.001 * slip.coefficient.kinks[208] * slip.product / slip.mean_pressure
+    a, b, c = 1e5, 2e5, 2.125e5
+    gap_at = {w: least * (1 + 0.05 * (b - w) / (b - a)) for w in (a, b, c)}
+    for w, gap in gap_at.items():
+        uniform_gap, none = (
+            GridField(np.full(surface.shape, x), surface.spacing, periodic=True) for x in (gap, 0)
+        )
+        patch._states[w] = ContactState(uniform_gap, none, contact_modulus=1e7)
+    patch.table({a: 1.0, b: 1.0})
+    (enclosure,) = patch.enclose().between
+    for share in np.linspace(0.05, 0.95, 19):
+        gap = gap_at[a] + share * (gap_at[b] - gap_at[a])
+        K = gap**2 * slip.per_square_gap(gap) / (12 * patch.patch.scene.viscosity)
+        assert enclosure.lower_at(share) <= K <= enclosure.upper_at(share)
 
 
 def test_a_load_against_its_enclosure_is_noticed():
