@@ -67,9 +67,14 @@ def winds(mask: np.ndarray, connectivity: str, axis: int) -> bool:
 
     The axis is 0 along the flow or 1 around the seal. For the connectivity see `clusters.label`.
     """
+    return bool(_windings(mask, connectivity)[:, axis].any())
+
+
+def _windings(mask: np.ndarray, connectivity: str) -> np.ndarray:
+    """Closed paths inside the mask around the periodic cell, (k, 2), as of `Unwound`."""
     labels, count = clusters.label(mask, connectivity)
     links = clusters.seam_links(labels, connectivity, (True, True))
-    return bool(unwind(links.first, links.second, links.shift, count + 1).windings[:, axis].any())
+    return unwind(links.first, links.second, links.shift, count + 1).windings
 
 
 def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
@@ -95,3 +100,18 @@ def widest_winding(gap: GridField, representation: str, axis: int) -> float:
     sites = periodic_sites(gap, representation)
     connectivity = OPEN_CONNECTIVITY[representation]
     return highest_spanning(sites[sites > 0], lambda h: winds(sites >= h, connectivity, axis))
+
+
+def widest_both_ways(gap: GridField, representation: str) -> float:
+    """Tightest gap [m] of the widest closed paths in two directions; 0 if there is one at most.
+
+    A path that goes around the cell along both axes, such as an oblique channel, is only one.
+    """
+    sites = periodic_sites(gap, representation)
+    connectivity = OPEN_CONNECTIVITY[representation]
+
+    def both(h: float) -> bool:
+        windings = _windings(sites >= h, connectivity)
+        return len(windings) > 1 and bool(np.linalg.matrix_rank(windings) == 2)
+
+    return highest_spanning(sites[sites > 0], both)

@@ -7,7 +7,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.fenicsx import explained_compilation
 from fem_seal.film.law import CUBE, leak_rate_of_square, mean_pressure_law
-from fem_seal.film.winding import periodic_sites, widest_winding
+from fem_seal.film.winding import periodic_sites, widest_both_ways, widest_winding
 from fem_seal.flow.adapt import refined
 from fem_seal.flow.bounds import TensorBounds, widest
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
@@ -72,6 +72,7 @@ def conductivity_tensor(
     sites = periodic_sites(gap, representation)
     limits, tuning = limits or Limits(), tuning or Tuning()
     windings = [widest_winding(gap, representation, axis) for axis in (0, 1)]
+    windings.append(widest_both_ways(gap, representation))
     if not any(windings):
         return TensorBounds(np.zeros((2, 2)), np.zeros((2, 2)))
     largest_gap = float(sites.max())

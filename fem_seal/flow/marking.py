@@ -181,7 +181,8 @@ def completed(marked: np.ndarray, indicators: np.ndarray, required: float) -> np
     """The fewest cells (C,) bool to add to `marked`, so that all hold the sum `required`."""
     rest = np.where(marked, 0.0, indicators)
     missing = required - (indicators.sum() - rest.sum())
-    if missing <= 0:
+    # Where nothing is left, what is missing is rounding.
+    if missing <= 0 or not rest.any():
         return np.zeros(len(marked), dtype=bool)
     return doerfler(rest, missing / rest.sum())
 

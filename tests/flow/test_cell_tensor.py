@@ -150,6 +150,25 @@ def test_a_staircase_channel():
     assert found.converged
 
 
+def test_a_link_beside_an_oblique_channel():
+    """A wide channel that winds around both axes, and a link a thousandth as high that closes a
+    path of another direction: without the link K* has the rank one, with it both directions are
+    known."""
+    i, j = np.indices((16, 16))
+    values = np.where((i - j) % 16 < 4, 1.0, 0.0)
+    link = (np.abs(i - 8.5) < 1) & (values == 0)
+    found, without = (
+        tensor(cell(np.where(link, height, values)), representation="constant")
+        for height in (1e-3, 0.0)
+    )
+    assert np.linalg.eigvalsh(without.upper)[0] < 1e-12
+    assert found.converged
+    # The drop along the weak direction lies across the link, 12 samples long and two wide.
+    least = np.linalg.eigvalsh(found.lower)[0], np.linalg.eigvalsh(found.upper)[0]
+    assert 0 < least[0] <= least[1] <= 1.052 * least[0]
+    assert least[1] < 2 * 1e-9
+
+
 @pytest.mark.parametrize("seed", [0, 7])
 def test_every_direction_is_known(seed):
     """A wide groove along x between samples of random decades: the direction across it conducts

@@ -59,3 +59,9 @@ def test_what_is_missing_is_added(part):
         assert least >= indicators[~(marked | added)].max(initial=0)
         assert indicators[marked | added].sum() - least <= part * total + rounding
     assert added.any() == (indicators[marked].sum() < part * total)
+
+
+def test_rounding_alone_adds_nothing():
+    """All cells are marked, and hold what is required but for a rounding."""
+    indicators = np.array([1.0, 2.0])
+    assert not completed(indicators > 0, indicators, 3 * (1 + 1e-15)).any()
