@@ -147,8 +147,8 @@ def test_no_flow_through_gaps_beyond_double_precision(tiny):
     samples = np.ones((4, 4))
     samples[:, 1:3] = tiny
     gap = represented(GridField(samples, (1.0, 1.0)))
-    mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
-    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    mesh, values = meshed(gap)
+    data = gap.cell_data(mesh, values)
     all_tiny = (samples[tuple((mesh.xy[mesh.cells] // PIXEL).T)] == tiny).all(axis=0)
     beyond = 1 / tiny > np.finfo(float).max ** (1 / 3)
     assert np.array_equal(data.blocked, all_tiny & beyond)
