@@ -19,9 +19,9 @@ from fem_seal.coupling import SETTLED
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
 from fem_seal.errors import present
-from fem_seal.grid_series import OnGrid, grid_error, grids, sealed_under
+from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids, sealed_under
 from fem_seal.leak_rate import LeakRate
-from fem_seal.patch import KnownSteps, Patch
+from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene, SelfAffine
 from fem_seal.surface.resampling import resample
@@ -69,7 +69,7 @@ def chosen_grid(
     max_refinement: int,
     error_of: Callable[[Sequence[Patch]], Uncertainty],
 ) -> tuple[Patch, Choice]:
-    """Refine the contact grid until its error is small; flow and lift get the rest of the budget.
+    """Refine the contact grid until its error is small; flow and lift get the rest of the total.
 
     A sealed grid has no error of its leak rate: it is refined until it surely stays sealed.
     A prescribed area counts samples: its error is that of each grid, like the grid's own.
@@ -86,93 +86,62 @@ def chosen_grid(
         Estimates what a grid finer than the last one would change.
     """
     total = first.flow_settings.rtol
-    budget = log1p(total)
-    refined = _refined(first, max_refinement, error_of, budget)
-    left = budget - refined.contact_part
+    allowed = log1p(total)
+    patch, trials = _refined(first, max_refinement, error_of, allowed)
+    lifts, left = patch.lifted is not None, allowed - _contact_part(patch)
     # No tolerance makes the error of a lift as small as one likes: single samples open or close.
-    least = (1 - LAST_SHARE) * budget if refined.lifts else 0.0
-    if refined.leak_rate.converged and refined.flow_part + refined.lift_part > left > least:
-        refined = _solved_again(first, refined, left)
-    leak = refined.leak_rate
-    if leak.converged and leak.state == "leaking" and refined.log_error > budget:
-        by_lift = left > least
-        reason = _missed_by_lift(total, refined.lift_part) if by_lift else _missed(total, refined)
-        leak = replace(leak, converged=False, reason=reason)
-    solved, grid, area = refined.patch, refined.grid_error, refined.area_error
-    known = KnownSteps(solved.contact, solved.lifted, leak, grid, area)
-    chosen = first.with_(surface=solved.surface, known=known, flow_settings=solved.flow_settings)
-    return chosen, Choice(
+    least = (1 - LAST_SHARE) * allowed if lifts else 0.0
+    of_flow_and_lift = flow_log_error(patch.leak_rate) + _lift_part(patch)
+    if patch.leak_rate.converged and of_flow_and_lift > left > least:
+        patch = _solved_again(first, patch, left)
+    leak, of_flow, of_lift = patch.leak_rate, flow_log_error(patch.leak_rate), _lift_part(patch)
+    missed = _contact_part(patch) + of_flow + of_lift > allowed
+    if leak.converged and leak.state == "leaking" and missed:
+        reason = _missed_by_lift(total, of_lift) if left > least else _missed(total, patch)
+        patch.leak_rate = replace(leak, converged=False, reason=reason)
+    grid, area = patch.once(estimated_error), patch.once(area_error)
+    return patch, Choice(
         total=total,
-        samples=present(solved.surface, "surface").shape,
-        rtol=solved.flow_settings.rtol,
+        samples=present(patch.surface, "surface").shape,
+        rtol=patch.flow_settings.rtol,
         contact_error=None if leak.state == "sealed" else known_error(grid.log_error),
-        flow_error=known_error(refined.flow_part),
-        trials=refined.trials,
-        lift_error=known_error(refined.lift_part) if refined.lifts else None,
+        flow_error=known_error(of_flow),
+        trials=trials,
+        lift_error=known_error(of_lift) if lifts else None,
         area_error=None if area is None else known_error(area.log_error),
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Refined:
-    """The last contact grid that was tried, with its errors as |ln| of a ratio of leak rates."""
-
-    patch: Patch
-    trials: tuple[Trial, ...]  #: grids tried, from coarse to fine
-    grid_error: Uncertainty  #: of the contact grid
-    area_error: Uncertainty | None  #: of a prescribed contact area; None without one
-
-    @property
-    def leak_rate(self) -> LeakRate:
-        return self.patch.leak_rate
-
-    @property
-    def lifts(self) -> bool:
-        """Whether the fluid lifts the solid."""
-        return self.patch.lifted is not None
-
-    @property
-    def contact_part(self) -> float:
-        """Of the contact grid and of a prescribed area, c + a."""
-        area = 0.0 if self.area_error is None else self.area_error.log_error
-        return self.grid_error.log_error + area
-
-    @property
-    def flow_part(self) -> float:
-        """Half-width of the flow's bracket, f."""
-        return flow_log_error(self.leak_rate)
-
-    @property
-    def lift_part(self) -> float:
-        """Of the lift, l; 0 if it has not settled."""
-        lifted = self.patch.lifted
-        return lifted.error if lifted is not None and lifted.converged else 0.0
-
-    @property
-    def log_error(self) -> float:
-        """Sum of all, c + a + f + l."""
-        return self.contact_part + self.flow_part + self.lift_part
+def _contact_part(patch: Patch) -> float:
+    """Error of the contact grid and of a prescribed area, c + a."""
+    area = patch.once(area_error)
+    return patch.once(estimated_error).log_error + (0.0 if area is None else area.log_error)
 
 
-def _solved_again(first: Patch, refined: _Refined, left: float) -> _Refined:
-    """The same contact with a flow and a lift whose errors keep what is left of the budget."""
+def _lift_part(patch: Patch) -> float:
+    """Error of the lift, l; 0 if it has not settled."""
+    return patch.lifted.error if patch.lifted is not None and patch.lifted.converged else 0.0
+
+
+def _solved_again(first: Patch, patch: Patch, left: float) -> Patch:
+    """The same contact with a flow and a lift whose errors keep what is left of the allowed one."""
     # The lift claims a multiple of rtol, which is up to twice the flow's part.
-    rtol = 2 * left / (1 + 2 * SETTLED) if refined.lifts else 2 * sinh(left)
+    rtol = 2 * sinh(left) if patch.lifted is None else 2 * left / (1 + 2 * SETTLED)
     settings = replace(first.flow_settings, rtol=rtol)
-    known = KnownSteps(refined.patch.contact)
-    solved = first.with_(surface=refined.patch.surface, known=known, flow_settings=settings)
-    area = area_error(solved) if refined.lifts else refined.area_error
-    return replace(refined, patch=solved, area_error=area)
+    solved = first.with_(surface=patch.surface, contact=patch.contact, flow_settings=settings)
+    solved.keep(estimated_error, patch.once(estimated_error))
+    return solved
 
 
 def _refined(
     first: Patch,
     max_refinement: int,
     error_of: Callable[[Sequence[Patch]], Uncertainty],
-    budget: float,
-) -> _Refined:
-    """Refine the contact grid until its errors leave a part of the budget to flow and lift.
+    allowed: float,
+) -> tuple[Patch, tuple[Trial, ...]]:
+    """Refine the contact grid until its errors leave flow and lift a part of the allowed one.
 
+    Returns the last grid, whose error is kept as of `estimated_error`, and all from coarse to fine.
     Grids coarser than that of the scene are not chosen; they only serve `error_of`.
     """
     own = present(first.surface, "surface of a scene with [accuracy]")
@@ -187,15 +156,17 @@ def _refined(
             if coarse:
                 # A uniform film carries more on fewer samples, here more than the load.
                 continue
-            return _Refined(solved, tuple(trials), UNKNOWN, None)
+            solved.keep(estimated_error, UNKNOWN)
+            break
         tried.append(solved)
         trials.append(Trial(shape, leak.value, *leak.bounds))
         if coarse:
             continue
-        refined = _Refined(solved, tuple(trials), error_of(tried), area_error(solved))
-        if refined.contact_part <= (LAST_SHARE if shape == shapes[-1] else SHARE) * budget:
+        solved.keep(estimated_error, error_of(tried))
+        share = LAST_SHARE if shape == shapes[-1] else SHARE
+        if _contact_part(solved) <= share * allowed:
             break
-    return refined
+    return solved, tuple(trials)
 
 
 def known_error(log_error: float) -> float | None:
@@ -230,7 +201,7 @@ def chosen_patch(
         if isinstance(scene.surface, SelfAffine):
             shortest = scene.surface.short_wavelength
         patch, choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
-    patch.seconds.update(first.seconds)
+    patch.seconds = first.seconds
     return patch, choice
 
 
@@ -306,10 +277,10 @@ def error_words(error: float | None) -> str:
     return f"about {per_cent(error)}" if error < 1 else f"about a factor of {1 + error:.2g}"
 
 
-def _missed(total: float, refined: _Refined) -> str:
-    size = error_words(known_error(refined.contact_part))
-    also = "" if refined.area_error is None else " and the area's"
-    nx, ny = refined.trials[-1].samples
+def _missed(total: float, patch: Patch) -> str:
+    size = error_words(known_error(_contact_part(patch)))
+    also = "" if patch.once(area_error) is None else " and the area's"
+    nx, ny = present(patch.surface, "surface").shape
     return (
         f"the contact grid's{also} part of the error is {size} on {nx} x {ny}, "
         f"the finest that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"

@@ -45,8 +45,6 @@ def area_error(patch: Patch) -> Uncertainty | None:
     """Estimate how far the leak rate is from that at the prescribed area; None without one."""
     if patch.scene.contact is None or patch.load.kind != "area_fraction" or patch.load.value == 0:
         return None
-    if patch.known.area_error is not None:
-        return patch.known.area_error
     if patch.lifted is not None and not patch.lifted.converged:
         return estimate(CONTACT_AREA, "contact and flow have not settled")
     contact = present(patch.film_contact, "contact")

@@ -250,8 +250,6 @@ def estimated_error(patch: Patch) -> Uncertainty:
 
     For a measured map: what half of the samples change. Its own samples are all that is known.
     """
-    if patch.known.grid_error is not None:
-        return patch.known.grid_error
     if half(present(patch.surface, "surface").shape) is None:
         words = "the samples are too few to leave out every second one"
         return estimate(CONTACT_GRID, words)

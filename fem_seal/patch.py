@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -12,7 +12,6 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
-from fem_seal.error_budget import Uncertainty
 from fem_seal.errors import InvalidInput, narrowed, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.gap_file import load_gap
@@ -32,17 +31,6 @@ if TYPE_CHECKING:
     from fem_seal.sensitivity import Sensitivity
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, eq=False)
-class KnownSteps:
-    """Steps of a patch that were computed before."""
-
-    contact: GapState | None = None  #: dry contact of the patch's surface
-    lifted: "LiftedState | None" = None  #: equilibrium of contact and fluid
-    leak_rate: LeakRate | None = None
-    grid_error: Uncertainty | None = None  #: of the contact grid, as of `estimated_error`
-    area_error: Uncertainty | None = None  #: of a prescribed contact area, as of `area_error`
 
 
 class Patch:
@@ -68,8 +56,8 @@ class Patch:
         Whether gmsh may run a .geo file that is not the package's own, with your rights.
     surface
         Heights [m] in place of the scene's surface, such as the same surface on another grid.
-    known
-        Steps that are known already.
+    contact
+        Dry contact of the surface, if it is known already.
     contact_start
         First guess of the contact pressure [Pa], (nx, ny); a good one saves iterations.
     load, lift, flow_settings
@@ -95,7 +83,7 @@ class Patch:
         *,
         trust: bool = False,
         surface: GridField | None = None,
-        known: KnownSteps | None = None,
+        contact: GapState | None = None,
         contact_start: np.ndarray | None = None,
         load: Load | None = None,
         lift: Lift | None = None,
@@ -115,7 +103,7 @@ class Patch:
         self.seconds: dict[str, float] = {}
         self.lift, self._contact_start = lift or scene.lift, contact_start
         self._surface, self._load, self._flow_settings = surface, load, flow_settings
-        self.known = known or KnownSteps()
+        self._contact = contact
         self._values: dict[Any, Any] = {}
 
     def __repr__(self) -> str:
@@ -140,6 +128,10 @@ class Patch:
             self._values[function] = function(self)
         value: T = self._values[function]
         return value
+
+    def keep(self, function: "Callable[[Patch], T]", value: T) -> None:
+        """Let `once` return this value, found in another way."""
+        self._values[function] = value
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -190,7 +182,7 @@ class Patch:
         *,
         scene: Scene | None = None,
         surface: GridField | None = None,
-        known: KnownSteps | None = None,
+        contact: GapState | None = None,
         contact_start: np.ndarray | None = None,
         load: Load | None = None,
         lift: Lift | None = None,
@@ -206,7 +198,7 @@ class Patch:
             self.report,
             trust=self.trust,
             surface=surface or self.surface,
-            known=known,
+            contact=contact,
             contact_start=contact_start,
             load=load or (self._load if scene is None else None),
             lift=lift or self.lift,
@@ -223,8 +215,8 @@ class Patch:
     @cached_property
     def contact(self) -> GapState | None:
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
-        if self.known.contact is not None or self.scene.contact is None:
-            return self.known.contact
+        if self._contact is not None or self.scene.contact is None:
+            return self._contact
         press, surface = CONTACTS[self.scene.contact.model], present(self.surface, "surface")
         arguments = self.scene, surface, self._contact_start, self.load, self.report
         return self.on_root("contact", partial(press, *arguments))
@@ -239,8 +231,8 @@ class Patch:
     @cached_property
     def lifted(self) -> "LiftedState | None":
         """Contact and flow in one equilibrium; None unless the scene resolves the lift."""
-        if self.known.lifted is not None or self.lift != "resolved":
-            return self.known.lifted
+        if self.lift != "resolved":
+            return None
         from fem_seal.coupling import lifted
         from fem_seal.lifting import lifting_problem
 
@@ -345,8 +337,6 @@ class Patch:
 
         The volume of a gas is stated at the reference conditions of the fluid.
         """
-        if self.known.leak_rate is not None:
-            return self.known.leak_rate
         method = self.flow_settings.method
         if self.lifted_off:
             return LeakRate.lifted_off(method)

@@ -27,7 +27,7 @@ from fem_seal.grid_series import (
     unresolved,
 )
 from fem_seal.leak_rate import LeakRate
-from fem_seal.patch import KnownSteps, Patch
+from fem_seal.patch import Patch
 from fem_seal.progress import silent
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
@@ -58,30 +58,28 @@ class Fake:
     asked: list
     surface: GridField
     flow_settings: FlowSettings
-    known: KnownSteps
     report = staticmethod(silent)
     scene = SimpleNamespace(contact=None)
 
-    @property
-    def contact(self):
-        return f"contact {self.surface.shape[0]}"
-
-    @property
-    def leak_rate(self):
+    def __post_init__(self):
+        self.kept = {}
+        self.contact = f"contact {self.surface.shape[0]}"
         value, half = exp(self.error(self.surface.shape[0])), asinh(self.flow_settings.rtol / 2)
         bounds = value * exp(-half), value * exp(half)
-        return self.known.leak_rate or LeakRate("leaking", "fake", value, *bounds)
-
-    @property
-    def lifted(self):
+        self.leak_rate = LeakRate("leaking", "fake", value, *bounds)
         claimed = self.claims * self.flow_settings.rtol
-        return SimpleNamespace(error=claimed, converged=True) if claimed else None
+        self.lifted = SimpleNamespace(error=claimed, converged=True) if claimed else None
 
-    def with_(self, *, surface, flow_settings=None, known=None):
-        known, settings = known or KnownSteps(), flow_settings or self.flow_settings
-        if known.leak_rate is None:
-            self.asked.append((surface.shape, settings.rtol, known.contact))
-        return replace(self, surface=surface, flow_settings=settings, known=known)
+    def once(self, function):
+        return self.kept.get(function)
+
+    def keep(self, function, value):
+        self.kept[function] = value
+
+    def with_(self, *, surface, flow_settings=None, contact=None):
+        settings = flow_settings or self.flow_settings
+        self.asked.append((surface.shape, settings.rtol, contact))
+        return replace(self, surface=surface, flow_settings=settings)
 
 
 def chosen_grid(total, error, max_refinement=4, claims=0.0):
@@ -91,7 +89,7 @@ def chosen_grid(total, error, max_refinement=4, claims=0.0):
         one, other = (log(solved.leak_rate.value) for solved in tried[-2:])
         return estimate("grid", "", exp(-1.5 * abs(one - other)), exp(1.5 * abs(one - other)))
 
-    first = Fake(error, claims, [], FLAT, FlowSettings(1.0, 1.0, rtol=total), KnownSteps())
+    first = Fake(error, claims, [], FLAT, FlowSettings(1.0, 1.0, rtol=total))
     return *chosen_grid_of(first, max_refinement, error_of), first.asked
 
 

@@ -4,7 +4,7 @@ from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
 from fem_seal.parallel import Comm
-from fem_seal.patch import KnownSteps, Patch
+from fem_seal.patch import Patch
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
 
@@ -34,11 +34,11 @@ class ContactPath:
         comm: Comm,
     ) -> Patch:
         """Patch of the next point, with the surface, and the contact of the last one if it fits."""
-        surface, known, start = None, None, None
+        surface, contact, start = None, None, None
         if self._last is not None:
             last, surface, pressed = self._last
             if (scene.solid, scene.contact, scene.load) == (last.solid, last.contact, last.load):
-                known = KnownSteps(pressed)
+                contact = pressed
             elif _path(scene) is not None and _path(scene) == _path(last):
                 start = self._predictor.start(scene.load)
         return Patch(
@@ -46,7 +46,7 @@ class ContactPath:
             report,
             trust=trust,
             surface=surface,
-            known=known,
+            contact=contact,
             contact_start=start,
             comm=comm,
         )

@@ -26,7 +26,7 @@ from fem_seal.grid_series import LEAST_SAMPLES, OnGrid, grid_error
 from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
-from fem_seal.patch import KnownSteps, Patch
+from fem_seal.patch import Patch
 from fem_seal.points import Task, Work, points_of
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
@@ -117,7 +117,7 @@ class ContactGrid(Task[tuple[Run, ...]]):
         for own in self.flows:
             limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
             settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
-            patch = pressed.with_(known=KnownSteps(contact), lift="none", flow_settings=settings)
+            patch = pressed.with_(contact=contact, lift="none", flow_settings=settings)
             # Reset the kernel's largest resident memory of this process (proc(5)), where it can be.
             with suppress(OSError):
                 Path("/proc/self/clear_refs").write_text("5")

@@ -11,7 +11,7 @@ from lifted_scenes import scene
 from fem_seal import run
 from fem_seal.accuracy import chosen_patch
 from fem_seal.drawing import draw
-from fem_seal.patch import KnownSteps, Patch
+from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.verdict import verdict
 from fem_seal.results import Result, read_contact
@@ -137,7 +137,8 @@ def test_budget_of_a_state_that_has_not_settled():
     settled = Patch(scene()).lifted
     seen = {"lowest": 0.7 * settled.lowest, "highest": 1.2 * settled.highest}
     state = replace(settled, reason="not settled", **seen)
-    patch = Patch(scene(), known=KnownSteps(lifted=state))
+    patch = Patch(scene())
+    patch.lifted = state
     result = answer(patch).result()
     assert not result.lift.settled
     assert "steps, not settled" in dict(summary_of(result))["lift"]
