@@ -27,11 +27,8 @@ from fem_seal.error_budget import CONTACT_AREA, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
-from fem_seal.grid_series import error_beyond
-from fem_seal.lifting import lifting_problem
+from fem_seal.grid_series import by_load, error_beyond
 from fem_seal.patch import Patch
-from fem_seal.progress import silent
-from fem_seal.sensitivity import ByLoad
 
 # Factor on the larger of both changes of ln Q, for what the network and the first order leave out.
 AREA_SAFETY = 1.25
@@ -58,7 +55,7 @@ def area_error(patch: Patch) -> Uncertainty | None:
     critical = 0.0 if sealed else present(film.constriction, "constriction").gap
     try:
         reached = partial(_reach, patch, closing, opening, critical)
-        reach = patch.on_root("contact area", reached)
+        reach = patch.timed_on_root("contact area", reached)
     except NotConverged as error:
         return estimate(CONTACT_AREA, f"{words}; {error}")
     if sealed:
@@ -90,8 +87,7 @@ def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
     contact, height = patch.film_contact, present(patch.surface, "surface")
     gap, by = present(contact, "contact").gap.values, None
     if isinstance(contact, ContactState):
-        problem = lifting_problem(patch.scene, patch.load, patch.flow_settings, height, silent)
-        by = ByLoad(problem, contact, patch.lifted, critical)
+        by = by_load(patch, critical)
         narrowing, kept, easing = np.maximum(-by.gap, 0.0), contact.pressure.values, by.pressure
     else:
         shift = narrowed(contact, BearingState, "bearing").shift

@@ -7,7 +7,7 @@ result.json, the verdict, the printed words and the report all show this list, w
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
 from math import inf, log, prod, sqrt
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from fem_seal.digits import rounded_down, rounded_up
 from fem_seal.errors import Inconsistent
@@ -29,6 +29,14 @@ NEAR_ONE, ROUNDING = 1e-3, 1e-12
 IN_BOUNDS = (FLOW, SLIP_INTERVAL, FLOW_AND_LOADS)
 
 Kind = Literal["guaranteed", "estimated", "not covered"]
+
+
+class LargestInput(NamedTuple):
+    """The input of [tolerances] that matters most."""
+
+    name: str
+    part: float  #: its ± as a part of its value
+    share: float  #: in the logarithms of the factors
 
 
 @dataclass(frozen=True)
@@ -56,9 +64,8 @@ class Uncertainty:
     per_rtol: float = 0.0
     #: Whether the leak rate may be anywhere between the factors, and its value is no best guess.
     is_range: bool = False
-    #: Of the entry "inputs": the input that matters most, its ± as a part of its value, and its
-    #: share in the logarithms of the factors.
-    largest: tuple[str, float, float] | None = None
+    #: Of the entry "inputs".
+    largest: LargestInput | None = None
     name: str = ""  #: the key in words
 
     def __post_init__(self) -> None:

@@ -203,12 +203,17 @@ def edge_error(patch: Patch, critical: float) -> float:
     """
     if critical == 0:
         return 0.0
+    by = by_load(patch, critical)
+    counted = by.contact.contact_area_fraction / by.contact.contact_area_corrected
+    return abs(by.log_rate) * present(patch.carried_load, "load") * log(counted)
+
+
+def by_load(patch: Patch, critical: float) -> ByLoad:
+    """Derivatives of an elastic contact by its load, beside a critical gap [m]; 0 if sealed."""
     contact = narrowed(patch.film_contact, ContactState, "contact")
     height = present(patch.surface, "surface")
     problem = lifting_problem(patch.scene, patch.load, patch.flow_settings, height, silent)
-    by = ByLoad(problem, contact, patch.lifted, critical)
-    counted = contact.contact_area_fraction / contact.contact_area_corrected
-    return abs(by.log_rate) * present(patch.carried_load, "load") * log(counted)
+    return ByLoad(problem, contact, patch.lifted, critical)
 
 
 def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:

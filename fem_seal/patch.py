@@ -143,7 +143,7 @@ class Patch:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
 
-    def on_root(self, stage: str, compute: Callable[[], T]) -> T:
+    def timed_on_root(self, stage: str, compute: Callable[[], T]) -> T:
         """Value that the first process computes for all; a stage, as of `timed`."""
         with self.timed(stage):
             return parallel.on_root(compute, self.comm)
@@ -175,7 +175,7 @@ class Patch:
         if seal is not None and seal.window is not None:
             steps = replace(steps, crop=map_.window((0, 0), seal.window))
         read = partial(measured_surface, map_.path, map_.stated, steps)
-        return self.on_root("surface", read)
+        return self.timed_on_root("surface", read)
 
     def with_(
         self,
@@ -219,7 +219,7 @@ class Patch:
             return self._contact
         press, surface = CONTACTS[self.scene.contact.model], present(self.surface, "surface")
         arguments = self.scene, surface, self._contact_start, self.load, self.report
-        return self.on_root("contact", partial(press, *arguments))
+        return self.timed_on_root("contact", partial(press, *arguments))
 
     @property
     def elastic(self) -> ContactState:
@@ -258,7 +258,7 @@ class Patch:
 
         elastic = narrowed(self.film_contact, ContactState, "contact")
         arguments = self.scene, self.load, height, elastic, lifted
-        return self.on_root("sensitivity", partial(sensitivity, *arguments))
+        return self.timed_on_root("sensitivity", partial(sensitivity, *arguments))
 
     @property
     def lifted_off(self) -> bool:
@@ -301,7 +301,7 @@ class Patch:
         from fem_seal.shaped import shaped_film
 
         grid = None if shape.own_gap else self.grid_gap
-        return self.on_root("shape", partial(shaped_film, shape, grid, trust=self.trust))
+        return self.timed_on_root("shape", partial(shaped_film, shape, grid, trust=self.trust))
 
     def film_of(self, gap: GridField) -> "GridFilm | MeshFilm":
         """The film of another gap [m] on the same grid, such as that of another load."""
@@ -322,7 +322,7 @@ class Patch:
             return contact.gap
         source = present(self.scene.gap, "[gap]")
         read = partial(load_gap, source.path, source.stated, source.contact_below)
-        return self.on_root("gap", read)
+        return self.timed_on_root("gap", read)
 
     @cached_property
     def sealed(self) -> bool:
@@ -369,7 +369,7 @@ def _self_affine(patch: Patch, section: SelfAffine) -> GridField:
         scaling=section.scaling,
         seed=section.seed,
     )
-    return patch.on_root("surface", made)
+    return patch.timed_on_root("surface", made)
 
 
 def _of_profiles(patch: Patch, section: ProfileSurface) -> GridField:
@@ -377,7 +377,7 @@ def _of_profiles(patch: Patch, section: ProfileSurface) -> GridField:
         spectrum = spectrum_of_profiles(section)
         return gaussian_surface(spectrum, section.shape, section.size, seed=section.seed)
 
-    return patch.on_root("surface", made)
+    return patch.timed_on_root("surface", made)
 
 
 def _measured(patch: Patch, section: FileSurface) -> GridField:

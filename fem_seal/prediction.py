@@ -208,8 +208,8 @@ def _seal_patch(
         # The flow of a mirrored map is that of a quarter of it.
         samples, channels = samples / 4, channels / 4 ** (OF_WAVES / 2)
     # The more loads, the looser most of them are, and the nearer the meshes on which they begin.
-    looser = USUAL_RTOL * (seal.rtol / USUAL_RTOL) ** (1 / 3)
-    seconds += OF_LOAD * flow_seconds(samples, channels, looser / 2)
+    rtol = USUAL_RTOL * (seal.rtol / USUAL_RTOL) ** (1 / 3)
+    seconds += OF_LOAD * flow_seconds(samples, channels, rtol / 2)
     unknowns = unknowns_of(channels, seal.rtol / 2)
     kept = min(loads, KEPT / samples) * (KEPT_OF_UNKNOWN * unknowns + KEPT_OF_SAMPLE * samples)
     return loads * seconds, BYTES_OF_UNKNOWN * unknowns + kept

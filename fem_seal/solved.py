@@ -22,10 +22,10 @@ from fem_seal.points import Work
 from fem_seal.prediction import predicted
 from fem_seal.products import file_names, require_packages, write_products
 from fem_seal.progress import NOTE, Report, silent
+from fem_seal.quantities.cautions import cautions
 from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.of_patch import Quantities, quantities
-from fem_seal.quantities.remarks import cautions
 from fem_seal.quantities.seal import seal_advice, seal_budget
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
@@ -225,6 +225,7 @@ def solve(
     NotConverged
         If the contact does not reach its tolerance.
     """
+    require_scene(scene)
     require_packages(scene)
     return answer(*chosen_patch(scene, report, trust=trust, comm=comm))
 
@@ -349,9 +350,8 @@ def run(
         If the contact does not reach its tolerance; nothing is written then.
     """
     with _reserved(scene, out, overwrite, comm, work, origin) as folder:
-        patch, choice = chosen_patch(scene, report, trust=trust, comm=comm)
-        solved = answer(patch, choice, patches=folder.path / PATCHES, work=work)
-        return solved.write(folder)
+        chosen = chosen_patch(scene, report, trust=trust, comm=comm)
+        return answer(*chosen, patches=folder.path / PATCHES, work=work).write(folder)
 
 
 @contextmanager

@@ -86,7 +86,7 @@ def _described(options: argparse.Namespace, report: Report) -> str:
 
 def _of_steps(prepared: "PreparedSurface", patch: "Patch", *, is_cell: bool) -> list[str]:
     """Table of the steps of a preparation, what a contact would refuse in a cell, and cautions."""
-    from fem_seal.quantities.remarks import cautions_of_map, steep
+    from fem_seal.quantities.cautions import cautions_of_map, steep
 
     head = ("step", "samples", "missing", "rms height", "rms slope", "seam", "skewness")
     lines = [aligned([head, *map(_cells, prepared.steps)])]
@@ -163,7 +163,7 @@ def _prepared(patch: "Patch") -> "PreparedSurface":
 
 def _map_rows(prepared: "PreparedSurface") -> Rows:
     """Rows on the sides, the slopes and the lay of the map before it was made periodic."""
-    from fem_seal.quantities.remarks import LAY
+    from fem_seal.quantities.cautions import LAY
 
     # Number of points times their distance, as in surface.size.
     map_, lay = prepared.measured, prepared.lay

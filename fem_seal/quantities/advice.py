@@ -132,16 +132,17 @@ class UndecidedLimit:
         sides = [entry.upper if below else entry.lower for entry in others]
         if inputs is None or None in sides:
             return ""
-        name, part, share = present(inputs.largest, "input that matters most")
+        largest = present(inputs.largest, "input that matters most")
         # The end of the headline that is beyond the limit, and the factor that moves it there.
         end = self.head.upper if below else self.head.lower
         if end:
             side = inputs.upper if end > self.limit else inputs.lower
-            own, excess = share * abs(log(side or 1.0)), abs(log(end / self.limit))
+            own, excess = largest.share * abs(log(side or 1.0)), abs(log(end / self.limit))
             if 0 < excess < own:
-                needed, now = rounded_down(100 * part * (1 - excess / own), 2), 100 * part
-                return f"{name} to ±{needed} % in place of ±{in_digits(now, 2)} % might decide"
-        return f"no smaller tolerance of {name} alone decides, the input that matters most"
+                now = 100 * largest.part
+                needed, shown = rounded_down(now * (1 - excess / own), 2), in_digits(now, 2)
+                return f"{largest.name} to ±{needed} % in place of ±{shown} % might decide"
+        return f"no smaller tolerance of {largest.name} alone decides, the input that matters most"
 
     def _by_flow(self) -> str:
         """A smaller flow.rtol, which a scene with a total error does not take."""

@@ -13,6 +13,7 @@ from fem_seal.film.lattice import Lattice
 from fem_seal.leak_rate import FlowField
 
 OPPOSITE = -0.5  # cosine: the other side of a channel lies within 60 degrees of straight across
+BESIDE = 1e-9  # distance of a wall on which a position lies, in spacings or lengths of triangles
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def _width_on_mesh(film: MeshFilm, position: tuple[float, float]) -> float | Non
         at_position = (mesh.xy == position).all(axis=1)
         corners = mesh.xy[mesh.cells[at_position[mesh.cells].any(axis=1)]]
         ahead = corners.mean(axis=(0, 1)) - position
-        away = np.concatenate([away, -1e-9 * ahead[None]])
+        away = np.concatenate([away, -BESIDE * ahead[None]])
     ends = _both_sides(away)
     return None if ends is None else float(sum(ends))
 
@@ -98,7 +99,7 @@ def _solid_around(sites: Lattice, position: tuple[float, float]) -> np.ndarray:
     # Walls lie half a pixel beyond the last centres; add the half that `channel_width` takes off.
     beyond = 1.0 if sites.connectivity == "4" else 0.0
     # A site on the wall itself has the wall just beside it.
-    below, above = (max(n + beyond, 1e-9) * spacing[1] for n in (j, ny - 1 - j))
+    below, above = (max(n + beyond, BESIDE) * spacing[1] for n in (j, ny - 1 - j))
     return np.concatenate([steps * spacing, [[0.0, -below], [0.0, above]]])
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.digits import in_digits
-from fem_seal.error_budget import INPUTS, Uncertainty
+from fem_seal.error_budget import INPUTS, LargestInput, Uncertainty
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
@@ -233,7 +233,7 @@ def _entry(
         INPUTS,
         "estimated",
         sentence,
-        largest=(name, part, shares[name] / (sum(shares.values()) or 1.0)),
+        largest=LargestInput(name, part, shares[name] / (sum(shares.values()) or 1.0)),
     )
     if leak.state == "lifted off" or opened.state == "sealed":
         return entry(1.0, 1.0)

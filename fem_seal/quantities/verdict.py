@@ -83,7 +83,7 @@ def verdict(
     counting = f", counting {entry_words(both)}" if both and leak.state == "leaking" else ""
     sentence = f"{decision}: {head}; {comparison}{counting}{open_points}"
     limit_text = f"{in_digits(stated.number, 6)} {stated.unit.name}"
-    return Verdict(decision, sentence, limit_text, *needed, comparison)
+    return Verdict(decision, sentence, limit_text, needed.rtol, needed.unknowns, comparison)
 
 
 def _compared(state: FlowState, head: Headline, limit: float, allowed: str) -> tuple[str, str]:

@@ -4,7 +4,7 @@ from math import isfinite
 from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field
 
 from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
@@ -17,7 +17,7 @@ from fem_seal.scene.readable import own_names
 from fem_seal.units import RATES
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.seal import SealLeak, median_patch
-from fem_seal.upscaling.seal_flow import PathFlow, SealFlow, SealingPart
+from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
 
 POINTS = 400  # most points of the leak path in the record
 
@@ -146,16 +146,13 @@ class SealPatchRecord(Record):
     """Leak rate [m³/s] of a seal all of whose patches are like this one, and the patch's table."""
 
     state: FlowState
-    value: Finite
+    value: Finite  #: None, as the bounds, if the seal is lifted off
     lower: Finite
     upper: Finite
-    conductivity: ConductivityTable | None = None  #: K [m³/(Pa s)] at net loads [Pa]
-
-    @classmethod
-    def of(cls, flow: SealFlow) -> "SealPatchRecord":
-        """Record of a patch; it has no leak rate if the seal is lifted off."""
-        rates = {"value": flow.value, "lower": flow.lower, "upper": flow.upper}
-        return cls(state=flow.state, conductivity=flow.table, **rates)
+    #: K [m³/(Pa s)] at net loads [Pa]
+    conductivity: ConductivityTable | None = Field(
+        None, validation_alias=AliasChoices("conductivity", "table")
+    )
 
 
 class PathRecord(Record):
@@ -201,7 +198,7 @@ class SealRecord(Record):
         median = median_patch(seal.patches)
         return cls(
             leak_rate=None if lifted else Rate.model_validate(seal),
-            patches=tuple(map(SealPatchRecord.of, seal.patches)),
+            patches=tuple(map(SealPatchRecord.model_validate, seal.patches)),
             share_sealed=seal.share_sealed,
             patches_along=seal.count.along,
             patches_around=seal.count.across,

@@ -219,10 +219,10 @@ def _of_present_version(scene: dict[str, Any]) -> dict[str, Any]:
         if ambient_is_open(outlet, flow.get("ambient_pressure")):
             return {**scene, "flow": {**flow, "ambient_pressure": outlet}}
         return scene
-    present = {**scene, "flow": {**flow, "ambient_pressure": None}}
+    new = {**scene, "flow": {**flow, "ambient_pressure": None}}
     if contact:
-        present["contact"] = {name: contact[name] for name in contact if name not in ITERATION}
-    return present
+        new["contact"] = {name: contact[name] for name in contact if name not in ITERATION}
+    return new
 
 
 def _of_schema_1(data: dict[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from project import leak_scene, scene_of_samples
 
 from fem_seal import run
 from fem_seal.patch import Patch
-from fem_seal.quantities.remarks import cautions
+from fem_seal.quantities.cautions import cautions
 from fem_seal.render.report import report
 from fem_seal.results import Result
 from fem_seal.results.words import summary_of
