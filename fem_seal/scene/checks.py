@@ -1,6 +1,6 @@
 """Checks across the sections of a scene: each yields sentences, of which the first one counts."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -256,7 +256,7 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
     given = dict(scene.tolerances.given())
     if not given:
         yield "[tolerances] names no input; leave the section out"
-    for name in given:
+    for name, tolerance in given.items():
         section, _, key = name.partition(".")
         known = scene.surface if name == "heights" else getattr(scene, section)
         rigid = scene.contact is not None and not scene.contact.is_elastic
@@ -268,31 +268,12 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
                 f"tolerances.{name} is of an input that the scene does not use; leave it out"
                 f"{compared}"
             )
-    for name, tolerance in given.items():
         if tolerance.amount is not None and scene.value_of(name) == 0:
             yield (
                 f"tolerances.{name} = {str(tolerance)!r} is an amount beside a value of 0, of "
                 "which no part is known; leave it out, and compare scenes with other values of it"
             )
-    if "heights" in given and scene.contact is not None and scene.contact.mean_gap is not None:
-        yield (
-            "tolerances.heights needs contact.pressure or contact.area_fraction: at a given "
-            "contact.mean_gap higher heights may open or close the film; leave it out"
-        )
-    if scene.lift == "range":
-        yield (
-            "[tolerances] moves both ends of flow.lift = 'range', by other factors than the dry "
-            "contact; choose 'resolved', or leave [tolerances] out"
-        )
-    if scene.lift == "resolved":
-        pressed = scene.contact is not None and scene.contact.pressure is not None
-        of_solid = () if pressed else ("solid.youngs_modulus", "solid.contact_modulus")
-        for name in given.keys() & {"flow.outlet_pressure", *of_solid}:
-            without = "" if pressed else " without contact.pressure"
-            yield (
-                f"tolerances.{name} may open or close a film that the fluid lifts{without}; leave "
-                "it out, and compare scenes with other values of it"
-            )
+    yield from _unordered(scene, given.keys())
     for name, part in scene.tolerated.items():
         if part >= 1:
             yield (
@@ -307,6 +288,30 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
             yield (
                 f"[tolerances] let flow.inlet_pressure fall to {least:g} Pa, which is not above "
                 f"the {most:g} Pa of flow.outlet_pressure; give smaller ones"
+            )
+
+
+def _unordered(scene: "Scene", given: Collection[str]) -> Iterator[str]:
+    """Tolerances of which no end is known to open the film."""
+    if "heights" in given and scene.contact is not None and scene.contact.mean_gap is not None:
+        yield (
+            "tolerances.heights needs contact.pressure or contact.area_fraction: at a given "
+            "contact.mean_gap higher heights may open or close the film; leave it out"
+        )
+    if scene.lift == "range":
+        yield (
+            "[tolerances] moves both ends of flow.lift = 'range', by other factors than the dry "
+            "contact; choose 'resolved', or leave [tolerances] out"
+        )
+    if scene.lift == "resolved":
+        pressed = scene.contact is not None and scene.contact.pressure is not None
+        of_solid = () if pressed else ("solid.youngs_modulus", "solid.contact_modulus")
+        unclear = "flow.outlet_pressure", *of_solid
+        for name in (name for name in given if name in unclear):
+            without = "" if pressed else " without contact.pressure"
+            yield (
+                f"tolerances.{name} may open or close a film that the fluid lifts{without}; leave "
+                "it out, and compare scenes with other values of it"
             )
 
 

@@ -77,34 +77,34 @@ class LoadedPatch:
         self.convex = True
         self._states: dict[float, ContactState] = {}
         self._bounds: dict[float, tuple[float, float]] = {}
-        self._looser: dict[float, float] = {}
+        self._multiples: dict[float, float] = {}
         self._flows: dict[float, MeshedFlow] = {}
         self._enclosures: dict[tuple[float, float], Enclosure | None] = {}
 
-    def bounds(self, load: float, looser: float = 1.0) -> tuple[float, float]:
+    def bounds(self, load: float, multiple: float = 1.0) -> tuple[float, float]:
         """Bounds of K [m³/(Pa s)] at a net load [Pa]; both 0 where the patch is sealed.
 
-        The flow is solved to `looser` times `rtol` at least. The contact starts from an
+        The flow is solved to `multiple` times `rtol` at least. The contact starts from an
         extrapolation of the two states nearest in load, the flow from the mesh and the functions of
         the nearest lower load.
         """
-        if looser < self._looser.get(load, np.inf):
-            self._bounds[load] = self._conductivity(load, looser)
-            self._looser[load] = looser
+        if multiple < self._multiples.get(load, np.inf):
+            self._bounds[load] = self._conductivity(load, multiple)
+            self._multiples[load] = multiple
         return self._bounds[load]
 
     def missing(self, loads: Mapping[float, float]) -> dict[float, float]:
         """Loads [Pa], each with a multiple of `rtol`, that `table` has still to compute."""
         return {
-            load: looser
-            for load, looser in loads.items()
-            if self._looser.get(load, np.inf) > AGAIN * looser
+            load: multiple
+            for load, multiple in loads.items()
+            if self._multiples.get(load, np.inf) > AGAIN * multiple
         }
 
     def table(self, loads: Mapping[float, float] | None = None) -> ConductivityTable:
         """Compute loads [Pa], each to a multiple of `rtol`; table of all loads so far."""
-        for load, looser in sorted(self.missing(loads or {}).items()):
-            self._compare(load, looser)
+        for load, multiple in sorted(self.missing(loads or {}).items()):
+            self._compare(load, multiple)
         rows = sorted((load, *bounds) for load, bounds in self._bounds.items())
         between = tuple(
             self._enclosures.get(pair) if self.convex else None
@@ -191,9 +191,9 @@ class LoadedPatch:
         K = film_conductivity(flow.film.largest_gap, self.patch.scene.viscosity)
         return flow.slip_factor * K * length / width
 
-    def _compare(self, load: float, looser: float) -> None:
+    def _compare(self, load: float, multiple: float) -> None:
         """Compute K at a load, and compare it with the enclosure of the interval that it cuts."""
-        lower, upper = self.bounds(load, looser)
+        lower, upper = self.bounds(load, multiple)
         for (a, b), enclosure in self._enclosures.items():
             if enclosure is None or not a < load < b:
                 continue
@@ -218,12 +218,12 @@ class LoadedPatch:
         patch = self.patch
         return elastic_contact(patch.scene, surface, predictor.start(target), target, patch.report)
 
-    def _conductivity(self, load: float, looser: float) -> tuple[float, float]:
+    def _conductivity(self, load: float, multiple: float) -> tuple[float, float]:
         state = self._state(load)
         film = self._film(state.gap.values)
         if film.sealed:
             return 0.0, 0.0
-        leak = self._leak_rate(load, film, looser)
+        leak = self._leak_rate(load, film, multiple)
         if not leak.converged:
             load_text = with_prefix(state.mean_pressure, "Pa")
             # The rest of the reason names the tolerance of this flow, which is not the seal's.
@@ -234,7 +234,7 @@ class LoadedPatch:
         lower, upper = leak.bounds
         return lower * per_rate, upper * per_rate
 
-    def _leak_rate(self, load: float, film: GridFilm, looser: float) -> LeakRate:
+    def _leak_rate(self, load: float, film: GridFilm, multiple: float) -> LeakRate:
         from fem_seal.flow import leak_rate
         from fem_seal.flow.marking import Tuning
 
@@ -247,7 +247,7 @@ class LoadedPatch:
                 del self._flows[next(iter(self._flows))]
 
         start = self._nearest(load) if nearby else None
-        slip, rtol = at_mean_pressure(scene.slip), looser * self.rtol
+        slip, rtol = at_mean_pressure(scene.slip), multiple * self.rtol
         settings = replace(scene.flow_settings, slip=slip, rtol=rtol, decide=None, field=False)
         return leak_rate(
             film,

@@ -44,8 +44,8 @@ OTHERS = 1.4  # the same for the other first loads
 SEALED_LOAD_KNOWN = 1 / 16
 
 
-def refined_table(
-    patch: LoadedPatch,
+def refined_flow(
+    loaded: LoadedPatch,
     profile: Profile,
     path: LeakPath,
     ends: EndPressures,
@@ -55,7 +55,7 @@ def refined_table(
     max_seconds: float | None = None,
     progress: Callable[[str], None] = lambda state: None,
 ) -> SealFlow:
-    """Add loads to a patch's table until the leak rate of such a seal is known to a tolerance.
+    """Flow of a seal of such patches; loads are added to their table until it has a tolerance.
 
     Loads are added until the enclosures of all intervals should be narrow enough; then all of these
     are computed. After `max_seconds` the bounds that have been reached are returned.
@@ -66,19 +66,16 @@ def refined_table(
     # is the decisive one. If it seals the patch, no fluid passes there.
     decisive = profile.highest - ends.inlet
     progress("whether it seals")
-    if patch.sealed(decisive):
-        opens, sealed = 0.0, decisive  # for the margin; no flow is solved
-        while sealed - opens > SEALED_LOAD_KNOWN * decisive:
-            middle = 0.5 * (opens + sealed)
-            opens, sealed = (opens, middle) if patch.sealed(middle) else (middle, sealed)
-        return seal_flow(patch.table({sealed: 1.0, decisive: 1.0}), profile, path, ends)
+    if loaded.sealed(decisive):
+        table = loaded.table({_sealed_from(loaded, decisive): 1.0, decisive: 1.0})
+        return seal_flow(table, profile, path, ends)
 
     started = perf_counter()
     # Under a uniform pressure no net load is below the decisive one.
     span = (decisive if is_uniform(profile) else 0.0), profile.highest - ends.outlet
     first = {decisive: 1.0} | {0.5 * (decisive + end): OTHERS for end in span if end != decisive}
     progress(f"its first {len(first)} net loads")
-    table = patch.table(first)
+    table = loaded.table(first)
     while True:
         flow = seal_flow(table, profile, path, ends)
         if _width(flow) <= tolerance:
@@ -86,24 +83,32 @@ def refined_table(
         progress(_state_of_table(table, flow, tolerance, most_loads))
         if max_seconds is not None:
             # Times differ from process to process.
-            taken = parallel.on_root(lambda: perf_counter() - started, patch.patch.comm)
+            taken = parallel.on_root(lambda: perf_counter() - started, loaded.patch.comm)
             if taken > max_seconds:
                 reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
                 return replace(flow, reason=reason)
-        marked = marked_loads(table, flow, patch.enclosed(), tolerance, span, most_loads)
-        loads = patch.missing(marked)
+        marked = marked_loads(table, flow, loaded.enclosed(), tolerance, span, most_loads)
+        loads = loaded.missing(marked)
         if loads and len(loads.keys() | set(table.loads.tolist())) <= most_loads:
-            table = patch.table(loads)
-        elif flow.lower > 0 and not patch.enclosed().all():
-            table = patch.enclose()
+            table = loaded.table(loads)
+        elif flow.lower > 0 and not loaded.enclosed().all():
+            table = loaded.enclose()
         else:
-            if patch.reasons:
-                reason = f"{patch.reasons[0]}; raise that limit"
+            reason = f"it may take {most_loads} net loads; raise seal.max_loads"
+            if loaded.reasons:
+                reason = f"{loaded.reasons[0]}; raise that limit"
             elif flow.lower > 0 and _errors(table, flow)[1] >= tolerance:
                 reason = "its bounds at the net loads are no narrower; raise seal.rtol"
-            else:
-                reason = f"it may take {most_loads} net loads; raise seal.max_loads"
             return replace(flow, reason=reason)
+
+
+def _sealed_from(loaded: LoadedPatch, sealed: float) -> float:
+    """Load [Pa] from which on a patch is sealed, below one that seals it; no flow is solved."""
+    opens, known = 0.0, SEALED_LOAD_KNOWN * sealed
+    while sealed - opens > known:
+        middle = 0.5 * (opens + sealed)
+        opens, sealed = (opens, middle) if loaded.sealed(middle) else (middle, sealed)
+    return sealed
 
 
 def _state_of_table(
@@ -139,7 +144,7 @@ def marked_loads(
     error, of_flows = _errors(table, flow)
     room = (1 - REST) * (tolerance - of_flows)
     if room <= 0:
-        return demand.looser(loads, span)
+        return demand.multiples(loads, span)
     first, last = demand.extent(span, REST / (1 - REST) * room)
     if loads.size + 2 > most_loads:
         first, last = loads[[0, -1]]
@@ -154,7 +159,7 @@ def marked_loads(
         pieces[np.argmax(left * (1 / pieces**2 - 1 / (pieces + 1) ** 2))] += 1
     added = np.setdiff1d(demand.cut(nodes, pieces), loads)
     if added.size:
-        return demand.looser(np.union1d(loads, added), span)
+        return demand.multiples(np.union1d(loads, added), span)
     return _halved(table, span, int(np.argmax(error))) if enclosed.all() else {}
 
 
@@ -206,7 +211,7 @@ class _Demand:
             places.append(np.interp(np.linspace(first, last, many + 1)[1:-1], total, self.edges))
         return np.unique(np.concatenate(places))
 
-    def looser(self, loads: np.ndarray, span: tuple[float, float]) -> dict[float, float]:
+    def multiples(self, loads: np.ndarray, span: tuple[float, float]) -> dict[float, float]:
         """Each load with the multiple of the flows' tolerance that its influence allows.
 
         With n loads of influences ρ_k the errors Σ ρ_k r_k are the same at the least cost Σ 1/r_k
@@ -215,8 +220,8 @@ class _Demand:
         nodes = np.concatenate([span[:1], loads, span[1:]])
         share = np.diff(self._up_to(self.influence, nodes))
         influence = np.maximum(0.5 * (share[1:] + share[:-1]), np.finfo(float).tiny)
-        looser = np.clip((loads.size * influence) ** -0.5, STARTED, LOOSEST_LATER)
-        return dict(zip(loads.tolist(), looser.tolist(), strict=True))
+        multiples = np.clip((loads.size * influence) ** -0.5, STARTED, LOOSEST_LATER)
+        return dict(zip(loads.tolist(), multiples.tolist(), strict=True))
 
     def _up_to(self, of_parts: np.ndarray, loads: np.ndarray) -> np.ndarray:
         return np.interp(loads, self.edges, np.append(0.0, np.cumsum(of_parts)))

@@ -22,7 +22,7 @@ from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
-from fem_seal.upscaling.refined_table import STARTED, refined_table
+from fem_seal.upscaling.refined_table import STARTED, refined_flow
 from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal_flow import SealFlow
 
@@ -64,7 +64,7 @@ class PatchTask(Task[SolvedPatch]):
 
         seal = present(self.scene.seal, "[seal]")
         loaded = LoadedPatch(Patch(self.scene, staged, comm=comm), OF_FLOWS * seal.rtol)
-        flow = refined_table(
+        flow = refined_flow(
             loaded,
             *leak_path_of(self.scene, self.part),
             tolerance=seal.rtol,
@@ -82,7 +82,7 @@ class PatchTask(Task[SolvedPatch]):
         )
 
 
-def load_that_matters(flow: SealFlow, patch: LoadedPatch) -> float | None:
+def load_that_matters(flow: SealFlow, loaded: LoadedPatch) -> float | None:
     """Leaking load [Pa] of the table nearest to that which matters most; None if sealed.
 
     That is the net load of the place that halves the influence on the leak rate. The upper bounds
@@ -94,27 +94,27 @@ def load_that_matters(flow: SealFlow, patch: LoadedPatch) -> float | None:
     net = along.contact_pressure - along.fluid_pressure
     matters = float(net[np.searchsorted(np.cumsum(along.influence), 0.5)])
     by_distance = sorted(table.loads.tolist(), key=lambda load: abs(load - matters))
-    return next(load for load in by_distance if patch.critical_gap(load) is not None)
+    return next(load for load in by_distance if loaded.critical_gap(load) is not None)
 
 
-def _contact_error(patch: LoadedPatch, load: float) -> float | None:
+def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     """Relative error of the contact's grid at a load, from half of the samples."""
-    thinned = on_half(patch.patch, even=patch.quartered)
+    thinned = on_half(loaded.patch, even=loaded.quartered)
     if thinned is None:
         return None
     # The grids may differ by less than the flows of the table may be off. A flow that is off by
     # less than AGAIN times as much moves the estimate by at most 4 % of itself.
-    asked = {load: STARTED * min(1.0, patch.patch.scene.flow.rtol / patch.rtol)}
-    looser = patch.missing(asked).get(load, inf)
+    asked = {load: STARTED * min(1.0, loaded.patch.scene.flow.rtol / loaded.rtol)}
+    multiple = loaded.missing(asked).get(load, inf)
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol)
-    grids = _on_grid(coarse, load), _on_grid(patch, load, looser)
+    grids = _on_grid(coarse, load), _on_grid(loaded, load, multiple)
     return known_error(grid_error(*grids).log_error)
 
 
-def _on_grid(patch: LoadedPatch, load: float, looser: float = 1.0) -> OnGrid:
-    lower, upper = patch.bounds(load, looser)
-    middle, gap = sqrt(lower) * sqrt(upper), patch.critical_gap(load) or 0.0
-    return OnGrid(middle, middle, gap, unresolved(present(patch.patch.surface, "surface")))
+def _on_grid(loaded: LoadedPatch, load: float, multiple: float = 1.0) -> OnGrid:
+    lower, upper = loaded.bounds(load, multiple)
+    middle, gap = sqrt(lower) * sqrt(upper), loaded.critical_gap(load) or 0.0
+    return OnGrid(middle, middle, gap, unresolved(present(loaded.patch.surface, "surface")))
 
 
 def solved_patches(

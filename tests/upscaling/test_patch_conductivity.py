@@ -24,7 +24,7 @@ from fem_seal.upscaling import (
     uniform,
 )
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
-from fem_seal.upscaling.refined_table import REST, WIDTH, marked_loads, refined_table
+from fem_seal.upscaling.refined_table import REST, WIDTH, marked_loads, refined_flow
 from fem_seal.upscaling.solved_patches import load_that_matters
 
 WAVE = Wave(1e-6, 64e-6, 1e7)
@@ -70,7 +70,7 @@ def test_seal_of_waves(fine_waves, kind):
     P, ends = 0.5 * WAVE.full, EndPressures(0.3 * WAVE.full)
     profile = kind(P, 2e-3)
 
-    outcome = refined_table(fine_waves, profile, STRIP, ends, tolerance=0.2)
+    outcome = refined_flow(fine_waves, profile, STRIP, ends, tolerance=0.2)
     assert not outcome.reason
     assert outcome.upper < 1.23 * outcome.lower
     if kind is uniform:
@@ -91,7 +91,7 @@ def rough(rtol=RTOL):
 
 def test_a_seal_that_is_sealed_needs_no_flow():
     patch, P, ends = rough(), 9e6, EndPressures(1e5)
-    outcome = refined_table(patch, Hertz(P, 2e-3), STRIP, ends)
+    outcome = refined_flow(patch, Hertz(P, 2e-3), STRIP, ends)
     assert outcome.state == "sealed"
     assert outcome.table.loads[-1] == P - 1e5
     assert set(outcome.table.upper) == {0.0}
@@ -154,10 +154,8 @@ def test_bounds_that_leave_no_room_for_loads_ask_for_another_tolerance():
     patch, tolerance = rough(), 0.05
     for load in (2e5, 2.5e5):
         patch._bounds[load] = (1e-16, np.exp(1.1 * tolerance) * 1e-16)
-        patch._looser[load] = 1.0
-    outcome = refined_table(
-        patch, uniform(3e5, 2e-3), STRIP, EndPressures(1e5), tolerance=tolerance
-    )
+        patch._multiples[load] = 1.0
+    outcome = refined_flow(patch, uniform(3e5, 2e-3), STRIP, EndPressures(1e5), tolerance=tolerance)
     assert outcome.reason.startswith("its bounds at the net loads are no narrower")
 
 
@@ -265,7 +263,7 @@ def test_bounds_that_cross_enclose_nothing():
 def test_few_loads_are_enough():
     """The same accuracy as by steps of the load, whose error falls as 1/n, with a few loads."""
     ends, profile = EndPressures(1e5), uniform(3e5, 2e-3)
-    outcome = refined_table(rough(0.02), profile, STRIP, ends, tolerance=0.06)
+    outcome = refined_flow(rough(0.02), profile, STRIP, ends, tolerance=0.06)
     assert not outcome.reason
     table = outcome.table
     # Of K = exp(-w/c) steps have ln(upper/lower) >= 4 (1 - √r)²/(n (1 - r)) at best, r the fall.
