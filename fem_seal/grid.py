@@ -77,6 +77,12 @@ class GridField:
         (nx, ny), (dx, dy) = self.shape, self.spacing
         return (nx * dx, ny * dy) if self.periodic else ((nx - 1) * dx, (ny - 1) * dy)
 
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Lengths along both axes [m], each sample counted as one pixel."""
+        (nx, ny), (dx, dy) = self.shape, self.spacing
+        return nx * dx, ny * dy
+
     def vertices(self) -> np.ndarray:
         """Samples; those of a periodic field with the first row and column repeated at the end."""
         return np.pad(self.values, ((0, 1), (0, 1)), mode="wrap") if self.periodic else self.values

@@ -3,6 +3,7 @@
 import json
 import os
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -116,8 +117,7 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
     missing, (nx, ny) = int(np.count_nonzero(np.isnan(values))), values.shape
     if missing == values.size:
         raise InvalidInput(f"all {values.size} points of {path} are missing")
-    part = missing / values.size
-    facts = [f"{nx} x {ny} points, {missing} missing ({100 * part:.2g} %)"]
+    facts = [f"{nx} x {ny} points, {missing} missing ({100 * missing / values.size:.2g} %)"]
     spikes = np.count_nonzero(outliers(FieldMap(values, (1, 1), recorded.periodic)))
     lines = [*_quoted_header(recorded), "[surface]", 'kind = "file"', f"path = {name}"]
     more, needed = _unit_and_size(path, recorded, stated)
@@ -126,29 +126,11 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
         lines.append(_line("missing", f"{mark[0]!r}", f"stands {mark[1]} times: no height"))
     if spikes:
         facts.append(f"{spikes} of them spikes")
-        comment = f"{spikes} points far from all their neighbours; out if they are real"
-        lines.append(_line("outliers", '"missing"', comment))
-    if recorded.periodic:
-        lines.append(_line("detrend", '"mean"', "the map repeats, says the file"))
-    else:
-        lines.append(_line("detrend", '"plane"', 'the tilt; "quadratic" takes a bow away as well'))
-    if missing + spikes:
-        lines.append(_line("fill", '"harmonic"', f"{missing + spikes} points are missing"))
-    if part > MOST_FILLED:
-        lines.append(
-            _line(
-                "max_missing",
-                f"{np.ceil(20 * part) / 20:g}",
-                f"more than the usual {MOST_FILLED:g}; would a crop do?",
-            )
-        )
-    if not recorded.periodic:
-        comment = "a measured map does not repeat; the contact needs a cell that does"
-        lines.append(_line("make_periodic", '"mirror"', comment))
+    lines += _preparation(recorded, missing, spikes)
     if needed:
         return lines, facts, needed, ""
     field = in_metres(recorded, stated, path)
-    (dx, dy), sides = field.spacing, [n * d for n, d in zip((nx, ny), field.spacing, strict=True)]
+    (dx, dy), sides = field.spacing, field.sides
     facts.append(f"{with_prefix(dx, 'm', 6)} by {with_prefix(dy, 'm', 6)} apart")
     if max(nx, ny) > FEW_SAMPLES:
         ends = ", ".join(f'["0 um", "{1e6 * side / 2:.6g} um"]' for side in sides)
@@ -156,19 +138,39 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
     lines.append("# transpose = true              # the flow runs along x; this sends it along y")
     if recorded.periodic:
         return lines, facts, needed, ""
-    return lines, facts, needed, _window(field, sides)
+    return lines, facts, needed, _window(field)
 
 
-def _window(field: FieldMap, sides: list[float]) -> str:
-    """Line of [seal] with the window, or on why there is none; sides of the map in m."""
+def _preparation(recorded: Recorded, missing: int, spikes: int) -> Iterator[str]:
+    """Lines of [surface] that prepare a map of which so many points are missing, or are spikes."""
+    if spikes:
+        comment = f"{spikes} points far from all their neighbours; out if they are real"
+        yield _line("outliers", '"missing"', comment)
+    if recorded.periodic:
+        yield _line("detrend", '"mean"', "the map repeats, says the file")
+    else:
+        yield _line("detrend", '"plane"', 'the tilt; "quadratic" takes a bow away as well')
+    if missing + spikes:
+        yield _line("fill", '"harmonic"', f"{missing + spikes} points are missing")
+    part = missing / recorded.values.size
+    if part > MOST_FILLED:
+        comment = f"more than the usual {MOST_FILLED:g}; would a crop do?"
+        yield _line("max_missing", f"{np.ceil(20 * part) / 20:g}", comment)
+    if not recorded.periodic:
+        comment = "a measured map does not repeat; the contact needs a cell that does"
+        yield _line("make_periodic", '"mirror"', comment)
+
+
+def _window(field: FieldMap) -> str:
+    """Line of [seal] with the window, or on why there is none."""
     try:
         longest = longest_wavelength(levelled_map(field))
     except InvalidInput as error:
         return f"## no window: {error}\n"
     if longest is None:
         return "## no window: the longest wavelength is longer than the map; they would lose it\n"
-    part = [rounded_down(1e6 * side / WINDOWS, 3) for side in sides]
-    ratio = min(sides) / WINDOWS / longest
+    part = [rounded_down(1e6 * side / WINDOWS, 3) for side in field.sides]
+    ratio = min(field.sides) / WINDOWS / longest
     waves = f"{ratio:.2g} of the longest wavelengths, {with_prefix(longest, 'm', 3)}, wide"
     if ratio < WAVES:
         return f"## no window: a third of the map is {waves}; at least {WAVES:g} are needed\n"

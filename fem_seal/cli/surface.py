@@ -165,11 +165,9 @@ def _map_rows(prepared: "PreparedSurface") -> Rows:
     """Rows on the sides, the slopes and the lay of the map before it was made periodic."""
     from fem_seal.quantities.cautions import LAY
 
-    # Number of points times their distance, as in surface.size.
-    map_, lay = prepared.measured, prepared.lay
-    sides = [n * d for n, d in zip(map_.shape, map_.spacing, strict=True)]
-    yield "sides", " by ".join(map(_length, sides))
+    yield "sides", " by ".join(map(_length, prepared.measured.sides))  # as in surface.size
     without = " (without the spikes)" if prepared.outliers.any() else ""
+    lay = prepared.lay
     yield "slopes", f"{lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y{without}"
     angle = f"{lay.angle:.0f} degrees from x{'' if lay.ratio > LAY else ', not clear'}"
     yield "lay", f"{angle}: slopes across it are {lay.ratio:.3g} times those along it"

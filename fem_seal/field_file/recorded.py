@@ -47,6 +47,12 @@ class FieldMap:
     periodic: bool | None
 
     @property
+    def sides(self) -> Pair:
+        """Lengths along both axes [m], each sample counted as one pixel."""
+        (nx, ny), (dx, dy) = self.values.shape, self.spacing
+        return nx * dx, ny * dy
+
+    @property
     def missing(self) -> int:
         """Number of missing points."""
         return int(np.count_nonzero(np.isnan(self.values)))

@@ -2,8 +2,6 @@
 
 from collections.abc import Iterable
 
-import numpy as np
-
 from fem_seal import parallel
 from fem_seal.digits import per_cent, with_prefix
 from fem_seal.error_budget import Uncertainty
@@ -36,7 +34,7 @@ def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertai
 
 
 def _scales(heights: GridField, longest: float | None, leak_path: float) -> Uncertainty:
-    length = longest or min(_sides(heights))
+    length = longest or min(heights.sides)
     ratio = length / leak_path
     its = f", {with_prefix(length, 'm')}, is"
     if longest is None:
@@ -50,7 +48,7 @@ def _scales(heights: GridField, longest: float | None, leak_path: float) -> Unce
 
 def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertainty:
     map_, window = patch.scene.measured_map, present(patch.scene.seal, "[seal]").window
-    sides, loss, lost = _sides(heights), "", False
+    sides, loss, lost = heights.sides, "", False
     patches, remedy = f"patches {with_prefix(min(sides), 'm')} wide, between straight ends,", ""
     if map_ is not None and window is not None:
         patches = f"patches made of windows, {_lengths(window)},"
@@ -76,12 +74,6 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
     return Uncertainty(
         "size_of_the_patch", "not covered", sentence, lower, upper, caution=small or lost
     )
-
-
-def _sides(heights: GridField) -> tuple[float, float]:
-    """Number of samples times their distance [m], along and across."""
-    along, across = (np.array(heights.shape) * heights.spacing).tolist()
-    return along, across
 
 
 def _lengths(sides: Iterable[float]) -> str:

@@ -127,9 +127,8 @@ def patches_entry(seal: SealLeak) -> Uncertainty:
     )
     if seal.state == "sealed":
         return _sealed_patches(seal, sealed)
-    leaking = sum(patch.state == "leaking" for patch in seal.patches)
     if seal.interval is None:
-        needed = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(leaking, 1)))
+        needed = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(seal.leaking, 1)))
         sentence = (
             f"{sealed}; three that leak are needed to say how much others differ: try "
             f"seal.patches = {needed}"
@@ -158,8 +157,7 @@ def _log_scatter(seal: SealLeak) -> float:
 
 def _realizations_for(seal: SealLeak) -> int:
     """Number of realizations for which the ends of the mean differ by `NARROW_RATIO`."""
-    leaking = sum(patch.state == "leaking" for patch in seal.patches)
-    return ceil(patches_for(_log_scatter(seal), NARROW_RATIO) * len(seal.patches) / leaking)
+    return ceil(patches_for(_log_scatter(seal), NARROW_RATIO) * len(seal.patches) / seal.leaking)
 
 
 def _about(many: int) -> str:

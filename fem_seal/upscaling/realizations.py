@@ -38,10 +38,10 @@ def _places(
 ) -> list[tuple[int, int]]:
     """Places of the windows, spread evenly over the map; the first one is at its corner."""
     if surface.crop is None:
-        field = read_map(surface.path, HEIGHT_NAMES, surface.stated, heights=True)
-        sides = [n * d for n, d in zip(field.values.shape, field.spacing, strict=True)]
+        sides = read_map(surface.path, HEIGHT_NAMES, surface.stated, heights=True).sides
     else:
-        sides = [end - start for start, end in surface.crop]
+        (x0, x1), (y0, y1) = surface.crop
+        sides = x1 - x0, y1 - y0
     along, across = (
         int(side / part + WINDOW_ROUNDING) for side, part in zip(sides, window, strict=True)
     )

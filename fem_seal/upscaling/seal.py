@@ -62,6 +62,11 @@ class SealLeak(LeakRate):
     #: what a sealed seal leaks under less load, which is more; None if that was not tried
     lowered: "LoweredSeal | None" = None
 
+    @property
+    def leaking(self) -> int:
+        """Number of realizations that leak."""
+        return sum(flow.state == "leaking" for flow in self.patches)
+
 
 @dataclass(frozen=True)
 class LoweredSeal:
@@ -117,9 +122,8 @@ def under_less_load(
             lowered = solve_seal(patch, folder, work, part=part, each=each)
             if lowered.interval is not None:
                 beside = lowered.upper / lowered.value * (1 + (lowered.contact_error or 0.0))
-                leaking = sum(patch.state == "leaking" for patch in lowered.patches)
                 at_most = lowered.interval[1] * beside
-                return replace(seal, lowered=LoweredSeal(part, leaking, at_most))
+                return replace(seal, lowered=LoweredSeal(part, lowered.leaking, at_most))
     return replace(seal, lowered=LoweredSeal(next_part))
 
 
@@ -183,7 +187,7 @@ def size_of_patch(patch: Patch) -> tuple[float, float]:
 
 def median_patch(patches: tuple[SealFlow, ...]) -> SealFlow:
     """The patch of the median leak rate; of an even number the one that leaks more."""
-    return sorted(patches, key=lambda patch: patch.value)[len(patches) // 2]
+    return sorted(patches, key=lambda flow: flow.value)[len(patches) // 2]
 
 
 def seal_of_patches(
