@@ -147,7 +147,7 @@ def solved_on_half(patch: Patch) -> Callable[[], OnHalf]:
     The flow of a patch uses one core; another process uses the second one where it is idle and the
     samples are so many that this saves time.
     """
-    lifted, samples = patch.lift == "resolved", patch.elastic.gap.values.size
+    lifted, samples = patch.lift == "resolved", patch.elastic_state.gap.values.size
     each = LIFTED_BYTES if lifted else DRY_BYTES
     if (
         not pays_beside(samples, lifted, patch.comm)

@@ -209,7 +209,7 @@ class Patch:
 
     def pressed_by(self, pressure: float, lift: Lift = "none") -> "Patch":
         """Same surface and settings under another mean pressure [Pa]; dry if not said otherwise."""
-        start = self.elastic.pressure.values
+        start = self.elastic_state.pressure.values
         return self.with_(contact_start=start, load=Load("pressure", pressure), lift=lift)
 
     @cached_property
@@ -222,7 +222,7 @@ class Patch:
         return self.timed_on_root("contact", partial(press, *arguments))
 
     @property
-    def elastic(self) -> ContactState:
+    def elastic_state(self) -> ContactState:
         """State of an elastic contact; InvalidInput for scenes without one."""
         if not isinstance(self.contact, ContactState):
             raise InvalidInput("an elastic contact is needed: contact.model = 'gfmd'")
@@ -242,7 +242,7 @@ class Patch:
         )
         # The start is the contact with the outlet's pressure everywhere: the dry contact if that
         # pressure is the ambient one.
-        dry = self.elastic if problem.load is None or problem.outlet == 0 else None
+        dry = self.elastic_state if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
             return lifted(problem, self.flow_settings.rtol, dry=dry)
 

@@ -65,7 +65,6 @@ def threshold_of_pressure(
     start: ContactState,
     press: Callable[[float, ContactState], ContactState],
     is_sealed: Callable[[GridField], bool],
-    precision: float = PRECISION,
 ) -> Threshold:
     """Bisect the pressure between a leaking and a sealed elastic contact.
 
@@ -80,7 +79,7 @@ def threshold_of_pressure(
     while (
         leaking is None
         or sealed is None
-        or sealed.mean_pressure > (1 + precision) * leaking.mean_pressure
+        or sealed.mean_pressure > (1 + PRECISION) * leaking.mean_pressure
     ):
         if leaking is not None and sealed is not None:
             pressure = sqrt(leaking.mean_pressure * sealed.mean_pressure)
@@ -150,14 +149,14 @@ def _of_bearing(patch: Patch) -> Threshold | None:
 
 def _of_elastic(patch: Patch) -> Threshold | None:
     surface = present(patch.surface, "surface")
-    if patch.elastic.mean_pressure == 0:
+    if patch.elastic_state.mean_pressure == 0:
         return None
 
     def press(pressure: float, start: ContactState) -> ContactState:
         patch.report("threshold", f"contact at {pressure:.3e} Pa")
         return elastic_contact(patch.scene, surface, start, Load("pressure", pressure))
 
-    return threshold_of_pressure(patch.elastic, press, lambda gap: patch.film_of(gap).sealed)
+    return threshold_of_pressure(patch.elastic_state, press, lambda gap: patch.film_of(gap).sealed)
 
 
 THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {

@@ -24,8 +24,9 @@ def test_probe(code, found):
     assert said.startswith(found)
 
 
-def test_probe_that_hangs():
-    works, said = doctor._try([sys.executable, "-c", "import time; time.sleep(60)"], 0.2)
+def test_probe_that_hangs(monkeypatch):
+    monkeypatch.setattr(doctor, "PATIENCE", 0.2)
+    works, said = doctor._try([sys.executable, "-c", "import time; time.sleep(60)"])
     assert not works
     assert "no answer" in said
 

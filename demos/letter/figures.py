@@ -43,24 +43,26 @@ LETTERS_THRESHOLDS = {"bearing": (0.5, 0.02), "elastic": (0.425, 0.025)}
 LETTERS_DECADES = 3
 
 
-def contact_figure(contacts: dict[str, Picture], folder: Path, side: float = PANEL_SIDE) -> None:
+def contact_figure(contacts: dict[str, Picture], folder: Path) -> None:
     """Fig. 1: contact and open domains of each model, and a part magnified below."""
     films = {model: GridFilm(picture.gap, "periodic") for model, picture in contacts.items()}
     window, shape = window_of(next(iter(films.values()))), (2, len(films))
-    with page(window, *paths(folder, "fig1"), shape=shape, side=side, key=CONTACT_KEY) as axes:
+    with page(
+        window, *paths(folder, "fig1"), shape=shape, side=PANEL_SIDE, key=CONTACT_KEY
+    ) as axes:
         for (model, film), whole, part in zip(films.items(), *axes, strict=True):
             draw_contact(whole, film, title=_title(model, film.gap))
             draw_contact(part, film, window=_part(film.gap))
 
 
-def flow_figure(flows: dict[str, Picture], folder: Path, side: float = PANEL_SIDE) -> None:
+def flow_figure(flows: dict[str, Picture], folder: Path) -> None:
     """Fig. 2: flow density of both models on one scale, and a part magnified below."""
     peak = float(flows["bearing"].density.max())
     name = "flow density / peak of the bearing model"
     scale = Scale(name, 10.0**-DECADES, 1.0, True, FLOW_COLOURS, "min")
     window, shape = window_of(GridFilm(flows["bearing"].gap, "periodic")), (2, len(flows))
     key = (CONTACT, NO_FLOW)
-    with page(window, *paths(folder, "fig2"), shape=shape, side=side, key=key) as axes:
+    with page(window, *paths(folder, "fig2"), shape=shape, side=PANEL_SIDE, key=key) as axes:
         for (model, picture), whole, part in zip(flows.items(), *axes, strict=True):
             field = replace(picture.flow, flux=picture.flow.flux / peak)
             film = GridFilm(picture.gap, "periodic")

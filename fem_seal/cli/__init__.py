@@ -11,7 +11,7 @@ with ended_silently():
     import argparse
     import os
     import sys
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Collection, Iterable, Sequence
     from difflib import get_close_matches
     from io import TextIOWrapper
     from typing import Any, NoReturn
@@ -133,10 +133,10 @@ class _Parser(argparse.ArgumentParser):
         self.exit(InvalidInput.exit_status, f"{self.prog}: {text}; see {self.prog} --help\n")
 
 
-def parser(words: Sequence[str] = ("leak",)) -> argparse.ArgumentParser:
-    """Command line of fem-seal; leak has all its options if the words name it.
+def parser(words: Collection[str] = tuple(COMMANDS)) -> argparse.ArgumentParser:
+    """Command line of fem-seal, with the options of the commands that the words name.
 
-    These are made from the scene's model, which takes half a second to import.
+    Those of leak are made from the scene's model, which takes half a second to import.
     """
     top = _Parser(
         prog="fem-seal",
@@ -154,9 +154,8 @@ def parser(words: Sequence[str] = ("leak",)) -> argparse.ArgumentParser:
             description=f"{purpose[0].upper()}{purpose[1:]}.",
             epilog=f"Example: fem-seal {name} {example}".rstrip(),
         )
-        add_options(command)
-    if "leak" in words:
-        leak.add_fields(subparsers.choices["leak"])
+        if name in words:
+            add_options(command)
     return top
 
 

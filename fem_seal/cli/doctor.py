@@ -132,14 +132,14 @@ def table(findings: list[Finding]) -> str:
     return "\n".join(lines)
 
 
-def _try(command: list[str], patience: float = PATIENCE) -> tuple[bool, str]:
+def _try(command: list[str]) -> tuple[bool, str]:
     """Run a command; it works if it ends with status 0 and prints something."""
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, timeout=patience, check=False
+            command, capture_output=True, text=True, timeout=PATIENCE, check=False
         )
     except subprocess.TimeoutExpired:
-        return False, f"no answer within {patience:g} s"
+        return False, f"no answer within {PATIENCE:g} s"
     except OSError as error:
         return False, f"{command[0]}: {error.strerror}"
     lines = done.stdout.strip().splitlines()

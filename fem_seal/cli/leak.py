@@ -27,11 +27,22 @@ VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # assumed of a liquid if left out [Pa s], 
 
 
 def add(command: argparse.ArgumentParser) -> None:
-    """Add the options but those of `add_fields`."""
+    """Add the options, one for each field of the sections."""
+    from fem_seal.scene.readable import parts_of
+
     text = "gap (nx, ny) [m], spacing [m], periodic; or nc, h5, npy, txt"
     add_path(command, "gap_file", "GAP.npz", text)
     add_output(command, "none: the result is printed only")
     add_for_programs(command)
+    for option, name, field in _fields():
+        default = "leak_rate" if name == "output.products" else field.default
+        shown = "" if field.is_required() or default is None else f" ({default})"
+        literals = (part for part in parts_of(field.annotation) if get_origin(part) is Literal)
+        choices = [str(value) for literal in literals for value in get_args(literal)]
+        described = not choices or f'"{choices[0]}"' in field.description
+        listed = "" if described else f"; {', '.join(choices)}"
+        text = f"{name}: {field.description}{listed}{shown}".replace("%", "%%")
+        command.add_argument(f"--{option}", dest=name, metavar="VALUE", help=text)
     command.set_defaults(command=_leak)
 
 
@@ -45,21 +56,6 @@ def _fields() -> Iterator[tuple[str, str, Any]]:
             for key, field in model.model_fields.items():
                 if (name := f"{section}.{key}") not in NO_OPTIONS:
                     yield NAMES.get(name, key.replace("_", "-")), name, field
-
-
-def add_fields(command: argparse.ArgumentParser) -> None:
-    """Add an option for each field."""
-    from fem_seal.scene.readable import parts_of
-
-    for option, name, field in _fields():
-        default = "leak_rate" if name == "output.products" else field.default
-        shown = "" if field.is_required() or default is None else f" ({default})"
-        literals = (part for part in parts_of(field.annotation) if get_origin(part) is Literal)
-        choices = [str(value) for literal in literals for value in get_args(literal)]
-        described = not choices or f'"{choices[0]}"' in field.description
-        listed = "" if described else f"; {', '.join(choices)}"
-        text = f"{name}: {field.description}{listed}{shown}".replace("%", "%%")
-        command.add_argument(f"--{option}", dest=name, metavar="VALUE", help=text)
 
 
 def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":

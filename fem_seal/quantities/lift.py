@@ -49,7 +49,7 @@ def _neglected(patch: Patch) -> Uncertainty | None:
     """Entry of a fluid pressure that is left out."""
     contact = present(patch.scene.contact, "[contact]")
     inlet, outlet = patch.scene.flow.gauge_pressures
-    load = patch.elastic.mean_pressure if contact.pressure is None else contact.pressure
+    load = patch.elastic_state.mean_pressure if contact.pressure is None else contact.pressure
     lifts, presses = (pressure > NEGLIGIBLE_PRESSURE * load for pressure in (inlet, -outlet))
     if not lifts and not presses:
         return None

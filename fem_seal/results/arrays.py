@@ -47,7 +47,7 @@ class ContactArrays:
         return cls(
             contact.gap,
             contact.pressure if isinstance(contact, ContactState) else None,
-            None if lifted is None else patch.elastic.gap,
+            None if lifted is None else patch.elastic_state.gap,
             None if lifted is None else lifted.fluid_pressure,
             None if sensitivity is None else sensitivity.by_height,
         )

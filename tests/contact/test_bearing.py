@@ -60,6 +60,6 @@ def test_another_load_of_a_patch():
     with pytest.raises(InvalidInput, match="knows no pressure"):
         _ = half.with_(load=Load("pressure", 1e5)).contact
     with pytest.raises(InvalidInput, match="elastic contact"):
-        _ = half.elastic
+        _ = half.elastic_state
     with pytest.raises(InvalidInput, match=r"\[fluid\] is missing"):
         _ = half.leak_rate
