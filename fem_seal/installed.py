@@ -5,8 +5,6 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from fem_seal.errors import MissingPackage
-
 # Environment variables that change the search path; each can hide an installed package.
 PYTHON_VARIABLES = ("PYTHONPATH", "PYTHONHOME")
 # Debian's dolfinx.pth makes Python look for DOLFINx below PETSC_DIR, or here if that is not set.
@@ -36,15 +34,6 @@ def how_to_add(package: str) -> str:
     if (Path(sys.prefix) / "debian.txt").is_file():
         return f".venv/bin/pip install -c .venv/debian.txt {package}"
     return f"python -m pip install {package}"
-
-
-def require_fenicsx(what: str, otherwise: str = "") -> None:
-    """Raise MissingPackage if FEniCSx is missing, before a computation that needs it at its end.
-
-    The message names the computation and ends with `otherwise`, on those that work without.
-    """
-    if not find_spec("dolfinx"):
-        raise MissingPackage(f"{what} needs FEniCSx ({how_to_get_fenicsx()}){otherwise}")
 
 
 def why_not_imported(error: ImportError) -> str:

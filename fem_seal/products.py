@@ -7,7 +7,7 @@ from pathlib import Path
 from fem_seal.errors import MissingPackage
 from fem_seal.files import names_in, writing
 from fem_seal.film import MeshFilm
-from fem_seal.installed import require_fenicsx
+from fem_seal.installed import how_to_get_fenicsx
 from fem_seal.patch import Patch
 from fem_seal.render.patch import PICTURES, draw_patch
 from fem_seal.results.arrays import (
@@ -41,7 +41,8 @@ def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False)
     if (tensor or solved) and not find_spec("dolfinx"):
         differences = not tensor and scene.takes({"flow.method": "finite-difference"})
         without = "; flow.method = 'finite-difference' works without" if differences else ""
-        require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
+        needed = f"flow.method = {scene.flow.method!r} needs FEniCSx ({how_to_get_fenicsx()})"
+        raise MissingPackage(f"{needed}{without}")
 
 
 def file_names(scene: Scene) -> Iterator[str]:

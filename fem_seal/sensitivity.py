@@ -61,14 +61,8 @@ def sensitivity(
     The leak rate is that of a network of links: the one on which the lift has solved the fluid's
     pressure, or, dry, a coarse one whose links are halved where most is dissipated. The derivatives
     hold as long as no sample closes or opens. The contact is that of the counter-face's heights
-    [m], at the equilibrium if there is one.
-
-    Raises
-    ------
-    InvalidInput
-        If the load is an area, or the patch is sealed.
-    NotConverged
-        If GMRES leaves more of the adjoint equation than it may.
+    [m], at the equilibrium if there is one. InvalidInput if the load is an area, or the patch is
+    sealed; NotConverged if GMRES leaves more of the adjoint equation than it may.
     """
     if load.kind == "area_fraction":
         raise InvalidInput(

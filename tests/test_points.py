@@ -204,10 +204,10 @@ def test_a_study_says_how_many_points_have_failed(tmp_path):
     folder = PointFolder(tmp_path, int)
     said = []
     with pytest.raises(InvalidInput, match=r"^fail: an error of its own$"):
-        compute_study([chain_of(folder, "fail")], None, lambda stage, _: said.append(stage))
+        compute_study([chain_of(folder, "fail")], Work(), lambda stage, _: said.append(stage))
     assert said[-1] == "1 of 1 points done"
     with pytest.raises(InvalidInput, match=r"^fail: .*own, and 1 other point failed$"):
-        compute_study([chain_of(folder, "fail", "exhaust")], None, lambda *_: None)
+        compute_study([chain_of(folder, "fail", "exhaust")], Work(), lambda *_: None)
 
 
 def test_a_point_of_another_process_is_counted(tmp_path):

@@ -198,12 +198,12 @@ def _by_workers(
     return failures
 
 
-def compute_study(chains: Sequence[Chain], work: Work | None, report: Report) -> Outcome:
+def compute_study(chains: Sequence[Chain], work: Work, report: Report) -> Outcome:
     """Compute the points that the folders lack, and then raise the error of the first that failed.
 
-    The arguments are those of `compute_points`; without `work` the chains are computed in turn.
+    The arguments are those of `compute_points`.
     """
-    outcome = compute_points(chains, work or Work(), report=report)
+    outcome = compute_points(chains, work, report=report)
     if outcome.failures:
         label, error = next(iter(outcome.failures.items()))
         others = len(outcome.failures) - 1

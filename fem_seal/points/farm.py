@@ -30,6 +30,7 @@ def farm(
     At most `jobs` processes are started, and no more than the memory holds. Until a point is
     finished and shows how much memory it takes, `need` is kept free for each process. Returns the
     answers of `compute`, in the order in which they came, and the chains whose process was killed.
+    The first error that `compute` raises in any process ends the others.
 
     Parameters
     ----------
@@ -41,11 +42,6 @@ def farm(
         Most memory of all processes together [bytes]; what the machine has if left out.
     need
         Memory that a process is expected to need [bytes].
-
-    Raises
-    ------
-    Exception
-        The first error that `compute` raises in any process; this ends the other processes.
     """
     idle: list[Worker] = []
     running: dict[Worker, Item] = {}

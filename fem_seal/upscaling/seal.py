@@ -167,8 +167,8 @@ def solve_seal(
         for of_patch in solved
     )
     errors = [of_patch.contact_error for of_patch in solved if of_patch.table.upper.any()]
-    estimates = [error for error in errors if error is not None]
-    largest = max(estimates) if estimates and len(estimates) == len(errors) else None
+    known = [error for error in errors if error is not None]
+    largest = None if None in errors else max(known, default=None)
     gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]
     together = seal_of_patches(flows, path, size, rtol, scene.flow.method)
     return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
