@@ -300,14 +300,8 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> None:
             title="Elastic contact percolates earlier than a cut",
         )
 
-        entries = [
-            _mark("o", colour, name, colour if filled else "white")
-            for name, (*_, colour, filled) in KINDS.items()
-        ]
-        entries += [_mark(marker, "0.3", f"n = {n}", "0.3") for n, marker in sizes.items()]
-        entries += [_mark("o", "0.3", f"H = {H:g}", "0.3", opacity[H]) for H in hursts]
         figure.legend(
-            handles=entries,
+            handles=_threshold_marks(sizes, opacity),
             loc="outside lower center",
             frameon=False,
             fontsize=7.5,
@@ -315,3 +309,13 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> None:
             title="mean over seeds; bars: its standard error (none for a single seed)",
             title_fontsize=7.5,
         )
+
+
+def _threshold_marks(sizes: dict[int, str], opacity: dict[float, float]) -> list[Line2D]:
+    """Entries of the legend: kinds of threshold, samples along a side, Hurst exponents."""
+    kinds = [
+        _mark("o", colour, name, colour if filled else "white")
+        for name, (*_, colour, filled) in KINDS.items()
+    ]
+    kinds += [_mark(marker, "0.3", f"n = {n}", "0.3") for n, marker in sizes.items()]
+    return kinds + [_mark("o", "0.3", f"H = {H:g}", "0.3", faint) for H, faint in opacity.items()]

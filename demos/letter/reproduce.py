@@ -66,17 +66,13 @@ def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str
 
     shown, records = PictureFolder(points, Picture), PointFolder(points, Current)
     with_differences = "differences" in asked.only
-
-    def refine(model: str, seed: int, area: float) -> int:
-        """How many times finer a grid is solved beside that of a point; 0 for none."""
-        wanted = "grids" in asked.only and model == "elastic" and seed == 1 and area > 0
-        return asked.refine if wanted else 0
-
+    # Beside these points a finer grid is solved.
+    refined = [("elastic", 1, area) for area in areas_of["elastic"] if "grids" in asked.only]
     of_part = {
         "currents": [
             point(
                 *(records, current, case, model, seed, area, asked.rtol, with_differences),
-                refine(model, seed, area),
+                asked.refine if (model, seed, area) in refined else 0,
             )
             for model, areas in (
                 ("elastic", (0.0, *areas_of["elastic"])),
