@@ -12,13 +12,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
-from fem_seal.errors import (
-    FemSealError,
-    Inconsistent,
-    InvalidInput,
-    MissingPackage,
-    NotConverged,
-)
+from fem_seal.errors import FemSealError, Inconsistent, InvalidInput, MissingPackage, NotConverged
 
 if TYPE_CHECKING:
     from fem_seal.exchange import pictures, to_pyvista, to_xarray

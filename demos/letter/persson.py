@@ -5,14 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from demos.letter.contacts import (
-    CONTACT_MODULUS,
-    PITCH,
-    PRESSURE_DROP,
-    SLOPE,
-    VISCOSITY,
-    RoughCase,
-)
+from demos.letter.contacts import CONTACT_MODULUS, PITCH, PRESSURE_DROP, SLOPE, VISCOSITY, RoughCase
 from demos.letter.currents import Current
 from fem_seal.grid import GridField
 from fem_seal.surface import IsotropicSpectrum

@@ -10,12 +10,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.cli.options import (
-    add_path,
-    add_scene,
-    add_work,
-    work_of,
-)
+from fem_seal.cli.options import add_path, add_scene, add_work, work_of
 from fem_seal.cli.printing import WIDTH, say
 from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, NotConverged, narrowed, present

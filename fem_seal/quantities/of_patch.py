@@ -8,11 +8,7 @@ from fem_seal import parallel
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.patch import Patch
-from fem_seal.quantities.aperture import (
-    HydraulicAperture,
-    hydraulic_aperture,
-    uniform_rectangle,
-)
+from fem_seal.quantities.aperture import HydraulicAperture, hydraulic_aperture, uniform_rectangle
 from fem_seal.quantities.constriction import Constriction, constriction
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.steps import FLOWS

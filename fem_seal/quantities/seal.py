@@ -25,13 +25,7 @@ from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import slip_entry_at
 from fem_seal.quantities.uncertainties import model_entry, surface_entry
 from fem_seal.rarefied import FIRST_ORDER
-from fem_seal.upscaling.mosaic import (
-    DRAWS,
-    LEAST_LEAKING,
-    error_of_mean,
-    may_conduct,
-    patches_for,
-)
+from fem_seal.upscaling.mosaic import DRAWS, LEAST_LEAKING, error_of_mean, may_conduct, patches_for
 from fem_seal.upscaling.seal import SealLeak
 
 # Keys of entries that no other module looks for.

@@ -6,13 +6,7 @@ To add one, write a function `(Patch) -> Uncertainty | None` and put it into `SO
 from collections.abc import Callable
 
 from fem_seal.area_error import area_error
-from fem_seal.error_budget import (
-    CONTACT_GRID,
-    ONE_PATCH,
-    ErrorBudget,
-    Uncertainty,
-    flow_entry,
-)
+from fem_seal.error_budget import CONTACT_GRID, ONE_PATCH, ErrorBudget, Uncertainty, flow_entry
 from fem_seal.grid_series import error_beyond, estimated_error, is_estimated
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch

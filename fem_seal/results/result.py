@@ -20,13 +20,7 @@ from fem_seal.leak_rate import FlowState, LeakRate, Level
 from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.verdict import Verdict
-from fem_seal.results.records import (
-    GasRecord,
-    LiftRecord,
-    Rate,
-    Record,
-    SealRecord,
-)
+from fem_seal.results.records import GasRecord, LiftRecord, Rate, Record, SealRecord
 from fem_seal.scene import Flow, Scene
 from fem_seal.scene.contact import ITERATION
 from fem_seal.scene.fluid import ambient_is_open

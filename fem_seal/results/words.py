@@ -9,14 +9,7 @@ from functools import partial
 from typing import Any
 
 from fem_seal.accuracy import Choice, error_words
-from fem_seal.digits import (
-    bracket_digits,
-    in_digits,
-    number_of,
-    per_cent,
-    readable,
-    with_prefix,
-)
+from fem_seal.digits import bracket_digits, in_digits, number_of, per_cent, readable, with_prefix
 from fem_seal.error_budget import (
     IN_BOUNDS,
     ONE_PATCH,

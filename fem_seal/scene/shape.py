@@ -5,13 +5,7 @@ from functools import partial
 from math import pi, sqrt
 from typing import Annotated, Literal
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    Strict,
-    ValidationInfo,
-    field_validator,
-)
+from pydantic import BeforeValidator, Field, Strict, ValidationInfo, field_validator
 
 from fem_seal.errors import InvalidInput
 from fem_seal.scene.measured import LengthUnit

@@ -6,14 +6,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from fem_seal.errors import InvalidInput
-from fem_seal.scene.section import (
-    Count,
-    Length,
-    Number,
-    Section,
-    Seed,
-    not_one,
-)
+from fem_seal.scene.section import Count, Length, Number, Section, Seed, not_one
 from fem_seal.surface.spectrum import Spectrum
 
 
