@@ -120,7 +120,7 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
     facts = [f"{nx} x {ny} points, {missing} missing ({100 * missing / values.size:.2g} %)"]
     spikes = np.count_nonzero(outliers(FieldMap(values, (1, 1), recorded.periodic)))
     lines = [*_quoted_header(recorded), "[surface]", 'kind = "file"', f"path = {name}"]
-    more, needed = _unit_and_size(path, recorded, stated)
+    more, needed = _unit_and_size(recorded, stated)
     lines += more
     if mark is not None:
         lines.append(_line("missing", f"{mark[0]!r}", f"stands {mark[1]} times: no height"))
@@ -178,7 +178,7 @@ def _window(field: FieldMap) -> str:
     return _line(WINDOW_LINE.removesuffix(" ="), f"[{lengths}]", waves) + "\n"
 
 
-def _unit_and_size(path: Path, recorded: Recorded, stated: Stated) -> tuple[list[str], list[str]]:
+def _unit_and_size(recorded: Recorded, stated: Stated) -> tuple[list[str], list[str]]:
     """Lines of [surface] with unit and size, and those of the two that are still to fill in."""
     lines, needed = [], []
     if recorded.unit is not None:
