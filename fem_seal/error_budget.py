@@ -189,11 +189,10 @@ def parts_of_bounds(leak: LeakRate) -> tuple[tuple[float, float], tuple[float, f
 
 def flow_entry(leak: LeakRate) -> Uncertainty:
     """Entry of the bounds of the flow through the gap as it is represented."""
-    if leak.state == "lifted off":
+    if leak.state != "leaking":
         sentence = "nothing limits the flow of a seal that is lifted off"
-        return Uncertainty(FLOW, "guaranteed", sentence, 1.0, 1.0)
-    if leak.state == "sealed":
-        sentence = "no open path joins inlet and outlet of the gap as it is represented"
+        if leak.state == "sealed":
+            sentence = "no open path joins inlet and outlet of the gap as it is represented"
         return Uncertainty(FLOW, "guaranteed", sentence, 1.0, 1.0)
     if leak.lower is None:
         sentence = "finite differences give no bounds; finite elements do"

@@ -243,15 +243,20 @@ def answer(
     among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
     start, scene = perf_counter(), patch.scene
-    contact = patch.contact  # computes surface and contact
-    elastic = isinstance(contact, ContactState)
-    estimated = elastic and scene.leak_rate_of == "patch" and is_estimated(scene)
+    estimated = scene.leak_rate_of == "patch" and is_estimated(scene)
     # The dry contact uses all cores, a flow only one: half of the samples are solved beside it.
     with half_beside(patch) if estimated else nullcontext():
         # All processes solve film and flow together. From here on `parallel.on_root` marks what the
         # first one computes for all.
         patch.solve_film()
-        leak, budget, seal = _leak_of(patch, patches, work)
+        leak: LeakRate | None = None
+        budget: ErrorBudget = ()
+        seal = None
+        if scene.seal is not None:
+            seal, budget = _solved_seal(patch, patches, work)
+            leak = seal
+        elif scene.needs_leak_rate:
+            leak, budget = patch.leak_rate, error_budget(patch)
     return Solved(
         patch=patch,
         leak_rate=leak,
@@ -264,18 +269,9 @@ def answer(
     )
 
 
-Leak = tuple[LeakRate | None, ErrorBudget, SealLeak | None]
-
-
-def _leak_of(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
-    if patch.scene.seal is not None:
-        return _leak_of_seal(patch, patches, work)
-    if not patch.scene.needs_leak_rate:
-        return None, (), None
-    return patch.leak_rate, error_budget(patch), None
-
-
-def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak:
+def _solved_seal(
+    patch: Patch, patches: Path | None, work: Work | None
+) -> tuple[SealLeak, ErrorBudget]:
     """The flow of a whole seal; where all its patches are sealed, bounded by that under less load.
 
     The expected time is said before the first patch.
@@ -299,7 +295,7 @@ def _leak_of_seal(patch: Patch, patches: Path | None, work: Work | None) -> Leak
         beyond = max((1 + error) / (1 + (here or 0.0)), 1.0)
         return there.widened(1 / beyond, beyond)
 
-    return seal, seal_budget(patch, seal, rate_of), seal
+    return seal, seal_budget(patch, seal, rate_of)
 
 
 def require_shared(scene: Scene, work: Work | None) -> None:
