@@ -139,17 +139,16 @@ def linear_pixel_means(
 class Pyramid:
     """Two means over all triangles of the nested family, up to squares 2^k pixels wide.
 
-    For k = 0, the pixel itself, both tables are empty: the closed forms hold there.
+    Each k has two tables, of squares 2^k pixels wide. The diagonal one (2, mx/2^k, my/2^k, 2) is of
+    the triangles whose hypotenuse is the diagonal of a square, with the right angle at its lower or
+    its upper side; the axial one (2, mx/2^k, my/2^k, 4) of those whose hypotenuse is its south,
+    east, north or west side, with the right angle at its centre. For k = 0, the pixel itself, both
+    are empty: the closed forms hold there.
     """
 
-    #: (2, mx/2^k, my/2^k, 2), means over the triangles whose hypotenuse is the diagonal of
-    #: a square 2^k pixels wide. Last index: right angle at the lower or the upper side
-    diagonal: tuple[np.ndarray, ...]
-    #: (2, mx/2^k, my/2^k, 4), means over the triangles whose hypotenuse is the south,
-    #: east, north or west side of such a square and whose right angle is its centre
-    axial: tuple[np.ndarray, ...]
     means: np.ndarray  #: (2, n), all tables, one after the other
-    starts: np.ndarray  #: (k, 2), first index of diagonal[k] and of axial[k] in `means`
+    starts: np.ndarray  #: (k, 2), first index of the diagonal and of the axial table in `means`
+    columns: np.ndarray  #: (k,), length my/2^k of the rows of both tables
 
     @classmethod
     def from_pixels(
@@ -169,7 +168,7 @@ class Pyramid:
             part.reshape(2, *table)
             for part, table in zip(np.split(means, ends[:-1], axis=1), tables, strict=True)
         ]
-        diagonal, axial = tuple(views[::2]), tuple(views[1::2])
+        diagonal, axial = views[::2], views[1::2]
 
         def fill(strip: slice) -> None:
             half = slice(strip.start // 2, strip.stop // 2)
@@ -183,13 +182,13 @@ class Pyramid:
             list(pool.map(fill, parts(0, mx if width > 1 else 0, _STRIP)))
         for level in range(2, len(shapes)):
             diagonal[level][:], axial[level][:] = _summed(diagonal[level - 1])
-        return cls(diagonal, axial, means, np.append(0, ends[:-1]).reshape(-1, 2))
+        starts = np.append(0, ends[:-1]).reshape(-1, 2)
+        return cls(means, starts, np.array([columns for _, columns in shapes]))
 
     def lookup(self, place: "Place") -> np.ndarray:
         """Means (2, ...) on the cells at given places."""
-        columns = np.array([table.shape[2] for table in self.diagonal])
         kind = np.where(place.is_diagonal, 0, 1)
-        square = place.i * columns[place.level] + place.j
+        square = place.i * self.columns[place.level] + place.j
         row = (square << (1 + kind)) + self.starts[place.level, kind] + place.part
         return self.means.take(row, axis=1)
 

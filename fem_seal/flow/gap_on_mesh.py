@@ -16,7 +16,7 @@ from fem_seal.flow import averages
 from fem_seal.flow.cell_data import ISOTROPIC, CellData
 from fem_seal.flow.quarters import QuarterData, on_quarters, thrice_centroids, with_middles
 from fem_seal.grid import GridField
-from fem_seal.mesh.bisection import AnyMesh
+from fem_seal.mesh.bisection import AnyMesh, Refinement
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at
 
 Span = tuple[np.ndarray, np.ndarray]
@@ -56,13 +56,8 @@ class GapOnMesh(ABC):
         """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
 
     @abstractmethod
-    def refined_values(
-        self, values: np.ndarray, fine: AnyMesh, edge_ends: np.ndarray
-    ) -> np.ndarray:
-        """Vertex values (V', 2) of a finer mesh from those (V, 2) of the coarser one.
-
-        The new vertices lie midway between `edge_ends`.
-        """
+    def refined_values(self, values: np.ndarray, step: Refinement) -> np.ndarray:
+        """Vertex values (V', 2) of a finer mesh from those (V, 2) of the coarser one."""
 
     @abstractmethod
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
@@ -160,13 +155,13 @@ class LinearGap(GapOnMesh):
             values += weight[:, None] * np.stack(self._raised_and_lowered(place), axis=-1)
         return values
 
-    def refined_values(
-        self, values: np.ndarray, fine: AnyMesh, edge_ends: np.ndarray
-    ) -> np.ndarray:
+    def refined_values(self, values: np.ndarray, step: Refinement) -> np.ndarray:
         """Vertex values (V', 2): samples on pixel vertices, linear between them."""
-        a, b = (values.take(ends, axis=0) for ends in edge_ends.T)
-        x, y = fine.xy[len(values) :].T
-        return np.concatenate([values, self._sampled(x, y, (a + b) / 2)])
+        for edge_ends in step.rounds:
+            a, b = (values.take(ends, axis=0) for ends in edge_ends.T)
+            x, y = step.mesh.xy[len(values) : len(values) + len(edge_ends)].T
+            values = np.concatenate([values, self._sampled(x, y, (a + b) / 2)])
+        return values
 
     def _sampled(self, x: np.ndarray, y: np.ndarray, linear: np.ndarray) -> np.ndarray:
         """Gap (n, 2) at points of a mesh: `linear`, replaced by the samples at pixel vertices."""
@@ -239,11 +234,9 @@ class VertexGap(GapOnMesh):
         """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
         return self._values
 
-    def refined_values(
-        self, values: np.ndarray, fine: AnyMesh, edge_ends: np.ndarray
-    ) -> np.ndarray:
+    def refined_values(self, values: np.ndarray, step: Refinement) -> np.ndarray:
         """Vertex values (V', 2): midpoints get the mean of the ends, so the function stays."""
-        return np.concatenate([values, (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2])
+        return step.at_vertices(values)
 
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
@@ -337,11 +330,9 @@ class ConstantGap(GapOnMesh):
 
     values_at = vertex_values
 
-    def refined_values(
-        self, values: np.ndarray, fine: AnyMesh, edge_ends: np.ndarray
-    ) -> np.ndarray:
+    def refined_values(self, values: np.ndarray, step: Refinement) -> np.ndarray:
         """No values (V', 0)."""
-        return np.empty((len(fine.xy), 0))
+        return self.vertex_values(step.mesh)
 
     def plotted_values(self, mesh: AnyMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) of the pixel above and to the right of each vertex, for pictures."""

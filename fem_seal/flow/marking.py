@@ -123,7 +123,7 @@ def mark(
     flows
         Flows on the mesh, with the stream functions of the regularised dual.
     expected
-        Relative width of the corrected bounds if all blocked cells were resolved.
+        (u - l)/l of the corrected bounds if all blocked cells were resolved.
     reached
         Relative width of the corrected bounds; infinite if the dual was not solved.
     """

@@ -66,9 +66,7 @@ class Start:
     def refined(self, gap: GapOnMesh, times: np.ndarray) -> "Start":
         """Bisect each cell at least `times` (C,) times; prolongate the gap and all functions."""
         step = refine(self.mesh, times)
-        values = self.values
-        for mesh, edge_ends in step.by_rounds():
-            values = gap.refined_values(values, mesh, edge_ends)
+        values = gap.refined_values(self.values, step)
         pressures = np.stack([step.prolong(pressure) for pressure in self.pressures])
         streams = np.stack([step.at_vertices(psi) for psi in self.streams])
         return Start(step.mesh, values, pressures, streams)

@@ -12,7 +12,6 @@ A level adds few cells to a large mesh: cells that are not cut are copied once a
 In meshes of other triangles, too, the code calls the edge b-c the "hypotenuse".
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Generic, TypeVar, cast
 
@@ -37,18 +36,6 @@ class Refinement(Generic[M]):
     #: (n, 2) int32, for each round of bisection and each vertex that it added, the two
     #: older vertices between which the new one lies half-way
     rounds: tuple[np.ndarray, ...]
-
-    @property
-    def edge_ends(self) -> np.ndarray:
-        """(V' - V, 2) int32: for each new vertex the two vertices between which it lies."""
-        return np.concatenate([np.empty((0, 2), dtype=np.int32), *self.rounds])
-
-    def by_rounds(self) -> Iterator[tuple[M, np.ndarray]]:
-        """For each round the mesh with the vertices so far, and the row of `rounds` it added."""
-        count = len(self.mesh.xy) - sum(map(len, self.rounds))
-        for ends in self.rounds:
-            count += len(ends)
-            yield replace(self.mesh, xy=self.mesh.xy[:count]), ends
 
     def prolong(self, corner_values: np.ndarray) -> np.ndarray:
         """Corner values (C', 3) of a function with corner values (C, 3), linear on coarse cells."""

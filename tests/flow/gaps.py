@@ -55,7 +55,7 @@ def meshed(
     values = gap.vertex_values(mesh)
     for marking in markings:
         step = bisect(mesh, marking(mesh))
-        mesh, values = step.mesh, gap.refined_values(values, step.mesh, step.edge_ends)
+        mesh, values = step.mesh, gap.refined_values(values, step)
     return mesh, values
 
 

@@ -127,7 +127,7 @@ def test_integrals_never_change(seed, representation, width, squares, periodic):
         assert not data.blocked.any()
         totals.append(area @ np.stack([data.K, data.resistivity[:, 0]], axis=1))
         step = bisect(mesh, rng.random(len(mesh.cells)) < 0.3)
-        values = gap.refined_values(values, step.mesh, step.edge_ends)
+        values = gap.refined_values(values, step)
         mesh = step.mesh
     if representation == "constant":
         exact = [(samples**3).sum(), (samples**-3.0).sum()]
