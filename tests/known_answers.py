@@ -7,8 +7,10 @@ H. M. Westergaard, J. Appl. Mech. 6, 49 (1939); K. L. Johnson, Contact Mechanics
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import erf
 
 from fem_seal.surface import Spectrum
+from fem_seal.theory.persson import AREA_LAWS
 
 
 @dataclass(frozen=True)
@@ -64,3 +66,9 @@ def hertz_pressure(load: float, contact_radius: float, r: np.ndarray) -> np.ndar
 def of_slope(spectrum: Spectrum, slope: float) -> Spectrum:
     """The spectrum with another rms slope: C goes as its square."""
     return replace(spectrum, plateau=spectrum.plateau * (slope / spectrum.rms_slope) ** 2)
+
+
+def area_by_law(strain: float, mean_square_slope: float, law: str = "persson") -> float:
+    """A/A0 = erf(p0/(E* √V)); V of Persson is half the mean square slope. The strain is p0/E*."""
+    (V,) = AREA_LAWS[law](np.array([mean_square_slope / 2]), strain)
+    return float(erf(strain / np.sqrt(V)))

@@ -37,8 +37,9 @@ class FilmOnMesh:
         mesh: AnyMesh,
         values: np.ndarray,
         comm: MPI.Comm,
+        tolerance: float,
     ):
-        self.gap, self.mesh, self.values = gap, mesh, values
+        self.gap, self.mesh, self.values, self.tolerance = gap, mesh, values, tolerance
         data = gap.cell_data(mesh, values)
         carrying = open_cells(mesh, data)
         self.kept = kept = carrying.kept

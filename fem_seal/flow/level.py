@@ -27,18 +27,15 @@ from itertools import chain
 
 import numpy as np
 
-from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds, excess
 from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import SUM_ROUNDING, Energy, gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh
-from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.hierarchical import AppliedBubbles, Drops, energy_drops
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Jumps
 from fem_seal.flow.solution import CornerValues, FlowEstimate, SolvedLevel, Start
 from fem_seal.flow.topology import dual_numbering
-from fem_seal.mesh.bisection import AnyMesh
 
 # J×G = J·_CROSS[d]·G for d components. The pressure rises by J from the outlet to the inlet, but
 # by J_x along x across a seam.
@@ -158,17 +155,6 @@ class Guess:
 
 class LevelProblem(FilmOnMesh):
     """Both problems on one mesh (gap in units of its maximum)."""
-
-    def __init__(
-        self,
-        gap: GapOnMesh,
-        mesh: AnyMesh,
-        values: np.ndarray,
-        comm: MPI.Comm,
-        tolerance: float,
-    ):
-        super().__init__(gap, mesh, values, comm)
-        self.tolerance = tolerance
 
     def start(self, pressure: Pressures, stream: Streams | None) -> Start:
         """Start on this mesh from its solutions; where nothing flows the functions are zero."""

@@ -53,9 +53,10 @@ GAMMA = 0.45
 # A step of magnification in which less than this part of A0 opens gets u1 = 0: Δ(A ū)/ΔA is 0/0
 # there, to rounding. (Towards ζ = 1, u1 diverges, but the area that opens vanishes faster.)
 SMALLEST_AREA = 1e-12
-# Cells of the integrals over q in each step of magnification. At 12 steps to an octave a cell is
-# 0.4 % wide; that 1/q has one value in it leaves an error of 10⁻⁵ at most in the mean gap.
-CELLS = 16
+# Steps of magnification between a wavenumber and its double, and cells of the integrals over q in
+# each step. A cell is 0.4 % wide; that 1/q has one value in it leaves an error of 10⁻⁵ at most in
+# the mean gap.
+PER_OCTAVE, CELLS = 12, 16
 # Values of w p/E* from 0 to the last one, beyond which the integrals of the mean gap vanish.
 FAR, TABLE = 7.0, 40_000
 
@@ -102,28 +103,12 @@ AREA_LAWS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
 }
 
 
-def contact_area(
-    pressure: float, contact_modulus: float, mean_square_slope: float, *, law: str = "persson"
-) -> float:
-    """Relative contact area, A/A0 = erf(√2 p0 / (E* h'rms)) in Persson's theory.
-
-    The mean square slope of the resolved roughness is h'rms² = 2π ∫ q³ C dq. For the laws "persson"
-    and "wang-mueser" see `AREA_LAWS`.
-    """
-    from scipy.special import erf
-
-    strain = pressure / contact_modulus
-    V = choose(AREA_LAWS, law, "area law")(np.array([mean_square_slope / 2]), strain)
-    return float(erf(strain / np.sqrt(V[0])))
-
-
 def persson_state(
     spectrum: Spectrum | IsotropicSpectrum,
     *,
     pressure: float,
     contact_modulus: float,
     area: str = "persson",
-    cells_per_octave: int = 12,
 ) -> PerssonState:
     """Contact area, mean gap and gap of the opened area at all magnifications.
 
@@ -137,13 +122,11 @@ def persson_state(
     area
         "persson" or "wang-mueser": law of the contact area, see `AREA_LAWS`. The mean gap is that
         of Yang and Persson with the pressure p0 A0/A of this law.
-    cells_per_octave
-        Number of magnifications between a wavenumber and its double.
     """
     from scipy.special import erf, erfc
 
     require_positive(pressure=pressure, contact_modulus=contact_modulus)
-    edges = ladder(spectrum.wavenumbers, cells_per_octave * CELLS)
+    edges = ladder(spectrum.wavenumbers, PER_OCTAVE * CELLS)
     # w⁻², half the mean square slope, and the mean square height up to each edge.
     half_slope = cumulative(lambda q: np.pi * q**3 * spectrum.density(q), edges)
     heights = cumulative(lambda q: 2 * np.pi * q * spectrum.density(q), edges)

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from known_answers import of_slope
+from known_answers import area_by_law, of_slope
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 from scipy.special import erf
@@ -15,7 +15,6 @@ from fem_seal.surface.spectrum import Spectrum
 from fem_seal.theory.bruggeman import effective_dimension
 from fem_seal.theory.persson import (
     GAMMA,
-    contact_area,
     cumulative,
     effective_film_conductivity,
     inner_integral,
@@ -41,7 +40,7 @@ def test_area_law_at_full_resolution(spectrum, strain):
     state = state_at(strain, spectrum)
     exact = erf(np.sqrt(2) * strain / spectrum.rms_slope)
     assert state.area[-1] == approx(exact, rel=1e-8)
-    assert contact_area(strain * E_STAR, E_STAR, spectrum.rms_slope**2) == approx(exact)
+    assert area_by_law(strain, spectrum.rms_slope**2) == approx(exact)
 
 
 def test_area_law_of_wang_and_mueser():
@@ -50,9 +49,9 @@ def test_area_law_of_wang_and_mueser():
     The leading correction is of the order of A, here 10⁻⁴; the table is good to 10⁻⁶.
     """
     light = 5e-6 / ROUGH.rms_slope
-    kappa = contact_area(5e-6, 1.0, ROUGH.rms_slope**2, law="wang-mueser") / light
+    kappa = area_by_law(5e-6, ROUGH.rms_slope**2, "wang-mueser") / light
     assert kappa == approx(np.sqrt(8 / np.pi) / np.sqrt(5 / 9), rel=2e-4)
-    assert contact_area(1.0, 1.0, ROUGH.rms_slope**2, law="wang-mueser") == approx(1)
+    assert area_by_law(1.0, ROUGH.rms_slope**2, "wang-mueser") == approx(1)
 
 
 @pytest.mark.parametrize("strain", [1e-3, 5e-3, 0.03])
@@ -66,7 +65,7 @@ def test_the_energy_of_wang_and_mueser_solves_its_equation(strain):
     # In the beginning contact is complete and S = 1.
     start, end = 1e-3 * strain**2, ROUGH.rms_slope**2 / 2
     V = solve_ivp(slope, (start, end), [start], method="DOP853", rtol=1e-10, atol=0).y[0, -1]
-    area = contact_area(strain, 1.0, 2 * end, law="wang-mueser")
+    area = area_by_law(strain, 2 * end, "wang-mueser")
     assert area == approx(erf(strain / np.sqrt(V)), rel=1e-5)
     state = state_at(strain, area="wang-mueser")
     assert state.area[-1] == approx(area, rel=1e-6)
@@ -141,11 +140,14 @@ def replace_range(spectrum, lowest):
     return Spectrum(spectrum.hurst, 2 * np.pi / lowest, spectrum.short_wavelength, plateau=plateau)
 
 
-def test_resolution_in_magnification_is_sufficient():
+def test_resolution_in_magnification_is_sufficient(monkeypatch):
     """Halving the cells: the mean gap changes by the error of 1/q in them, 1e-5; the conductivity
     more, since each step of magnification has a single u1. Its change falls as the cells at least,
     so that all further ones add up to no more than the last one."""
-    states = [state_at(3e-3, cells_per_octave=number) for number in (6, 12, 24)]
+    states = []
+    for number in (6, 12, 24):
+        monkeypatch.setattr("fem_seal.theory.persson.PER_OCTAVE", number)
+        states.append(state_at(3e-3))
     assert states[1].mean_gap[0] == approx(states[2].mean_gap[0], rel=1e-5)
     K = [effective_film_conductivity(state, viscosity=1e-3) for state in states]
     assert abs(K[2] - K[1]) < 0.5 * abs(K[1] - K[0]) < 0.01 * K[2]

@@ -26,14 +26,13 @@ from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.surface import Spectrum, rms_slope, self_affine
-from fem_seal.theory.persson import contact_area
 from fem_seal.threshold import threshold
 from fem_seal.verification.cross_validation import StudiedGap, compare
 from fem_seal.verification.exact_cases import CASES
 
 sys.path.extend(str(Path(__file__).parents[1] / name) for name in ("", "benchmarks"))
 
-from known_answers import Wave
+from known_answers import Wave, area_by_law
 from peer_codes import (
     CONTACT_PYTHON,
     FLOW_PYTHON,
@@ -310,7 +309,7 @@ def persson_area(page: bool) -> Row:
         heights = self_affine(Spectrum(0.8, 64, 8), (256, 256), (256, 256), rms_slope=1, seed=seed)
         state = press(heights, 1.0, pressure=load)
         ratios.append(state.contact_area_corrected)
-    theory = [contact_area(load, 1.0, 1.0, law=law) for law in ("wang-mueser", "persson")]
+    theory = [area_by_law(load, 1.0, law) for law in ("wang-mueser", "persson")]
     return Row(Number.of_seeds(ratios), Number(theory[0], min(theory), max(theory)))
 
 
