@@ -123,7 +123,7 @@ class MeshFilm:
 
     def _components(self, mask: np.ndarray) -> np.ndarray:
         """(V,) int: number of the cluster of masked vertices of each vertex; twins share theirs."""
-        edges = self.mesh.twin[self.mesh.edges[0]]
+        edges = self.mesh.twin[self.mesh.edges.ends]
         joined = edges[mask[edges].all(axis=1)]
         return components(joined, len(mask))[self.mesh.twin]
 

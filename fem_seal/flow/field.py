@@ -63,7 +63,7 @@ def facet_tags(problem: LevelProblem, points: np.ndarray) -> np.ndarray:
 
     `points` (C, 3) are those of the corners, of `parted_points`.
     """
-    mesh, sides = problem.mesh, problem.mesh.numbered_edges.slots()
+    mesh, sides = problem.mesh, problem.mesh.edges.slots()
     flows = np.zeros((len(problem.kept) + 1, 3), dtype=bool)  # the last row is outside, slot -1
     flows[:-1][problem.kept] = ~problem.data.zero_gap
     alone = sides[:, 1] < 0

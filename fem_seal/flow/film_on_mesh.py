@@ -58,7 +58,7 @@ class FilmOnMesh:
         self.space = CellSpace(
             len(triangles),
             corners,
-            lambda: mesh.edges[1].compress(kept, axis=0),
+            lambda: mesh.edges.of_cell.compress(kept, axis=0),
             comm,
             mesh.blur * float(np.max(gap.aspect)),
         )
@@ -134,7 +134,7 @@ class FilmOnMesh:
         cost in energy. The smallest K to divide by is the conductance of the flow.
         """
         residuals = np.zeros(self.space.count)
-        side = self.mesh.edges[1].compress(self.kept, axis=0)
+        side = self.mesh.edges.of_cell.compress(self.kept, axis=0)
         for flow in flows:
             out = self._flux_out(flow.pressure)
             jump = np.bincount(side.ravel(), out.ravel())[side]

@@ -45,7 +45,7 @@ class Bubbles:
 
 def pressure_bubbles(mesh: AnyMesh, data: CellContact, kept: np.ndarray) -> Bubbles:
     """Bubble functions for p: none on inlet and outlet; two on a zero-gap edge, one per cell."""
-    ends, of_cell = mesh.edges
+    ends, of_cell = mesh.edges.ends, mesh.edges.of_cell
     free = ~(_joins(mesh.inlet, ends) | _joins(mesh.outlet, ends))
     zero_gap, edge = np.flatnonzero(data.zero_gap), of_cell.copy()
     free = np.append(free, free[of_cell.ravel()[zero_gap]])
@@ -56,7 +56,7 @@ def pressure_bubbles(mesh: AnyMesh, data: CellContact, kept: np.ndarray) -> Bubb
 
 def stream_bubbles(mesh: AnyMesh, data: CellContact, kept: np.ndarray) -> Bubbles:
     """Bubble functions for ψ: none on side walls, in blocked cells and on power traces."""
-    ends, edge = mesh.edges
+    ends, edge = mesh.edges.ends, mesh.edges.of_cell
     free = np.ones(len(ends), dtype=bool)
     free[edge[mesh.sides_on_wall()]] = False
     free[edge[~_usable(mesh, kept & ~data.blocked & ~_any(data.contact_vertex))]] = False

@@ -64,7 +64,7 @@ def _joined_by_edges(
     """
     count = int(group.max(initial=-1)) + 1
     at_edge = np.flatnonzero(high.sum(axis=1) == 1)
-    side = on_mesh.mesh.edges[1].compress(on_mesh.kept, axis=0)[cells[at_edge]][high[at_edge]]
+    side = on_mesh.mesh.edges.of_cell.compress(on_mesh.kept, axis=0)[cells[at_edge]][high[at_edge]]
     order = np.argsort(side, kind="stable")
     twice = np.flatnonzero(np.diff(side[order]) == 0)
     first, second = at_edge[order[twice]], at_edge[order[twice + 1]]

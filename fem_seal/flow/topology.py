@@ -47,7 +47,7 @@ def passable_sides(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, np.ndarra
     Returns those (n, 2) of the two sides of each passable edge between two cells, and those (m,) on
     the boundary.
     """
-    slots = mesh.numbered_edges.slots()
+    slots = mesh.edges.slots()
     passable = ((data.K > 0)[:, None] & ~data.zero_gap).ravel()
     # The appended False makes slot -1, the missing neighbour of a boundary side, impassable.
     first, second = np.append(passable, False).take(slots).T

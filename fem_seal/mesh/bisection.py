@@ -122,7 +122,7 @@ class _Bisection(Generic[M]):
 
     def __init__(self, mesh: M):
         self._mesh, self._xy, self._twin = mesh, mesh.xy, mesh.twin
-        self._cells, edges = mesh.cells.copy(), mesh.numbered_edges
+        self._cells, edges = mesh.cells.copy(), mesh.edges
         self._sides, self._ends = edges.sides.copy(), edges.ends.copy()
         self._cell_of_side = edges.cells()
         self._rounds: list[np.ndarray] = []

@@ -156,14 +156,9 @@ class Mesh(ABC):
         return self.cells[:, [[1, 2], [2, 0], [0, 1]]]
 
     @cached_property
-    def numbered_edges(self) -> Edges:
+    def edges(self) -> Edges:
         """Edges; the edges on the far side of a seam are those on the near side."""
         return self.carried_edges or find_edges(self._ends_of_edges(), len(self.xy))
-
-    @property
-    def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (E, 2) of each edge, and the edges (C, 3) opposite the corners."""
-        return self.numbered_edges.ends, self.numbered_edges.of_cell
 
     @abstractmethod
     def sides_on_top(self) -> np.ndarray:

@@ -229,7 +229,7 @@ def _coarse_mesh(film: MeshFilm, shape: AnyShape, gap: GridField) -> str | None:
     name = "smallest_size" if shape.smallest_size else "mesh_size"
     edge, of_mesh = getattr(shape, name, None), f"shape.{name}"
     if edge is None:
-        edge = float(np.median(np.hypot(*np.diff(mesh.xy[mesh.edges[0]], axis=1)[:, 0].T)))
+        edge = float(np.median(np.hypot(*np.diff(mesh.xy[mesh.edges.ends], axis=1)[:, 0].T)))
         of_mesh = "the median edge of the mesh"
     if edge <= COARSER * min(samples):
         return None

@@ -126,7 +126,7 @@ def test_both_flows_count_in_what_is_halved_ahead(kind):
         once = (sums >= least).astype(np.int8)
         assert once.sum() == rank
         np.testing.assert_array_equal(ahead.mesh.cells, blind.refined(gap, once).mesh.cells)
-        assert ahead.mesh.numbered_edges.slots().min() >= 0
+        assert ahead.mesh.edges.slots().min() >= 0
 
 
 def test_a_single_winding_is_started_from_its_own_solution():

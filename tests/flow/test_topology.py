@@ -50,7 +50,7 @@ def test_rows_of_the_matrix_have_room(periodic, contact):
     for jumps in (cells.pressures, *duals):
         numbering = jumps.numberings[0]
         number = numbering.of_corner
-        room = numbering.neighbours(mesh.edges[1][cells.kept])
+        room = numbering.neighbours(mesh.edges.of_cell[cells.kept])
         assert len(room) == numbering.count
         for unknown in range(numbering.count):
             near = (number == unknown).any(axis=1)

@@ -36,7 +36,7 @@ def assert_conforming(mesh: AnyMesh) -> None:
         on_line = [(ends == place).all(axis=2) & ~np.array(seams) for place in (0, mesh.extent)]
         rim = np.logical_or(*on_line).any(axis=2)
         across = (mesh.xy == mesh.extent) * mesh.extent * seams
-    of_cell = mesh.numbered_edges.of_cell
+    of_cell = mesh.edges.of_cell
     np.testing.assert_array_equal(np.bincount(of_cell.ravel())[of_cell], np.where(rim, 1, 2))
     np.testing.assert_array_equal(mesh.xy - mesh.xy[mesh.twin], across)
     own = np.flatnonzero(mesh.twin == np.arange(len(mesh.xy)))

@@ -87,8 +87,9 @@ def test_linear_functions_are_prolonged_exactly(family, seed):
 def test_edges_updated_by_bisection_equal_edges_numbered_anew(family, seed):
     """Apart from the order of their numbers, and of twins for each other as ends."""
     for _, _, step in refined(FAMILIES[family](), seed):
-        twin, updated = step.mesh.twin, step.mesh.numbered_edges
-        ends, of_cell = replace(step.mesh, carried_edges=None).edges
+        twin, updated = step.mesh.twin, step.mesh.edges
+        anew = replace(step.mesh, carried_edges=None).edges
+        ends, of_cell = anew.ends, anew.of_cell
         assert np.array_equal(
             np.sort(twin[updated.ends[updated.of_cell]]), np.sort(twin[ends[of_cell]])
         )
