@@ -29,24 +29,20 @@ NO_GMSH = (
 _LOG_FILE = "log.txt"
 
 
-def own_source(geo: Path) -> bytes | None:
-    """Content of a .geo file if it is one of the package's own sources, else None."""
-    content = geo.read_bytes()
-    return content if any(content == own.read_bytes() for own in SOURCES.glob("*.geo")) else None
-
-
 def require_trust(geo: Path, trust: bool) -> bytes | None:
     """Content of a .geo file of the package itself; None for another one, refused without trust.
 
     The user trusts a file by `--trust`, or in Python by `trust=True`.
     """
-    own = own_source(geo)
-    if own is None and not trust:
+    content = geo.read_bytes()
+    if any(content == own.read_bytes() for own in SOURCES.glob("*.geo")):
+        return content
+    if not trust:
         raise InvalidInput(
             f"{geo} is a program that gmsh would run with your rights; if you trust it, say "
             "--trust (in Python: trust=True), or mesh it in gmsh and name the .msh file"
         )
-    return own
+    return None
 
 
 def mesh_geometry(
