@@ -9,7 +9,9 @@ No equation is needed for the load: M annihilates constants, and δg = 0 in cont
 Without contact only a prescribed mean gap fixes it, and the solid is displaced freely.
 """
 
+from collections.abc import Iterator
 from functools import partial
+from itertools import islice
 
 import numpy as np
 
@@ -65,9 +67,23 @@ class ContactTangent:
         return change
 
     def _inverse(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
-        """Solve M δg = v on the open samples by preconditioned conjugate gradients.
+        """Change (nx, ny) [m] of the open samples that M turns into a pressure [Pa] on them."""
+        change, residuals = np.zeros(self._opened.shape), [1.0]
+        for residual in islice(self._solving(pressure, change), MOST_ITERATIONS):
+            residuals.append(residual)
+            if residual <= tolerance:
+                return change
+        raise NotConverged(
+            f"change of the contact with the fluid's pressure: residual {residuals[-1]:.1e} after "
+            f"{len(residuals) - 1} iterations (wanted {tolerance:.1e}); try a smaller "
+            "contact.tolerance"
+        )
 
-        With S the compliance, the inverse of M but for the mean, and 1_O the open samples:
+    def _solving(self, pressure: np.ndarray, change: np.ndarray) -> Iterator[float]:
+        """Solve M δg = v on the open samples by preconditioned conjugate gradients, from δg = 0.
+
+        Yields the relative residual after each iteration. With S the compliance, the inverse of M
+        but for the mean, and 1_O the open samples:
 
             1   r = 1_O v
             2   z = 1_O (S r + <r>/k_min): a uniform pressure counts as soft as the softest wave
@@ -81,11 +97,9 @@ class ContactTangent:
         the precision of that. Passes over the arrays go block by block.
         """
         opened, solid, samples = self._opened, self._half_space, self._opened.size
-        change, t = np.zeros(opened.shape), np.zeros(opened.shape)
-        z, Mt = solid.steer.values, solid.exact.values
-        unit = float(np.abs(pressure).max())  # of r, so that z fits into single precision
-        if unit == 0:
-            return change
+        t, z, Mt = np.zeros(opened.shape), solid.steer.values, solid.exact.values
+        # Of r, so that z fits into single precision.
+        unit = float(np.abs(pressure).max()) or 1.0
         r = pressure * (opened / unit)  # 1
 
         def start(rows: slice) -> np.ndarray:
@@ -115,10 +129,10 @@ class ContactTangent:
 
         over = partial(solid.passes.over, opened.shape)
         sum_r, rr = np.sum(over(start), axis=0)
-        rr_first, rz, residuals = rr, np.inf, [1.0]
+        rr_first, rz = rr, np.inf
         if rr_first == 0:
-            return change
-        for _ in range(MOST_ITERATIONS):
+            yield 0.0
+        while rr > 0:
             solid.displace_in_steer()
             mean = sum_r / samples / solid.softest
             rz_old, rz = rz, sum(over(partial(precondition, mean)))
@@ -126,13 +140,6 @@ class ContactTangent:
             solid.stiffen()
             alpha = rz / solid.passes.product(t, Mt)  # 5
             if not alpha > 0:
-                break  # by rounding: M is positive definite on the open samples
+                return  # by rounding: M is positive definite on the open samples
             sum_r, rr = np.sum(over(partial(advance, alpha)), axis=0)
-            residuals.append((rr / rr_first) ** 0.5)
-            if residuals[-1] <= tolerance:
-                return change
-        raise NotConverged(
-            f"change of the contact with the fluid's pressure: residual {residuals[-1]:.1e} "
-            f"after {len(residuals) - 1} iterations (wanted {tolerance:.1e}); try a smaller "
-            "contact.tolerance"
-        )
+            yield (rr / rr_first) ** 0.5
