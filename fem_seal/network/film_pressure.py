@@ -121,9 +121,9 @@ class FilmPressure:
         adjoint, network = self._adjoint(weight, tolerance), self._network
         a, b = network.ends
         by_links = np.abs(self._links * self._drop * (adjoint[a] - adjoint[b]))
-        if network.corners is None:
+        if network.mesh is None:
             return by_links, np.empty(0)
-        _, a, b = network.corners.T
+        _, a, b = network.mesh.twin[network.mesh.cells].T
         fluxes = network.past_legs(self._places) * (self._u[a] - self._u[b])
         return by_links, np.abs(fluxes * (adjoint[a] - adjoint[b]))
 

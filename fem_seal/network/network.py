@@ -50,7 +50,6 @@ class Network:
     free: np.ndarray  #: (nodes,) bool, nodes whose pressure is unknown
     mesh: NestedMesh | None = None  #: None for the stencil of finite differences
     legs: np.ndarray | None = None  #: (C, 2), link along each leg of a triangle of the mesh
-    corners: np.ndarray | None = None  #: (C, 3), nodes of each triangle, the right angle first
     #: (2, longest sides), legs of the triangle of each longest side that is a link
     beside: np.ndarray = field(default_factory=lambda: np.empty((2, 0), dtype=int))
 
@@ -63,8 +62,8 @@ class Network:
             )
         if (self.inlet & self.free).any():
             raise Inconsistent("a network with unknowns at the inlet")
-        if len({part is None for part in (self.mesh, self.legs, self.corners)}) > 1:
-            raise Inconsistent("a network with some of mesh, legs and corners, but not all")
+        if (self.mesh is None) != (self.legs is None):
+            raise Inconsistent("a network with one of mesh and legs, but not both")
 
     @classmethod
     def of_stencil(cls, film: GridFilm, rule: str) -> "Network":
@@ -134,7 +133,6 @@ class Network:
             free=own & ~mesh.inlet & ~mesh.outlet,
             mesh=mesh,
             legs=legs,
-            corners=cells,
             beside=legs[oblique].T,
         )
 
@@ -166,7 +164,8 @@ class Network:
         the other two corners leads through all the same. Zero where a sample fills a pixel, whose
         gap is even. The gap is that at the places.
         """
-        corners = present(self.corners, "corners")
+        mesh = present(self.mesh, "mesh")
+        corners = mesh.twin[mesh.cells]
         if self.rule != "linear-gap":
             return np.zeros(len(corners))
         right, a, b = gap[corners.T]
