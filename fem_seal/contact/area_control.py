@@ -177,4 +177,4 @@ def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | No
     part = FIRST_GUESS * (1 + area_fraction / 3)
     strain = part * _linear(area_fraction) * rms_slope(pair.height) / 2**0.5
     # A flat surface touches everywhere under any pressure.
-    return (strain or 1e-9) * pair.contact_modulus
+    return (strain or 1e-9) * pair.solid.contact_modulus

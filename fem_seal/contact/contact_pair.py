@@ -20,8 +20,9 @@ class ContactPair:
     """A counter-face and a solid, ready to be loaded again and again."""
 
     height: GridField  #: counter-face [m], periodic
-    contact_modulus: float  #: E* [Pa]
-    half_space: HalfSpace  #: the elastic solid on this grid
+    solid: ElasticSolid
+    arithmetic: Arithmetic  #: that of the half-space
+    half_space: HalfSpace  #: the solid on this grid
     #: [m] unit of length of the normalised problem: the rms height, or a sample's spacing where
     #: the surface is flat
     unit_height: float
@@ -36,7 +37,6 @@ class ContactPair:
         arithmetic: Arithmetic = USUAL_ARITHMETIC,
     ) -> "ContactPair":
         """Check the input, plan the transforms and normalise heights and pressures."""
-        contact_modulus, threads = solid.contact_modulus, arithmetic.threads
         if not isinstance(height, GridField):
             raise InvalidInput(
                 f"the surface is a {type(height).__name__}; make it a GridField(values, spacing, "
@@ -61,10 +61,10 @@ class ContactPair:
         unit_height = float(heights.std()) if span > 0 else length
         heights /= unit_height
         half_space = HalfSpace(
-            height.shape, height.spacing, solid.layer, threads, arithmetic.precision
+            height.shape, height.spacing, solid.layer, arithmetic.threads, arithmetic.precision
         )
-        unit_pressure = contact_modulus * unit_height / (2 * length)
-        return cls(height, contact_modulus, half_space, unit_height, unit_pressure, heights)
+        unit_pressure = solid.contact_modulus * unit_height / (2 * length)
+        return cls(height, solid, arithmetic, half_space, unit_height, unit_pressure, heights)
 
     def complementary(self, start: np.ndarray) -> np.ndarray:
         """Pressure [Pa], set to zero where the gap that it causes is open.
@@ -79,12 +79,6 @@ class ContactPair:
         gap = self.half_space.displacement(pressure) - self.scaled_heights
         gap -= np.vdot(pressure, gap) / pressure.sum()
         return np.where(pressure > self.half_space.point_stiffness * gap, start, 0.0)
-
-    def on(self, height: GridField) -> "ContactPair":
-        """Return the same solid under another surface or grid."""
-        own = self.half_space
-        solid = ElasticSolid(self.contact_modulus, own.layer)
-        return ContactPair.prepared(height, solid, Arithmetic(own.threads, own.precision))
 
     def under_pressure(
         self, mean_pressure: float, stopping: ContactStopping, start: np.ndarray | None = None
@@ -119,7 +113,8 @@ class ContactPair:
 
     def _open(self, gap: np.ndarray) -> ContactState:
         """Exact state of a surface that carries no load."""
-        return ContactState(self._field(gap), self._field(np.zeros_like(gap)), self.contact_modulus)
+        no_pressure = self._field(np.zeros_like(gap))
+        return ContactState(self._field(gap), no_pressure, self.solid.contact_modulus)
 
     def _converged(
         self, problem: Problem, pressure: np.ndarray, stopping: ContactStopping
@@ -132,7 +127,7 @@ class ContactPair:
         return ContactState(
             gap=self._field(gap * self.unit_height),
             pressure=self._field(pressure * self.unit_pressure),
-            contact_modulus=self.contact_modulus,
+            contact_modulus=self.solid.contact_modulus,
             certificate=end.measures.certificate,
             pressed_gap=end.measures.pressed_gap,
             penetration=end.measures.penetration,

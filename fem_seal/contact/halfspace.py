@@ -105,7 +105,7 @@ class HalfSpace:
         self.shape, self.fft_pairs = shape, 0.0
         if threads is None:
             threads = cores() if shape[0] * shape[1] >= THREADED_FROM else 1
-        self.layer, self.threads, self.precision = layer, threads, precision
+        self.layer, self.threads = layer, threads
         self.passes = RowPasses(threads)
         self.steering = np.dtype(choose(PRECISIONS, precision, "precision"))
         self.exact = RealTransform(shape, "float64", self.passes)

@@ -141,10 +141,11 @@ def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:
     if min(nx, ny) < 2 * COARSEST or nx % 2 or ny % 2:
         return None
     slope = pair.height.slope_between_samples()
-    if (8 / np.pi) ** 0.5 * mean_pressure >= LIGHT * pair.contact_modulus * slope:
+    if (8 / np.pi) ** 0.5 * mean_pressure >= LIGHT * pair.solid.contact_modulus * slope:
         return None
     means = heights.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
-    coarse = pair.on(GridField(means, (2 * spacing[0], 2 * spacing[1]), periodic=True))
+    height = GridField(means, (2 * spacing[0], 2 * spacing[1]), periodic=True)
+    coarse = ContactPair.prepared(height, pair.solid, pair.arithmetic)
     start = coarse_start(coarse, mean_pressure)
     state = coarse.under_pressure(mean_pressure, ROUGHLY, start)
     pair.half_space.fft_pairs += coarse.half_space.fft_pairs / 4
