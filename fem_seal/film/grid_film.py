@@ -38,7 +38,7 @@ class GridFilm:
                 f"the gap is a {type(self.gap).__name__}; make it a "
                 "GridField(values, spacing, periodic)"
             )
-        object.__setattr__(self, "sites", lattice(self))
+        object.__setattr__(self, "sites", lattice(self.gap, self.sides, self.representation))
 
     @property
     def samples(self) -> np.ndarray:

@@ -9,15 +9,12 @@ J. W. Essam, J. Math. Phys. 5, 1117 (1964).
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField, Representation, Sides
 from fem_seal.registry import choose
-
-if TYPE_CHECKING:
-    from fem_seal.film.grid_film import GridFilm
 
 # For each connectivity of a phase that of its complement, so that exactly one of the two spans.
 DUAL_CONNECTIVITY = {"4": "8", "8": "4", "triangulation": "triangulation"}
@@ -87,19 +84,18 @@ class Lattice:
         return np.concatenate([field, field[:, :1]], axis=1) if self.seam else field
 
 
-def lattice(film: "GridFilm") -> Lattice:
-    """Sites of a film: the vertices of its triangulation ("linear") or its pixels ("constant").
+def lattice(gap: GridField, sides: Sides, representation: Representation) -> Lattice:
+    """Sites of a gap: the vertices of its triangulation ("linear") or its pixels ("constant").
 
     Those of a linear gap are gap.vertices(), without the last column if the sides are periodic,
     since it repeats the first.
     """
-    gap = film.gap
-    periodic_sides = choose(SIDES, film.sides, "sides")
-    connectivity = choose(OPEN_CONNECTIVITY, film.representation, "representation")
+    periodic_sides = choose(SIDES, sides, "sides")
+    connectivity = choose(OPEN_CONNECTIVITY, representation, "representation")
     lowest = gap.values.min()
     if lowest < 0:
         raise InvalidInput(f"the gap is negative ({lowest:.3e} m); contact is a gap of exactly 0")
-    if film.representation == "constant":
+    if representation == "constant":
         half = (0.5 * gap.spacing[0], 0.5 * gap.spacing[1])
         return Lattice(
             gap.values, connectivity, (False, periodic_sides), half, gap.spacing, seam=False
