@@ -7,9 +7,9 @@ times its width over its length.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
 
 from fem_seal.film import clusters
 from fem_seal.film.grid_film import GridFilm
@@ -17,9 +17,6 @@ from fem_seal.film.lattice import Lattice
 from fem_seal.film.law import film_conductivity
 from fem_seal.finite_difference.links import LINKS, LinkRule
 from fem_seal.registry import choose
-
-if TYPE_CHECKING:
-    from scipy import sparse
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +49,7 @@ class Stencil:
         second = np.concatenate([node[1:].ravel(), right.ravel()])
         return first, second, np.concatenate([self.x.ravel(), self.y.ravel()])
 
-    def laplacian(self, carrying: np.ndarray) -> "sparse.csr_array":
+    def laplacian(self, carrying: np.ndarray) -> sparse.csr_array:
         """Matrix of links between carrying nodes: Σ_b c_ab on the diagonal, -c_ab off it."""
         a, b, c = self.links()
         used = carrying.ravel()[a] & carrying.ravel()[b] & (c > 0)
@@ -61,7 +58,7 @@ class Stencil:
     def pressure(
         self,
         carrying: np.ndarray,
-        solve: "Callable[[sparse.csr_array, np.ndarray], np.ndarray]",
+        solve: Callable[[sparse.csr_array, np.ndarray], np.ndarray],
     ) -> np.ndarray:
         """Pressure (mx, my) from 1 at the inlet to 0 at the outlet; NaN at nodes not `carrying`.
 
@@ -77,10 +74,8 @@ class Stencil:
         return pressure
 
 
-def laplacian(a: np.ndarray, b: np.ndarray, c: np.ndarray, nodes: int) -> "sparse.csr_array":
+def laplacian(a: np.ndarray, b: np.ndarray, c: np.ndarray, nodes: int) -> sparse.csr_array:
     """Matrix (nodes, nodes) of links c (n,) from a to b: Σ_b c_ab on the diagonal, -c_ab off it."""
-    from scipy import sparse
-
     entries = np.tile(c, 2), (np.append(a, b), np.append(b, a))
     links = sparse.csr_array(sparse.coo_array(entries, (nodes, nodes)))
     return sparse.csr_array(sparse.diags(links.sum(axis=1)) - links)

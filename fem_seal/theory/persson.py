@@ -38,6 +38,8 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.special import erf, erfc, exp1
 
 from fem_seal.errors import InvalidInput
 from fem_seal.registry import choose, require_positive
@@ -84,9 +86,6 @@ def _reduced_energy(half_slope: np.ndarray, strain: float) -> np.ndarray:
     function of V for all. That function is tabulated here and inverted. Below V = 0.01 contact is
     complete and S is 1; above 10⁶, S is S(0) to 10⁻⁶. Steps of 0.2 % are accurate to about 10⁻⁶.
     """
-    from scipy.integrate import cumulative_trapezoid
-    from scipy.special import erf
-
     V = np.append(0.0, np.geomspace(1e-2, 1e6, 8000))
     area = np.append(1.0, erf(V[1:] ** -0.5))
     inverse = 1 / (5 / 9 - 2 / 9 * area**2 + 2 / 3 * area**4)
@@ -123,8 +122,6 @@ def persson_state(
         "persson" or "wang-mueser": law of the contact area, see `AREA_LAWS`. The mean gap is that
         of Yang and Persson with the pressure p0 A0/A of this law.
     """
-    from scipy.special import erf, erfc
-
     require_positive(pressure=pressure, contact_modulus=contact_modulus)
     edges = ladder(spectrum.wavenumbers, PER_OCTAVE * CELLS)
     # w⁻², half the mean square slope, and the mean square height up to each edge.
@@ -191,8 +188,6 @@ def inner_integral(y: np.ndarray) -> np.ndarray:
     is then y E1(x²)/2 - exp(-x²)/x + √π erfc(x), the other one ∫_x^∞ (y/t - 1/t²) erf² exp(-t²) dt
     of two tabulated integrals.
     """
-    from scipy.special import erfc, exp1
-
     y = np.asarray(y, dtype=float)
     # Above FAR all terms are below exp(-49).
     x = np.minimum(1 / np.maximum(y, 1 / FAR), FAR)
@@ -205,9 +200,6 @@ def inner_integral(y: np.ndarray) -> np.ndarray:
 @cache
 def _tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Values t from 0 to FAR, and ∫_t^∞ of erf²(v) exp(-v²)/v and of erf²(v) exp(-v²)/v²."""
-    from scipy.integrate import cumulative_trapezoid
-    from scipy.special import erf
-
     t = np.linspace(0.0, FAR, TABLE)
     # erf(v)/v tends to 2/√π.
     quotient = np.append(2 / np.sqrt(np.pi), erf(t[1:]) / t[1:])
