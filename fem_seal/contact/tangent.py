@@ -17,6 +17,7 @@ import numpy as np
 
 from fem_seal.contact.blocks import product
 from fem_seal.contact.halfspace import HalfSpace
+from fem_seal.digits import number_of
 from fem_seal.errors import NotConverged
 
 MOST_ITERATIONS = 300
@@ -75,7 +76,7 @@ class ContactTangent:
                 return change
         raise NotConverged(
             f"change of the contact with the fluid's pressure: residual {residuals[-1]:.1e} after "
-            f"{len(residuals) - 1} iterations (wanted {tolerance:.1e}); try a smaller "
+            f"{number_of(len(residuals) - 1, 'iteration')} (wanted {tolerance:.1e}); try a smaller "
             "contact.tolerance"
         )
 

@@ -19,6 +19,7 @@ from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.methods import ContactStopping, converge
 from fem_seal.contact.problem import Problem
 from fem_seal.contact.state import ContactState
+from fem_seal.contact.tangent import ContactTangent
 from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.limits import Limits
@@ -70,6 +71,15 @@ def test_heights_whose_squares_are_no_numbers_are_refused(rough, unit, load):
 def test_too_few_iterations_raise(rough, solver):
     with pytest.raises(NotConverged, match=f"{solver}.*after.*max_iterations"):
         press(rough, E_STAR, pressure=1e4, solver=solver, max_iterations=1)
+
+
+def test_a_tangent_out_of_reach_is_an_error(monkeypatch):
+    """One step of conjugate gradients is not enough, and the message says that it was one."""
+    monkeypatch.setattr("fem_seal.contact.tangent.MOST_ITERATIONS", 1)
+    opened = np.arange(64).reshape(8, 8) % 5 > 0
+    tangent = ContactTangent(HalfSpace((8, 8), (1.0, 1.0)), 1.0, opened)
+    with pytest.raises(NotConverged, match=r"residual [\d.e-]+ after 1 iteration \(wanted 1.0e-12"):
+        tangent.change(np.arange(64.0).reshape(8, 8), 1e-12)
 
 
 @pytest.mark.parametrize("solver", ["free-set-cg", "fista"])
