@@ -19,16 +19,13 @@ from fem_seal.coupling import SETTLED
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
 from fem_seal.errors import present
-from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids, sealed_under
+from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids, of_sealed
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
-from fem_seal.scene import Scene, SelfAffine
+from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
-from fem_seal.threshold import PRECISION, sealing_load
 
-# Samples in the shortest wave below which a sealed grid is no evidence.
-LEAST_IN_SHORTEST = 2
 UNKNOWN = estimate(
     CONTACT_GRID, "no coarser grid of the contact says what a finer one would change"
 )
@@ -192,69 +189,13 @@ def chosen_patch(
     def error_of(tried: Sequence[Patch]) -> Uncertainty:
         """Estimated error of the leak rate on the last of some grids."""
         if tried[-1].leak_rate.state == "sealed":
-            return error_of_sealed(tried, shortest)
+            return tried[-1].once(of_sealed)
         return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN
 
     with first.timed("accuracy"):
-        # Two samples: the shortest wave that a measured map holds.
-        shortest = 2 * max(present(first.surface, "surface").spacing)
-        if isinstance(scene.surface, SelfAffine):
-            shortest = scene.surface.short_wavelength
         patch, choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
     patch.seconds = first.seconds
     return patch, choice
-
-
-def error_of_sealed(tried: Sequence[Patch], shortest: float) -> Uncertainty:
-    """Whether a finer grid may open the last of the grids, which is sealed.
-
-    Where the grid is still too coarse, a finer one may need more load to seal. That a patch is
-    sealed therefore counts only if it stays so under the part 1 - 2 δ of its load, where δ is the
-    relative change of the load that just seals it between its grid and the next coarser one. Both
-    grids must have two samples in the shortest wave [m]: on a coarser one that wave is missing.
-    """
-    widest = shortest / LEAST_IN_SHORTEST * (1 + 1e-9)
-    fine_enough = [
-        patch for patch in tried[-2:] if max(present(patch.surface, "surface").spacing) <= widest
-    ]
-    sealing = (patch.once(sealing_load) for patch in fine_enough)
-    loads = [load for load in sealing if load is not None]
-    if len(loads) < 2:
-        sentence = (
-            "sealed on one grid only: no coarser one has two samples in the shortest wave, and "
-            "a finer one may leak"
-        )
-        return estimate(CONTACT_GRID, sentence, 1.0)
-    change = abs(loads[-1] / loads[-2] - 1) + PRECISION
-    margin = f"twice the {per_cent(change)} by which the grid moves the load that seals"
-    if stays_sealed_under(tried[-1], 1 - 2 * change, loads[-1]):
-        sentence = f"it stays sealed under a load that is less by {margin}"
-        return estimate(CONTACT_GRID, sentence, 1.0, 1.0)
-    sentence = f"a finer grid may leak: this one does under a load that is less by {margin}"
-    return estimate(CONTACT_GRID, sentence, 1.0)
-
-
-def stays_sealed_under(patch: Patch, part: float, sealing: float) -> bool:
-    """Whether a sealed patch stays sealed under a part of its load.
-
-    The fluid's pressure counts as in the verdict on the whole load: resolved, or as much of the
-    load as the inlet's pressure if the patch is sealed under the rest. `sealing` is the load that
-    just seals the dry contact, as of `sealing_load`.
-    """
-    scene, contact = patch.scene, present(patch.scene.contact, "[contact]")
-    if not contact.is_elastic:
-        return part * present(patch.contact, "contact").contact_area_fraction >= sealing
-    load = present(patch.carried_load, "load")
-    inlet, outlet = scene.flow.gauge_pressures
-    if scene.lift != "resolved":
-        rest = load - max(inlet, 0.0)
-        lifted = contact.pressure is not None and rest >= sealing
-        return part * (rest if lifted else load) >= sealing
-    if part * load - inlet >= sealing:
-        return True
-    if part * load - outlet < sealing:
-        return False
-    return sealed_under(patch, part)
 
 
 def flow_log_error(leak: LeakRate) -> float:

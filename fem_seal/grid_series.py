@@ -29,6 +29,7 @@ from fem_seal.scene import Scene
 from fem_seal.scene.section import Lift
 from fem_seal.sensitivity import ByLoad
 from fem_seal.surface.resampling import resample
+from fem_seal.threshold import sealing_load
 
 LEAST_SAMPLES = 8  # along each side of a grid
 # The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.
@@ -43,8 +44,9 @@ IF_LIFTED = 1.5  # of e where the fluid lifts the solid
 # and lifted, bytes for each sample, and for the libraries.
 DRY_BESIDE, LIFTED_BESIDE = 2048**2, 1024**2
 DRY_BYTES, LIFTED_BYTES, BYTES_BESIDE = 80, 800, 1e9
-# Part of the load under which the coarser grid of a sealed patch must be sealed.
-STILL_SEALED = 0.9
+# A patch is sealed on finer grids as well if it stays so under its load over 1 plus a margin and a
+# multiple of u/h_rms, the height between the samples over the rms height.
+MARGIN, OF_UNRESOLVED_RMS = 0.1, 2.5
 
 
 def grids(samples: tuple[int, int], max_refinement: int) -> list[tuple[int, int]]:
@@ -106,24 +108,25 @@ class OnGrid:
         return cls(low, high, gap, left_out, edge, lifted=state is not None)
 
 
-@dataclass(frozen=True)
-class OnHalf:
-    """Leak rate of a patch on half of its samples."""
+def of_sealed(patch: Patch) -> Uncertainty:
+    """Whether a finer grid may open a sealed patch: it must stay sealed under a part of its load.
 
-    grid: OnGrid | None  #: None if lifted off
-    sealed_under_less: bool  #: whether it is sealed, under a little less load as well
-
-    @classmethod
-    def of(cls, patch: Patch, less: bool) -> "OnHalf":
-        """Solve half of the samples; if `less`, and they are sealed, under less load as well."""
-        coarse = present(on_half(patch), "coarser grid")
-        if coarse.lifted_off:
-            return cls(None, False)
-        return cls(OnGrid.of(coarse), less and coarse.sealed and sealed_under(coarse, STILL_SEALED))
+    The heights between the samples, u beside the rms height, let a finer grid seal under more load.
+    """
+    height = present(patch.surface, "surface")
+    left_out, rms = unresolved(height), float(height.values.std())
+    part = 1 / (1 + MARGIN + OF_UNRESOLVED_RMS * (left_out / rms if rms else 0.0))
+    less = f"under {per_cent(1 - part)} less load, as much as the grid may be wrong"
+    if sealed_under(patch, part):
+        return estimate(CONTACT_GRID, f"it is sealed as well {less}", 1.0, 1.0)
+    return estimate(CONTACT_GRID, f"a finer grid may leak: this one may {less}", 1.0)
 
 
 def sealed_under(patch: Patch, part: float) -> bool:
     """Whether a patch is sealed under a part of its load, and no fluid pressure would open it."""
+    if not present(patch.scene.contact, "[contact]").is_elastic:
+        area = present(patch.contact, "contact").contact_area_fraction
+        return part * area >= (sealing_load(patch) or 0.0)
     lighter = patch.pressed_by(part * present(patch.carried_load, "load"), patch.lift)
     return lighter.state == "sealed" and (lighter.lifted is None or not lighter.lifted.is_range)
 
@@ -141,8 +144,10 @@ def pays_beside(samples: float, lifted: bool, comm: parallel.Comm = None) -> boo
     return idle and samples >= (LIFTED_BESIDE if lifted else DRY_BESIDE)
 
 
-def solved_on_half(patch: Patch) -> Callable[[], OnHalf]:
+def solved_on_half(patch: Patch) -> Callable[[], OnGrid | None]:
     """Half of the samples, solved when the answer is called, or at once beside this process.
+
+    The answer is None if the fluid lifts their solid off.
 
     The flow of a patch uses one core; another process uses the second one where it is idle and the
     samples are so many that this saves time.
@@ -170,19 +175,19 @@ def half_beside(patch: Patch) -> Iterator[None]:
             half_of.end()
 
 
-# Less load matters of sealed patches alone. Beside a dry patch, which leaks, it never does; beside
-# a lifted one, whose state is not known yet, it may.
-def _solved_here(patch: Patch) -> OnHalf:
-    return OnHalf.of(patch, patch.state == "sealed")
+def _solved_here(patch: Patch) -> OnGrid | None:
+    coarse = present(on_half(patch), "coarser grid")
+    return None if coarse.lifted_off else OnGrid.of(coarse)
 
 
 def _solved_beside(
     scene: Scene, surface: GridField, load: Load, lift: Lift, settings: FlowSettings
-) -> OnHalf:
-    patch = Patch(
-        scene, surface=surface, load=load, lift=lift, flow_settings=settings, on_own_grid=True
+) -> OnGrid | None:
+    return _solved_here(
+        Patch(
+            scene, surface=surface, load=load, lift=lift, flow_settings=settings, on_own_grid=True
+        )
     )
-    return OnHalf.of(patch, lift == "resolved")
 
 
 def unresolved(height: GridField) -> float:
@@ -261,11 +266,13 @@ def estimated_error(patch: Patch) -> Uncertainty:
     if patch.lifted is not None and not patch.lifted.converged:
         words = "contact and flow have not settled on the grid of the scene"
         return estimate(CONTACT_GRID, words)
-    try:
-        with patch.timed("contact grid"):
+    with patch.timed("contact grid"):
+        if patch.state == "sealed":
+            return of_sealed(patch)
+        try:
             return _from_coarser(patch, patch.once(solved_on_half)())
-    except NotConverged as error:
-        return estimate(CONTACT_GRID, f"on half of the samples: {error}")
+        except NotConverged as error:
+            return estimate(CONTACT_GRID, f"on half of the samples: {error}")
 
 
 def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
@@ -283,29 +290,17 @@ def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
     return min(lower, 1.0), None if there.upper is None else max(there.upper / here.upper, 1.0)
 
 
-def _from_coarser(patch: Patch, coarse: OnHalf) -> Uncertainty:
-    if patch.state == "sealed":
-        return _of_sealed(coarse)
-    if coarse.grid is None:
+def _from_coarser(patch: Patch, coarse: OnGrid | None) -> Uncertainty:
+    if coarse is None:
         return estimate(CONTACT_GRID, "on half of the samples the fluid lifts the solid off")
     on_fine = OnGrid.of(patch)
     if patch.scene.measured_map is None:
-        return grid_error(coarse.grid, on_fine)
-    change = change_of(coarse.grid, on_fine)
+        return grid_error(coarse, on_fine)
+    change = change_of(coarse, on_fine)
     sentence = "what half of the samples of the map change"
     if change == inf:
         return estimate(CONTACT_GRID, f"{sentence}: they are sealed")
     return estimate(CONTACT_GRID, sentence, exp(-change), exp(min(change, 700)))
-
-
-def _of_sealed(coarse: OnHalf) -> Uncertainty:
-    """Whether a finer grid may open a sealed patch: the coarser one must be sealed with less."""
-    less = f"under {per_cent(1 - STILL_SEALED)} less load"
-    if coarse.sealed_under_less:
-        words = f"half of the samples are sealed as well, also {less}"
-        return estimate(CONTACT_GRID, words, 1.0, 1.0)
-    words = f"a finer grid may leak: half of the samples do not stay sealed {less}"
-    return estimate(CONTACT_GRID, words, 1.0)
 
 
 def change_of(coarse: OnGrid, fine: OnGrid) -> float:

@@ -12,7 +12,7 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.accuracy import chosen_grid as chosen_grid_of
-from fem_seal.accuracy import chosen_patch, stays_sealed_under
+from fem_seal.accuracy import chosen_patch
 from fem_seal.error_budget import combined, estimate
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
@@ -20,10 +20,10 @@ from fem_seal.grid_series import (
     OF_CHANGE,
     OF_UNRESOLVED,
     OnGrid,
-    estimated_error,
     grid_error,
     grids,
     on_half,
+    sealed_under,
     unresolved,
 )
 from fem_seal.leak_rate import LeakRate
@@ -240,19 +240,6 @@ def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path):
     assert cli.main([*run, "--set", "contact.pressure=0.4 MPa"]) == 0
 
 
-def test_a_grid_that_misses_the_shortest_wave_is_no_evidence():
-    """Two samples in the shortest wave on the scene's grid, one on the next coarser: not judged."""
-    fine = FIRST["surface"] | {"short_wavelength": "3.125 um", "seed": 35}
-    dry = FIRST["flow"] | {"lift": "none"}
-    scene = FIRST | {"surface": fine, "contact": {"pressure": "0.6 MPa"}, "flow": dry}
-    for finest, upper in ((1, None), (2, 1.0)):
-        accuracy = {"total": 0.1, "max_refinement": finest}
-        patch, choice = chosen_patch(Scene.from_mapping(scene | {"accuracy": accuracy}))
-        assert patch.leak_rate.state == "sealed"
-        assert patch.once(estimated_error).upper == upper
-        assert choice.samples == (64 * finest, 64 * finest)
-
-
 @pytest.mark.parametrize("lift", ["none", "range", "resolved"])
 def test_less_load_only_opens(lift):
     """Sealed under a part of the load where the contact under that part is, or may be, sealed."""
@@ -262,8 +249,17 @@ def test_less_load_only_opens(lift):
     load = sealing_load(sealed)
     # The fluid takes at most 20 kPa of the load, and `sealing_load` is up to 1 % too large.
     safe, unsafe = (load + 2e4) / 4e5, 0.98 * load / 4e5
-    assert stays_sealed_under(sealed, 1.001 * safe, load)
-    assert not stays_sealed_under(sealed, unsafe, load)
+    assert sealed_under(sealed, 1.001 * safe)
+    assert not sealed_under(sealed, unsafe)
+
+
+def test_a_smaller_cut_of_a_sealed_bearing_contact_only_opens():
+    """It is sealed from the area on at which its critical constriction closes, exactly."""
+    cut = FIRST | {"contact": {"model": "bearing", "area_fraction": 0.8}}
+    sealed = Patch(Scene.from_mapping(cut | {"flow": FIRST["flow"] | {"lift": "none"}}))
+    seals = sealing_load(sealed) / sealed.contact.contact_area_fraction
+    assert sealed_under(sealed, seals * (1 + 1e-9))
+    assert not sealed_under(sealed, seals * (1 - 1e-9))
 
 
 def test_a_lift_is_not_solved_to_any_tolerance():

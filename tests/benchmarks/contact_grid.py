@@ -1,9 +1,12 @@
 """How well the entry "contact grid" holds, for docs/guide/contact-grid.md.
 
     python tests/benchmarks/contact_grid.py [--count 100] [--lift | --area] [--samples 4 6 8]
+    python tests/benchmarks/contact_grid.py --sealed [--count 100] [--samples 1 2 3 4 6]
 
 Random contacts from open to closing, on 64² samples and every fifth on 128². Each is solved on 4n
-samples as well. A line a contact: what was claimed, and how far the finer grid is.
+samples as well. A line a contact: what was claimed, and how far the finer grid is. Or dry contacts
+of 16² to 32² samples under 1 to 2 times the load that seals them, of which a line tells whether
+they are said to stay sealed, and whether 2n and 4n samples leak.
 """
 
 import argparse
@@ -14,10 +17,11 @@ from math import inf, log
 from statistics import median
 
 from fem_seal.errors import NotConverged
-from fem_seal.grid_series import OnGrid, change_of, estimated_error, on_half
+from fem_seal.grid_series import OnGrid, change_of, estimated_error, of_sealed, on_half
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
+from fem_seal.threshold import sealing_load
 
 LENGTH, SLOPE, MODULUS = 1e-4, 0.1, 1e7
 FINER, RTOL = 4, 0.015  # the reference: samples over those of the contact, tolerance of its flow
@@ -60,6 +64,34 @@ def scene(number: int, lift: bool, shortest: list[int], by_area: bool = False) -
 def logarithm(one: float, other: float) -> float:
     """Ln of a ratio of leak rates, of which the second leaks."""
     return log(one / other) if one > 0 else -inf
+
+
+def sealed_contacts(first: int, count: int, shortest: list[int]) -> None:
+    """Print sealed contacts, and how many that are said to stay so leak on finer grids."""
+    claimed, wrong = 0, 0
+    for number in range(first, first + count):
+        chosen = random.Random(number)
+        of = scene(number, False, shortest)
+        n, samples = chosen.choice([16, 24, 32]), chosen.choice(shortest)
+        waves = min(chosen.choice([1, 2, 4]), n / samples / 1.2)
+        surface = {"shape": [n, n], "hurst": chosen.uniform(0.1, 1)}
+        surface |= {"long_wavelength": LENGTH / waves, "short_wavelength": LENGTH * samples / n}
+        of = of.with_({f"surface.{key}": value for key, value in surface.items()})
+        seals = sealing_load(Patch(of))
+        if not seals:
+            continue
+        for part in (1, 1.02, 1.05, 1.1, 1.2, 1.3, 1.5, 2):
+            patch = Patch(of.with_({"contact.pressure": part * seals}))
+            stays = patch.sealed and of_sealed(patch).upper == 1
+            finer = [
+                patch.with_(surface=resample(patch.surface, (k * n, k * n))) for k in (2, FINER)
+            ]
+            leaks = not any(one.sealed for one in finer)
+            claimed, wrong = claimed + stays, wrong + (stays and leaks)
+            said = "stays sealed" if stays else "may leak"
+            true = "leaks" if leaks else "sealed"
+            print(f"{number:5d} {samples} samples, {part} of the load: {said}; {true}", flush=True)
+    print(f"{claimed} said to stay sealed, of which {wrong} leak on 2n and 4n samples")
 
 
 def main(first: int, count: int, lift: bool, by_area: bool, shortest: list[int]) -> None:
@@ -120,6 +152,10 @@ if __name__ == "__main__":
     kind = options.add_mutually_exclusive_group()
     kind.add_argument("--lift", action="store_true")
     kind.add_argument("--area", action="store_true")
+    kind.add_argument("--sealed", action="store_true")
     options.add_argument("--samples", type=int, nargs="+", default=[4, 6, 8])
     given = options.parse_args()
-    main(given.first, given.count, given.lift, given.area, given.samples)
+    if given.sealed:
+        sealed_contacts(given.first, given.count, given.samples)
+    else:
+        main(given.first, given.count, given.lift, given.area, given.samples)

@@ -58,6 +58,27 @@ def test_a_sealed_patch_may_open_only_next_to_closing(pressure, upper):
     assert grid.caution == (upper is None)
 
 
+@pytest.mark.parametrize(
+    ("n", "samples", "hurst", "waves", "seed", "pressure"),
+    [
+        (32, 2.01, 0.12882840046624608, 1, 303053, 259929),
+        (24, 1.01, 0.7813206856901872, 1, 428322, 191329),
+        (20, 3, 0.8145476721844029, 4, 477197, 192992),
+    ],
+)
+def test_a_sealed_grid_that_lacks_short_waves_says_that_finer_ones_may_leak(
+    n, samples, hurst, waves, seed, pressure
+):
+    """Up to 1.3 of the load that seals it, and sealed on half of its samples; 2n and 4n leak."""
+    surface = {"shape": [n, n], "hurst": hurst, "seed": seed, "long_wavelength": 1e-4 / waves}
+    surface |= {"short_wavelength": 1e-4 * samples / n, "size": [1e-4, 1e-4]}
+    patch = Patch(scene(f"{pressure} Pa", surface=scene().to_mapping()["surface"] | surface))
+    finer = [patch.with_(surface=resample(patch.surface, (k * n, k * n))) for k in (2, 4)]
+    assert patch.sealed
+    assert not any(one.sealed for one in finer)
+    assert entry(patch).upper is None
+
+
 def test_a_measured_map_says_what_half_of_its_samples_change(tmp_path):
     patch = Patch(scene())
     spacing = patch.surface.spacing
