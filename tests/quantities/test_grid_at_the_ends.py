@@ -48,22 +48,22 @@ def test_a_closing_end_next_to_sealing(seed):
 @pytest.mark.parametrize("by", ["inputs", "range"])
 @pytest.mark.parametrize("seed", [85])
 def test_an_opening_end_of_a_sealed_patch(seed, by):
-    """At 0.92 of the load that seals: the grid of the scene's own load is sealed by a margin."""
-    load, accuracy = 1.15 * sealing_load(seed), {"contact_grid": True}
+    """At 0.94 of the load that seals: the grid of the scene's own load is sealed by a margin."""
+    load, accuracy = 1.34 * sealing_load(seed), {"contact_grid": True}
     if by == "inputs":
-        drop, inputs = DROP, {"contact": {"pressure": "20 %"}}
+        drop, inputs = DROP, {"contact": {"pressure": "30 %"}}
         on = of_surface(seed, load, tolerances=inputs, accuracy=accuracy)
     else:
-        drop = 0.2 * load
+        drop = 0.3 * load
         on = of_surface(seed, load, lift="range", drop=drop, accuracy=accuracy)
     solved = solve(on)
     assert solved.state == "sealed"
     assert solved.headline.upper > 0
-    assert enclosed_on_finer_grids(solved.headline, seed, 0.8 * load, drop)
+    assert enclosed_on_finer_grids(solved.headline, seed, 0.7 * load, drop)
 
 
 def test_an_opening_end_that_a_finer_grid_may_open():
-    """At 1.04 of the load that seals half of the samples leak, or do with a little less load."""
+    """At 1.04 of the load that seals, which is nearer than the margin of the grid."""
     load, inputs = 1.3 * sealing_load(85), {"contact": {"pressure": "20 %"}}
     on = of_surface(85, load, tolerances=inputs, accuracy={"contact_grid": True})
     solved = solve(on)
