@@ -63,7 +63,6 @@ def test_a_sealed_patch_may_open_only_next_to_closing(pressure, upper):
     [
         (32, 2.01, 0.12882840046624608, 1, 303053, 259929),
         (24, 1.01, 0.7813206856901872, 1, 428322, 191329),
-        (20, 3, 0.8145476721844029, 4, 477197, 192992),
     ],
 )
 def test_a_sealed_grid_that_lacks_short_waves_says_that_finer_ones_may_leak(
