@@ -18,7 +18,7 @@ from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
-from fem_seal.errors import NotConverged, narrowed, present
+from fem_seal.errors import Inconsistent, NotConverged, narrowed, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
@@ -92,6 +92,14 @@ class OnGrid:
     unresolved: float  #: see `unresolved` [m]
     edge: float | None = None  #: see `edge_error`; None unless the contact area is prescribed
     lifted: bool = False  #: whether the fluid lifts the solid
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.lowest <= self.highest:
+            raise Inconsistent(f"a leak rate between {self.lowest:g} and {self.highest:g}")
+        if min(self.critical_gap, self.unresolved) < 0:
+            raise Inconsistent(
+                f"heights of a grid: {self.critical_gap:g} and {self.unresolved:g} m"
+            )
 
     @classmethod
     def of(cls, patch: Patch) -> "OnGrid":

@@ -160,7 +160,9 @@ def _ends(scene: Scene, end: int, probe: Probe) -> dict[str, float]:
     if scene.slip is not None and "fluid.viscosity" in ends:
         ends["fluid.viscosity"] = _viscosity(scene, end, probe.gap)
     if probe.table is not None and _under_cylinder(scene):
-        ends |= {name: _modulus(scene, name, end, probe.table) for name in ends.keys() & {*MODULI}}
+        others = scene.scaled({name: ends[name] for name in ends.keys() - {*MODULI}})
+        for name in ends.keys() & {*MODULI}:
+            ends[name] = _modulus(others, name, end, probe.table, ends.get("heights", 1.0))
     return ends
 
 
@@ -168,17 +170,18 @@ def _under_cylinder(scene: Scene) -> bool:
     return scene.seal is not None and scene.seal.line_load is not None
 
 
-def _modulus(scene: Scene, name: str, end: int, table: ConductivityTable) -> float:
+def _modulus(scene: Scene, name: str, end: int, table: ConductivityTable, heights: float) -> float:
     """Factor on a modulus at which a seal under a line load leaks most, or least at the end -1.
 
-    A stiffer cylinder presses harder on a narrower path. Where the fluid carries most of its
-    pressure, that closes the film: (P - p)/E*, on which K depends, then grows with E*. Of two films
-    that are sealed or lifted off, the one with the larger ratio leaks less.
+    The scene has its other inputs at their ends, and the table a factor on the heights. A stiffer
+    cylinder presses harder on a narrower path. Where the fluid carries most of its pressure, that
+    closes the film: (P - p)/E*, on which K depends, then grows with E*. Of two films that are
+    sealed or lifted off, the one with the larger ratio leaks less.
     """
 
     def leak(factor: float) -> tuple[float, float]:
         profile, path, ends = leak_path_of(scene.scaled({name: factor}))
-        decisive, loads = profile.highest - ends.inlet, factor * table.loads
+        decisive, loads = profile.highest - ends.inlet, factor * heights * table.loads
         scaled = ConductivityTable(loads, table.lower, table.upper)
         if decisive >= scaled.sealing_load:
             rate = 0.0
