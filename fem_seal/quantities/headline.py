@@ -1,7 +1,7 @@
 """The headline: the one number of a scene, its leak rate with all counted errors, in one sentence.
 
-The factors of all counted entries of the error budget multiply. The part that a theorem covers, the
-flow through the gap as it is represented, is named behind them.
+The factors of all counted entries of the error budget multiply. The bounds of the flow alone are
+named behind them: guaranteed of a patch, estimated of a seal.
 """
 
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ class Headline:
     value: float | None  #: None if lifted off, where nothing limits the leak rate
     lower: float | None  #: None where an error leaves this side open
     upper: float | None  #: the same
-    sentence: str  #: the same in the unit that the scene asks for, and what is guaranteed
+    sentence: str  #: the same in the unit that the scene asks for, and the bounds of the flow alone
     unit: str = "m^3/s"  #: of the three numbers
 
     def __post_init__(self) -> None:

@@ -13,7 +13,6 @@ from fem_seal.error_budget import (
     INPUTS,
     LIFT,
     ErrorBudget,
-    Kind,
     Uncertainty,
 )
 from fem_seal.errors import present
@@ -81,7 +80,7 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
     most = max(seal.patches, key=lambda each: each.value)
     gap, rtol = seal.critical_gap, present(patch.scene.seal, "[seal]").rtol
     entries = (
-        _flow_and_loads_entry(patch, seal),
+        _flow_and_loads_entry(seal),
         patches_entry(seal),
         _contact_grid_entry(seal),
         scales,
@@ -96,20 +95,18 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
     return tuple(entry for entry in entries if entry is not None)
 
 
-def _flow_and_loads_entry(patch: Patch, seal: SealLeak) -> Uncertainty:
-    layer = present(patch.scene.solid, "[solid]").layer_thickness is not None
-    kind: Kind = "estimated" if layer else "guaranteed"
+def _flow_and_loads_entry(seal: SealLeak) -> Uncertainty:
     sentence = (
         "bounds of the flow through each patch, and of its conductivity between two loads; under "
         "the hypotheses that the scales are apart, that the gap falls with the load and is convex "
-        "in it, as that of a half-space, and that the patches are those of the seal"
+        "in it, as that of a half-space but not of its grid, and that the patches are those of the "
+        "seal"
     )
     if seal.state == "sealed":
         sentence = f"no path of leaking patches joins inlet and outlet, by the {sentence}"
-        return Uncertainty(FLOW_AND_LOADS, kind, sentence, 1.0, 1.0)
-    return Uncertainty(
-        FLOW_AND_LOADS, kind, sentence, seal.lower / seal.value, seal.upper / seal.value
-    )
+        return Uncertainty(FLOW_AND_LOADS, "estimated", sentence, 1.0, 1.0)
+    lower, upper = seal.lower / seal.value, seal.upper / seal.value
+    return Uncertainty(FLOW_AND_LOADS, "estimated", sentence, lower, upper)
 
 
 def patches_entry(seal: SealLeak) -> Uncertainty:
@@ -184,10 +181,11 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
             "the seal leaks less than the upper end of the interval there"
         )
         return Uncertainty(PATCHES, "not covered", sentence, 1.0, None, caution=True)
+    known = "included" if lowered.contact_error is not None else "not known there, and not included"
     sentence = (
         f"{sealed}; {may_cross}; under {100 * lowered.part:.0f} % of its load {lowered.leaking} of "
         f"{number} leak, and under its own load the seal leaks less than the upper end of the 95 % "
-        "interval there"
+        f"interval there (the error of the contact's grid is {known})"
     )
     rate = lowered.at_most
     return Uncertainty(PATCHES, "estimated", sentence, 1.0, None, upper_rate=rate)

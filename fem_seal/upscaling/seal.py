@@ -75,8 +75,9 @@ class LoweredSeal:
     part: float  #: of the load; where `at_most` is None, the next part to try
     leaking: int = 0  #: realizations that leak there
     #: what it leaks at most there [m³/s], by the 95 % interval over the patches, the bounds of the
-    #: flow and the contact's grid; None if too few patches leaked under the loads that were tried
+    #: flow and `contact_error`; None if too few patches leaked under the loads that were tried
     at_most: float | None = None
+    contact_error: float | None = None  #: that of the seal there; None counts as none
 
 
 def under_less_load(
@@ -121,9 +122,9 @@ def under_less_load(
                 continue
             lowered = solve_seal(patch, folder, work, part=part, each=each)
             if lowered.interval is not None:
-                beside = lowered.upper / lowered.value * (1 + (lowered.contact_error or 0.0))
-                at_most = lowered.interval[1] * beside
-                return replace(seal, lowered=LoweredSeal(part, lowered.leaking, at_most))
+                error = lowered.contact_error
+                at_most = lowered.interval[1] * lowered.upper / lowered.value * (1 + (error or 0.0))
+                return replace(seal, lowered=LoweredSeal(part, lowered.leaking, at_most, error))
     return replace(seal, lowered=LoweredSeal(next_part))
 
 
