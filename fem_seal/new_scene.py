@@ -4,7 +4,7 @@ import json
 import os
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -78,6 +78,17 @@ class NewScene:
     needed: tuple[str, ...]  #: fields that the user must still fill in
 
 
+@dataclass(frozen=True)
+class _Surface:
+    """What a new scene says of a file of heights."""
+
+    lines: list[str]  #: of [surface]
+    facts: list[str]
+    patches: str  #: what the patches of a seal are
+    needed: list[str] = field(default_factory=list)  #: fields to fill in
+    window: str = ""  #: line of [seal] with the window, or on why there is none
+
+
 def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     """Scene that presses the heights of a file, a map or profiles, against a flat.
 
@@ -88,27 +99,22 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist")
     name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False)
-    if not (path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path)):
-        surface, facts, needed, window = _map(path, name, stated)
-        patches = WINDOWS_OF_THE_MAP if window.startswith(WINDOW_LINE) else TWINS
-    else:
-        surface, facts = _profiles(path, name, stated)
-        needed, window, patches = [], "", SEEDS
-    others = OTHER_SECTIONS.format(patches=patches, window=window)
+    of_profiles = path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path)
+    surface = (_profiles if of_profiles else _map)(path, name, stated)
+    others = OTHER_SECTIONS.format(patches=surface.patches, window=surface.window)
     head = [
         f"# Scene of {printable(path.name)}, by fem-seal new; docs/reference/scene.md names every",
         '# field. Values marked "yours" are examples.',
         "",
     ]
-    text = "\n".join([*head, *surface]) + "\n" + others
-    if not needed:
+    text = "\n".join([*head, *surface.lines]) + "\n" + others
+    if not surface.needed:
         # Read the scene back: `fem-seal run` must not refuse it.
         Scene.from_mapping(tomllib.loads(text), folder=folder)
-    return NewScene(text, tuple(facts), tuple(needed))
+    return NewScene(text, tuple(surface.facts), tuple(surface.needed))
 
 
-def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], list[str], str]:
-    """Lines of [surface] for a map, facts, fields to fill in, and the line of [seal] on windows."""
+def _map(path: Path, name: str, stated: Stated) -> _Surface:
     recorded = read_recorded(path, HEIGHT_NAMES)
     values = recorded.values
     mark = suspected_mark(values)
@@ -128,17 +134,17 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
         facts.append(f"{spikes} of them spikes")
     lines += _preparation(recorded, missing, spikes)
     if needed:
-        return lines, facts, needed, ""
-    field = in_metres(recorded, stated, path)
-    (dx, dy), sides = field.spacing, field.sides
+        return _Surface(lines, facts, TWINS, needed)
+    heights = in_metres(recorded, stated, path)
+    (dx, dy), sides = heights.spacing, heights.sides
     facts.append(f"{with_prefix(dx, 'm', 6)} by {with_prefix(dy, 'm', 6)} apart")
     if max(nx, ny) > FEW_SAMPLES:
         ends = ", ".join(f'["0 um", "{1e6 * side / 2:.6g} um"]' for side in sides)
         lines.append(f"# crop = [{ends}]   # a part of the map; a large contact takes long")
     lines.append("# transpose = true              # the flow runs along x; this sends it along y")
-    if recorded.periodic:
-        return lines, facts, needed, ""
-    return lines, facts, needed, _window(field)
+    window = "" if recorded.periodic else _window(heights)
+    patches = WINDOWS_OF_THE_MAP if window.startswith(WINDOW_LINE) else TWINS
+    return _Surface(lines, facts, patches, window=window)
 
 
 def _preparation(recorded: Recorded, missing: int, spikes: int) -> Iterator[str]:
@@ -161,16 +167,16 @@ def _preparation(recorded: Recorded, missing: int, spikes: int) -> Iterator[str]
         yield _line("make_periodic", '"mirror"', comment)
 
 
-def _window(field: FieldMap) -> str:
+def _window(heights: FieldMap) -> str:
     """Line of [seal] with the window, or on why there is none."""
     try:
-        longest = longest_wavelength(levelled_map(field))
+        longest = longest_wavelength(levelled_map(heights))
     except InvalidInput as error:
         return f"## no window: {error}\n"
     if longest is None:
         return "## no window: the longest wavelength is longer than the map; they would lose it\n"
-    part = [rounded_down(1e6 * side / WINDOWS, 3) for side in field.sides]
-    ratio = min(field.sides) / WINDOWS / longest
+    part = [rounded_down(1e6 * side / WINDOWS, 3) for side in heights.sides]
+    ratio = min(heights.sides) / WINDOWS / longest
     waves = f"{ratio:.2g} of the longest wavelengths, {with_prefix(longest, 'm', 3)}, wide"
     if ratio < WAVES:
         return f"## no window: a third of the map is {waves}; at least {WAVES:g} are needed\n"
@@ -199,8 +205,7 @@ def _unit_and_size(recorded: Recorded, stated: Stated) -> tuple[list[str], list[
     return lines, needed
 
 
-def _profiles(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str]]:
-    """Lines of [surface] for profiles, and facts."""
+def _profiles(path: Path, name: str, stated: Stated) -> _Surface:
     profiles = read_profiles([path], unit=stated.unit)
     (count, samples), length = profiles.heights.shape, profiles.heights.shape[1] * profiles.step
     side = 256 * profiles.step
@@ -219,7 +224,7 @@ def _profiles(path: Path, name: str, stated: Stated) -> tuple[list[str], list[st
         f"{number_of(count, 'profile')} of {samples} samples, "
         f"{with_prefix(profiles.step, 'm', 6)} apart, {with_prefix(length, 'm')} long"
     ]
-    return lines, facts
+    return _Surface(lines, facts, SEEDS)
 
 
 def _line(key: str, value: str, comment: str) -> str:

@@ -71,7 +71,7 @@ def scene_of_heights(path: Path, options: argparse.Namespace) -> "Scene":
     from fem_seal.scene import Scene
     from fem_seal.scene.files import override
 
-    heights: dict[str, object] = {"kind": "file", "path": str(path), "max_missing": 0.99}
+    heights: dict[str, object] = {"kind": "file", "path": str(path)}
     heights |= {"detrend": "mean", "fill": "harmonic"}
     if options.length_unit is not None:
         heights["unit"] = options.length_unit
@@ -84,6 +84,9 @@ def scene_of_heights(path: Path, options: argparse.Namespace) -> "Scene":
     }
     for assignment in getattr(options, "overrides", ()):
         data = override(data, assignment)
+    surface = data.get("surface")
+    if isinstance(surface, dict) and "fill" in surface:
+        surface.setdefault("max_missing", 0.99)
     return Scene.from_mapping(data)
 
 

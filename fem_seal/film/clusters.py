@@ -71,7 +71,7 @@ def largest(labels: np.ndarray, count: int) -> np.ndarray:
     return (labels == np.argmax(sites)) & (labels > 0)
 
 
-def touching(labels: np.ndarray, count: int, *lines: np.ndarray) -> np.ndarray:
+def on_all_lines(labels: np.ndarray, count: int, *lines: np.ndarray) -> np.ndarray:
     """Mask of the clusters that have a site on each of several lines; lines hold labels."""
     touches_all = np.ones(count + 1, dtype=bool)
     for line in lines:

@@ -48,7 +48,7 @@ def critical_constriction(sites: Lattice) -> CriticalConstriction | None:
     places = np.flatnonzero(sites.gap == critical)
     if len(places) > 1:
         labels, count = clusters.label(sites.gap >= critical, sites.connectivity, sites.periodic)
-        spanning = clusters.touching(labels, count, labels[0], labels[-1])
+        spanning = clusters.on_all_lines(labels, count, labels[0], labels[-1])
         places = places[spanning.ravel()[places]]
     i, j = np.unravel_index(places[0], sites.gap.shape)
     (x0, y0), (dx, dy) = sites.origin, sites.spacing

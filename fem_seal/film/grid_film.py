@@ -86,14 +86,14 @@ class GridFilm:
     def carrying(self) -> np.ndarray:
         """Mask, bool, of the samples joined to both inlet and outlet: no others carry flow."""
         labels, count = self._labels
-        spanning = clusters.touching(labels, count, labels[0], labels[-1])
+        spanning = clusters.on_all_lines(labels, count, labels[0], labels[-1])
         return self.sites.on_samples(spanning)
 
     def joined_to(self, end: str) -> np.ndarray:
         """Mask, bool, of the samples that open paths join to the "inlet" or the "outlet"."""
         labels, count = self._labels
         row = {"inlet": labels[0], "outlet": labels[-1]}[end]
-        return self.sites.on_samples(clusters.touching(labels, count, row))
+        return self.sites.on_samples(clusters.on_all_lines(labels, count, row))
 
     @property
     def pockets(self) -> np.ndarray:
@@ -125,7 +125,7 @@ class GridFilm:
     def _sites_in_pockets(self) -> np.ndarray:
         """(mx, my) bool: open sites whose cluster has no site on the inlet or the outlet."""
         labels, count = self._labels
-        at_an_end = clusters.touching(labels, count, np.append(labels[0], labels[-1]))
+        at_an_end = clusters.on_all_lines(labels, count, np.append(labels[0], labels[-1]))
         return self.sites.open & ~at_an_end
 
 

@@ -93,7 +93,7 @@ class FlowGrid:
     def carrying(self) -> np.ndarray:
         """(mx, my) bool: open nodes that chains of links join to both ends."""
         labels, count = clusters.label(self.open, "4", self.sites.periodic)
-        return clusters.touching(labels, count, labels[0], labels[-1])
+        return clusters.on_all_lines(labels, count, labels[0], labels[-1])
 
     @property
     def unknowns(self) -> int:

@@ -1,6 +1,6 @@
 """Checks across the sections of a scene: each yields sentences, of which the first one counts."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -9,6 +9,7 @@ from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.section import is_changed
 from fem_seal.scene.sections import PRODUCTS
+from fem_seal.scene.tolerances import InputTolerance
 
 if TYPE_CHECKING:
     from fem_seal.scene.scene import Scene
@@ -248,7 +249,7 @@ def _rates(scene: "Scene") -> Iterator[str]:
 
 
 def _tolerances(scene: "Scene") -> Iterator[str]:
-    """Tolerances of inputs that the scene does not give, and of 100 % or more."""
+    """Tolerances without a leak rate or an input; each rule needs those before it."""
     if scene.tolerances is None:
         return
     if scene.leak_rate_of == "nothing":
@@ -257,38 +258,28 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
     if not given:
         yield "[tolerances] names no input; leave the section out"
     for name, tolerance in given.items():
-        section, _, key = name.partition(".")
-        known = scene.surface if name == "heights" else getattr(scene, section)
-        rigid = scene.contact is not None and not scene.contact.is_elastic
-        if known is None or (key and getattr(known, key) is None) or (section == "solid" and rigid):
-            compared = ""
-            if name == "contact.pressure" and scene.seal is not None and scene.seal.table:
-                compared = ", and compare seals with other tables of seal.pressure_profile"
-            yield (
-                f"tolerances.{name} is of an input that the scene does not use; leave it out"
-                f"{compared}"
-            )
-        if tolerance.amount is not None and scene.value_of(name) == 0:
-            yield (
-                f"tolerances.{name} = {str(tolerance)!r} is an amount beside a value of 0, of "
-                "which no part is known; leave it out, and compare scenes with other values of it"
-            )
+        yield from _without_value(scene, name, tolerance)
     yield from _unordered(scene, given.keys())
-    for name, part in scene.tolerated.items():
-        if part >= 1:
-            yield (
-                f"tolerances.{name} = {str(given[name])!r} is 100 % of the value or more; it must "
-                "be less"
-            )
-    inlet, outlet = scene.flow.inlet_pressure, scene.flow.outlet_pressure
-    if inlet is not None and outlet is not None:
-        least = inlet * (1 - scene.tolerated.get("flow.inlet_pressure", 0.0))
-        most = outlet * (1 + scene.tolerated.get("flow.outlet_pressure", 0.0))
-        if least <= most:
-            yield (
-                f"[tolerances] let flow.inlet_pressure fall to {least:g} Pa, which is not above "
-                f"the {most:g} Pa of flow.outlet_pressure; give smaller ones"
-            )
+    yield from _too_large(scene, given)
+
+
+def _without_value(scene: "Scene", name: str, tolerance: InputTolerance) -> Iterator[str]:
+    """A tolerance of an input that the scene does not use, or an amount beside 0."""
+    section, _, key = name.partition(".")
+    known = scene.surface if name == "heights" else getattr(scene, section)
+    rigid = scene.contact is not None and not scene.contact.is_elastic
+    if known is None or (key and getattr(known, key) is None) or (section == "solid" and rigid):
+        compared = ""
+        if name == "contact.pressure" and scene.seal is not None and scene.seal.table:
+            compared = ", and compare seals with other tables of seal.pressure_profile"
+        yield (
+            f"tolerances.{name} is of an input that the scene does not use; leave it out{compared}"
+        )
+    if not tolerance.is_part and scene.value_of(name) == 0:
+        yield (
+            f"tolerances.{name} = {str(tolerance)!r} is an amount beside a value of 0, of "
+            "which no part is known; leave it out, and compare scenes with other values of it"
+        )
 
 
 def _unordered(scene: "Scene", given: Collection[str]) -> Iterator[str]:
@@ -312,6 +303,25 @@ def _unordered(scene: "Scene", given: Collection[str]) -> Iterator[str]:
             yield (
                 f"tolerances.{name} may open or close a film that the fluid lifts{without}; leave "
                 "it out, and compare scenes with other values of it"
+            )
+
+
+def _too_large(scene: "Scene", given: Mapping[str, InputTolerance]) -> Iterator[str]:
+    """Tolerances of 100 % or more, and those with which the pressures change places."""
+    for name, part in scene.tolerated.items():
+        if part >= 1:
+            yield (
+                f"tolerances.{name} = {str(given[name])!r} is 100 % of the value or more; it must "
+                "be less"
+            )
+    inlet, outlet = scene.flow.inlet_pressure, scene.flow.outlet_pressure
+    if inlet is not None and outlet is not None:
+        least = inlet * (1 - scene.tolerated.get("flow.inlet_pressure", 0.0))
+        most = outlet * (1 + scene.tolerated.get("flow.outlet_pressure", 0.0))
+        if least <= most:
+            yield (
+                f"[tolerances] let flow.inlet_pressure fall to {least:g} Pa, which is not above "
+                f"the {most:g} Pa of flow.outlet_pressure; give smaller ones"
             )
 
 

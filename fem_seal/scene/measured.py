@@ -23,6 +23,7 @@ from fem_seal.scene.section import (
     Section,
     Seed,
     Truth,
+    is_changed,
     one_or_more,
 )
 from fem_seal.scene.surface import SurfaceSection
@@ -128,6 +129,8 @@ class FileSurface(FieldFile, SurfaceSection):
         for name, (start, end) in zip("xy", self.crop or (), strict=False):
             if not start < end:
                 yield f"crop in {name} must end after {start:g} m, not {end:g}"
+        if is_changed(self, "max_missing") and not self.fill:
+            yield "max_missing is the most that fill may fill; give both, or leave it out"
         if self.make_periodic and self.periodic:
             yield "periodic = true needs no make_periodic; leave one out"
 

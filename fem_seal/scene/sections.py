@@ -202,4 +202,6 @@ class Output(Section):
     @field_validator("products")
     @classmethod
     def _sort(cls, products: tuple[Product, ...]) -> tuple[Product, ...]:
-        return tuple(sorted(set(products)))
+        if len(set(products)) < len(products):
+            raise ValueError("should name each product once")
+        return tuple(sorted(products))

@@ -15,15 +15,15 @@ class InputTolerance:
     """± of an input."""
 
     text: str  #: as the user wrote it
-    part: float | None  #: part of the input, < 1; None if `amount` is given
-    amount: float | None = None  #: in the SI unit of the input
+    value: float  #: > 0, a part of the input, < 1, or an amount in its SI unit
+    is_part: bool
 
     def __str__(self) -> str:
         return self.text
 
-    def relative(self, value: float) -> float:
-        """The tolerance as a part of the input's value."""
-        return self.part if self.part is not None else (self.amount or 0.0) / value
+    def relative(self, given: float) -> float:
+        """The tolerance as a part of the given value of the input."""
+        return self.value if self.is_part else self.value / given
 
 
 # SI units in which ± of an input may be given as an amount; pressures are the rest.
@@ -46,13 +46,13 @@ def _tolerance(value: object, info: ValidationInfo) -> InputTolerance:
             raise ValueError(expected) from None
         if not 0 < part < 1:
             raise ValueError("should be above 0 % and below 100 %; leave out what you know exactly")
-        return InputTolerance(value, part)
+        return InputTolerance(value, part, is_part=True)
     if unit is None:
         raise ValueError(expected)
     amount = to_si(value, unit)
     if not amount > 0:
         raise ValueError("should be above 0; leave out what you know exactly")
-    return InputTolerance(value, None, amount)
+    return InputTolerance(value, amount, is_part=False)
 
 
 _Tolerance = Annotated[InputTolerance, PlainValidator(_tolerance), PlainSerializer(str)]
