@@ -93,8 +93,11 @@ def test_verdict_with_first_order_slip(gap_scene, height, decision):
     assert solve(low).result().verdict.decision == "above limit"
 
 
-@pytest.mark.parametrize(("height", "p_out"), [(1e-6, P_OUT), (1e-7, P_OUT), (1e-9, 0.0)])
-def test_kinetic_slip(gap_scene, height, p_out):
+@pytest.mark.parametrize(
+    ("height", "p_out", "near"),
+    [(1e-6, P_OUT, "within limit"), (1e-7, P_OUT, "undecided"), (1e-9, 0.0, "undecided")],
+)
+def test_kinetic_slip(gap_scene, height, p_out, near):
     """A uniform channel from Kn 0.04 to 75: mass rate, aperture, pressure, error and verdict."""
     flow = {"inlet_pressure": P_IN, "outlet_pressure": p_out}
     fluid = SLIPPING | {"slip": "kinetic"}
@@ -133,11 +136,11 @@ def test_kinetic_slip(gap_scene, height, p_out):
     assert entry.upper == pytest.approx(1 + 0.04 * share)
     assert entry.lower == pytest.approx(1 / entry.upper)
     assert all(words in entry.sentence for words in ("BGK", "Knudsen number"))
-    for part, decision in ((1.06, "within limit"), (1.01, "undecided"), (0.94, "above limit")):
+    # Kinetic theory is off by 4 % of what slip adds: below 1 % where that is little.
+    for part, decision in ((1.06, "within limit"), (1.01, near), (0.94, "above limit")):
         limited = scene.with_({"limit.leak_rate": f"{part * result.leak_rate.value} m^3/s"})
         decided = verdict(limited, solved.leak_rate, solved.budget).decision
-        if height < 1e-6 or part != 1.01:
-            assert decision == decided
+        assert decision == decided
 
 
 @pytest.mark.parametrize(("p_in", "warns"), [(2e3, False), (2e2, True)])

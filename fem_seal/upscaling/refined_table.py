@@ -66,7 +66,7 @@ def refined_flow(
     # is the decisive one. If it seals the patch, no fluid passes there.
     decisive = profile.highest - ends.inlet
     progress("whether it seals")
-    if loaded.sealed(decisive):
+    if loaded.film(decisive).sealed:
         table = loaded.table({_sealed_from(loaded, decisive): 1.0, decisive: 1.0})
         return seal_flow(table, profile, path, ends)
 
@@ -107,7 +107,7 @@ def _sealed_from(loaded: LoadedPatch, sealed: float) -> float:
     opens, known = 0.0, SEALED_LOAD_KNOWN * sealed
     while sealed - opens > known:
         middle = 0.5 * (opens + sealed)
-        opens, sealed = (opens, middle) if loaded.sealed(middle) else (middle, sealed)
+        opens, sealed = (opens, middle) if loaded.film(middle).sealed else (middle, sealed)
     return sealed
 
 

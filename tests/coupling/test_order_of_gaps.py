@@ -105,7 +105,11 @@ KINDS = {
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_rough_gaps_lie_between_those_of_constant_pressures(seed, kind):
-    """The package's stiffness: p_f = 0 <= p_f <= p_in, to what the certificate leaves of a gap."""
+    """The package's stiffness: p_f = 0 <= p_f <= p_in.
+
+    Each contact is that of heights to 1e-4 of the rms height (docs/theory/contact.md), which move
+    a gap by that and its level by as much.
+    """
     problem = problem_of(scene(seed=seed))
     rng = np.random.default_rng(seed)
     shape = problem.height.shape
@@ -114,7 +118,7 @@ def test_rough_gaps_lie_between_those_of_constant_pressures(seed, kind):
     gaps = []
     for pressure in (np.zeros(shape), some, np.full(shape, problem.inlet)):
         gaps.append(problem.contact_under(pressure).gap.values)
-    slack = 1e-3 * problem.height.values.std()
+    slack = 4e-4 * problem.height.values.std()
     assert (gaps[1] - gaps[0]).min() > -slack
     assert (gaps[2] - gaps[1]).min() > -slack
     assert gaps[0].mean() < gaps[1].mean() < gaps[2].mean()

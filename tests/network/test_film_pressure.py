@@ -213,14 +213,15 @@ def test_multigrid_solves_what_elimination_does(least):
     assert float(re.search(r"\d+ iterations to (\S+)$", words)[1]) <= PRESSURE_TOLERANCE
 
 
-@pytest.mark.parametrize("mean_gap", [None, 2.5e-7, 3e-6])
-def test_tangent_of_the_contact(mean_gap):
+# Parts of a right side that the solves leave: the level of a held mean gap is found to 1e-6.
+@pytest.mark.parametrize(("mean_gap", "left"), [(None, 1e-10), (2.5e-7, 1e-6), (3e-6, 1e-10)])
+def test_tangent_of_the_contact(mean_gap, left):
     """Central differences of contacts whose samples stay as they are, and symmetry.
 
     At a mean gap of 3 µm no sample touches.
 
     The contacts are solved to a certificate of 1e-12, so that their gaps are known to 1e-6 of the
-    rms height or so; the change is a hundredth of it.
+    rms height or so; the change is a hundredth of it, and its derivative known to 1e-4.
     """
     contact = {"mean_gap": mean_gap} if mean_gap else {"pressure": 1.5e5}
     problem = problem_of(scene(contact={**contact, "tolerance": 1e-12}))
@@ -234,10 +235,12 @@ def test_tangent_of_the_contact(mean_gap):
     up, down = (problem.contact_under(pressure + sign * step * change) for sign in (1, -1))
     np.testing.assert_array_equal(up.contact, down.contact)  # or there is no derivative
     exact = (up.gap.values - down.gap.values) / (2 * step)
-    np.testing.assert_allclose(moved, exact, atol=2e-3 * np.abs(exact).max())
+    np.testing.assert_allclose(moved, exact, atol=1e-4 * np.abs(exact).max())
     other = np.sin(2 * np.pi * (3 * x[:, None] - x))
-    one, transposed = np.vdot(other, moved), np.vdot(gap_change(other, 1e-10), change)
-    assert abs(one - transposed) <= 1e-9 * np.linalg.norm(other) * np.linalg.norm(moved)
+    back = gap_change(other, 1e-10)
+    # With M x = v - r and M y = w - s: <w, x> - <y, v> = <s, x> - <y, r>.
+    norms = (np.linalg.norm(a) * np.linalg.norm(b) for a, b in ((other, moved), (back, change)))
+    assert abs(np.vdot(other, moved) - np.vdot(back, change)) <= left * sum(norms)
 
 
 def test_after_a_breakdown_the_factors_are_kept():

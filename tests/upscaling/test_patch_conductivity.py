@@ -139,7 +139,7 @@ def test_a_quarter_of_a_mirrored_patch_conducts_as_the_whole():
     patch, full = (LoadedPatch(Patch(scene(), surface=surface), RTOL) for _ in range(2))
     full.quartered = False
     for one, shape in (patch, (17, 13)), (full, (33, 25)), (uneven, (33, 25)):
-        film = one._film(one._gap(1e5))
+        film = one.film(1e5)
         assert film.samples.shape == shape
         assert not film.sealed
     # The gaps of a contact are known to 1e-5 of the rms height.
@@ -180,7 +180,7 @@ def test_the_gap_is_convex_in_the_load(seed):
     whole = scene()
     surface = whole.surface.model_copy(update={"seed": seed})
     patch = LoadedPatch(Patch(whole.model_copy(update={"surface": surface})), RTOL)
-    a, w, b, c = (patch._gap(load) for load in (1e5, 1.6e5, 3e5, 3.2e5))
+    a, w, b, c = (patch.film(load).gap.values for load in (1e5, 1.6e5, 3e5, 3.2e5))
     room = 1e-5 * patch.patch.surface.values.std()
     assert (w <= 0.7 * a + 0.3 * b + room).all()
     assert (w >= b + 1.4 / 0.2 * (b - c) - 10 * room).all()

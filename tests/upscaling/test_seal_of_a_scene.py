@@ -653,8 +653,8 @@ def test_a_sealed_seal_is_said_and_drawn_as_far_as_it_is_known(profile):
     # Each patch is sealed at the left end of its line, and leaks a sixteenth of `has` before it.
     for one, start in zip(realizations(asked), drawn, strict=True):
         patch = LoadedPatch(Patch(one), 0.1)
-        assert patch.sealed(1e6 * start)
-        assert not patch.sealed(1e6 * (start - has / 16))
+        assert patch.film(1e6 * start).sealed
+        assert not patch.film(1e6 * (start - has / 16)).sealed
 
 
 def test_a_scatter_of_many_decades_is_words():
