@@ -16,7 +16,9 @@ from math import pi, sqrt
 
 import numpy as np
 
+from fem_seal.errors import InvalidInput
 from fem_seal.rarefied import FIRST_ORDER, LAWS, PoiseuilleCoefficient
+from fem_seal.registry import choose, require_not_negative, require_positive
 
 GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact in the SI since 2019
 
@@ -32,6 +34,10 @@ class LiquidDrive:
 
     pressure_drop: float  #: δp = p_in - p_out [Pa]
     outlet_pressure: float = 0.0  #: p_out [Pa]
+
+    def __post_init__(self) -> None:
+        require_positive(pressure_drop=self.pressure_drop)
+        require_not_negative(outlet_pressure=self.outlet_pressure)
 
     @property
     def rates(self) -> dict[str, float]:
@@ -58,6 +64,15 @@ class TwoPressures:
     inlet_pressure: float  #: p_in > p_out [Pa]
     outlet_pressure: float  #: p_out >= 0 [Pa]
 
+    def __post_init__(self) -> None:
+        require_positive(inlet_pressure=self.inlet_pressure)
+        require_not_negative(outlet_pressure=self.outlet_pressure)
+        if not self.inlet_pressure > self.outlet_pressure:
+            raise InvalidInput(
+                f"inlet_pressure = {self.inlet_pressure:g} Pa must be above outlet_pressure = "
+                f"{self.outlet_pressure:g} Pa"
+            )
+
     @property
     def mean_pressure(self) -> float:
         """Mean of the two pressures [Pa]."""
@@ -76,6 +91,10 @@ class Slip(TwoPressures):
 
     product: float  #: B > 0 [Pa m], a constant of the gas, its temperature and the walls
     coefficient: PoiseuilleCoefficient = FIRST_ORDER  #: the function c
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_positive(product=self.product)
 
     @property
     def pressures(self) -> tuple[float, float]:
@@ -121,6 +140,15 @@ class GasDrive(TwoPressures):
     molar_mass: float  #: M [kg/mol]
     reference_temperature: float  #: T0 [K], at which volumes are stated
     reference_pressure: float  #: p0 [Pa], at which volumes are stated
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_positive(
+            temperature=self.temperature,
+            molar_mass=self.molar_mass,
+            reference_temperature=self.reference_temperature,
+            reference_pressure=self.reference_pressure,
+        )
 
     @property
     def pressure_drop(self) -> float:
@@ -172,9 +200,12 @@ class GasDrive(TwoPressures):
 
         The walls reflect the part σ of the molecules diffusely, 0 < σ <= 1, the accommodation.
         """
+        require_positive(viscosity=viscosity)
+        if not 0 < accommodation <= 1:
+            raise InvalidInput(f"accommodation = {accommodation!r} must be above 0, and at most 1")
         path_times_pressure = self.mean_free_path(viscosity) * self.mean_pressure
         product = 6 * path_times_pressure * (2 - accommodation) / accommodation
-        coefficient = LAWS[law](accommodation)
+        coefficient = choose(LAWS, law, "slip")(accommodation)
         return Slip(self.inlet_pressure, self.outlet_pressure, product, coefficient)
 
     def mean_free_path(self, viscosity: float) -> float:

@@ -26,6 +26,8 @@ from math import log, pi, sqrt
 
 import numpy as np
 
+from fem_seal.errors import Inconsistent, InvalidInput
+
 # Rarefaction parameters δ between which the kinetic coefficient is tabulated. For smaller δ it
 # rises on the tangent (by at most 0.7; it is 9 there). For larger δ it is a line, as in the slip
 # regime.
@@ -43,6 +45,15 @@ class PoiseuilleCoefficient:
 
     t: np.ndarray  #: (n,): 0, the kinks, and one value beyond the last kink
     c: np.ndarray  #: (n,), values c(t) > 0
+
+    def __post_init__(self) -> None:
+        ascending = self.t[0] == 0 and (np.diff(self.t) > 0).all()
+        if not (ascending and (self.c > 0).all() and (np.diff(self._slopes) >= 0).all()):
+            raise Inconsistent("a Poiseuille coefficient is positive and convex, from t = 0 on")
+        # The tables of `film.slip_bounds` are as fine as the first ratio.
+        ratios = self.kinks[1:] / self.kinks[:-1]
+        if len(self.kinks) == 1 or (ratios < (1 - 1e-9) * ratios[:1]).any():
+            raise Inconsistent("no two kinks are as near to each other as the first two")
 
     @property
     def kinks(self) -> np.ndarray:
@@ -96,6 +107,11 @@ def kinetic(accommodation: float) -> PoiseuilleCoefficient:
     """
     from scipy.interpolate import CubicSpline
 
+    if not LEAST_ACCOMMODATION <= accommodation <= 1:
+        raise InvalidInput(
+            f"accommodation = {accommodation!r} must lie between {LEAST_ACCOMMODATION:g} and 1 "
+            "for the kinetic law"
+        )
     slip = (2 - accommodation) / accommodation
     ends = log(LEAST_RAREFACTION), log(LARGEST_RAREFACTION)
     solved = np.linspace(*ends, _SOLVED)

@@ -29,11 +29,11 @@ def require_positive(**values: float) -> None:
             raise InvalidInput(f"{name} = {value!r} must be a positive number, in SI units")
 
 
-def require_count(**values: object) -> None:
-    """Raise InvalidInput if one of the named values is not a whole number of at least 1."""
+def require_count(least: int = 1, /, **values: object) -> None:
+    """Raise InvalidInput if one of the named values is not a whole number of at least `least`."""
     for name, value in values.items():
-        if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= 1):
-            raise InvalidInput(f"{name} = {value!r} must be a whole number >= 1")
+        if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= least):
+            raise InvalidInput(f"{name} = {value!r} must be a whole number >= {least}")
 
 
 def require_not_negative(**values: float) -> None:

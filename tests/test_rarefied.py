@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from fem_seal.errors import Inconsistent
 from fem_seal.rarefied import (
     FIRST_ORDER,
     LARGEST_RAREFACTION,
     LEAST_RAREFACTION,
+    PoiseuilleCoefficient,
     flow_rate,
     kinetic,
 )
@@ -115,6 +117,20 @@ def test_table(accommodation):
     assert (np.diff(t**2 * c(t)) > 0).all()
     assert LEAST_RAREFACTION < 3 * sqrt(pi) * slip * c.kinks[0] < 2 * LEAST_RAREFACTION
     assert LARGEST_RAREFACTION > 3 * sqrt(pi) * slip * c.kinks[-1] > LARGEST_RAREFACTION / 2
+
+
+@pytest.mark.parametrize(
+    ("t", "c", "words"),
+    [
+        ([0.1, 1.0], [1.0, 2.0], "from t = 0 on"),
+        ([0.0, 1.0], [-1.0, 2.0], "positive"),
+        ([0.0, 1.0, 2.0, 4.0], [1.0, 2.0, 2.5, 5.0], "convex"),
+        ([0.0, 1.0, 3.0, 4.0, 5.0], [1.0, 2.0, 4.0, 5.0, 6.0], "as near to each other"),
+    ],
+)
+def test_what_the_bounds_of_slip_rest_on(t, c, words):
+    with pytest.raises(Inconsistent, match=words):
+        PoiseuilleCoefficient(np.array(t), np.array(c))
 
 
 @pytest.mark.parametrize("c", [FIRST_ORDER, kinetic(1.0)])

@@ -19,7 +19,7 @@ from fem_seal.flow.film_on_mesh import FilmOnMesh
 from fem_seal.flow.joints import wrongly_joined_cells
 from fem_seal.flow.solution import FlowEstimate
 from fem_seal.flow_settings import FlowSettings
-from fem_seal.registry import require_not_negative, require_positive
+from fem_seal.registry import require_count, require_positive
 
 # Least size of a step by the error indicators, as a part of a full step, while flow through leaking
 # vertices or wrongly joined cells falsifies them.
@@ -30,6 +30,8 @@ LEAST_PART = 0.15  # least size of the last step: a smaller one would cost a lev
 MOST_HALVINGS = 4  # of a cell before the next solve
 LEAK_HALVINGS = 2  # of a cell from which the linear pressure leaks: half its size in x and y
 JOINT_HALVINGS = 4  # of a wrongly joined cell: a quarter of its size
+# Parameters that are parts of something, from 0 to 1.
+PARTS = "chi", "theta", "theta_blocked", "theta_residual", "cut", "floor"
 
 
 @dataclass(frozen=True)
@@ -59,13 +61,14 @@ class Tuning:
     coarsest: int = 32  #: squares along the shorter side of the first mesh
 
     def __post_init__(self) -> None:
-        require_positive(chi=self.chi, tolerance=self.tolerance, coarsest=self.coarsest)
-        require_not_negative(ahead=self.ahead)
+        require_positive(chi=self.chi, tolerance=self.tolerance)
+        require_count(coarsest=self.coarsest)
+        require_count(0, ahead=self.ahead)
         if not self.ceiling > 0:
             raise InvalidInput(f"ceiling = {self.ceiling!r} must be above 0; inf is allowed")
-        # Those not named here are parts of something.
-        for name, value in vars(self).items():
-            if name not in ("ahead", "ceiling", "tolerance", "coarsest") and not 0 <= value <= 1:
+        for name in PARTS:
+            value = getattr(self, name)
+            if not 0 <= value <= 1:
                 raise InvalidInput(f"{name} = {value!r} must lie between 0 and 1")
 
 

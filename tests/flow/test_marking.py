@@ -17,6 +17,12 @@ def test_a_parameter_has_a_range_and_a_measured_cost(name):
     assert any(name in choice for choice in CHOICES.values())
 
 
+@pytest.mark.parametrize("name", ["ahead", "coarsest"])
+def test_a_number_of_halvings_or_squares_is_whole(name):
+    with pytest.raises(InvalidInput, match=f"{name} = 2.5 must be a whole number >= "):
+        Tuning(**{name: 2.5})
+
+
 @pytest.mark.parametrize("theta", [0.05, 0.5, 0.8, 0.99, 1.0])
 @pytest.mark.parametrize("spread", [0.0, 0.1, 3.0, 20.0])
 def test_the_fewest_cells_that_hold_enough(theta, spread):
