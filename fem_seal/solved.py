@@ -26,7 +26,7 @@ from fem_seal.quantities.cautions import cautions
 from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.of_patch import Quantities, quantities
-from fem_seal.quantities.seal import seal_advice, seal_budget
+from fem_seal.quantities.seal import beyond_grid, beyond_patches, seal_advice, seal_budget
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict, verdict
@@ -285,15 +285,12 @@ def _solved_seal(
             seal = under_less_load(patch, seal, seconds, patches, work, expected.each_patch)
 
     def rate_of(other: Patch) -> LeakRate:
-        """Leak rate of the seal of another patch, wider by what its contact grid errs more."""
+        """Leak rate of the seal of another patch, wider by what it errs more than this one."""
         there = solve_seal(other, patches, work, each=expected.each_patch)
-        here, error = seal.contact_error, there.contact_error
-        if there.state != "leaking" or (error is None and here is None):
+        if there.state != "leaking":
             return there
-        if error is None:
-            return there.widened(0.0, None)
-        beyond = max((1 + error) / (1 + (here or 0.0)), 1.0)
-        return there.widened(1 / beyond, beyond)
+        by_patches, by_grid = beyond_patches(seal, there), beyond_grid(seal, there)
+        return there.widened(*by_patches).widened(*by_grid)
 
     return seal, seal_budget(patch, seal, rate_of)
 

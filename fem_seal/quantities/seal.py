@@ -209,6 +209,32 @@ def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
     return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
 
 
+def beyond_grid(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
+    """Factors on the ends of a leak rate under other inputs for what the contact's grid errs more.
+
+    The entries of `here` multiply its ends as well. Lower factor 0 and upper None: open.
+    """
+    error = there.contact_error
+    if error is None:
+        return (1.0, 1.0) if here.contact_error is None else (0.0, None)
+    beyond = max((1 + error) / (1 + (here.contact_error or 0.0)), 1.0)
+    return 1 / beyond, beyond
+
+
+def beyond_patches(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
+    """The same factors for patches that were not drawn, which scatter more next to sealing."""
+    if here.state == "leaking" and here.interval is None:
+        return 1.0, 1.0  # the entry of `here` is open
+    if there.interval is None:
+        return 0.0, None
+    known = here.interval or (here.value, here.value)
+    lower, upper = (
+        end / there.value * (here.value / own if own else 1.0)
+        for end, own in zip(there.interval, known, strict=True)
+    )
+    return min(lower, 1.0), max(upper, 1.0)
+
+
 def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:
     if seal.count.along == 1 or len(seal.patches) == 1:
         return None

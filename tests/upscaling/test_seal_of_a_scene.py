@@ -180,6 +180,26 @@ def test_sealed_and_lifted_off():
     assert dict(summary_of(sealed))["errors"].count("patches") == 1
 
 
+def test_other_patches_scatter_at_the_ends_of_the_inputs_as_they_do_there():
+    """The product of all entries holds the intervals over patches of both corners, each by itself.
+
+    Nearer to sealing patches scatter more than under the load of the scene.
+    """
+    changes = {"seal": {"patches": 6}}
+    solved = solve(scene(**changes, tolerances={"contact": {"pressure": "30 %"}}))
+    load = scene().contact.pressure
+    factors = {e.key: (e.lower, e.upper) for e in solved.budget if e.key in ("patches", "inputs")}
+    lower, upper = (
+        end * factors["patches"][k] * factors["inputs"][k]
+        for k, end in enumerate(solved.seal.bounds)
+    )
+    low, high = (
+        solve(scene(**changes, contact={"pressure": part * load})).seal for part in (1.3, 0.7)
+    )
+    assert lower <= low.lower * low.interval[0] / low.value * (1 + 1e-9)
+    assert upper >= high.upper * high.interval[1] / high.value * (1 - 1e-9)
+
+
 def test_realizations_are_seeds():
     """Kept patches of a seal serve one with a limit, or with other errors of its inputs."""
     assert [one.surface.seed for one in realizations(scene())] == [0, 1, 2]
