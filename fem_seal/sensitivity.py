@@ -163,12 +163,12 @@ class ByLoad:
         """∂ ln Q/∂P [1/Pa] on the network; of a dry contact on a coarse one."""
         if self.lifted is not None:
             return float(np.vdot(self._point.flow.log_rate_by_gap, self.gap))
-        problem, gap, every = self.problem, self.contact.gap, 2**self.problem.doublings
+        problem, gap, stride = self.problem, self.contact.gap, 2**self.problem.doublings
         dx, dy = gap.spacing
-        coarse = GridField(gap.values[::every, ::every], (every * dx, every * dy), gap.periodic)
+        coarse = GridField(gap.values[::stride, ::stride], (stride * dx, stride * dy), gap.periodic)
         network = Network.uniform(problem.film(coarse), 0)
         flow = problem.film_pressure(coarse.values, network, self._point.epsilon)
-        return float(np.vdot(flow.log_rate_by_gap, self.gap[::every, ::every]))
+        return float(np.vdot(flow.log_rate_by_gap, self.gap[::stride, ::stride]))
 
     @cached_property
     def _point(self) -> LiftPoint:

@@ -14,8 +14,8 @@ class LinearSolution:
     converged: bool  #: whether the residual is below the tolerance
     #: (iterations,), |A x - b| over |b| after each
     residuals: tuple[float, ...]
-    #: (iterations,), parts of x along the vectors to which A was applied, in their order
-    parts: np.ndarray
+    #: (iterations,), of x along the vectors to which A was applied, in their order
+    coefficients: np.ndarray
     unstable: bool = False  #: whether A has a negative real eigenvalue, as far as b shows it
 
     @property
@@ -71,15 +71,15 @@ def gmres(
     # Ritz values whose residual leaves no doubt about their sign.
     sure = (np.abs(values.imag) < 1e-9) & (np.abs(whole[-1, -1] * vectors[-1]) < -values.real)
     if to_stable and sure.any():
-        parts = np.linalg.solve(vectors, y.astype(complex))
-        y = (vectors @ np.where(sure, -parts, parts)).real
+        along = np.linalg.solve(vectors, y.astype(complex))
+        y = (vectors @ np.where(sure, -along, along)).real
     x = weighted_sum(y, basis)
     return LinearSolution(x, converged, tuple(residuals), y, bool(sure.any()))
 
 
-def weighted_sum(parts: np.ndarray, basis: list[np.ndarray]) -> np.ndarray:
-    """Sum of the vectors of a basis, each times its part."""
+def weighted_sum(coefficients: np.ndarray, basis: list[np.ndarray]) -> np.ndarray:
+    """Sum of the vectors of a basis, each times its coefficient."""
     total = np.zeros_like(basis[0])
-    for part, vector in zip(parts, basis, strict=True):
-        total += part * vector
+    for coefficient, vector in zip(coefficients, basis, strict=True):
+        total += coefficient * vector
     return total

@@ -52,14 +52,14 @@ class Linearised:
         self, right_side: np.ndarray, tolerance: float, most: int, *, to_stable: bool = False
     ) -> tuple[LinearSolution, np.ndarray]:
         """Solution δ of (I - R' G') δ = right side, and G' δ; arguments as of `gmres`."""
-        exact, moved = INNER * tolerance, list[np.ndarray]()
+        inner_tolerance, moved = INNER * tolerance, list[np.ndarray]()
 
         def applied(change: np.ndarray) -> np.ndarray:
-            moved.append(self.gap_change(change, exact))
-            return change - self.response(moved[-1], exact)
+            moved.append(self.gap_change(change, inner_tolerance))
+            return change - self.response(moved[-1], inner_tolerance)
 
         solution = gmres(applied, right_side, tolerance, most, to_stable=to_stable)
-        gap = weighted_sum(solution.parts, moved) if moved else np.zeros_like(right_side)
+        gap = weighted_sum(solution.coefficients, moved) if moved else np.zeros_like(right_side)
         return solution, gap
 
     def adjoint(self, tolerance: float, most: int) -> LinearSolution:
@@ -68,13 +68,14 @@ class Linearised:
         λ (nx, ny) [1/Pa] says what a wrong flow changes: one whose pressure differs by d changes
         ln Q by λ·d in the end.
         """
-        exact = INNER * tolerance
-        return gmres(
-            lambda weight: weight - self.gap_change(self.response_transposed(weight, exact), exact),
-            self.gap_change(self.flow.log_rate_by_gap, exact),
-            tolerance,
-            most,
-        )
+        inner_tolerance = INNER * tolerance
+
+        def applied(weight: np.ndarray) -> np.ndarray:
+            response = self.response_transposed(weight, inner_tolerance)
+            return weight - self.gap_change(response, inner_tolerance)
+
+        right_side = self.gap_change(self.flow.log_rate_by_gap, inner_tolerance)
+        return gmres(applied, right_side, tolerance, most)
 
     def log_rate_change(self, gap: np.ndarray) -> float:
         """Size of the change of ln Q with a change of the gap."""

@@ -7,9 +7,9 @@ from math import inf
 from fem_seal.coupling.constants import INNER, MOST_STEPS
 from fem_seal.coupling.point import FloatingPoint, LiftPoint
 
-# The parts of a step that are tried until |F| falls; and the parts that the first, second, ... step
+# The fractions of a step that are tried until |F| falls; and those that the first, second, ... step
 # away from unstable states takes.
-STEP_PARTS, AWAY = (1.0, 1 / 2, 1 / 4, 1 / 8), (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)
+STEP_FRACTIONS, AWAY = (1.0, 1 / 2, 1 / 4, 1 / 8), (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +40,9 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
     """Take steps until a further one would change ln Q by at most a tolerance.
 
     A step is halved while |F| does not fall. F has kinks where samples open or close, so that |F|
-    may have to rise before it falls: of all tried parts the one with the least |F| is taken. On the
-    way from an unstable state |F| rises: at most six steps lead away from such states, the first
-    whole, each later one half as long, lest they lead back and forth.
+    may have to rise before it falls: of all tried fractions the one with the least |F| is taken. On
+    the way from an unstable state |F| rises: at most six steps lead away from such states, the
+    first whole, each later one half as long, lest they lead back and forth.
 
     Parameters
     ----------
@@ -64,10 +64,10 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
         step = point.step
         left = INNER * step.log_rate
         difficult |= step.unstable or step.iterations > MOST_STEPS / 2
-        parts = list(islice(away, 1)) if step.unstable else STEP_PARTS
+        fractions = list(islice(away, 1)) if step.unstable else STEP_FRACTIONS
         tried: list[LiftPoint] = []
-        for part in parts:
-            other = point.after(step, part)
+        for fraction in fractions:
+            other = point.after(step, fraction)
             tried += [] if other is None else [other]
             if other is not None and other.size < point.size:
                 break

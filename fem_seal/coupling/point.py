@@ -110,13 +110,13 @@ class LiftPoint:
         """The point on the samples of a thinned problem, with the contact of all samples there."""
         if problem is self.problem:
             return self
-        every = self.problem.every(problem.height.values)
+        stride = self.problem.stride(problem.height.values)
         gap, pressure = (
-            problem.field(field.values[::every, ::every])
+            problem.field(field.values[::stride, ::stride])
             for field in (self.contact.gap, self.contact.pressure)
         )
         contact = ContactState(gap, pressure, problem.solid.contact_modulus)
-        below = self.pressure[::every, ::every]
+        below = self.pressure[::stride, ::stride]
         return LiftPoint(problem, problem.first_network, self.epsilon, below, contact)
 
     def conducts_like(self, other: "LiftPoint") -> bool:
@@ -176,8 +176,8 @@ class LiftPoint:
             return problem.first_network if more else self.network, epsilon
         # λ of a thinned problem weighs the pressure at its samples alone.
         weight, of_samples = np.zeros_like(self.pressure), self._adjoint.x
-        every = self.problem.every(of_samples)
-        weight[::every, ::every] = of_samples
+        stride = self.problem.stride(of_samples)
+        weight[::stride, ::stride] = of_samples
         by_links, by_diagonals = self.flow.by_parts(self.pressure_by_u * weight, INNER**2)
         anyway = by_diagonals > DIAGONAL * allowed
         varies, film = self.flow.varies, problem.touching_film
@@ -192,9 +192,9 @@ class LiftPoint:
 
     def log_rate_change_to(self, other: "LiftPoint") -> float:
         """Change of ln Q from the flow of this point to that of another, as of `log_rate_error`."""
-        every = other.problem.every(self.residual)
+        stride = other.problem.stride(self.residual)
         moved = other.residual.copy()
-        moved[::every, ::every] -= self.residual
+        moved[::stride, ::stride] -= self.residual
         return self._by_adjoint(other, moved)
 
     def _by_adjoint(self, other: "LiftPoint", pressure: np.ndarray) -> float:
@@ -202,8 +202,8 @@ class LiftPoint:
         here = other.problem is self.problem
         if not (self._adjoint.converged and (here or self.conducts_like(other))):
             return np.inf
-        every = other.problem.every(self._adjoint.x)
-        return summed_by_parts(self._adjoint.x * pressure[::every, ::every])
+        stride = other.problem.stride(self._adjoint.x)
+        return summed_by_parts(self._adjoint.x * pressure[::stride, ::stride])
 
     def settled(self, tolerance: float) -> bool:
         """Whether λ says that a step would change ln Q, and the solid's load, by little."""
@@ -232,18 +232,18 @@ class LiftPoint:
         """Whether the film is sealed, and stays so under the most fluid pressure."""
         return self.sealed and self.opened is None
 
-    def after(self, step: NewtonStep, part: float = 1.0) -> "LiftPoint | None":
-        """The point a part of a step further on; None if that leaves nothing to the solid.
+    def after(self, step: NewtonStep, fraction: float = 1.0) -> "LiftPoint | None":
+        """The point a fraction of a step further on; None if that leaves nothing to the solid.
 
         Its contact starts from its pressure to first order: that takes two thirds of the iterations
         from the contact before the step.
         """
         problem, contact = self.problem, self.contact
-        pressure = np.clip(self.pressure + part * step.pressure, problem.outlet, problem.inlet)
+        pressure = np.clip(self.pressure + fraction * step.pressure, problem.outlet, problem.inlet)
         if problem.solid_load(pressure) <= 0:
             return None
         change = problem.half_space.pressure(step.gap) * problem.stiffness - step.pressure
-        start = np.where(contact.contact, contact.pressure.values + part * change, 0.0)
+        start = np.where(contact.contact, contact.pressure.values + fraction * change, 0.0)
         pressed = problem.contact_under(pressure, np.maximum(start, 0.0))
         return replace(self, pressure=pressure, contact=pressed)
 
@@ -257,20 +257,28 @@ class FloatingPoint(LiftPoint):
     @classmethod
     def leaving(cls, point: LiftPoint) -> Self:
         """The point at which the solid has just left the counter-face."""
-        problem = point.problem
-        level = (problem.height.values - problem.displacement(point.pressure)).max()
-        floating = cls(problem, point.network, point.epsilon, point.pressure, point.contact, 0.0)
-        return present(floating.at(point.pressure, float(level) + point.epsilon), "level")
+        problem, pressure = point.problem, point.pressure
+        touching = float((problem.height.values - problem.displacement(pressure)).max())
+        level = touching + point.epsilon
+        floating = cls.at(problem, point.network, point.epsilon, pressure, level)
+        return present(floating, "level")
 
-    def at(self, pressure: np.ndarray, level: float) -> Self | None:
+    @classmethod
+    def at(
+        cls,
+        problem: LiftProblem,
+        network: Network,
+        epsilon: float,
+        pressure: np.ndarray,
+        level: float,
+    ) -> Self | None:
         """The point of a pressure at a level; None if the solid touches the counter-face there."""
-        problem = self.problem
         gap = problem.displacement(pressure) - problem.height.values + level
-        if gap.min() <= 0:
+        if not gap.min() > 0:  # a NaN is no gap either
             return None
         none = problem.field(np.zeros_like(gap))
         contact = ContactState(problem.field(gap), none, problem.solid.contact_modulus)
-        return replace(self, pressure=pressure, contact=contact, level=level)
+        return cls(problem, network, epsilon, pressure, contact, level)
 
     @cached_property
     def size(self) -> float:
@@ -310,7 +318,9 @@ class FloatingPoint(LiftPoint):
         fixed, by_pressure = linear.solved(self.residual, INNER, MOST_STEPS)
         by_rise = linear.response(np.ones_like(self.pressure), INNER**2)
         lifted, by_level = linear.solved(by_rise, INNER, MOST_STEPS)
-        level = (self._lacking - float(fixed.x.mean())) / float(lifted.x.mean())
+        load_by_level = float(lifted.x.mean())
+        # Under a rigid solid with grooves along the flow p_f is the same at all levels.
+        level = (self._lacking - float(fixed.x.mean())) / load_by_level if load_by_level else 0.0
         gap = by_pressure + level * (1 + by_level)
         solved = fixed.converged and lifted.converged
         return NewtonStep(
@@ -321,13 +331,15 @@ class FloatingPoint(LiftPoint):
             level=level,
         )
 
-    def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
-        """The point a part of a step further on; None if the solid would touch.
+    def after(self, step: NewtonStep, fraction: float = 1.0) -> Self | None:
+        """The point a fraction of a step further on; None if the solid would touch.
 
         The film at most doubles: p_f hardly depends on the level of a high one, whose step may
         therefore be as long as one likes.
         """
-        rise, most = part * step.level, float(self.contact.gap.values.mean())
+        rise, most = fraction * step.level, float(self.contact.gap.values.mean())
         if rise > most:
-            part *= most / rise
-        return self.at(self.pressure + part * step.pressure, self.level + part * step.level)
+            fraction *= most / rise
+        pressure = self.pressure + fraction * step.pressure
+        level = self.level + fraction * step.level
+        return self.at(self.problem, self.network, self.epsilon, pressure, level)

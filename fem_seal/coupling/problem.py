@@ -199,7 +199,7 @@ class LiftProblem:
         """The thinned problems, the one with the fewest samples first, and this one."""
         return [*(self.thinned.chain if self.thinned else []), self]
 
-    def every(self, thinned: np.ndarray) -> int:
+    def stride(self, thinned: np.ndarray) -> int:
         """Samples along a side for one of these values of a thinned problem."""
         return self.height.shape[0] // len(thinned)
 
@@ -209,7 +209,7 @@ class LiftProblem:
         Those after its last row repeat it: the fluid keeps its pressure up to narrow places, and a
         line to the outlet's pressure would be farther off.
         """
-        step, shape = np.diag([1 / self.every(values)] * 2), self.height.shape
+        step, shape = np.diag([1 / self.stride(values)] * 2), self.height.shape
         periodic = self.touching_film.sides == "periodic"
         beside = values[:, :1] if periodic else values[:, -1:]
         between: np.ndarray = affine_transform(

@@ -44,9 +44,9 @@ def first_stage(
     thinned = problem.chain[0]
     # A gap of the rms height that ε makes wider has a larger ln g³, by what is allowed.
     epsilon = allowed / 3 * problem.roughness
-    every = problem.every(thinned.height.values)
-    start = None if contact is None else contact.pressure.values[::every, ::every]
-    pressure = pressure[::every, ::every]
+    stride = problem.stride(thinned.height.values)
+    start = None if contact is None else contact.pressure.values[::stride, ::stride]
+    pressure = pressure[::stride, ::stride]
     pressed = thinned.contact_under(pressure, start)
     point = LiftPoint(thinned, thinned.first_network, epsilon, pressure, pressed)
     return equilibrium(point, allowed)
@@ -181,8 +181,8 @@ class _Stages:
     def solve(self, start: LiftPoint) -> None:
         """Take Newton's steps from the first point of a stage."""
         problem = self._problem
-        exact = self._steps.difficult or start.problem is not problem
-        steps = equilibrium(start, INNER * self._allowed if exact else self._allowed)
+        closely = self._steps.difficult or start.problem is not problem
+        steps = equilibrium(start, (INNER if closely else 1.0) * self._allowed)
         self._steps = steps.after(self._steps)
         self._moved = log_ratio(self._steps.point.flow.conductance, start.flow.conductance)
         if self._on_all_samples:  # no state has fewer

@@ -595,8 +595,7 @@ def test_the_whole_answer_of_a_solid_that_floats():
 
 def floating(problem, network, pressure, level):
     """A solid at a level above its counter-face, under a fluid pressure."""
-    contact, epsilon = problem.contact_under(pressure), 1e-4 * problem.height.values.std()
-    return FloatingPoint(problem, network, epsilon, pressure, contact, 0.0).at(pressure, level)
+    return FloatingPoint.at(problem, network, 1e-4 * problem.height.values.std(), pressure, level)
 
 
 @pytest.mark.parametrize("solved", [True, False])
@@ -648,6 +647,18 @@ def test_a_film_that_rises_at_most_doubles():
     steps = newton(start, 0.01)
     assert steps.failure
     assert steps.point.contact.gap.values.mean() < 2**21 * gap
+
+
+def test_a_level_that_is_no_number_or_changes_no_load(monkeypatch):
+    """The first is no point; of the second the step is that at a fixed level."""
+    problem = problem_of(scene(9.5e4))
+    pressure = problem.uniform_pressure
+    assert floating(problem, problem.first_network, pressure, np.nan) is None
+    level = 1.1 * float((problem.height.values - problem.displacement(pressure)).max())
+    start = floating(problem, problem.first_network, pressure, level)
+    monkeypatch.setattr(Linearised, "response", lambda self, gap, tolerance: np.zeros_like(gap))
+    assert start.step.level == 0
+    np.testing.assert_allclose(start.step.pressure, start.residual, rtol=1e-14)  # rounding
 
 
 def wedge_carries(n, level=0.0):
