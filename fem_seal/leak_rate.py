@@ -3,7 +3,7 @@
 import dataclasses
 from dataclasses import dataclass
 from enum import IntEnum
-from math import inf
+from math import inf, sqrt
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -17,9 +17,14 @@ FlowState: TypeAlias = Literal["leaking", "sealed", "lifted off"]
 MEAN_ROUNDING = 1e-12  # relative, of the geometric mean of two bounds
 
 
+def middle_of(lower: float, upper: float) -> float:
+    """Geometric mean of two bounds; the upper bound if the lower one is 0."""
+    # Avoid the product of the two, which may underflow. The mean of equal bounds is exact.
+    return lower * sqrt(upper / lower) if lower > 0 else upper
+
+
 def relative_width(lower: float, upper: float) -> float:
     """Relative width (upper - lower) / √(lower upper), limited by `rtol`; infinite if lower = 0."""
-    # Avoid the product of the two, which may underflow.
     return (upper / lower - 1) * np.sqrt(lower / upper) if lower > 0 else np.inf
 
 

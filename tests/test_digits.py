@@ -16,10 +16,19 @@ from fem_seal.digits import (
     with_prefix,
 )
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate, rate_text
+from fem_seal.leak_rate import LeakRate, middle_of, rate_text
 
 POSITIVE = st.floats(1e-30, 1e30)
 WIDTHS = st.floats(1e-12, 0.999)
+
+
+@given(lower=st.floats(1e-300, 1e-200), factor=st.floats(1, 1e30))
+def test_the_middle_of_bounds_whose_product_is_no_number(lower, factor):
+    """As far from both, to four roundings; exact where they agree."""
+    upper = lower * factor
+    middle = middle_of(lower, upper)
+    assert middle / lower == pytest.approx(upper / middle, rel=2e-15)
+    assert (middle_of(lower, lower), middle_of(0.0, upper)) == (lower, upper)
 
 
 @given(middle=POSITIVE, half=WIDTHS, sign=st.sampled_from([1, -1]))

@@ -21,7 +21,7 @@ from fem_seal.flow.solution import SolvedLevel, Start
 from fem_seal.flow.stopping import Decision, Stopping, Tolerance, without_slip
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import FlowField, LeakRate, Level
+from fem_seal.leak_rate import FlowField, LeakRate, Level, middle_of
 from fem_seal.limits import USUAL_GROWTH
 from fem_seal.mesh.bisection import AnyMesh, coarse_mesh
 from fem_seal.mesh.nested import coarsest_width
@@ -219,8 +219,7 @@ class _Units:
         return LeakRate(
             state="leaking",
             method=method,
-            # Geometric mean of the bounds, or the upper bound where there is no lower one yet.
-            value=lower * float(np.sqrt(upper / lower)) if lower > 0 else upper,
+            value=middle_of(lower, upper),
             lower=lower,
             upper=upper,
             unknowns=level.unknowns,

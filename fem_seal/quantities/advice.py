@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import expm1, log, sinh, sqrt
+from math import expm1, log, sinh
 from typing import NamedTuple
 
 from fem_seal.digits import in_digits, rounded_down
@@ -15,7 +15,7 @@ from fem_seal.error_budget import (
     combined,
 )
 from fem_seal.errors import present
-from fem_seal.leak_rate import LeakRate, relative_width
+from fem_seal.leak_rate import LeakRate, middle_of, relative_width
 from fem_seal.quantities.headline import Headline
 from fem_seal.scene import Scene
 
@@ -48,7 +48,7 @@ def what_would_decide(
     low, high = leak.bounds
     if low == 0:
         return DecidingRtol()
-    distance = log(limit / sqrt(low * high))
+    distance = log(limit / middle_of(low, high))
     half_widths = [distance - log(upper)] if upper is not None else []
     if lower:
         half_widths.append(log(lower) - distance)
@@ -90,7 +90,7 @@ class UndecidedLimit:
     @property
     def _estimate(self) -> float:
         """The leak rate that is taken for the true one [m³/s]."""
-        return sqrt(self.leak.bounds[0] * self.leak.bounds[1])
+        return middle_of(*self.leak.bounds)
 
     @property
     def _decides(self) -> bool:

@@ -1,6 +1,7 @@
 """The verdict: the leak rate compared with a limit."""
 
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 from fem_seal.digits import in_digits, rounded_down, rounded_up
 from fem_seal.error_budget import (
@@ -18,6 +19,7 @@ from fem_seal.quantities.advice import DecidingRtol, UndecidedLimit, what_would_
 from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.scene import Scene
 
+DecisionName: TypeAlias = Literal[FlowState, "within limit", "above limit", "undecided"]
 ZERO = "; zero holds only for what is covered"
 
 
@@ -30,7 +32,7 @@ class Verdict:
     is > limit; else "undecided".
     """
 
-    decision: str
+    decision: DecisionName
     #: The decision, the headline, how it compares with the limit, and all uncertainties.
     sentence: str
     limit: str | None = None  #: limit of the leak rate as the scene states it
@@ -83,10 +85,19 @@ def verdict(
     counting = f", counting {entry_words(both)}" if both and leak.state == "leaking" else ""
     sentence = f"{decision}: {head}; {comparison}{counting}{open_points}"
     limit_text = f"{in_digits(stated.number, 6)} {stated.unit.name}"
-    return Verdict(decision, sentence, limit_text, needed.rtol, needed.unknowns, comparison)
+    return Verdict(
+        decision=decision,
+        sentence=sentence,
+        limit=limit_text,
+        needed_rtol=needed.rtol,
+        needed_unknowns=needed.unknowns,
+        comparison=comparison,
+    )
 
 
-def _compared(state: FlowState, head: Headline, limit: float, allowed: str) -> tuple[str, str]:
+def _compared(
+    state: FlowState, head: Headline, limit: float, allowed: str
+) -> tuple[DecisionName, str]:
     """Decision, and how the ends of the headline compare with the limit [m³/s]."""
     low, high = head.lower, head.upper
     if state == "lifted off":

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from fem_seal.errors import Inconsistent, InvalidInput
+from fem_seal.leak_rate import middle_of
 from fem_seal.points.folder import Numbers
 
 # Steps of the interpolated conductivity between two loads of a table.
@@ -39,7 +40,8 @@ class Enclosure:
         if not ordered or not len(self.lower) == len(self.upper) > 1:
             raise Inconsistent(f"an enclosure with the bounds {self.lower} and {self.upper}")
 
-    def steps(self) -> int:
+    @property
+    def step_count(self) -> int:
         """Number of steps that follow the bounds closely."""
         low, high = self.lower[-1], self.upper[0]
         fall = np.log(high / low) if low > 0 else np.inf
@@ -160,7 +162,7 @@ class ConductivityTable:
         for k, enclosure in enumerate(self.between):
             if enclosure is not None:
                 a, b = self.loads[k : k + 2]
-                share = np.arange(1, enclosure.steps()) / enclosure.steps()
+                share = np.arange(1, enclosure.step_count) / enclosure.step_count
                 inside = a + (b - a) * share
                 kept = (inside > a) & (inside < b)
                 lower = np.maximum(enclosure.lower_at(share), self.lower[k + 1])
@@ -173,8 +175,7 @@ class ConductivityTable:
     @property
     def value(self) -> np.ndarray:
         """Estimate of K at the loads: √(lower upper), or the upper bound if the lower one is 0."""
-        middle = np.sqrt(self.lower) * np.sqrt(self.upper)
-        return np.minimum.accumulate(np.where(self.lower > 0, middle, self.upper))
+        return np.minimum.accumulate(list(map(middle_of, self.lower, self.upper)))
 
     @cached_property
     def interpolated(self) -> ConductivitySteps:

@@ -24,6 +24,7 @@ MOST_ALONG, BLOCK = 40, 16
 DRAWS = 24  # mosaics that are drawn for a seal
 # Draws of the pivots of an interval: of single patches, and of mosaics, which cost more.
 PIVOTS, PIVOTS_OF_MOSAICS = 20_000, 200
+SEED = 0  # of all draws of a seal
 MOST_LOG = 700.0  # exp(709) is the largest double
 # Largest standard deviation σ of ln K that is drawn. The mean of log-normal patches is exp(σ²/2)
 # times their median: exp(200) here.
@@ -98,7 +99,7 @@ def _block(count: PatchCount) -> tuple[int, int]:
     return min(count.along, MOST_ALONG), min(count.across, BLOCK)
 
 
-def drawn_seals(rates: np.ndarray, count: PatchCount, *, seed: int = 0) -> DrawnSeals:
+def drawn_seals(rates: np.ndarray, count: PatchCount, rng: np.random.Generator) -> DrawnSeals:
     """Draw patches into the mosaic of a seal, again and again.
 
     `rates` (N, 3) are lower bound, value and upper bound of the leak rate that the seal would have
@@ -113,7 +114,6 @@ def drawn_seals(rates: np.ndarray, count: PatchCount, *, seed: int = 0) -> Drawn
         # Seals are drawn from these realizations: their own deviation is that of a draw.
         scatter = rates[:, 1].std() / np.sqrt(count.across) / mean[1] if mean[1] > 0 else 0.0
         return DrawnSeals(mean, float(scatter))
-    rng = np.random.default_rng(seed)
     shape = _block(count)
     chosen = rng.integers(len(rates), size=(DRAWS, *shape))
     seals = np.stack([mosaic_conductivity(of_side[chosen]) for of_side in rates.T], axis=1)
@@ -132,7 +132,7 @@ def error_of_mean(relative_scatter: float, count: PatchCount) -> float:
 
 
 def generalised_interval(
-    rates: Sequence[float] | np.ndarray, along: int = 1, *, seed: int = 0
+    rates: Sequence[float] | np.ndarray, along: int, rng: np.random.Generator
 ) -> tuple[float, float] | None:
     """Confidence interval of the leak rate of a seal of many patches, from a few of them.
 
@@ -153,7 +153,6 @@ def generalised_interval(
     leaking, sealed = logs.size, rates.size - logs.size
     if leaking < LEAST_LEAKING:
         return None
-    rng = np.random.default_rng(seed)
     draws = PIVOTS if along == 1 else PIVOTS_OF_MOSAICS
     sigma = logs.std(ddof=1) * np.sqrt((leaking - 1) / rng.chisquare(leaking - 1, draws))
     mu = logs.mean() + rng.standard_normal(draws) * sigma / np.sqrt(leaking)
@@ -189,7 +188,7 @@ def sealed_share(sealed: int, patches: int) -> tuple[float, float]:
 
 def may_conduct(leaking: float, count: PatchCount) -> bool:
     """Whether patches, of which a share leaks, conduct through one of many drawn blocks."""
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(SEED)
     patches = [lognormal_patches(_block(count), 0.0, leaking, rng) for _ in range(DRAWN_BLOCKS)]
     return bool((mosaic_conductivity(np.array(patches), nodes=1) > 0).any())
 

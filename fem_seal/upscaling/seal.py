@@ -18,6 +18,7 @@ from fem_seal.progress import NOTE
 from fem_seal.upscaling.leak_path import LeakPath
 from fem_seal.upscaling.mosaic import (
     LEAST_LEAKING,
+    SEED,
     DrawnSeals,
     PatchCount,
     drawn_seals,
@@ -205,7 +206,10 @@ def seal_of_patches(
     length = float(np.median(lengths)) if lengths else path.length
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(flow.state == "sealed" for flow in flows)
-    drawn = DrawnSeals(rates[0], 0.0) if lifted else drawn_seals(rates, count)
+    drawn, interval = DrawnSeals(rates[0], 0.0), None
+    if not lifted:
+        drawn = drawn_seals(rates, count, np.random.default_rng(SEED))
+        interval = generalised_interval(rates[:, 1], count.along, np.random.default_rng(SEED))
     lower, value, upper = map(float, drawn.mean)
     reason = _missed(flows, lower, upper, rtol)
     return SealLeak(
@@ -217,7 +221,7 @@ def seal_of_patches(
         patches=flows,
         count=count,
         relative_scatter=drawn.relative_scatter,
-        interval=None if lifted else generalised_interval(rates[:, 1], count.along),
+        interval=interval,
         share_sealed=Bounded(sealed / len(flows), *sealed_share(sealed, len(flows))),
         converged=not reason,
         reason=reason,

@@ -5,7 +5,7 @@ which the flow through the seal follows quickly.
 """
 
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from fem_seal import parallel
 from fem_seal.accuracy import known_error
 from fem_seal.errors import present
 from fem_seal.grid_series import OnGrid, grid_error, on_half, unresolved
+from fem_seal.leak_rate import middle_of
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
 from fem_seal.points import Chain, Expected, PointFolder, Task, Work, compute_points
@@ -113,8 +114,9 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
 
 def _on_grid(loaded: LoadedPatch, load: float, multiple: float = 1.0) -> OnGrid:
     lower, upper = loaded.bounds(load, multiple)
-    middle, gap = sqrt(lower) * sqrt(upper), loaded.critical_gap(load) or 0.0
-    return OnGrid(middle, middle, gap, unresolved(present(loaded.patch.surface, "surface")))
+    middle, gap = middle_of(lower, upper), loaded.critical_gap(load) or 0.0
+    left_out = unresolved(present(loaded.patch.surface, "surface"))
+    return OnGrid(middle if lower > 0 else 0.0, middle, gap, left_out)
 
 
 def solved_patches(

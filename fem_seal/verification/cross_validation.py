@@ -15,7 +15,7 @@ from pathlib import Path
 from fem_seal import __version__
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
-from fem_seal.leak_rate import Bounded, relative_half_width
+from fem_seal.leak_rate import Bounded, middle_of, relative_half_width
 from fem_seal.points import StudyTask, Work, points_of
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
@@ -137,7 +137,7 @@ def _bracket(series: Series) -> Bounded:
     answers = [answer for group in series.values() for answer in group]
     lower = max(answer.value for answer in answers if answer.certified == "below")
     upper = min(answer.value for answer in answers if answer.certified == "above")
-    return Bounded((lower * upper) ** 0.5, lower, upper)
+    return Bounded(middle_of(lower, upper), lower, upper)
 
 
 def _task(
@@ -185,7 +185,8 @@ def _rows(gap: StudiedGap, series: Series, reference: Bounded) -> Iterator[Row]:
         errors = [answer.value / reference.value - 1 for _, answer in answers]
         for k, (n, answer) in enumerate(answers):
             change = abs(answer.value - answers[k - 1][1].value) / answer.value if k else None
-            band = _half_width(answer, series[n]) or change
+            half_width = _half_width(answer, series[n])
+            band = change if half_width is None else half_width
             effectivity, distance = _claim(answer, band, errors[k], doubt)
             yield Row(
                 method=name,

@@ -52,7 +52,7 @@ def test_checkerboard():
 
 def test_one_patch_along_the_path_is_the_mean():
     rates = np.array([[1, 2, 3], [0, 0, 0], [4, 5, 6]], dtype=float)
-    drawn = drawn_seals(rates, PatchCount(1, 100))
+    drawn = drawn_seals(rates, PatchCount(1, 100), np.random.default_rng(0))
     assert drawn.mean.tolist() == rates.mean(axis=0).tolist()
     # The mean of 100 patches scatters a tenth as much as one.
     assert drawn.relative_scatter == pytest.approx(rates[:, 1].std() / rates[:, 1].mean() / 10)
@@ -61,7 +61,10 @@ def test_one_patch_along_the_path_is_the_mean():
 def test_longer_seals_scatter_less():
     """Blocks around the circumference are independent: relative scatter goes as 1/√W."""
     rates = lognormal_patches((40, 1), 0.8, 1.0, np.random.default_rng(0)) * np.ones(3)
-    short, long = (drawn_seals(rates, PatchCount(4, n)).relative_scatter for n in (16, 1600))
+    short, long = (
+        drawn_seals(rates, PatchCount(4, n), np.random.default_rng(0)).relative_scatter
+        for n in (16, 1600)
+    )
     assert long == pytest.approx(short / 10)
     assert short > 0.03
 
@@ -70,7 +73,7 @@ def test_mean_of_the_drawn_seals_errs_as_said():
     """A standard deviation from n seeds scatters by 1/√(2n - 2): four of them are allowed."""
     values = lognormal_patches((6, 1), 1.0, 0.8, np.random.default_rng(5)) * np.ones(3)
     count, seeds = PatchCount(3, 40), 30
-    drawn = [drawn_seals(values, count, seed=seed) for seed in range(seeds)]
+    drawn = [drawn_seals(values, count, np.random.default_rng(seed)) for seed in range(seeds)]
     means = np.array([seal.mean[1] for seal in drawn])
     claimed = np.mean([error_of_mean(seal.relative_scatter, count) for seal in drawn])
     assert means.std(ddof=1) / means.mean() == pytest.approx(
@@ -82,7 +85,7 @@ def test_bounds_of_patches_are_bounds_of_the_seal():
     """The mosaic's leak rate is linear in all: whatever the bounds, the values scatter alike."""
     values = lognormal_patches((6, 1), 1.0, 0.8, np.random.default_rng(5))
     narrow, wide = (
-        drawn_seals(values * bounds, PatchCount(5, 40))
+        drawn_seals(values * bounds, PatchCount(5, 40), np.random.default_rng(0))
         for bounds in (np.ones(3), np.array([0.1, 1.0, 3.0]))
     )
     assert wide.mean / wide.mean[1] == pytest.approx([0.1, 1.0, 3.0], rel=1e-10)
@@ -114,7 +117,7 @@ def test_intervals_cover(monkeypatch, along, sigma, leaking, patches):
     covered = []
     for repeat in range(200):
         sample = lognormal_patches((patches, 1), sigma, leaking, rng).ravel()
-        lower, upper = generalised_interval(sample, along, seed=repeat)
+        lower, upper = generalised_interval(sample, along, np.random.default_rng(repeat))
         covered.append(lower <= exact <= upper)
     assert np.mean(covered) >= 0.90
 
@@ -139,16 +142,17 @@ def test_interval_is_that_of_the_likelihood(patches):
 
         return quad(part, -6, 6, limit=400)[0] / quad(density, -6, 6, limit=400)[0]
 
-    lower, upper = generalised_interval(rates)
+    lower, upper = generalised_interval(rates, 1, np.random.default_rng(0))
     assert below(lower) == pytest.approx(0.025, abs=0.0045)
     assert below(upper) == pytest.approx(0.975, abs=0.0045)
 
 
 def test_rates_without_an_interval():
     """Too few that leak, and none that can be."""
-    assert generalised_interval([1.0, 2.0, 0.0, 0.0]) is None
+    rng = np.random.default_rng(0)
+    assert generalised_interval([1.0, 2.0, 0.0, 0.0], 1, rng) is None
     with pytest.raises(InvalidInput, match="not negative"):
-        generalised_interval([-1.0, 2.0, 3.0])
+        generalised_interval([-1.0, 2.0, 3.0], 1, rng)
 
 
 def test_share_of_sealed_patches():
@@ -171,7 +175,7 @@ def test_patches_for_a_narrow_interval(sigma):
     widths = []
     for repeat in range(100):
         sample = lognormal_patches((number, 1), sigma, 1.0, rng).ravel()
-        lower, upper = generalised_interval(sample, seed=repeat)
+        lower, upper = generalised_interval(sample, 1, np.random.default_rng(repeat))
         widths.append(np.log(upper / lower))
     student = t.ppf(0.975, number - 1) / norm.ppf(0.975)
     assert np.median(widths) == pytest.approx(student * np.log(2), rel=0.07 + 2 * 0.04)

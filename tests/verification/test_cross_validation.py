@@ -88,6 +88,19 @@ def test_order_of_smooth_cases(name, order):
         assert_order(rows, method, order, 0.05)
 
 
+def test_an_exact_bracket_has_no_band(monkeypatch):
+    """Bounds that agree leave none, however much they differ from those of the grid before."""
+
+    def exact_bounds(film, settings):
+        rate = float(len(film.gap.values))
+        for name, certified in (("upper", "above"), ("lower", "below"), ("√(lo·hi)", "")):
+            yield Answer(f"FE {name}", rate, certified, 1, 0.0)
+
+    monkeypatch.setitem(METHODS, "uniform", exact_bounds)
+    rows = on_case(CASES["cosine-across"], (8, 16), ("uniform",))
+    assert [row.band for row in series(rows, "FE √(lo·hi)")] == [0, 0]
+
+
 @pytest.fixture(scope="module")
 def checkerboard():
     """Rows of the board on three grids."""
