@@ -39,7 +39,7 @@ from fem_seal.flow.level import (
     Streams,
 )
 from fem_seal.flow.look_ahead import refined_ahead
-from fem_seal.flow.marking import Strategy, mark, mark_all
+from fem_seal.flow.marking import Strategy, mark_all
 from fem_seal.flow.solution import SolvedLevel, Start
 from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.bisection import TooFine
@@ -79,7 +79,7 @@ def refined(
             gap, start.mesh, start.values, stopping.comm, strategy.tuning.tolerance
         )
         if best is not None and problem.unknowns > max_unknowns:
-            stopping.reason = _too_many(max_unknowns)
+            stopping.stop(_too_many(max_unknowns))
             return
         guess = problem.guess(start)
         del start
@@ -99,7 +99,7 @@ def refined(
         # A uniform mesh has at least twice as many unknowns: every unknown has at least two sides,
         # a side has at most two ends, and the midpoint of each side becomes an unknown.
         if strategy.uniform and 2 * problem.unknowns > max_unknowns:
-            stopping.reason = _too_many(max_unknowns)
+            stopping.stop(_too_many(max_unknowns))
             return
         log = _Log()
         refine = _refinement(problem, guess, solution, best, strategy, outlook, log)
@@ -108,7 +108,7 @@ def refined(
         try:
             start = refine(gap)
         except TooFine as limit:
-            stopping.reason = str(limit)
+            stopping.stop(str(limit))
             return
         del refine
         log.lap("refine")
@@ -228,7 +228,7 @@ def _refinement(
 
     Returns what refines and looks ahead; of the problem it holds no more than that needs.
     """
-    if strategy.uniform:
+    if strategy.marking is None:
         start = problem.start(solution.pressure, solution.stream)
         return partial(refined_ahead, start, marks=mark_all(problem), flows=[], times=0)
     # If the true dual came first, the next level logs the time of this solve.
@@ -237,7 +237,7 @@ def _refinement(
     flows = problem.flows(solution.pressure, regularised)
     expected = outlook.correction_ratio * problem.excess(solution.pressure, regularised)
     reached = best.width if solution.stream is not None else np.inf
-    marks = mark(problem, flows, expected, reached, strategy)
+    marks = strategy.marking(problem, flows, expected, reached, strategy)
     return partial(
         refined_ahead,
         problem.start(solution.pressure, regularised),

@@ -12,7 +12,7 @@ from fem_seal.flow.adapt import refined
 from fem_seal.flow.bounds import TensorBounds, widest
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.flow.leak import require_conducting
-from fem_seal.flow.marking import Strategy, Tuning
+from fem_seal.flow.marking import Strategy, Tuning, mark
 from fem_seal.flow.solution import Start
 from fem_seal.flow.stopping import Stopping, Tolerance
 from fem_seal.fluid import Slip
@@ -91,7 +91,7 @@ def conductivity_tensor(
     comm = parallel.communicator(comm)
     stopping = Stopping(Tolerance(rtol), limits, USUAL_GROWTH, narrowest, comm)
     strategy = Strategy(
-        rtol=rtol, every_dual=stopping.doubtful, max_unknowns=limits.unknowns, tuning=tuning
+        mark, rtol, every_dual=stopping.doubtful, max_unknowns=limits.unknowns, tuning=tuning
     )
     start = Start.first(represented, uniform_torus(represented.squares, width))
     for solution in refined(represented, start, strategy, stopping):

@@ -14,7 +14,7 @@ from fem_seal.flow.adapt import GROWTH, refined
 from fem_seal.flow.field import boundary_flows, flow_field, length_unit
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, GapOnMesh, VertexGap
 from fem_seal.flow.level import LevelSolution
-from fem_seal.flow.marking import Strategy, Tuning
+from fem_seal.flow.marking import REFINEMENTS, Strategy, Tuning
 from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
 from fem_seal.flow.solution import SolvedLevel, Start
@@ -25,9 +25,8 @@ from fem_seal.leak_rate import FlowField, LeakRate, Level, middle_of
 from fem_seal.limits import USUAL_GROWTH
 from fem_seal.mesh.bisection import AnyMesh, coarse_mesh
 from fem_seal.mesh.nested import coarsest_width
-from fem_seal.registry import require_known
+from fem_seal.registry import choose
 
-REFINEMENTS = ("adaptive", "uniform")
 NARROWEST = 1e-60  # smallest critical constriction, as a part of the largest gap
 
 
@@ -85,9 +84,9 @@ def leak_rate(
     Where the linear solver cannot reach its tolerance, the functions it has reached still give
     bounds; they are returned, with `converged` False if they are further apart than asked for.
     """
-    require_known(REFINEMENTS, settings.method, "method")
+    marking = choose(REFINEMENTS, settings.method, "method")
     require_film(film, (GridFilm, MeshFilm))
-    if start is not None and settings.method == "uniform":
+    if start is not None and marking is None:
         raise InvalidInput("leak_rate refines a start for method = 'adaptive': leave out `start`")
     if keep is not None and isinstance(film, MeshFilm):
         raise InvalidInput("leak_rate keeps flows through films on a grid alone: leave out `keep`")
@@ -104,7 +103,7 @@ def leak_rate(
     # film is likely to be fine enough: solve the dual at once.
     at_once = settings.decide is not None or stopping.doubtful or start is not None
     strategy = Strategy(
-        uniform=settings.method == "uniform",
+        marking=marking,
         rtol=stopping.criterion.rtol,
         every_dual=every_dual or at_once,
         max_unknowns=stopping.limits.unknowns,
@@ -149,7 +148,7 @@ def _stopping(
         f" (the critical constriction is {narrowest:.0e} of the largest gap: set such gaps to "
         "0 if they are contact)"
     )
-    growth = GROWTH if settings.method == "uniform" else USUAL_GROWTH
+    growth = GROWTH if REFINEMENTS[settings.method] is None else USUAL_GROWTH
     widened = without_slip if slipping is None else slipping.widened
     return Stopping(criterion, settings.limits, growth, narrowest, comm, advice, widened)
 

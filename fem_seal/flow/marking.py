@@ -9,7 +9,7 @@ Four sets of cells are marked, the first three by Dörfler's rule:
 * the equipotential cells that meet only at vertices of small gap (`joints.py`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,7 +76,7 @@ class Tuning:
 class Strategy:
     """How the mesh is refined."""
 
-    uniform: bool = False  #: halve all cells instead of the marked ones
+    marking: "Marking | None"  #: rule that marks cells; None halves all of them
     #: relative width (upper - lower) / √(lower upper) that the caller asks for. It decides when the
     #: true dual is solved and how large the last steps are
     rtol: float = FlowSettings.rtol
@@ -85,6 +85,11 @@ class Strategy:
     #: largest number of pressure unknowns of a mesh; the first mesh is solved in any case
     max_unknowns: int | None = None
     tuning: Tuning = Tuning()  #: parameters of the refinement
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all cells are halved."""
+        return self.marking is None
 
 
 def part_of_a_step(width: float, strategy: Strategy) -> float:
@@ -161,6 +166,10 @@ def mark(
     # look ahead by indicators.
     least_indicator = indicators[halved > 0].min(initial=np.inf) if part == 1 else np.inf
     return Marks(times, float(least_indicator), float(blocked_flux[through].min(initial=np.inf)))
+
+
+Marking = Callable[[FilmOnMesh, Sequence[FlowEstimate], float, float, Strategy], Marks]
+REFINEMENTS: dict[str, Marking | None] = {"adaptive": mark, "uniform": None}
 
 
 def doerfler(indicators: np.ndarray, theta: float) -> np.ndarray:

@@ -151,7 +151,7 @@ class Stopping:
     #: history of the refinement
     levels: list[SolvedLevel] = field(default_factory=list, init=False)
     reached: bool = field(default=False, init=False)  #: whether the criterion is met
-    #: reason to end although the criterion is not met, which the loop may set; empty if none
+    #: reason to end although the criterion is not met; empty if none
     reason: str = field(default="", init=False)
 
     @property
@@ -163,6 +163,10 @@ class Stopping:
     def ended(self) -> bool:
         """Whether the last level judged is the last of the refinement."""
         return self.reached or bool(self.reason)
+
+    def stop(self, reason: str) -> None:
+        """End the refinement between two meshes."""
+        self.reason = reason
 
     def judged(self, solution: LevelSolution) -> LevelSolution:
         """Decide whether the refinement ends with this solution; certify it if it does."""

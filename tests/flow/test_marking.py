@@ -1,13 +1,23 @@
 """Marking: the fewest cells with a given part of the error, and how often each is halved."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from adaptive_parameters import CHOICES
+from project import leak_rate
+from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput
-from fem_seal.flow.marking import Tuning, completed, doerfler, halvings
+from fem_seal.film import GridFilm
+from fem_seal.flow.marking import (
+    REFINEMENTS,
+    Tuning,
+    completed,
+    doerfler,
+    halvings,
+    mark_all,
+)
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(Tuning)])
@@ -65,6 +75,18 @@ def test_what_is_missing_is_added(part):
         assert least >= indicators[~(marked | added)].max(initial=0)
         assert indicators[marked | added].sum() - least <= part * total + rounding
     assert added.any() == (indicators[marked].sum() < part * total)
+
+
+def test_the_rule_of_a_name_marks(monkeypatch):
+    """A rule of one's own under a name: it marks all cells twice, which makes four of each."""
+    monkeypatch.setitem(REFINEMENTS, "adaptive", lambda on_mesh, *_: mark_all(on_mesh))
+    gap = rough_gap((32, 32), 0.2, seed=1, smooth=2)
+    film, tuning = GridFilm(replace(gap, values=gap.values + 0.05)), Tuning(coarsest=4, ahead=0)
+    leak = leak_rate(film, viscosity=1.0, pressure_drop=1.0, rtol=0.1, tuning=tuning)
+    cells = [level.cells for level in leak.levels]
+    assert leak.converged
+    assert len(cells) > 1
+    assert cells == [cells[0] * 4**k for k in range(len(cells))]
 
 
 def test_rounding_alone_adds_nothing():
