@@ -7,6 +7,8 @@ import pytest
 from project import PACKAGE, ROOT, printed_by, trees
 
 import fem_seal
+from fem_seal.scene.scene import Surface
+from fem_seal.scene.shape import AnyShape
 
 # A module may import those before it, and its own folder.
 LAYERS = """
@@ -144,6 +146,12 @@ def test_public_names():
     assert fem_seal.__all__ == sorted(fem_seal.__all__)
     for name in fem_seal.__all__:
         assert getattr(fem_seal, name).__doc__, name
+    sections = {
+        kind.__name__ for union in (AnyShape, Surface) for kind in union.__args__[0].__args__
+    }
+    assert sections <= set(fem_seal.__all__)
+    for_types = set(imported(trees()[PACKAGE / "__init__.py"]))
+    assert {f"{home}.{name}" for name, home in fem_seal._HOMES.items()} <= for_types
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         fem_seal.nothing  # noqa: B018
 

@@ -12,7 +12,9 @@ from project import ROOT, trees
 from pydantic import BaseModel
 
 from fem_seal import cli
+from fem_seal.field_file.read import READERS
 from fem_seal.render import __all__ as pictures
+from fem_seal.render.patch import PICTURES
 from fem_seal.results import Result
 from fem_seal.scene import Scene
 from fem_seal.sweep.point import COLUMNS
@@ -125,6 +127,12 @@ def test_every_key_of_a_result_is_explained():
         first, last = leaf.partition(".")[0], leaf.rpartition(".")[2]
         texts = (f"{keys} {text}" for keys, text in rows if re.search(rf"`{first}[`.]", keys))
         assert any(re.search(rf"\b{last}\b", text) for text in texts), leaf
+
+
+def test_every_file_of_a_run_and_every_format_has_a_row():
+    files = re.findall(r"`(\w+\.png)`", PAGES["docs/reference/results.md"])
+    assert set(PICTURES) <= set(files)
+    assert all(f"`{ending}`" in PAGES["docs/guide/surfaces.md"] for ending in READERS)
 
 
 def test_results_page_names_only_keys_that_exist():
