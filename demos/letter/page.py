@@ -3,11 +3,13 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from demos.letter.agreement import agreement, total_decades
 from demos.letter.cascade import CascadeStart
 from demos.letter.contacts import MODELS
-from demos.letter.currents import Current, agreement, total_decades
+from demos.letter.currents import Current
+from demos.letter.events import PAIRS, REFERENCE
 from demos.letter.flows import FlowMeasures, decades
-from demos.letter.thresholds import DIFFERENCE, PAIRS, REFERENCE, ThresholdRow
+from demos.letter.thresholds import DIFFERENCE, ThresholdRow
 from fem_seal.tables import markdown
 
 Line = tuple[str, str, str]

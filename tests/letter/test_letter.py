@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from known_answers import area_by_law
 
-from demos.letter import figures, reproduce
+from demos.letter import reproduce, style
+from demos.letter.agreement import total_decades
 from demos.letter.cascade import BLOCK_RTOL, blocks, cascade_start, first_guess, initial_errors
 from demos.letter.contacts import (
     CONTACT_MODULUS,
@@ -22,7 +23,7 @@ from demos.letter.contacts import (
     certified,
     pressed,
 )
-from demos.letter.currents import current, over_first_contact, total_decades
+from demos.letter.currents import current, over_first_contact
 from demos.letter.flows import FlowMeasures, Picture, PictureFolder, decades, picture
 from demos.letter.persson import predictions, ring_spectrum
 from fem_seal.contact import press
@@ -261,7 +262,7 @@ def test_a_run_draws_all_and_goes_on(others, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(reproduce, "predictions", few)
     command = [*TINY.split(), "--only", *PARTS, *others, "--out", str(tmp_path)]
     with monkeypatch.context() as quicker:
-        quicker.setattr(figures, "FORMATS", ("png",))
+        quicker.setattr(style, "FORMATS", ("png",))
         assert reproduce.main(command) == 0
     chains = reproduce.chains_of(reproduce.parser().parse_args(command), [SMOOTH])
     tasks = [chain.tasks for part in chains.values() for chain in part]

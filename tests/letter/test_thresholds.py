@@ -6,18 +6,9 @@ from hypothesis import given
 from hypothesis.extra import numpy as hnp
 
 from demos.letter.contacts import MODELS, RoughCase, pressed
-from demos.letter.thresholds import (
-    DIFFERENCE,
-    EVENTS,
-    PAIRS,
-    REFERENCE,
-    Event,
-    Snapshot,
-    crossings,
-    euler_characteristic,
-    threshold_rows,
-    thresholds,
-)
+from demos.letter.crossings import crossings
+from demos.letter.events import EVENTS, PAIRS, REFERENCE, Event, Snapshot, euler_characteristic
+from demos.letter.thresholds import DIFFERENCE, threshold_rows, thresholds
 from fem_seal.contact import GapState
 from fem_seal.errors import NotConverged
 from fem_seal.film.clusters import label
