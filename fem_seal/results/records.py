@@ -41,7 +41,7 @@ class Record(BaseModel):
 
 
 class Rate(Record):
-    """Leak rate with guaranteed bounds, which finite differences do not have."""
+    """Leak rate with bounds, which finite differences do not have."""
 
     value: float
     lower: float | None

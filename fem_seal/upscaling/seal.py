@@ -41,7 +41,7 @@ LOOSE = 1.0  # (upper - lower)/√(lower upper) of the leak rate under them
 class SealLeak(LeakRate):
     """Leak rate of a seal, and the patches from which it is computed.
 
-    The bounds are those of flow and load table, for the patches at hand.
+    The bounds, which are estimates, are those of flow and load table, for the patches at hand.
     """
 
     lower: float = field()  # required, other than of a flow by finite differences
