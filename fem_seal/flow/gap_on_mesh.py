@@ -17,7 +17,7 @@ from fem_seal.flow.cell_data import ISOTROPIC, CellData
 from fem_seal.flow.quarters import QuarterData, on_quarters, thrice_centroids, with_middles
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import AnyMesh, Refinement
-from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at
+from fem_seal.mesh.nested import DEPTH, PIXEL, triangle_at
 
 Span = tuple[np.ndarray, np.ndarray]
 
@@ -132,11 +132,6 @@ class LinearGap(GapOnMesh):
             ]
         )
 
-    def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
-        """Gap (raised, lowered) at the vertices (V, 2) of a mesh of whole pixels."""
-        i, j = (mesh.xy // PIXEL).T
-        return np.stack(self._raised_and_lowered((i, j)), axis=-1)
-
     def _raised_and_lowered(
         self, index: slice | tuple[np.ndarray, np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -144,7 +139,7 @@ class LinearGap(GapOnMesh):
         for_primal, for_dual = self._samples
         return _raised(for_primal[index], self._floor), _lowered(for_dual[index], self.cut)
 
-    def values_at(self, mesh: NestedMesh) -> np.ndarray:
+    def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of any mesh of the nested family."""
         (i, j), (x, y) = (mesh.xy >> DEPTH).T, (mesh.xy & (PIXEL - 1)).T / PIXEL
         last = np.array(self.squares)
@@ -327,8 +322,6 @@ class ConstantGap(GapOnMesh):
     def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """No values (V, 0): the gap jumps at the vertices."""
         return np.empty((len(mesh.xy), 0))
-
-    values_at = vertex_values
 
     def refined_values(self, values: np.ndarray, step: Refinement) -> np.ndarray:
         """No values (V', 0)."""

@@ -24,7 +24,6 @@ from fem_seal.flow.level import LevelProblem, LevelSolution
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.solution import Start
 from fem_seal.grid import GridField
-from fem_seal.mesh.nested import NestedMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +74,7 @@ class MeshedFlow:
         # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.
         scaled = np.where(self.film.carrying, film.samples / self.film.largest_gap, 0.0)
         other = gap.with_samples(GridField(scaled, film.gap.spacing))
-        values = other.values_at(narrowed(problem.mesh, NestedMesh, "mesh of a grid"))
+        values = other.vertex_values(problem.mesh)
         data = other.cell_data(problem.mesh, values).subset(problem.kept)
         return _OtherGap(problem, other, values, data)
 

@@ -74,7 +74,7 @@ class Start:
     def through(self, gap: GapOnMesh) -> "Start":
         """The same mesh and functions, for another gap on the same grid."""
         if isinstance(gap, LinearGap | ConstantGap) and isinstance(self.mesh, NestedMesh):
-            return replace(self, values=gap.values_at(self.mesh))
+            return replace(self, values=gap.vertex_values(self.mesh))
         raise InvalidInput(
             "leak_rate takes the start of another film for films on a grid alone, got a "
             f"{type(gap).__name__} on a {type(self.mesh).__name__}: leave out `start`"

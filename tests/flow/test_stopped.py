@@ -124,7 +124,7 @@ def test_gap_at_the_vertices_of_any_mesh(seed, periodic):
     gap = represented(rough_gap((12, 8), 0.4, seed), cut=0.02, floor=0.05)
     problem = level_problem(gap, 1, periodic, markings=[Random(seed)] * 5)
     assert (problem.mesh.xy % (1 << 24)).any()  # vertices between the samples are meant
-    values = gap.values_at(problem.mesh)
+    values = gap.vertex_values(problem.mesh)
     np.testing.assert_allclose(values, problem.values, rtol=0, atol=1e-15)
     assert np.array_equal(values == 0, problem.values == 0)
 
