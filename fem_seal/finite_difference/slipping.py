@@ -69,6 +69,13 @@ def node_pressure(film: GridFilm, pressure_drop: float, links: str = "linear-gap
 
 
 def _solved(matrix: csr_array, right_side: np.ndarray) -> np.ndarray:
-    # Divide the rows by their diagonal: conductances differ by many decades.
     diagonal = matrix.diagonal()
-    return spsolve(csc_matrix(diags(1 / diagonal) @ matrix), right_side / diagonal)
+    if diagonal.min() >= np.finfo(float).tiny:
+        # Divide the rows by their diagonal: conductances differ by many decades.
+        pressure = spsolve(csc_matrix(diags(1 / diagonal) @ matrix), right_side / diagonal)
+        if np.isfinite(pressure).all():
+            return pressure
+    raise NotConverged(
+        "the pressure by finite differences is beyond double precision at gaps that are almost "
+        "contact: set them to 0 if they are"
+    )

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.errors import narrowed
+from fem_seal.errors import InvalidInput, narrowed
 from fem_seal.film import GridFilm
 from fem_seal.flow.cell_data import ISOTROPIC, CellData
 from fem_seal.flow.energy import Energy
@@ -30,7 +30,7 @@ from fem_seal.grid import GridField
 class MeshedFlow:
     """The flow through a film on the last mesh of its refinement."""
 
-    film: GridFilm  #: film on a grid, linear between samples
+    film: GridFilm  #: film on a grid; bounds of others ask for one that is linear between samples
     solution: LevelSolution  #: solution on the last mesh
     #: conductivity of the film's largest gap, over its conductivity without slip
     slip_factor: float = 1.0
@@ -49,7 +49,7 @@ class MeshedFlow:
         stream, corrected = self.solution.stream, self.solution.corrected
         if stream is None or corrected is None:
             return np.full(2, np.inf)
-        (psi,), (own,), other = stream.at_vertices, stream.totals, self._in_gap_of(film)
+        (psi,), (own,), other = stream.at_vertices, stream.totals, self._in_gap_of(film, 1)
         energies = own, other.energy_of_stream(psi)
         correction = self.solution.problem.stream_correction([psi])
         return other.upper_bounds(energies, correction, corrected.raised, corrected.bubbles.of(0))
@@ -60,15 +60,26 @@ class MeshedFlow:
         In units of the conductance of a square with the largest gap of this film.
         """
         (pressure,), corrected = self.solution.pressure.minima, self.solution.corrected
-        other = self._in_gap_of(film)
+        other = self._in_gap_of(film, -1)
         energies = pressure.total, other.energy_of_pressure(pressure)
         if corrected is None:
             return np.array([energy.upper_bound() for energy in energies])
         correction = self.solution.problem.pressure_correction([pressure.corners])
         return other.upper_bounds(energies, correction, corrected.lowered, corrected.bubbles.of(1))
 
-    def _in_gap_of(self, film: GridFilm) -> "_OtherGap":
-        """The gap of another film on this mesh."""
+    def _in_gap_of(self, film: GridFilm, sign: int) -> "_OtherGap":
+        """The gap of another film on this mesh, nowhere smaller (sign 1) or larger (sign -1)."""
+        kinds = [
+            (f.representation, f.sides, f.samples.shape, f.gap.spacing) for f in (self.film, film)
+        ]
+        if kinds[0] != kinds[1] or film.representation != "linear":
+            raise InvalidInput("bounds from the flow of another film need both linear on one grid")
+        wrong = np.count_nonzero(sign * film.samples < sign * self.film.samples)
+        if wrong:
+            raise InvalidInput(
+                f"the gap is {'smaller' if sign == 1 else 'larger'} than that of the flow at "
+                f"{wrong} of {film.samples.size} samples: the flow does not bound it"
+            )
         problem = self.solution.problem
         gap = narrowed(problem.gap, LinearGap, "linear gap")
         # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.

@@ -116,8 +116,8 @@ class LoadedPatch:
     def enclose(self) -> ConductivityTable:
         """Table with enclosures of all intervals between neighbouring loads.
 
-        An interval has none if a flow is not kept any more, if the gap is not linear on a grid, or
-        if its bounds cross, as where the gap is not convex in the load.
+        An interval has none if a flow is not kept any more, if the gap is not linear on a grid, if
+        its gaps are not in order, or its bounds cross, as where the gap is not convex in the load.
         """
         for pair in pairwise(sorted(self._bounds)):
             if pair not in self._enclosures:
@@ -137,11 +137,15 @@ class LoadedPatch:
         if a not in self._flows:
             return None
         below, gap_b = self._flows[a], self._gap(b)
+        if (gap_b > self._gap(a)).any():
+            return None  # by the tolerance of the contacts
         upper = self._per_square(below) * below.conductances_below(self._film(gap_b))
         lower = np.zeros(2)
         if b in self._flows:
             c = b + BEYOND * (b - a)
             line = gap_b + (b - a) / (c - b) * (gap_b - self._gap(c))
+            if (line < gap_b).any():
+                return None
             above = self._flows[b]
             resistances = above.resistances_above(self._film(line))
             lower = self._per_square(above) / resistances[::-1]

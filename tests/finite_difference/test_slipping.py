@@ -45,6 +45,15 @@ def test_layers_in_series(law, p_out, B):
         assert -np.diff(np.log2(errors)) == pytest.approx([2, 2], abs=1 / 8**2)
 
 
+def test_gaps_whose_cubes_are_lost():
+    """Inside the square no number holds the conductance of a link."""
+    gap = np.ones((8, 8))
+    gap[2:6, 2:6] = 1e-120
+    film = GridFilm(GridField(gap, (1.0, 1.0)), "wall", "constant")
+    with pytest.raises(NotConverged, match="beyond double precision at gaps that are almost"):
+        slipping.node_pressure(film, 1.0)
+
+
 def test_pressures_that_do_not_settle(monkeypatch):
     """Few steps are too few: the message names the change and a way out."""
     slip = Slip(2.0, 0.0, 1.0)

@@ -3,11 +3,14 @@
 That they hold, and are of second order: tests/upscaling/test_patch_conductivity.py.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from project import leak_rate
 from sample_gaps import rough_gap
 
+from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.film.law import leak_rate_of_square
 from fem_seal.grid import GridField
@@ -34,3 +37,22 @@ def test_multiples_of_a_gap(sides):
         cubes = np.array([1.0, factor]) ** 3
         assert unit * lower == pytest.approx(leak.upper * cubes, rel=1e-9)
         assert unit / higher == pytest.approx(leak.lower / cubes, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"sides": "periodic"}, "need both linear on one grid"),
+        ({"representation": "constant"}, "need both linear on one grid"),
+        ({"gap": GridField(np.ones((5, 5)), (1.0, 2.0))}, "need both linear on one grid"),
+        ({"gap": GridField(0.5 + np.eye(5), (1.0, 1.0))}, "gap is {} than .* at {} of 25 samples"),
+    ],
+)
+def test_films_that_a_flow_does_not_bound(change, words):
+    film, flows = GridFilm(GridField(np.ones((5, 5)), (1.0, 1.0))), []
+    leak_rate(film, **UNIT, keep=flows.append)
+    other = replace(film, **change)
+    with pytest.raises(InvalidInput, match=words.format("smaller", 20)):
+        flows[-1].resistances_above(other)
+    with pytest.raises(InvalidInput, match=words.format("larger", 5)):
+        flows[-1].conductances_below(other)
