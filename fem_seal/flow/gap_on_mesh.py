@@ -13,7 +13,7 @@ import numpy as np
 
 from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow import averages
-from fem_seal.flow.cell_data import ISOTROPIC, CellData
+from fem_seal.flow.cell_data import CellData
 from fem_seal.flow.quarters import QuarterData, on_quarters, thrice_centroids, with_middles
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import AnyMesh, Refinement
@@ -333,16 +333,14 @@ class ConstantGap(GapOnMesh):
         return self._raised[i, j]
 
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
-        # Contact consists of whole pixels: there are no zero-gap sides.
         i, j = np.moveaxis(xy.sum(axis=0), -1, 0) // (3 * PIXEL)
         mean_K, mean_inverse_K = self._means[:, i, j]
         coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)
         place = averages.Place.of(xy.take(coarse, axis=1))
         mean_K[coarse], mean_inverse_K[coarse] = self._above_pixel.lookup(place)
-        blocked, most = np.isinf(mean_inverse_K), self.law.upper.of_gap(self.ceiling)
-        isotropic = np.where(blocked, 0.0, np.maximum(mean_inverse_K, 1 / most))
-        none = np.zeros((len(mean_K), 3), dtype=bool)
-        return CellData(none, blocked, none, most < mean_K, mean_K, isotropic[:, None] * ISOTROPIC)
+        # Contact consists of whole pixels: no gap at a corner counts, so no side has a gap of 0.
+        gaps, means = np.zeros((3, len(mean_K), 2)), (mean_K, mean_inverse_K)
+        return CellData.of_gaps(xy, self.aspect, gaps, np.False_, means, self.ceiling, self.law)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of cells; see `GapOnMesh.quarter_data`; gaps are (3, n, 0)."""
