@@ -65,6 +65,7 @@ def threshold_of_pressure(
     start: ContactState,
     press: Callable[[float, ContactState], ContactState],
     is_sealed: Callable[[GridField], bool],
+    precision: float = PRECISION,
 ) -> Threshold:
     """Bisect the pressure between a leaking and a sealed elastic contact.
 
@@ -79,7 +80,7 @@ def threshold_of_pressure(
     while (
         leaking is None
         or sealed is None
-        or sealed.mean_pressure > (1 + PRECISION) * leaking.mean_pressure
+        or sealed.mean_pressure > (1 + precision) * leaking.mean_pressure
     ):
         if leaking is not None and sealed is not None:
             pressure = sqrt(leaking.mean_pressure * sealed.mean_pressure)
