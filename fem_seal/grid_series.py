@@ -125,9 +125,13 @@ def of_sealed(patch: Patch) -> Uncertainty:
     left_out, rms = unresolved(height), float(height.values.std())
     part = 1 / (1 + MARGIN + OF_UNRESOLVED_RMS * (left_out / rms if rms else 0.0))
     less = f"under {per_cent(1 - part)} less load, as much as the grid may be wrong"
-    if sealed_under(patch, part):
-        return estimate(CONTACT_GRID, f"it is sealed as well {less}", 1.0, 1.0)
-    return estimate(CONTACT_GRID, f"a finer grid may leak: this one may {less}", 1.0)
+    try:
+        if sealed_under(patch, part):
+            return estimate(CONTACT_GRID, f"it is sealed as well {less}", 1.0, 1.0)
+        words = f"this one may {less}"
+    except NotConverged as error:
+        words = f"{less}, {error}"
+    return estimate(CONTACT_GRID, f"a finer grid may leak: {words}", 1.0)
 
 
 def sealed_under(patch: Patch, part: float) -> bool:
@@ -266,7 +270,8 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
 def estimated_error(patch: Patch) -> Uncertainty:
     """Estimate what a finer grid changes, for which the patch is solved on half of the samples.
 
-    For a measured map: what half of the samples change. Its own samples are all that is known.
+    A sealed patch is solved under less load instead (`of_sealed`). For a measured map: what half of
+    the samples change. Its own samples are all that is known.
     """
     if half(present(patch.surface, "surface").shape) is None:
         words = "the samples are too few to leave out every second one"

@@ -133,6 +133,10 @@ class Patch:
         """Let `once` return this value, found in another way."""
         self._values[function] = value
 
+    def miss(self, reason: str) -> None:
+        """Let the leak rate say for what reason it is not as exact as was asked for."""
+        self.leak_rate = replace(self.leak_rate, converged=False, reason=reason)
+
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
         """Report a stage and add its duration [s] to `seconds`."""

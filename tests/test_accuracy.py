@@ -60,6 +60,7 @@ class Fake:
     flow_settings: FlowSettings
     report = staticmethod(silent)
     scene = SimpleNamespace(contact=None)
+    miss = Patch.miss
 
     def __post_init__(self):
         self.kept = {}

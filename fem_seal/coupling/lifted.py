@@ -198,6 +198,9 @@ def _merged(first: LiftedState, second: LiftedState, *, in_equilibrium: bool) ->
     widths = [log_ratio(*leak.bounds) for leak in leaks if leak.lower]
     shown = first if first.converged and not second.converged else second
     both = replace(shown, steps=first.steps + second.steps)
+    if first.converged and second.converged and not any(leak.value for leak in leaks):
+        # What would open one of two sealed films may open the other.
+        both = replace(both, highest=max(first.highest, second.highest))
     if apart <= first.error + second.error + max(widths, default=0.0):
         return both
     settled = in_equilibrium and all(s.converged or s.state == "sealed" for s in (first, second))

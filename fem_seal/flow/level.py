@@ -287,6 +287,8 @@ def _orthonormal(pressures: Pressures) -> np.ndarray:
         return np.ones((1, 1))
     scale = 1 / np.sqrt(pressures.energies.diagonal())
     values, vectors = np.linalg.eigh(scale[:, None] * pressures.energies * scale)
+    # Of two pressures that differ by rounding alone one value is rounding, and may be negative.
+    values = np.maximum(values, np.finfo(float).eps)
     return (scale[:, None] * vectors / np.sqrt(values)).T
 
 

@@ -65,7 +65,7 @@ def inputs_entry(
     """Entry of the inputs, from the leak rates at the two ends of [tolerances].
 
     `rate_of` gives the leak rate of another patch, or of a seal of such patches, with bounds that
-    hold what its contact grid errs more than that of the scene.
+    hold what its contact grid, and the patches of a seal, err more than those of the scene.
     """
     scene, load, lifted = patch.scene, patch.carried_load, patch.lifted
     if scene.tolerances is None:
@@ -179,7 +179,8 @@ def _modulus(scene: Scene, name: str, end: int, table: ConductivityTable, height
     sealed or lifted off, the one with the larger ratio leaks less.
     """
 
-    def leak(factor: float) -> tuple[float, float]:
+    def by_leak(factor: float) -> tuple[float, float]:
+        """Leak rate with a factor on the modulus, and by what two of 0 or of infinity compare."""
         profile, path, ends = leak_path_of(scene.scaled({name: factor}))
         decisive, loads = profile.highest - ends.inlet, factor * heights * table.loads
         scaled = ConductivityTable(loads, table.lower, table.upper)
@@ -192,7 +193,7 @@ def _modulus(scene: Scene, name: str, end: int, table: ConductivityTable, height
         return rate, -decisive / factor
 
     factors = (1 + scene.tolerated[name] * np.linspace(-1, 1, TRIED)).tolist()
-    return (max if end > 0 else min)(factors, key=leak)
+    return (max if end > 0 else min)(factors, key=by_leak)
 
 
 def _viscosity(scene: Scene, end: int, gap: float | None) -> float:

@@ -8,6 +8,7 @@ of the stiffness have the wrong sign for the proof. So the factors are called es
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import exp, inf, isfinite, isinf
 
 from fem_seal.coupling import SETTLED
@@ -124,10 +125,8 @@ def _resolved(patch: Patch) -> Uncertainty:
             f"{rounded_up(state.highest * shown.per_solved)} {shown.name}"
         )
         caution = state.converged  # else the sentence is the reason of the result already
-        return Uncertainty(
-            LIFT, "estimated", sentence, lower, upper,
-            caution=caution, upper_rate=rate, is_range=True,
-        )  # fmt: skip
+        entry = Uncertainty(LIFT, "estimated", sentence, lower, upper, caution=caution)
+        return replace(entry, upper_rate=rate, is_range=True)
     if state.state == "sealed":
         sentence = (
             f"sealed under the fluid's pressure as well, up to {inlet} above ambient wherever no "

@@ -13,6 +13,7 @@ import fem_seal as fs
 from fem_seal.contact import press
 from fem_seal.coupling import lifted
 from fem_seal.coupling.krylov import gmres
+from fem_seal.coupling.lifted import _merged
 from fem_seal.coupling.linearised import Linearised, summed_by_parts
 from fem_seal.coupling.newton import equilibrium, newton
 from fem_seal.coupling.point import FloatingPoint, LiftPoint
@@ -474,6 +475,15 @@ def gate_and_chamber(load=0.301, place=0.3, depth=0.8, n=32):
     unit = {"solid": {"contact_modulus": 1.0}, "fluid": {"viscosity": 1 / 12}}
     problem = problem_of(scene(load, **ends, **unit), GridField(heights, (1 / n, 1 / n), True))
     return problem, x
+
+
+def test_two_sealed_films_keep_the_range_of_either():
+    """What opens the film of one start may open that of the other."""
+    sealed = lifted(problem_of(scene(3e5, n=16)), 0.05)
+    assert sealed.state == "sealed"
+    for highest in ((1e-18, 0.0), (0.0, 1e-18)):
+        both = _merged(*(replace(sealed, highest=h) for h in highest), in_equilibrium=True)
+        assert (both.converged, both.highest) == (True, 1e-18)
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,15 @@
 """One mesh of a periodic cell: against the leak rate of a cell that is its own mirror image, and
 against the mesh on which every cell is cut into four."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from gaps import represented, solved_on
 from sample_gaps import rough_gap
 
 from fem_seal.flow.energy import gradients, shape_gradients
-from fem_seal.flow.level import lower_matrix, upper_matrix
+from fem_seal.flow.level import _orthonormal, lower_matrix, upper_matrix
 from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
 from fem_seal.grid import GridField
@@ -94,6 +96,13 @@ def test_the_best_flux_of_orthonormal_pressures():
     indicators, difference = problem.indicators(flows), np.trace(np.linalg.solve(A, A - C))
     assert indicators.min() >= -1e-9 * difference
     assert indicators.sum() == pytest.approx(difference, rel=SOLVER)
+
+
+def test_two_pressures_that_differ_by_rounding_have_finite_weights():
+    """Their Gram matrix, scaled, is one of ones: an eigenvalue is 0, or rounding below it."""
+    for rounding in (0.0, 1e-16, -3e-16):
+        energies = np.array([[4.0, 2.0 - rounding], [2.0 - rounding, 1.0]])
+        assert np.isfinite(_orthonormal(SimpleNamespace(energies=energies))).all()
 
 
 @pytest.mark.parametrize("kind", ["indicators", "flux"])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from project import scene_of_samples
 
+from fem_seal.errors import NotConverged
 from fem_seal.grid_series import on_half
 from fem_seal.patch import Patch
 from fem_seal.quantities.uncertainties import error_budget
@@ -76,6 +77,16 @@ def test_a_sealed_grid_that_lacks_short_waves_says_that_finer_ones_may_leak(
     assert patch.sealed
     assert not any(one.sealed for one in finer)
     assert entry(patch).upper is None
+
+
+def test_a_sealed_patch_that_is_not_solved_under_less_load_may_leak(monkeypatch):
+    def fails(patch, part):
+        raise NotConverged("the certificate is 1e-3")
+
+    monkeypatch.setattr("fem_seal.grid_series.sealed_under", fails)
+    grid = entry(Patch(scene("0.5 MPa")))
+    assert (grid.lower, grid.upper) == (1.0, None)
+    assert "the certificate is 1e-3" in grid.sentence
 
 
 def test_a_measured_map_says_what_half_of_its_samples_change(tmp_path):
