@@ -25,7 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.contact import press
+from fem_seal.contact import ElasticSolid, Load, press
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings, Limits, leak_rate
 from fem_seal.grid import GridField
@@ -51,7 +51,7 @@ def near_percolation(n: int) -> GridField:
     length = 100e-6
     spectrum = Spectrum(0.8, length / 8, 4 * length / n)
     height = self_affine(spectrum, (n, n), (length, length), rms_slope=0.1, seed=3)
-    return press(height, 10e6, area_fraction=0.4).gap
+    return press(height, ElasticSolid(10e6), Load("area_fraction", 0.4)).gap
 
 
 def compare(gap: GridField, rtol: float, grids: int) -> tuple[tuple[Level, ...], tuple[Level, ...]]:

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.optimize import curve_fit
 
 from fem_seal import fenicsx  # noqa: F401 (DOLFINx has to be loaded before VTK)
-from fem_seal.contact import ContactState, press
+from fem_seal.contact import ContactState, ContactStopping, ElasticSolid, Load, press
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.grid import GridField
@@ -65,7 +65,9 @@ def pressed(samples: int, pressure: float) -> ContactState:
     """One period of the lattice, with the saddle in its middle, under a mean pressure."""
     wave = np.cos(2 * np.pi * np.arange(samples) / samples)
     lattice = GridField(wave[None, :] - wave[:, None], (1 / samples, 1 / samples), periodic=True)
-    return press(lattice, 1.0, pressure=pressure, tolerance=1e-10)
+    return press(
+        lattice, ElasticSolid(1.0), Load("pressure", pressure), ContactStopping(tolerance=1e-10)
+    )
 
 
 def saddle(samples: int) -> Saddle:

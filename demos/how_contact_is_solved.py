@@ -26,7 +26,15 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.contact import CONTACT_METHODS, ContactState, bearing, press
+from fem_seal.contact import (
+    CONTACT_METHODS,
+    ContactState,
+    ContactStopping,
+    ElasticSolid,
+    Load,
+    bearing,
+    press,
+)
 from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT, colour_map
 from fem_seal.render.plot import new_figure
@@ -46,7 +54,9 @@ MICRON = 1e-6
 def solve_by_all(surface: GridField) -> dict[str, ContactState]:
     """Contact under one pressure by every method."""
     return {
-        name: press(surface, E_STAR, pressure=PRESSURE, solver=name)
+        name: press(
+            surface, ElasticSolid(E_STAR), Load("pressure", PRESSURE), ContactStopping(name)
+        )
         for name in sorted(CONTACT_METHODS)
     }
 
@@ -104,7 +114,9 @@ def main(n: int = 256, out: Path = Path("out")) -> dict[str, ContactState]:
     spectrum = Spectrum(0.8, size / 4, 4 * size / n)
     surface = self_affine(spectrum, (n, n), (size, size), rms_slope=SLOPE, seed=1)
     states = solve_by_all(surface)
-    best = press(surface, E_STAR, pressure=PRESSURE, tolerance=1e-10)
+    best = press(
+        surface, ElasticSolid(E_STAR), Load("pressure", PRESSURE), ContactStopping(tolerance=1e-10)
+    )
     print(f"{'method':>15} {'iterations':>11} {'FFT pairs':>10} {'ω':>9} {'energy excess':>14}")
     for name, state in states.items():
         excess = energy_excess(surface, state, best)

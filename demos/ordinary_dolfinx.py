@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from fem_seal.contact import press
+from fem_seal.contact import ElasticSolid, Load, press
 from fem_seal.fenicsx import PETSc, fem, functionspace, ufl
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowFunctions, FlowSettings, Tuning, flow_functions, leak_rate
@@ -51,7 +51,7 @@ def rough_contact(n: int) -> GridField:
     size = 50e-6
     spectrum = Spectrum(0.8, size / 2, 8 * size / n)
     height = self_affine(spectrum, (n, n), (size, size), rms_slope=0.1, seed=4)
-    return press(height, 10e6, area_fraction=0.2).gap
+    return press(height, ElasticSolid(10e6), Load("area_fraction", 0.2)).gap
 
 
 # %% [markdown]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.contact import bearing, contact_under
+from fem_seal.contact import bearing, press
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import BearingState, ContactState, GapState
 from fem_seal.digits import per_cent
@@ -84,7 +84,7 @@ def elastic_contact(
         refuse_too_large(CONTACT_BYTES * nx * ny, subject, scene.flow.max_memory)
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     stopping = contact.stopping(progress)
-    return contact_under(surface, solid, load, stopping, contact.arithmetic, start)
+    return press(surface, solid, load, stopping, contact.arithmetic, start)
 
 
 def _bearing(

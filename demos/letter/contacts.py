@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.contact import GapState, bearing, press
+from fem_seal.contact import ContactStopping, ElasticSolid, GapState, Load, bearing, press
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
@@ -63,7 +63,11 @@ def pressed(
         return bearing(surface, area_fraction=load)
     pressure = load * CONTACT_MODULUS * SLOPE
     return press(
-        surface, CONTACT_MODULUS, pressure=pressure, tolerance=CONTACT_TOLERANCE, start=start
+        surface,
+        ElasticSolid(CONTACT_MODULUS),
+        Load("pressure", pressure),
+        ContactStopping(tolerance=CONTACT_TOLERANCE),
+        start=start,
     )
 
 
@@ -71,7 +75,12 @@ def at_area(surface: GridField, model: str, area_fraction: float) -> GapState:
     """Contact of a given A/A0; 0 is first contact, and the same in both models."""
     if model == "bearing":
         return bearing(surface, area_fraction=area_fraction)
-    return press(surface, CONTACT_MODULUS, area_fraction=area_fraction, tolerance=CONTACT_TOLERANCE)
+    return press(
+        surface,
+        ElasticSolid(CONTACT_MODULUS),
+        Load("area_fraction", area_fraction),
+        ContactStopping(tolerance=CONTACT_TOLERANCE),
+    )
 
 
 def certified(gap: GridField, rtol: float, field: bool = False) -> LeakRate:

@@ -17,7 +17,7 @@ from demos.letter.contacts import (
     at_area,
     certified,
 )
-from fem_seal.contact import ContactState, press
+from fem_seal.contact import ContactState, ContactStopping, ElasticSolid, Load, press
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.finite_difference import by_differences
 from fem_seal.flow_settings import FlowSettings
@@ -105,8 +105,10 @@ def current(
     finer = None
     if elastic and refine:
         heights = resample(surface, (refine * case.n,) * 2)
-        load = {"pressure": state.mean_pressure, "tolerance": CONTACT_TOLERANCE}
-        finer = certified(press(heights, CONTACT_MODULUS, **load).gap, rtol).value
+        stopping = ContactStopping(tolerance=CONTACT_TOLERANCE)
+        load = Load("pressure", state.mean_pressure)
+        again = press(heights, ElasticSolid(CONTACT_MODULUS), load, stopping)
+        finer = certified(again.gap, rtol).value
     dimension = effective_dimension(state.contact_area_fraction)
     return Current(
         *(case, model, seed, wanted, rtol),

@@ -2,8 +2,7 @@
 
 from fem_seal.contact.bearing import bearing
 from fem_seal.contact.halfspace import Layer
-from fem_seal.contact.load_path import load_path
 from fem_seal.contact.methods import CONTACT_METHODS, ContactStopping
 from fem_seal.contact.settings import Arithmetic, ElasticSolid, Load
-from fem_seal.contact.solve import contact_under, press
+from fem_seal.contact.solve import press
 from fem_seal.contact.state import BearingState, ContactState, GapState

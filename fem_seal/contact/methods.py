@@ -49,11 +49,13 @@ SMALLEST_TOLERANCE = 1e-13
 class ContactStopping:
     """When to stop an iterative method."""
 
-    solver: str = "free-set-cg"  #: name of the method
-    tolerance: float = 1e-6  #: tolerance of the certificate
+    #: "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics
+    solver: str = "free-set-cg"
+    tolerance: float = 1e-6  #: tolerance of the certificate, see `ContactState`
     #: largest number of iterations; None for the method's own limit
     max_iterations: int | None = None
-    progress: Progress | None = None  #: called after each iteration
+    #: called with iteration and residual after each iteration (damped, fista: every 20)
+    progress: Progress | None = None
     #: limit of ``|g|`` on pressed samples and of the overlap, in units of the rms height; inf where
     #: only the energy matters, as in a start for another solve
     gap_tolerance: float = GAP_TOLERANCE

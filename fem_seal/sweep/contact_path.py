@@ -1,6 +1,6 @@
 """Surface, contact or start for the contact that a point of a sweep hands on to the next."""
 
-from fem_seal.contact.load_path import Predictor
+from fem_seal.contact.predictor import Predictor
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
 from fem_seal.parallel import Comm

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.contact.load_path import Predictor
+from fem_seal.contact.predictor import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.digits import with_prefix

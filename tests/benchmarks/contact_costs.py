@@ -13,7 +13,8 @@ import argparse
 import numpy as np
 from rough_gaps import Case
 
-from fem_seal.contact import ElasticSolid, Load, load_path, press
+from fem_seal.contact import ElasticSolid, Load, press
+from fem_seal.contact.predictor import Predictor
 
 AREAS = (0.01, 0.05, 0.18, 0.4, 0.7)
 # (Hurst exponent, short cut-off in samples)
@@ -32,7 +33,7 @@ PATHS = {
         "0.05 to 0.6, equal steps": np.linspace(0.05, 0.6, 20),
     },
 }
-E_STAR = 10.0  # so that E* h'rms = 1
+SOLID = ElasticSolid(10.0)  # so that E* h'rms = 1
 
 
 def areas(sizes: list[int]) -> None:
@@ -42,8 +43,8 @@ def areas(sizes: list[int]) -> None:
         for hurst in (0.4, 0.8):
             heights = Case(n, hurst, 4, 0, 1).heights()
             for area in AREAS:
-                found = press(heights, E_STAR, area_fraction=area)
-                again = press(heights, E_STAR, pressure=found.mean_pressure)
+                found = press(heights, SOLID, Load("area_fraction", area))
+                again = press(heights, SOLID, Load("pressure", found.mean_pressure))
                 print(
                     f"{n:7} {hurst:4} {area:5} {found.fft_pairs:10} {again.fft_pairs:15} "
                     f"{found.fft_pairs / again.fft_pairs:10.2f}",
@@ -58,9 +59,12 @@ def paths(sizes: list[int], kind: str) -> None:
         for hurst, short in SURFACES:
             heights = Case(n, hurst, short, 0, 1).heights()
             for name, loads in PATHS[kind].items():
-                cold = sum(press(heights, E_STAR, **{kind: load}).fft_pairs for load in loads)
-                path = load_path(heights, ElasticSolid(E_STAR), [Load(kind, x) for x in loads])
-                warm = sum(state.fft_pairs for state in path)
+                predictor, cold, warm = Predictor(), 0.0, 0.0
+                for load in (Load(kind, x) for x in loads):
+                    cold += press(heights, SOLID, load).fft_pairs
+                    state = press(heights, SOLID, load, start=predictor.start(load))
+                    predictor.remember(load, state)
+                    warm += state.fft_pairs
                 cells = f"{cold / len(loads):10.1f} {warm / cold:12.2f}"
                 print(f"{n:5d} {hurst:4} {short:3}  {kind} {name:<32} {cells}", flush=True)
 

@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 from peer_codes import CONTACT, contact, gap_of
 
-from fem_seal.contact import press
+from fem_seal.contact import Arithmetic, ContactStopping, ElasticSolid, Load, press
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
 
@@ -34,7 +34,13 @@ def ours(solver: str, precision: str) -> Code:
 
     def run(heights: GridField, load: float) -> tuple[np.ndarray, float, float]:
         begun = time.process_time()
-        state = press(heights, 1.0, pressure=load, solver=solver, precision=precision)
+        state = press(
+            heights,
+            ElasticSolid(1.0),
+            Load("pressure", load),
+            ContactStopping(solver),
+            Arithmetic(precision=precision),
+        )
         return state.pressure.values, time.process_time() - begun, state.fft_pairs
 
     return run
@@ -62,7 +68,7 @@ def main(sizes: list[int], loads: list[float], peers: list[str], seeds: list[int
                 heights = self_affine(spectrum, (n, n), (n, n), rms_slope=1, seed=seed)
                 # Plans the transforms, also of the coarser grids that start a light contact:
                 # FFTW's wisdom is kept.
-                press(heights, 1.0, pressure=min(loads))
+                press(heights, ElasticSolid(1.0), Load("pressure", min(loads)))
                 for load in loads:
                     name = f"{n:5d} {hurst:4} {short:3}"
                     ratios[n, load].append(one_case(name, heights, load, codes))

@@ -10,7 +10,7 @@ import sys
 
 from rough_gaps import FLUID
 
-from fem_seal.contact import press
+from fem_seal.contact import ElasticSolid, Load, press
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.scene.shape import Strip
@@ -39,7 +39,7 @@ def main(n: int) -> None:
     """Print a table for each contact area; shortest wavelength eight samples."""
     surface = self_affine(Spectrum(0.8, L / 4, 8 * L / n), (n, n), (L, L), rms_slope=0.1, seed=3)
     for area in (0.1, 0.3):
-        grid = press(surface, 1e7, area_fraction=area).gap
+        grid = press(surface, ElasticSolid(1e7), Load("area_fraction", area)).gap
         exact = leak_rate(GridFilm(grid), FlowSettings(rtol=0.01, **FLUID)).value
         print(f"\ncontact area {area:g}, {n} samples, pixel triangulation {exact:.4e} m³/s")
         print(f"{'mesh':34} {'first':>8} {'last':>8} {'±%':>7} {'m³/s':>11} {'off %':>7}")

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from contact_cases import load_path
 from plain_contact import PlainLayer, influence, plain_contact
 
 from fem_seal.contact import (
@@ -22,7 +23,6 @@ from fem_seal.contact import (
     ElasticSolid,
     Layer,
     Load,
-    load_path,
     press,
 )
 from fem_seal.errors import NotConverged
@@ -111,11 +111,10 @@ class Case:
         """Contact by fem_seal, at the end of a path of three loads or alone."""
         layer = self.layer
         own = layer and Layer(layer.thickness, layer.base, layer.poisson_ratio)
-        if not self.path:
-            load = {self.load: self.value}
-            return press(self.height, 1.0, **load, solver=self.solver, layer=own)
-        loads = [Load(self.load, self.value * factor) for factor in (0.25, 0.5, 1.0)]
         solid, stopping = ElasticSolid(1.0, own), ContactStopping(self.solver)
+        if not self.path:
+            return press(self.height, solid, Load(self.load, self.value), stopping)
+        loads = [Load(self.load, self.value * factor) for factor in (0.25, 0.5, 1.0)]
         *_, state = load_path(self.height, solid, loads, stopping)
         return state
 

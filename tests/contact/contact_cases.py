@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
-from fem_seal.contact import ContactState
+from fem_seal.contact import ContactState, ElasticSolid, press
+from fem_seal.contact.methods import USUAL_STOPPING
+from fem_seal.contact.predictor import Predictor
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, rms_height, self_affine
 
 E_STAR = 3e6
+SOLID = ElasticSolid(E_STAR)
 SLOPE = 0.1
 
 
@@ -17,6 +20,15 @@ def rough_surface(shape=(64, 64), hurst=0.8, short=4, seed=1, pixel=1e-6, long=N
     size = tuple(n * pixel for n in shape)
     spectrum = Spectrum(hurst, long * pixel, short * pixel)
     return self_affine(spectrum, shape, size, rms_slope=SLOPE, seed=seed)
+
+
+def load_path(height, solid, loads, stopping=USUAL_STOPPING):
+    """Yield the contact under one load after the other, each from the prediction of the others."""
+    predictor = Predictor()
+    for load in loads:
+        state = press(height, solid, load, stopping, start=predictor.start(load))
+        predictor.remember(load, state)
+        yield state
 
 
 def compliance(field: GridField, E_star: float = E_STAR) -> np.ndarray:

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from contact_cases import E_STAR, compliance, rough_surface
+from contact_cases import E_STAR, SOLID, compliance, rough_surface
 from known_answers import Wave, hertz_pressure, hertz_radius
 
-from fem_seal.contact import press
+from fem_seal.contact import ContactStopping, Load, press
 from fem_seal.grid import GridField
 
 # Distance by which the last sample that touches may lie outside of the exact edge, in samples.
@@ -34,7 +34,7 @@ def test_westergaard(n, relative):
         periodic=True,
     )
     load = relative * wave.full
-    state = press(height, E_STAR, pressure=load, tolerance=1e-9)
+    state = press(height, SOLID, Load("pressure", load), ContactStopping(tolerance=1e-9))
     width = wave.area(load) * n  # the crest is sample 0
     last = (np.count_nonzero(state.contact) - 1) / 2
     assert last - OUTSIDE <= width / 2 <= last + 1 - OUTSIDE
@@ -51,7 +51,7 @@ def test_johnson_light_load_is_hertz(relative):
     wave = np.cos(2 * np.pi * np.arange(n) / n)
     height = GridField(amplitude * np.outer(wave, wave), (1 / n, 1 / n), periodic=True)
     full = 2**0.5 * np.pi * E_STAR * amplitude / wavelength
-    state = press(height, E_STAR, pressure=relative * full)
+    state = press(height, SOLID, Load("pressure", relative * full))
     radius = wavelength**2 / (4 * np.pi**2 * amplitude)
     load = relative * full * wavelength**2 / 2
     found = (state.contact_area_fraction / (2 * np.pi)) ** 0.5
@@ -64,7 +64,7 @@ def test_johnson_near_full_contact():
     wave = np.cos(2 * np.pi * np.arange(n) / n)
     height = GridField(1e-3 * np.outer(wave, wave), (1 / n, 1 / n), periodic=True)
     full = 2**0.5 * np.pi * E_STAR * 1e-3
-    state = press(height, E_STAR, pressure=0.98 * full)
+    state = press(height, SOLID, Load("pressure", 0.98 * full))
     # Two open spots of radius 7 samples, each known to half a sample: 15 % of the open area.
     assert 1 - state.contact_area_fraction == pytest.approx(3 / (2 * np.pi) * 0.02, rel=0.15)
 
@@ -80,7 +80,9 @@ def test_hertz(n, samples):
     centred = (np.arange(n) - n // 2) * pixel
     square = np.add.outer(centred**2, centred**2)
     height = GridField(-square / (2 * radius), (pixel, pixel), periodic=True)
-    state = press(height, E_STAR, pressure=load / (n * pixel) ** 2, tolerance=1e-9)
+    state = press(
+        height, SOLID, Load("pressure", load / (n * pixel) ** 2), ContactStopping(tolerance=1e-9)
+    )
     found = (state.contact.sum() / np.pi) ** 0.5
     assert abs(found - samples) < 0.5
     # Three errors. The loads of the other cells bend the solid as 9.03/L³ = Σ 1/R³ says: here the
@@ -105,7 +107,7 @@ def test_full_contact_is_linear():
     inverse = compliance(rough)
     stiffness = np.divide(1, inverse, out=np.zeros_like(inverse), where=inverse > 0)
     waves = np.fft.ifft2(np.fft.fft2(rough.values) * stiffness).real
-    state = press(rough, E_STAR, pressure=-1.1 * waves.min())
+    state = press(rough, SOLID, Load("pressure", -1.1 * waves.min()))
     assert state.contact_area_fraction == 1
     assert state.mean_gap == 0
     exact = waves - 1.1 * waves.min()

@@ -7,9 +7,9 @@ that carry a billionth of the load may be far from contact.
 import numpy as np
 import pytest
 from contact_campaign import campaign
-from contact_cases import E_STAR, check_equilibrium, rough_surface
+from contact_cases import E_STAR, SOLID, check_equilibrium, rough_surface
 
-from fem_seal.contact import CONTACT_METHODS, ElasticSolid, press
+from fem_seal.contact import CONTACT_METHODS, ContactStopping, ElasticSolid, Load, press
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.problem import Problem
 from fem_seal.errors import NotConverged
@@ -49,7 +49,9 @@ def gap_beside_ridge(n: int, pressure: float) -> np.ndarray:
 @pytest.mark.parametrize("solver", CONTACT_METHODS)
 @pytest.mark.parametrize(("n", "pressure"), [(32, LIGHT), (32, 0.2), (24, 1e-3), (48, 1e4)])
 def test_ridge_has_its_closed_form(solver, n, pressure):
-    state = press(ridge(n), MODULUS, pressure=pressure, solver=solver)
+    state = press(
+        ridge(n), ElasticSolid(MODULUS), Load("pressure", pressure), ContactStopping(solver)
+    )
     exact = gap_beside_ridge(n, pressure)
     assert exact[1:].min() > 0
     assert state.contact_area_fraction == 1 / n
@@ -62,7 +64,12 @@ def test_message_names_what_was_missed():
     with pytest.raises(
         NotConverged, match=r"largest gap under pressure.*wanted 1\.0e-04"
     ) as raised:
-        press(ridge(32), MODULUS, pressure=LIGHT, max_iterations=1)
+        press(
+            ridge(32),
+            ElasticSolid(MODULUS),
+            Load("pressure", LIGHT),
+            ContactStopping(max_iterations=1),
+        )
     assert "(wanted 1.0e-06)" not in str(raised.value)
 
 
@@ -75,7 +82,7 @@ WAVE = GridField(np.repeat(np.cos(np.arange(32) * np.pi / 16)[:, None], 4, axis=
 def test_mean_gap_is_the_prescribed_one(surface, solver, relative):
     """The certificate's 1e-6 of the rms height alone leaves the smallest of them per cents away."""
     wanted = relative * rms_height(surface)
-    state = press(surface, MODULUS, mean_gap=wanted, solver=solver)
+    state = press(surface, ElasticSolid(MODULUS), Load("mean_gap", wanted), ContactStopping(solver))
     # The tolerance that docs/theory/contact.md states.
     assert state.mean_gap == pytest.approx(wanted, rel=1e-4)
     check_equilibrium(state, surface, 1e-6, wanted)
@@ -84,7 +91,7 @@ def test_mean_gap_is_the_prescribed_one(surface, solver, relative):
 def test_mean_gap_below_rounding_is_an_error():
     surface = rough_surface((16, 16), short=2)
     with pytest.raises(NotConverged, match="relative error of the mean gap"):
-        press(surface, MODULUS, mean_gap=1e-20 * rms_height(surface))
+        press(surface, ElasticSolid(MODULUS), Load("mean_gap", 1e-20 * rms_height(surface)))
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (61, 61), (1024, 1)])
@@ -99,7 +106,7 @@ def test_rounding_refuses_no_correct_state(shape, load):
     pressure = pair.half_space.pressure(pair.scaled_heights) + wanted
     noise = np.abs(problem.gap(pressure)).max()
     assert noise < problem.rounding(pressure) < 1000 * noise
-    state = press(surface, E_STAR, pressure=load * E_STAR, tolerance=1e-2)
+    state = press(surface, SOLID, Load("pressure", load * E_STAR), ContactStopping(tolerance=1e-2))
     assert state.contact_area_fraction == 1
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from contact_cases import E_STAR, SLOPE, rough_surface
+from contact_cases import E_STAR, SLOPE, SOLID, rough_surface
 
-from fem_seal.contact import Layer, press
+from fem_seal.contact import ElasticSolid, Layer, Load, press
 
 
 def airy_compliance(q, thickness, nu, base):
@@ -54,10 +54,12 @@ def test_contact_through_the_thickness():
     """A rigid base stiffens: less area at one pressure; a thick layer gives the half-space's."""
     height = rough_surface(short=3)
     pressure = 0.1 * E_STAR * SLOPE
-    free = press(height, E_STAR, pressure=pressure)
+    free = press(height, SOLID, Load("pressure", pressure))
     pixel = height.spacing[0]
     states = {
-        (t, base): press(height, E_STAR, pressure=pressure, layer=Layer(t * pixel, base, 0.3))
+        (t, base): press(
+            height, ElasticSolid(E_STAR, Layer(t * pixel, base, 0.3)), Load("pressure", pressure)
+        )
         for t in (1, 4, 500)
         for base in ("fixed", "sliding")
     }

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-from contact_cases import E_STAR, SLOPE, rough_surface
+from contact_cases import E_STAR, SLOPE, SOLID, load_path, rough_surface
 
-from fem_seal.contact import ContactStopping, ElasticSolid, Load, load_path, press
+from fem_seal.contact import ContactStopping, Load, press
 from fem_seal.contact.methods import MEAN_GAP_TOLERANCE
 from fem_seal.surface import rms_height
-
-SOLID = ElasticSolid(E_STAR)
 
 
 def under(values, kind="pressure"):
@@ -20,7 +18,7 @@ def test_warm_starts_save_work():
     height = rough_surface((128, 128), short=1)
     pressures = np.linspace(0.15, 0.3, 8) * E_STAR * SLOPE
     warm = [state.fft_pairs for state in load_path(height, SOLID, under(pressures))]
-    cold = [press(height, E_STAR, pressure=pressure).fft_pairs for pressure in pressures]
+    cold = [press(height, SOLID, Load("pressure", pressure)).fft_pairs for pressure in pressures]
     assert sum(warm) < 0.8 * sum(cold)
 
 
@@ -53,13 +51,17 @@ def test_mean_of_two_states_is_no_contact(rough, tolerance, solver):
     samples than its own certificate, give or take one sample. The mean itself is wrong in 1.5 %.
     """
     pressure = 0.2 * E_STAR * SLOPE
-    below, above = (press(rough, E_STAR, pressure=share * pressure) for share in (0.98, 1.02))
+    below, above = (
+        press(rough, SOLID, Load("pressure", share * pressure)) for share in (0.98, 1.02)
+    )
     between = (below.pressure.values + above.pressure.values) / 2
-    exact = press(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
+    exact = press(
+        rough, SOLID, Load("pressure", pressure), ContactStopping(tolerance=1e-11)
+    ).contact
     assert np.count_nonzero(between) > 1.01 * np.count_nonzero(exact)
-    given = {"pressure": pressure, "tolerance": tolerance, "solver": solver}
+    stopping = ContactStopping(solver, tolerance)
     for start in (None, between):
-        found = press(rough, E_STAR, **given, start=start)
+        found = press(rough, SOLID, Load("pressure", pressure), stopping, start=start)
         wrong = np.count_nonzero(found.contact != exact)
         assert wrong <= found.certificate * np.count_nonzero(exact) + 1
 
@@ -71,7 +73,9 @@ def test_tiny_steps_at_a_loose_tolerance(rough, tolerance):
     pressures = 0.2 * E_STAR * SLOPE * steps
     path = load_path(rough, SOLID, under(pressures), ContactStopping(tolerance=tolerance))
     for pressure, state in zip(pressures, path, strict=True):
-        exact = press(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
+        exact = press(
+            rough, SOLID, Load("pressure", pressure), ContactStopping(tolerance=1e-11)
+        ).contact
         # Half the tolerance's share of the touching samples, and one: 5 % in load move 65 of them.
         allowed = 0.5 * tolerance * np.count_nonzero(exact) + 1
         assert np.count_nonzero(state.contact != exact) <= allowed

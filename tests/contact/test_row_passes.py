@@ -6,9 +6,9 @@ import threading
 import numpy as np
 import pyfftw
 import pytest
-from contact_cases import E_STAR, rough_surface
+from contact_cases import E_STAR, SOLID, rough_surface
 
-from fem_seal.contact import press, transform
+from fem_seal.contact import Arithmetic, Load, press, transform
 from fem_seal.contact.blocks import SAMPLES, STRIP, RowPasses
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.transform import RealTransform, wisdom_path
@@ -44,7 +44,10 @@ def test_contact_has_the_same_digits(monkeypatch):
     """Whatever the number of threads of the passes and of the FFTs, in both precisions."""
     monkeypatch.setattr("fem_seal.contact.free_set_cg.SINGLE_FROM", 0)
     height = rough_surface((310, 600), short=2)
-    states = [press(height, E_STAR, pressure=0.02 * E_STAR, threads=n) for n in (1, 3)]
+    states = [
+        press(height, SOLID, Load("pressure", 0.02 * E_STAR), arithmetic=Arithmetic(threads=n))
+        for n in (1, 3)
+    ]
     assert np.array_equal(*(state.pressure.values for state in states))
     assert np.array_equal(*(state.gap.values for state in states))
 

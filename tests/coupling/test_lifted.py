@@ -10,7 +10,7 @@ from lifted_scenes import E_STAR, problem_of, scene
 from scipy import sparse
 
 import fem_seal as fs
-from fem_seal.contact import press
+from fem_seal.contact import ElasticSolid, Load, press
 from fem_seal.coupling import lifted
 from fem_seal.coupling.krylov import gmres
 from fem_seal.coupling.lifted import _merged
@@ -33,7 +33,7 @@ def test_uniform_fluid_pressure_is_a_dry_contact_under_the_rest_of_the_load():
     patch = Patch(
         scene(load, inlet_pressure=fluid * (1 + 1e-6), outlet_pressure=fluid, ambient_pressure=0)
     )
-    dry = press(patch.surface, E_STAR, pressure=load - fluid)
+    dry = press(patch.surface, ElasticSolid(E_STAR), Load("pressure", load - fluid))
     assert dry.contact_area_fraction < 0.8 * patch.contact.contact_area_fraction
     # The gap is known to the certificate, 1e-6 of the energy: 1e-3 of the rms height.
     atol = 1e-3 * patch.surface.values.std()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gaps import bracketed
 
-from fem_seal.contact import press
+from fem_seal.contact import ContactStopping, ElasticSolid, Load, press
 from fem_seal.fenicsx import HAS_HYPRE
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
@@ -19,7 +19,9 @@ def elastic_gap(n: int, hurst: float, short: float, area: float, seed: int) -> G
     # Two octaves at least, where the short cut-off comes near to n/8.
     spectrum = Spectrum(hurst, max(n / 8, 4 * short) * 1e-6, short * 1e-6)
     height = self_affine(spectrum, (n, n), (n * 1e-6, n * 1e-6), rms_slope=0.1, seed=seed)
-    return press(height, 1e7, area_fraction=area, tolerance=1e-6).gap
+    return press(
+        height, ElasticSolid(1e7), Load("area_fraction", area), ContactStopping(tolerance=1e-6)
+    ).gap
 
 
 ROUGH = [(64, 0.8, 4, 0.35, 1, "periodic"), (64, 0.8, 1, 0.2, 1, "wall")]

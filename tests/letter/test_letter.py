@@ -26,7 +26,7 @@ from demos.letter.contacts import (
 from demos.letter.currents import current, over_first_contact
 from demos.letter.flows import FlowMeasures, Picture, PictureFolder, decades, picture
 from demos.letter.persson import predictions, ring_spectrum
-from fem_seal.contact import press
+from fem_seal.contact import ContactStopping, ElasticSolid, Load, press
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.stencil import flow_grid
@@ -233,10 +233,9 @@ def test_relaxation_takes_steps_as_the_root_of_the_side():
     steps = [
         press(
             RoughCase(n).surface(1),
-            CONTACT_MODULUS,
-            pressure=0.09 * CONTACT_MODULUS * SLOPE,
-            solver="damped",
-            tolerance=1e-6,
+            ElasticSolid(CONTACT_MODULUS),
+            Load("pressure", 0.09 * CONTACT_MODULUS * SLOPE),
+            ContactStopping("damped", tolerance=1e-6),
         ).iterations
         for n in (64, 256)
     ]

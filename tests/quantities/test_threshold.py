@@ -1,11 +1,9 @@
 """The threshold: one side of it leaks and the other does not."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 
-from fem_seal.contact import bearing, press
+from fem_seal.contact import ContactStopping, ElasticSolid, Load, bearing, press
 from fem_seal.errors import Inconsistent, NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
@@ -69,7 +67,12 @@ def test_elastic_threshold_lies_between_contacts_that_leak_and_seal(scene, press
     assert found.pressure_sealed / found.pressure_leaking <= 1.01 * (1 + 1e-9)
     assert found.area_leaking <= found.area_sealed
     for pressure, state in ((found.pressure_leaking, False), (found.pressure_sealed, True)):
-        contact = press(patch.surface, 1e7, pressure=pressure, tolerance=1e-6)
+        contact = press(
+            patch.surface,
+            ElasticSolid(1e7),
+            Load("pressure", pressure),
+            ContactStopping(tolerance=1e-6),
+        )
         assert sealed(contact.gap) is state
     assert 0 < found.contacts < 25
 
@@ -78,10 +81,10 @@ def test_a_ring_seals_at_first_touch():
     """A ridge around the cell across the flow seals under every pressure: the search gives up."""
     x = np.arange(16) / 16
     height = GridField(np.tile(np.cos(2 * np.pi * x)[:, None], (1, 16)), (1, 1), periodic=True)
-    start = press(height, 1.0, pressure=0.1)
+    start = press(height, ElasticSolid(1.0), Load("pressure", 0.1))
 
     def pressed(pressure, near):
-        return press(height, 1.0, pressure=pressure, start=near)
+        return press(height, ElasticSolid(1.0), Load("pressure", pressure), start=near)
 
     found = threshold_of_pressure(start, pressed, sealed)
     assert (found.area_leaking, found.pressure_leaking) == (0.0, 0.0)
@@ -90,11 +93,12 @@ def test_a_ring_seals_at_first_touch():
 
 def test_a_contact_that_never_seals():
     height = GridField(np.zeros((4, 4)), (1, 1), periodic=True)
-    pressed = partial(press, height, 1.0)
+
+    def pressed(pressure, near=None):
+        return press(height, ElasticSolid(1.0), Load("pressure", pressure), start=near)
+
     with pytest.raises(NotConverged, match="still leaks"):
-        threshold_of_pressure(
-            pressed(pressure=1.0), lambda pressure, _: pressed(pressure=pressure), lambda gap: False
-        )
+        threshold_of_pressure(pressed(1.0), pressed, lambda gap: False)
 
 
 @pytest.mark.parametrize("ends", [(0.2, 0.1), (0.1, 0.2, 2.0, 1.0), (0.1, 0.2, 1.0, None)])

@@ -23,7 +23,7 @@ from validation_rows import (
     roughness,
 )
 
-from fem_seal.contact import press
+from fem_seal.contact import ElasticSolid, Load, press
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.leak_rate import relative_half_width
@@ -80,7 +80,7 @@ def rough_case(seed: int, share: float, samples: int) -> Case:
     waves = {"long_wavelength": 2.5e-5, "short_wavelength": 8e-4 / samples}
     elastic = patch(surface=roughness(samples, seed, **waves))
     sealing = threshold(elastic).pressure_leaking
-    contact = press(elastic.surface, 1e7, pressure=share * sealing)
+    contact = press(elastic.surface, ElasticSolid(1e7), Load("pressure", share * sealing))
     film = GridFilm(contact.gap, "periodic")
     truth = of_bounds(leak_rate(film, FlowSettings(rtol=0.004, **UNIT)))
     rows, _ = compare(

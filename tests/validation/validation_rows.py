@@ -20,7 +20,7 @@ from scipy.integrate import quad
 
 from fem_seal import Patch, Scene
 from fem_seal import solve as solve_scene
-from fem_seal.contact import press
+from fem_seal.contact import ElasticSolid, Load, press
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.grid import GridField
@@ -158,7 +158,7 @@ def closed_form(name: str, order: int | None, page: bool) -> Row:
 def rough_film(n: int, area: float, seed: int = 3) -> GridFilm:
     """Elastic contact, shortest wavelength eight samples."""
     heights = self_affine(Spectrum(0.8, n / 2, 8), (n, n), (n, n), rms_slope=0.1, seed=seed)
-    gap = press(heights, 1.0, area_fraction=area).gap
+    gap = press(heights, SOLID, Load("area_fraction", area)).gap
     return GridFilm(GridField(gap.values / gap.values.max(), gap.spacing, True), "periodic")
 
 
@@ -174,7 +174,7 @@ def finite_differences(page: bool) -> Row:
     )
 
 
-UNIT_WAVE = Wave(1.0, 1.0, 1.0)  # p* = π
+SOLID, UNIT_WAVE = ElasticSolid(1.0), Wave(1.0, 1.0, 1.0)  # p* = π
 
 
 def wave(n: int) -> GridField:
@@ -185,7 +185,7 @@ def wave(n: int) -> GridField:
 def westergaard_area(page: bool) -> Row:
     """sin²(π a/λ) = p/p*, p* = π E* Δ/λ, contact half-width a."""
     n, load = 512 if page else 128, 0.35
-    state = press(wave(n), 1.0, pressure=load * pi)
+    state = press(wave(n), SOLID, Load("pressure", load * pi))
     return Row(
         Number.within(state.contact_area_fraction, 1.3 / n),
         Number.exact(UNIT_WAVE.area(load * UNIT_WAVE.full)),
@@ -197,7 +197,7 @@ def westergaard_leak(page: bool) -> Row:
     n, load = 256 if page else 64, 0.35
 
     def leak(samples: int) -> Number:
-        gap = press(wave(samples), 1.0, pressure=load * pi).gap
+        gap = press(wave(samples), SOLID, Load("pressure", load * pi)).gap
         leak = leak_rate(GridFilm(gap, "periodic"), FlowSettings(rtol=0.01, **UNIT))
         of_a_square = gap.size[0] / gap.size[1]
         return Number(*(of_a_square * end for end in (leak.value, *leak.bounds)))
@@ -217,7 +217,7 @@ def hertz(page: bool) -> Row:
     centred = np.arange(n) - n // 2
     sphere = GridField(-np.add.outer(centred**2, centred**2) / 2e4, (1, 1), True)
     load = 4 * radius**3 / (3 * 1e4)
-    state = press(sphere, 1.0, pressure=load / n**2)
+    state = press(sphere, SOLID, Load("pressure", load / n**2))
     return Row(
         Number.within(sqrt(state.contact.sum() / pi) / radius, 0.5 / radius), Number.exact(1.0)
     )
@@ -264,7 +264,7 @@ def full_contact(surface: GridField) -> float:
 
 def kappa(surface: GridField) -> float:
     """(A/A₀) E* h'rms/p under 0.25 MPa, E* = 25 MPa."""
-    state = press(surface, 25e6, pressure=0.25e6)
+    state = press(surface, ElasticSolid(25e6), Load("pressure", 0.25e6))
     return state.contact_area_fraction * difference_slope(surface) * 100
 
 
@@ -282,7 +282,7 @@ def gap_exponent(page: bool) -> Row:
     def exponent(short: int, seed: int) -> float:
         spectrum = Spectrum(0.8, 256, short)
         heights = self_affine(spectrum, (512, 512), (512, 512), rms_slope=slope, seed=seed)
-        gaps = np.sort(press(heights, 1.0, pressure=0.1 * slope).gap.values, axis=None)
+        gaps = np.sort(press(heights, SOLID, Load("pressure", 0.1 * slope)).gap.values, axis=None)
         # Numbers of gaps in two decades' halves, in units of slope × shortest wavelength.
         ends = np.searchsorted(gaps, np.array([1e-3, sqrt(1e-5), 1e-2]) * slope * short)
         first, second = np.diff(ends)
@@ -297,7 +297,7 @@ def area_per_load(page: bool) -> Row:
     values = []
     for seed in range(1, 7 if page else 4):
         heights = self_affine(Spectrum(0.8, 64, 8), (256, 256), (256, 256), rms_slope=1, seed=seed)
-        state = press(heights, 1.0, pressure=0.03 * rms_slope(heights))
+        state = press(heights, SOLID, Load("pressure", 0.03 * rms_slope(heights)))
         values.append(state.contact_area_corrected / 0.03)
     return Row(Number.of_seeds(values), Number(2.0, sqrt(8 / pi), sqrt(2 * pi)))
 
@@ -307,7 +307,7 @@ def persson_area(page: bool) -> Row:
     ratios, load = [], 0.13
     for seed in range(1, 5 if page else 3):
         heights = self_affine(Spectrum(0.8, 64, 8), (256, 256), (256, 256), rms_slope=1, seed=seed)
-        state = press(heights, 1.0, pressure=load)
+        state = press(heights, SOLID, Load("pressure", load))
         ratios.append(state.contact_area_corrected)
     theory = [area_by_law(load, 1.0, law) for law in ("wang-mueser", "persson")]
     return Row(Number.of_seeds(ratios), Number(theory[0], min(theory), max(theory)))
@@ -357,7 +357,10 @@ def skewness(page: bool) -> Row:
     leaks = []
     for sign in (1, -1):
         heights = GridField(sign * (peaks - peaks.mean()), (1, 1), True)
-        film = GridFilm(press(heights, 1.0, pressure=load * rms_slope(heights)).gap, "periodic")
+        film = GridFilm(
+            press(heights, SOLID, Load("pressure", load * rms_slope(heights))).gap,
+            "periodic",
+        )
         leaks.append(of_bounds(leak_rate(film, FlowSettings(rtol=0.05 if page else 0.3, **UNIT))))
     up, down = leaks
     return Row(
@@ -508,7 +511,7 @@ def peer_contact(code: str, page: bool) -> Row:
         pressed = float(np.mean(pressure > 0))
         return Number(pressed, min(pressed, near), max(pressed, near))
 
-    ours = press(heights, 1.0, pressure=load).pressure.values
+    ours = press(heights, SOLID, Load("pressure", load)).pressure.values
     return Row(area(ours), area(contact(code, heights, load)[0]))
 
 

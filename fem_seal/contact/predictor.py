@@ -1,16 +1,9 @@
-"""Many loads of one surface, each started from an extrapolation of the states before."""
-
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+"""A start for the next of many loads of one surface, extrapolated from the states before."""
 
 import numpy as np
 
-from fem_seal.contact.contact_pair import ContactPair
-from fem_seal.contact.methods import USUAL_STOPPING, ContactStopping
-from fem_seal.contact.settings import ElasticSolid, Load
-from fem_seal.contact.solve import load_to
+from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
-from fem_seal.grid import GridField
 
 # Largest extrapolation, in steps between the last two loads. A longer one makes no better start.
 FURTHEST = 2.0
@@ -20,32 +13,12 @@ FURTHEST = 2.0
 LACKING = 0.4
 
 
-def load_path(
-    height: GridField,
-    solid: ElasticSolid,
-    loads: Iterable[Load],
-    stopping: ContactStopping = USUAL_STOPPING,
-) -> Iterator[ContactState]:
-    """Yield the contact under one load after the other, all of one kind, near to their neighbours.
-
-    Each load starts from a linear extrapolation of the last two states. In it open samples have a
-    negative pressure proportional to their gap, so that it predicts which open samples will touch
-    and which pressed samples will open. The states are those of `press`, since an elastic contact
-    has no memory; only the work is less.
-    """
-    pair, predictor = ContactPair.prepared(height, solid), Predictor()
-    for load in loads:
-        spent = pair.half_space.fft_pairs
-        state = load_to(pair, load, stopping, predictor.start(load))
-        predictor.remember(load, state)
-        yield replace(state, fft_pairs=pair.half_space.fft_pairs - spent)
-
-
 class Predictor:
-    """Start for the next load of a surface, extrapolated from its last two states.
+    """Start for the next load of a surface, extrapolated linearly from its last two states.
 
     It extrapolates a signed pressure: the pressure of samples that touch, and minus the pressure
-    that open samples lack for contact.
+    that open samples lack for contact. So it predicts which open samples will touch and which
+    pressed samples will open. An elastic contact has no memory: only the work is less.
     """
 
     def __init__(self) -> None:
