@@ -4,8 +4,6 @@ from collections.abc import Callable
 from math import ceil, exp, inf, log
 from statistics import stdev
 
-import numpy as np
-
 from fem_seal.digits import number_of
 from fem_seal.error_budget import (
     CONTACT_GRID,
@@ -23,13 +21,11 @@ from fem_seal.quantities.inputs import Probe, inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import slip_entry_at
 from fem_seal.quantities.uncertainties import model_entry, surface_entry
-from fem_seal.rarefied import FIRST_ORDER
 from fem_seal.upscaling.mosaic import DRAWS, LEAST_LEAKING, error_of_mean, may_conduct, patches_for
 from fem_seal.upscaling.seal import SealLeak
 
 # Keys of entries that no other module looks for.
 PATCHES, SLIP_ALONG = "patches", "slip_along_the_path"
-PRESSURES = 9  # number of pressures at which the slip along the path is compared
 MOST_PATCHES = 1000  # largest number of patches of a scene
 NARROW_RATIO = 2.0  # upper over lower end of an interval that is narrow enough
 
@@ -88,7 +84,7 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
         size,
         surface_entry(patch),
         None if gap is None else slip_entry_at(patch.scene, gap, seal.leak_path, rtol),
-        _slip_along_entry(patch, seal),
+        _slip_along_entry(seal),
         inputs_entry(patch, seal, rate_of, Probe(gap, most.table)),
         model_entry(patch),
     )
@@ -249,23 +245,13 @@ def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:
     return Uncertainty("network", "not covered", sentence)
 
 
-def _slip_along_entry(patch: Patch, seal: SealLeak) -> Uncertainty | None:
-    """Entry for the slip at the pressures along the path; K has the slip at their mean."""
-    law, gap = patch.scene.slip, seal.critical_gap
-    if law is None or gap is None:
+def _slip_along_entry(seal: SealLeak) -> Uncertainty | None:
+    """Entry for the slip at the pressures along the path."""
+    if seal.slip_along is None:
         return None
-    low, high = law.pressures
-    pressures = np.linspace(low, high, PRESSURES)
     sentence = (
-        "the gas slips more where its pressure is low; the conductivity of the patches is that at "
-        "the mean pressure, and the factors are those of the tightest place at both ends"
+        "the gas slips more where its pressure is low: along the path the conductivity of a patch "
+        "changes as that of its tightest place; the factors lead to the slip that this place has "
+        "at the inlet's pressure, and at most has at the outlet's"
     )
-    if law.coefficient is FIRST_ORDER and low > 0:
-        # (1 + c/(g p))/(1 + c/(g p_mean)) lies between 1 and p_mean/p for any gap g.
-        least, most = law.mean_pressure / high, law.mean_pressure / low
-        sentence += f"; at any gap they lie between {least:.3g} and {most:.3g}"
-    if low == 0:
-        return Uncertainty(SLIP_ALONG, "not covered", sentence, 1.0, None, caution=True)
-    t = gap * pressures / law.product
-    gains = law.coefficient(t) / t / law.gain(gap)
-    return Uncertainty(SLIP_ALONG, "estimated", sentence, float(gains.min()), float(gains.max()))
+    return Uncertainty(SLIP_ALONG, "estimated", sentence, *seal.slip_along)

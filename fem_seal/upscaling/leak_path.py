@@ -1,13 +1,13 @@
 """The leak path of a seal: its width along the flow, and the pressures at its ends."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from typing import TypeVar
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.fluid import Drive, GasDrive
+from fem_seal.fluid import Drive, GasDrive, Slip
 from fem_seal.registry import require_positive
 
 T = TypeVar("T", float, np.ndarray)
@@ -68,6 +68,8 @@ class EndPressures:
     #: 0 for a liquid, Φ = p. For a gas T0/(2 T p0) [1/Pa], Φ = per_square × p_abs²: volumes count
     #: at T0 and p0
     per_square: float = 0.0
+    #: b [Pa]: the conductivity of a gas that slips goes as 1 + b/p_abs
+    slip: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.inlet > self.outlet:
@@ -86,11 +88,26 @@ class EndPressures:
         ambient = drive.outlet_pressure - outlet
         return cls(inlet, outlet, ambient, drive.pressure_drop / squares)
 
+    def slipping(self, slip: Slip, gap: float) -> "EndPressures":
+        """The ends for a K at the mean pressure, which changes with p as that of a gap [m].
+
+        K(p) dΦ = K(p_mean) dΦ' with Φ' = per_square (p_abs + b)²/(1 + b/p_mean), but for a
+        constant.
+        """
+        added = slip.added_pressure(gap)
+        per_square = self.per_square / (1 + added / slip.mean_pressure)
+        return replace(self, per_square=per_square, slip=added)
+
+    @property
+    def offset(self) -> float:
+        """What is added [Pa] to a pressure above ambient before it is squared in Φ."""
+        return self.ambient + self.slip
+
     def potential(self, pressure: T) -> T:
         """Φ [Pa] of a pressure above ambient [Pa], or of many."""
         if self.per_square == 0:
             return pressure
-        return self.per_square * (pressure + self.ambient) ** 2
+        return self.per_square * (pressure + self.offset) ** 2
 
     @property
     def drop(self) -> float:

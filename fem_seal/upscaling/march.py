@@ -141,7 +141,7 @@ class March:
         cell is appended to `visited`.
         """
         loads, K, per_square = self._loads, self._K, self._ends.per_square
-        potential, ambient = self._ends.potential, self._ends.ambient
+        potential, offset = self._ends.potential, self._ends.offset
         p, left = self._ends.outlet, self._length
         for P, length in self._cells:
             step = max(bisect_right(loads, p - P) - 1, 0)
@@ -155,7 +155,7 @@ class March:
                 next_p = since  # where the film is open
                 if step < len(K):
                     reached = potential(since) + rest / K[step]
-                    next_p = sqrt(reached / per_square) - ambient if per_square else reached
+                    next_p = sqrt(reached / per_square) - offset if per_square else reached
                 if next_p >= target:
                     passed_there = self._passed_at(P, target) - self._passed_at(P, p)
                     return target, left - length * passed_there / flux
@@ -168,8 +168,8 @@ class March:
         """∫K dΦ at a contact pressure P [Pa] from the highest load down to a step."""
         if not self._ends.per_square:
             return self._areas[step]
-        absolute = (P + self._ends.ambient) * self._areas[step] - self._moments[step]
-        return 2 * self._ends.per_square * absolute
+        moved = (P + self._ends.offset) * self._areas[step] - self._moments[step]
+        return 2 * self._ends.per_square * moved
 
     def _passed_at(self, P: float, p: float) -> float:
         """The same down to the load P - p [Pa]."""

@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from math import prod
 from pathlib import Path
 from time import perf_counter
 
@@ -11,11 +12,13 @@ from fem_seal import parallel
 from fem_seal.digits import per_cent, rounded_up
 from fem_seal.errors import present
 from fem_seal.files import temporary_folder
+from fem_seal.fluid import Slip
 from fem_seal.leak_rate import Bounded, LeakRate, half_width_of, relative_half_width, relative_width
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
+from fem_seal.pressure_profile import Profile
 from fem_seal.progress import NOTE
-from fem_seal.upscaling.leak_path import LeakPath
+from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.mosaic import (
     LEAST_LEAKING,
     SEED,
@@ -60,6 +63,8 @@ class SealLeak(LeakRate):
     contact_error: float | None = None
     #: smallest critical constriction [m] of a leaking patch at the load that matters most
     critical_gap: float | None = None
+    #: factors on the leak rate for how a gas slips along the path; None for a liquid or if sealed
+    slip_along: tuple[float, float] | None = None
     #: what a sealed seal leaks under less load, which is more; None if that was not tried
     lowered: "LoweredSeal | None" = None
 
@@ -76,7 +81,8 @@ class LoweredSeal:
     part: float  #: of the load; where `at_most` is None, the next part to try
     leaking: int = 0  #: realizations that leak there
     #: what it leaks at most there [m³/s], by the 95 % interval over the patches, the bounds of the
-    #: flow and `contact_error`; None if too few patches leaked under the loads that were tried
+    #: flow, the slip along the path and `contact_error`; None if too few patches leaked under the
+    #: loads that were tried
     at_most: float | None = None
     contact_error: float | None = None  #: that of the seal there; None counts as none
 
@@ -124,7 +130,8 @@ def under_less_load(
             lowered = solve_seal(patch, folder, work, part=part, each=each)
             if lowered.interval is not None:
                 error = lowered.contact_error
-                at_most = lowered.interval[1] * lowered.upper / lowered.value * (1 + (error or 0.0))
+                factors = lowered.upper / lowered.value, (lowered.slip_along or (1.0, 1.0))[1]
+                at_most = lowered.interval[1] * prod(factors) * (1 + (error or 0.0))
                 return replace(seal, lowered=LoweredSeal(part, lowered.leaking, at_most, error))
     return replace(seal, lowered=LoweredSeal(next_part))
 
@@ -168,12 +175,40 @@ def solve_seal(
         replace(seal_flow(of_patch.table, profile, path, ends), reason=of_patch.reason)
         for of_patch in solved
     )
+    gaps = [of_patch.critical_gap for of_patch in solved]
+    slip_along = None
+    if scene.slip is not None and any(gaps):
+        drawn = [
+            _slipping(flow, scene.slip, gap, profile, path, ends) if gap else (flow, 1.0, 1.0)
+            for flow, gap in zip(flows, gaps, strict=True)
+        ]
+        flows, least, most = zip(*drawn, strict=True)
+        slip_along = min(least), max(most)
     errors = [of_patch.contact_error for of_patch in solved if of_patch.table.upper.any()]
     known = [error for error in errors if error is not None]
     largest = None if None in errors else max(known, default=None)
-    gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]
+    smallest = min((gap for gap in gaps if gap), default=None)
     together = seal_of_patches(flows, path, size, rtol, scene.flow.method)
-    return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
+    return replace(together, contact_error=largest, critical_gap=smallest, slip_along=slip_along)
+
+
+def _slipping(
+    at_mean: SealFlow, slip: Slip, gap: float, profile: Profile, path: LeakPath, ends: EndPressures
+) -> tuple[SealFlow, float, float]:
+    """The flow of a gas that slips more where its pressure is low, and two factors on it.
+
+    The conductivity K, which is known at the mean pressure, changes along the path as that of the
+    critical constriction, a gap [m]. That of a wider gap changes less. The factors lead to the leak
+    rates with the slip of the inlet's pressure everywhere, which is the least, and with that of the
+    outlet's. Nor is a K more than this one times the gain at the mean pressure, which wider gaps
+    may not have. The bounds are as far from the value as those at the mean pressure.
+    """
+    flow = seal_flow(present(at_mean.table, "table"), profile, path, ends.slipping(slip, gap))
+    gained = flow.value / at_mean.value
+    least, most = (slip.change(pressure, gap) / gained for pressure in reversed(slip.pressures))
+    lower, value, upper = (gained * rate for rate in (at_mean.lower, at_mean.value, at_mean.upper))
+    flow = replace(flow, lower=lower, value=value, upper=upper, reason=at_mean.reason)
+    return flow, min(least, 1.0), max(1.0, min(most, slip.gain(gap)))
 
 
 def size_of_patch(patch: Patch) -> tuple[float, float]:

@@ -359,6 +359,30 @@ def test_powers_of_a_slipping_conductivity(law):
         assert (middle**convex <= 0.5 * (low**convex + high**convex) * (1 + 1e-4)).all()
 
 
+@pytest.mark.parametrize("outlet", [1e5, 0.0])
+def test_slip_along_the_path_is_an_integral(outlet):
+    """One gap everywhere, in which K dΦ goes as exp(p/e) (p + B/g) dp; also against a vacuum."""
+    e_fold, P, gap = 5e4, 3e5, 1e-7
+    gas = GasDrive(2e5, outlet, 300.0, 0.004, 273.15, 1e5)
+    slip = gas.slip(2e-5, 1.0)
+    loads = np.linspace(P - (2e5 - outlet), P, 401)
+    table = exact_table(loads, SMOOTH * np.exp(-loads / e_fold))
+    ends = EndPressures.of(gas, (2e5 - outlet, 0.0)).slipping(slip, gap)
+    added, per_square = slip.product / gap, gas.pressure_drop / (4e10 - outlet**2)
+    at_mean = 1 + added / slip.mean_pressure
+    assert at_mean > 2
+
+    def passed(p):
+        K = SMOOTH * np.exp(-(P + outlet - p) / e_fold) / at_mean
+        return 2 * per_square * K * (p + added)
+
+    exact = 75 * quad(passed, outlet, 2e5)[0]
+    flow = seal_flow(table, uniform(P, 2e-3), STRIP, ends)
+    assert flow.lower <= exact <= flow.upper
+    # Between two loads 500 Pa apart ln K is linear: the value is the mean of small steps.
+    assert flow.value == pytest.approx(exact, rel=1e-4)
+
+
 def test_a_table_with_enclosures_encloses():
     """∫ K dp of an exponential, with an upper bound by chords and a lower one by steps."""
     e_fold, P = 5e4, 3e5
