@@ -1,20 +1,18 @@
 """accuracy.total: the grid and tolerance chosen, the error reached, contradictory settings."""
 
 import json
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from math import asinh, exp, log, log1p
-from types import SimpleNamespace
+from dataclasses import replace
+from math import exp, log, log1p
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from project import write_toml
 
 from fem_seal import cli
-from fem_seal.accuracy import chosen_grid as chosen_grid_of
-from fem_seal.accuracy import chosen_patch
+from fem_seal.accuracy import chosen_grid, chosen_patch
+from fem_seal.digits import per_cent
 from fem_seal.error_budget import combined, estimate
-from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.grid_series import (
     OF_CHANGE,
@@ -26,11 +24,11 @@ from fem_seal.grid_series import (
     sealed_under,
     unresolved,
 )
-from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.progress import silent
 from fem_seal.quantities.uncertainties import error_budget
+from fem_seal.results import Result, read_contact
 from fem_seal.scene import Scene
+from fem_seal.steps import CONTACTS, FLOWS
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
 
@@ -46,52 +44,7 @@ FIRST = {
     "flow": {"pressure_drop": "200 Pa", "sides": "periodic"},
     "output": {"products": ["leak_rate"]},
 }
-FLAT = GridField(np.zeros((64, 64)), (1.0, 1.0), periodic=True)
-
-
-@dataclass
-class Fake:
-    """A patch without content: Q is off by exp(error(samples)), in a bracket as wide as rtol."""
-
-    error: Callable[[int], float]
-    claims: float  #: error of ln Q that the lift claims, over rtol
-    asked: list
-    surface: GridField
-    flow_settings: FlowSettings
-    report = staticmethod(silent)
-    scene = SimpleNamespace(contact=None)
-    miss = Patch.miss
-
-    def __post_init__(self):
-        self.kept = {}
-        self.contact = f"contact {self.surface.shape[0]}"
-        value, half = exp(self.error(self.surface.shape[0])), asinh(self.flow_settings.rtol / 2)
-        bounds = value * exp(-half), value * exp(half)
-        self.leak_rate = LeakRate("leaking", "fake", value, *bounds)
-        claimed = self.claims * self.flow_settings.rtol
-        self.lifted = SimpleNamespace(error=claimed, converged=True) if claimed else None
-
-    def once(self, function):
-        return self.kept.get(function)
-
-    def keep(self, function, value):
-        self.kept[function] = value
-
-    def with_(self, *, surface, flow_settings=None, contact=None):
-        settings = flow_settings or self.flow_settings
-        self.asked.append((surface.shape, settings.rtol, contact))
-        return replace(self, surface=surface, flow_settings=settings)
-
-
-def chosen_grid(total, error, max_refinement=4, claims=0.0):
-    """Patch and choice, the grid's error 1.5 times the last change of ln Q; what was asked."""
-
-    def error_of(tried):
-        one, other = (log(solved.leak_rate.value) for solved in tried[-2:])
-        return estimate("grid", "", exp(-1.5 * abs(one - other)), exp(1.5 * abs(one - other)))
-
-    first = Fake(error, claims, [], FLAT, FlowSettings(1.0, 1.0, rtol=total))
-    return *chosen_grid_of(first, max_refinement, error_of), first.asked
+ALLOWED = log1p(0.1)  # of |ln Q|
 
 
 @pytest.fixture
@@ -100,6 +53,32 @@ def accurate_scene(small_scene):
     small_scene["contact"] = {"pressure": "0.1 MPa"}
     small_scene["flow"]["lift"] = "none"
     return small_scene | {"accuracy": {"total": 0.2}}
+
+
+@pytest.fixture
+def chosen(accurate_scene, monkeypatch):
+    """Function that chooses a grid for a total of 10 %, of which the grid takes a given part.
+
+    It gives patch and choice, the samples of all contacts and the tolerances of all dry flows.
+    """
+    press, flow = Mock(wraps=CONTACTS["gfmd"]), Mock(wraps=FLOWS["adaptive"])
+    monkeypatch.setitem(CONTACTS, "gfmd", press)
+    monkeypatch.setitem(FLOWS, "adaptive", flow)
+
+    def chosen(part, max_refinement, **changes):
+        scene = Scene.from_mapping(accurate_scene).with_({"accuracy.total": 0.1} | changes)
+        settings = replace(scene.flow_settings, rtol=0.1)
+
+        def error_of(tried):
+            error = part(tried[-1].surface.shape[0]) * ALLOWED
+            return estimate("contact_grid", "", exp(-error), exp(error))
+
+        first = Patch(scene, flow_settings=settings, on_own_grid=True)
+        patch, choice = chosen_grid(first, max_refinement, error_of)
+        contacts = [call.args[1].shape[0] for call in press.call_args_list]
+        return patch, choice, contacts, [call.args[0].rtol for call in flow.call_args_list]
+
+    return chosen
 
 
 def test_a_small_error_of_a_grid_goes_with_the_square_of_its_spacing():
@@ -158,63 +137,71 @@ def test_half_of_the_samples_may_be_asked_to_be_even():
     assert on_half(patch, even=True).surface.shape == (16, 16)
 
 
-def test_first_order_contact_is_refined_until_it_suffices():
-    """ln Q off by 2/n: changes of 2/n, times 1.5; two thirds of ln(1.1) are reached at n = 64."""
-    patch, choice, asked = chosen_grid(0.1, lambda n: 2 / n)
-    assert choice.samples == (64, 64)
-    assert patch.contact == "contact 64"
-    part = 1.5 * 2 / 64
-    assert choice.contact_error == pytest.approx(exp(part) - 1, rel=1e-9)
-    # rtol 0.1 is already narrow enough: ln(1.1) = 0.0953 = 0.0469 + 0.0484 > 0.0469 + 0.05.
-    left = log1p(0.1) - part
-    assert choice.rtol == pytest.approx(2 * np.sinh(left), rel=1e-9)
+def test_the_flow_gets_what_the_contact_leaves(chosen):
+    """85 % of the total on 64²: the bracket of rtol = 10 % is wider than the rest."""
+    patch, choice, contacts, flows = chosen(lambda n: 0.85 * 64 / n, 2)
+    assert choice.samples == patch.surface.shape == (64, 64)
+    assert choice.contact_error == pytest.approx(exp(0.85 * ALLOWED) - 1, rel=1e-9)
+    assert choice.rtol == pytest.approx(2 * np.sinh(0.15 * ALLOWED), rel=1e-9)
     # The contact is not solved again for the narrower bracket.
-    assert asked[-1] == ((64, 64), choice.rtol, "contact 64")
-    assert [samples[0] for samples, *_ in asked] == [32, 64, 64]
-    total = log1p(choice.contact_error) + log1p(choice.flow_error)
-    assert total == pytest.approx(log(1.1), rel=1e-9)
+    assert contacts == [16, 32, 64]
+    assert flows == [0.1, 0.1, 0.1, choice.rtol]
+    assert log1p(choice.contact_error) + log1p(choice.flow_error) <= ALLOWED * (1 + 1e-9)
     assert patch.leak_rate.converged
 
 
-def test_no_solve_more_than_needed():
-    """A contact that is exact on every grid: the bracket of the coarse runs already is enough."""
-    _, choice, asked = chosen_grid(0.1, lambda n: 0.0)
-    assert (choice.contact_error, choice.rtol) == (0, 0.1)
-    assert [samples[0] for samples, *_ in asked] == [32, 64]
+def test_no_solve_more_than_needed(chosen):
+    """80 % leave too little while a finer grid may follow; there 40 % leave more than asinh(0.05).
+
+    That is the half-width of a bracket as wide as rtol = 10 %.
+    """
+    _, choice, contacts, flows = chosen(lambda n: 0.8 * 32 / n, 4)
+    assert choice.rtol == 0.1
+    assert (contacts, flows) == ([16, 32, 64], [0.1] * 3)
 
 
-def test_a_total_that_no_grid_keeps_is_not_converged():
-    patch, choice, _ = chosen_grid(0.01, lambda n: 2 / n, max_refinement=2)
+@pytest.mark.parametrize(
+    ("part", "changes"),
+    [(1.2, {}), (0.95, {"flow.lift": "resolved", "flow.pressure_drop": 2e4})],
+)
+def test_a_total_that_no_grid_keeps_is_not_converged(chosen, part, changes):
+    """Nor is one that leaves a lift 5 %: passes to such a tolerance may not settle."""
+    patch, choice, _, flows = chosen(lambda n: part, 1, **changes)
     leak = patch.leak_rate
-    assert choice.samples == (128, 128)
+    assert (choice.samples, choice.rtol, {0.1, *flows}) == ((32, 32), 0.1, {0.1})
     assert not leak.converged
-    assert "part of the error is about 2.4 % on 128 x 128" in leak.reason
+    percent = per_cent(exp(part * ALLOWED) - 1)
+    assert f"part of the error is about {percent} on 32 x 32" in leak.reason
     assert "max_refinement" in leak.reason
     # Its bounds are kept.
     assert leak.lower < leak.value < leak.upper
 
 
-def test_the_total_error_is_kept(accurate_scene):
+def test_the_total_error_is_kept_and_recorded(accurate_scene, tmp_path, capsys):
     """Against the same surface on 256 x 256, four times the finest grid chosen or more.
 
     The reference is itself off: by its bracket, ±1 %, and by some 0.5 % of the contact grid, the
     change from 128 to 256 samples over two.
     """
     accurate_scene["surface"]["seed"] = 2
-    patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
-    assert choice.samples[0] <= 64
-    assert patch.leak_rate.converged
-    finer = resample(patch.surface, (256, 256))
-    reference = Patch(
-        patch.scene,
-        surface=finer,
-        flow_settings=replace(patch.flow_settings, rtol=0.02),
-        on_own_grid=True,
-    )
-    assert abs(patch.leak_rate.value / reference.leak_rate.value - 1) <= 0.2 + 0.015
+    path = write_toml(tmp_path / "scene.toml", accurate_scene)
+    assert cli.main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    result = Result.from_folder(tmp_path / "out")
+    chosen, leak = result.accuracy, result.leak_rate
+    nx, ny = chosen.samples
+    assert nx <= 64
+    assert f"chosen for 20 %: contact on {nx} x {ny}" in said
+    assert f"flow.rtol = {chosen.rtol:.2g}" in said
+    assert chosen.trials[-1].samples == read_contact(tmp_path / "out").gap.shape == (nx, ny)
     # The promise is made of its two parts.
-    parts = log1p(choice.contact_error) + log1p(choice.flow_error)
-    assert parts <= log1p(0.2) * (1 + 1e-9)
+    half = 0.5 * log(leak.upper / leak.lower)
+    assert log1p(chosen.flow_error) == pytest.approx(half, rel=1e-9)
+    assert log1p(chosen.contact_error) + half <= log1p(0.2) * (1 + 1e-9)
+    own = Patch(result.scene(), on_own_grid=True)
+    settings = replace(own.flow_settings, rtol=0.02)
+    finer = own.with_(surface=resample(own.surface, (256, 256)), flow_settings=settings)
+    assert abs(leak.value / finer.leak_rate.value - 1) <= 0.2 + 0.015
 
 
 def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path):
@@ -263,18 +250,6 @@ def test_a_smaller_cut_of_a_sealed_bearing_contact_only_opens():
     assert not sealed_under(sealed, seals * (1 - 1e-9))
 
 
-def test_a_lift_is_not_solved_to_any_tolerance():
-    """The grid takes 95 % of the total: passes to the rest of it, about 0.003, may not settle."""
-    part = 0.95 * log1p(0.1)
-    patch, choice, asked = chosen_grid(
-        0.1, lambda n: part / 1.5 * 128 / n, max_refinement=2, claims=1.2
-    )
-    assert log1p(choice.contact_error) == pytest.approx(0.95 * log1p(0.1), rel=1e-9)
-    assert {rtol for _, rtol, _ in asked} == {0.1}
-    assert not patch.leak_rate.converged
-    assert "accuracy.max_refinement" in patch.leak_rate.reason
-
-
 def test_the_lift_is_part_of_the_total(accurate_scene):
     """All entries of the budget together, the lift's too, keep the total that was asked for."""
     total = 0.1
@@ -290,23 +265,3 @@ def test_the_lift_is_part_of_the_total(accurate_scene):
     lower, upper = combined(error_budget(patch))
     assert 1 / (1 + total) <= lower <= 1 / (1 + max(parts))
     assert 1 + max(parts) <= upper <= 1 + total
-
-
-def test_run_says_what_it_chose(accurate_scene, tmp_path, capsys):
-    """The result records choice and parts; its scene reads again; a sweep takes it as well."""
-    path = write_toml(tmp_path / "scene.toml", accurate_scene)
-    assert cli.main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
-    said = capsys.readouterr().out
-    record = json.loads((tmp_path / "out" / "result.json").read_text())
-    chosen, leak = record["accuracy"], record["leak_rate"]
-    nx, ny = chosen["samples"]
-    assert f"chosen for 20 %: contact on {nx} x {ny}" in said
-    assert f"flow.rtol = {chosen['rtol']:.2g}" in said
-    half = 0.5 * log(leak["upper"] / leak["lower"])
-    assert chosen["flow_error"] == pytest.approx(exp(half) - 1, rel=1e-9)
-    assert log1p(chosen["contact_error"]) + half <= log(1.2) * (1 + 1e-9)
-    assert [trial["samples"][0] for trial in chosen["trials"]][-1] == nx
-    with np.load(tmp_path / "out" / "contact.npz") as contact:
-        assert contact["gap"].shape == (nx, ny)
-    scene = Scene.from_mapping(record["provenance"]["scene"])
-    assert scene.accuracy.total == 0.2
