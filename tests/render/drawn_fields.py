@@ -37,15 +37,6 @@ def structured_flow(nx, ny, size, flux_of_x, pressure_of_x=lambda x: 1 - x):
     return FlowField(points, cells, np.ones(len(points)), pressure_of_x(x.ravel()), flux)
 
 
-def positions(pixels, colours):
-    """Position (0..1) of each pixel on a colour map, and its distance from the nearest colour."""
-    flat = pixels.reshape(-1, 1, 3).astype(float)
-    distance = np.abs(flat - table_of(colours)).max(axis=2)
-    best = distance.argmin(axis=1)
-    shape = pixels.shape[:-1]
-    return (best / 255).reshape(shape), distance.min(axis=1).reshape(shape)
-
-
 def table_of(colours):
     """The 256 colours (256, 3) of a map, 0..255: number k is that of k/256 to (k + 1)/256."""
     return colour_map(colours)(np.arange(256), bytes=True)[:, :3].astype(int)

@@ -2,25 +2,24 @@
 
 import numpy as np
 import pytest
-from drawn_fields import drawn_pixels
 from matplotlib.figure import Figure
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.render.colours import INLET, OUTLET
-from fem_seal.render.page import Window, add_bar, draw_samples, frame, frame_film, page, window_of
+from fem_seal.render.page import Window, add_bar, frame, frame_film, page, window_of
 from fem_seal.render.scale import Scale
 
 WINDOW = Window(0.0, 4e-6, 0.0, 3e-6)
 SCALE = Scale("gap [nm]", 0.0, 50.0)
 
 
-def film(shape=(5, 4), representation="linear"):
-    gap = np.ones(shape)
+def film():
+    gap = np.ones((5, 4))
     gap[2, 1:3] = 0.5  # the constriction
     gap[2, 3:] = gap[2, 0] = 0.0
-    return GridFilm(GridField(gap * 1e-6, (1e-6, 1e-6)), "wall", representation)
+    return GridFilm(GridField(gap * 1e-6, (1e-6, 1e-6)), "wall")
 
 
 def framed(*arguments, **options):
@@ -45,32 +44,6 @@ def test_axes_and_bar_state_their_units():
 
 def texts(labels):
     return [label.get_text().replace("\N{MINUS SIGN}", "-") for label in labels]
-
-
-@pytest.mark.parametrize("length", [1e-12, 1e-3, 1e6])
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_a_sample_is_drawn_around_its_place(tmp_path, representation, length):
-    """In any unit: flow runs along x to the right, y points up; pixels of a vertex begin half a
-    spacing before it."""
-    gap = GridField(np.ones((4, 3)), (length, length))
-    grid = GridFilm(gap, "wall", representation)
-    colours = np.full((4, 3, 4), 255, np.uint8)
-    colours[2, 0] = (0, 0, 200, 255)
-    window = window_of(grid)
-    figure = Figure([2 * side for side in window.shape], dpi=200)
-    axes = figure.add_axes((0, 0, 1, 1))
-    frame(axes, window)
-    axes.set_axis_off()
-    draw_samples(axes, grid, colours)
-    figure.savefig(tmp_path / "a.png")
-    pixels = drawn_pixels(tmp_path / "a.png")
-    height, width = pixels.shape[:2]
-    step = 3 if representation == "linear" else 4
-    first = (1.5 if representation == "linear" else 2) * width / step
-    blue = np.argwhere((pixels == (0, 0, 200)).all(axis=2))
-    assert blue[:, 1].min() == pytest.approx(first, abs=2)
-    assert blue[:, 1].max() == pytest.approx(first + width / step, abs=2)
-    assert blue[:, 0].max() == height - 1
 
 
 def test_inlet_and_outlet_are_coloured_and_named_where_they_are_shown():

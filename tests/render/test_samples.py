@@ -152,21 +152,29 @@ def test_an_open_film_has_no_bar(tmp_path):
     assert (tmp_path / "p.png").is_file()
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_fluid_pressure_and_its_isobars(representation):
-    """Pressure that falls evenly along x: samples in its colours, and lines between them."""
+@pytest.mark.parametrize(
+    ("representation", "length"),
+    [("linear", 1e-12), ("linear", 1e6), ("constant", 1e-12), ("constant", 1e6)],
+)
+def test_fluid_pressure_and_its_isobars(representation, length):
+    """Pressure that falls evenly along x: samples in its colours, and lines between them.
+
+    In any unit each sample is drawn around its own place, half a spacing to either side.
+    """
     n = 21
-    gap = GridField(np.ones((n, n)), (1e-6, 1e-6))
+    gap = GridField(np.ones((n, n)), (length, length))
     film = GridFilm(gap, "wall", representation)
     pressure = GridField(np.repeat(np.linspace(1e5, 0, n)[:, None], n, 1), gap.spacing)
     axes, colours = colours_of(draw_fluid_pressure, film, pressure)
     assert stand_for(colours[:, 3], PRESSURE_COLOURS, np.linspace(1, 0, n)).all()
     # Samples are vertices from one edge to the other, or the centres of pixels.
     first = 0.0 if representation == "linear" else 0.5
+    ends = [length * (first - 0.5), length * (first + n - 0.5)]
+    assert axes.images[0].get_extent() == pytest.approx(2 * ends, abs=1e-12 * length)
     (lines,) = axes.collections
     assert lines.levels == pytest.approx(np.arange(10, 100, 10))
     for level, line in zip(lines.levels, lines.get_paths(), strict=True):
-        exact = 1e-6 * (first + (n - 1) * (1 - level / 100))
+        exact = length * (first + (n - 1) * (1 - level / 100))
         assert line.vertices[:, 0] == pytest.approx(exact, rel=1e-6)
 
 

@@ -52,9 +52,9 @@ def keys(monkeypatch):
     return seen
 
 
-def test_key_names_open_places_without_flow_only_where_there_are_some(keys, tmp_path):
+def test_key_names_contact_and_open_places_without_flow_only_where_there_are_some(keys, tmp_path):
     """All cells flow; one cell does not; one flows weakly, in the lowest colour of the bar."""
-    film = strip()
+    film, touching = strip(), strip("max(0, 1e-6 * (x / 0.002 - 1))")
     whole = flow_everywhere(film)
     part = replace(whole, cells=whole.cells[1:], flux=whole.flux[1:])
     weak = replace(
@@ -64,11 +64,7 @@ def test_key_names_open_places_without_flow_only_where_there_are_some(keys, tmp_
         shape.draw_shape(film, field, tmp_path)
         assert (NO_FLOW in keys["flow"]) == pockets
         assert not any(CONTACT in key for key in keys.values())
-
-
-def test_key_names_contact_if_the_gap_has_contact(keys, tmp_path):
-    film = strip("max(0, 1e-6 * (x / 0.002 - 1))")
-    shape.draw_shape(film, flow_everywhere(film), tmp_path)
+    shape.draw_shape(touching, flow_everywhere(touching), tmp_path)
     assert all(CONTACT in key for key in keys.values())
 
 
