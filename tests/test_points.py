@@ -9,9 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import in_workers
-import numpy as np
 import pytest
 from project import MPI_ENVIRONMENT, alone, rows, scene_of_samples, started, write_toml
 
@@ -296,20 +296,12 @@ def test_sweeps_that_are_killed_go_on():
 
 
 def test_summary_and_picture(capsys):
-    """Median and spread over seeds are those of the rows; the picture is drawn on request."""
+    """Their numbers: render/test_sweep_picture.py. The picture is drawn on request."""
     assert run("--vary", "surface.seed=1..3", *VARY[2:], "--out", "out", "--picture") == 0
-    table = rows("out")
     with Path("out/summary.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))
-    assert [line["contact.area_fraction"] for line in lines] == ["0.1", "0.2"]
-    for line in lines:
-        area = line["contact.area_fraction"]
-        rates = [float(r["leak_rate"]) for r in table if r["contact.area_fraction"] == area]
-        assert len(rates) == int(line["points"]) == 3
-        assert float(line["median"]) == sorted(rates)[1]
-        logs = np.log10(rates)
-        spread = np.sqrt(((logs - logs.mean()) ** 2).sum() / 2)
-        assert float(line["decades"]) == pytest.approx(spread, rel=1e-12)
+    counts = [(line["contact.area_fraction"], line["points"]) for line in lines]
+    assert counts == [("0.1", "3"), ("0.2", "3")]
     assert Path("out/sweep.png").read_bytes().startswith(b"\x89PNG")
     capsys.readouterr()
     sealed = ("--vary", "contact.area_fraction=0.9,0.95", "--out", "sealed", "--picture")
@@ -366,18 +358,12 @@ def test_there_are_as_many_workers_as_pay(work, chains, seconds, memory, jobs, m
 @pytest.mark.parametrize("jobs", [None, 2])
 def test_a_point_is_expected_to_take_no_more_than_its_numbers(jobs, scene_file, monkeypatch):
     """Not the memory of pictures, which no point draws; also where the user sets the jobs."""
-    found = []
-
-    def compute(chains, work, **options):
-        found.append(options["each"])
-        return Outcome(0, len(chains), {})
-
+    compute = Mock(return_value=Outcome(0, 2, {}))
     monkeypatch.setattr(sys.modules["fem_seal.sweep.sweep"], "compute_points", compute)
     points = combinations("surface.seed=1,2", "output.products=['leak_rate','pictures']")
     sweep(scene_file, points, Path("out"), work=Work(jobs))
     scene = Scene.from_file(scene_file, ["output.products=['leak_rate']"])
-    assert found[0].memory == predicted(scene).memory
-    assert found[0].memory < PICTURE_IMPORTS[1]
+    assert compute.call_args.kwargs["each"].memory == predicted(scene).memory < PICTURE_IMPORTS[1]
 
 
 def test_a_sweep_of_no_points(scene_file):

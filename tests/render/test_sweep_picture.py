@@ -1,5 +1,6 @@
 """The picture of a sweep: every point is in it, its bounds and names where they can be read."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from fem_seal.errors import InvalidInput
+from fem_seal.quantities.headline import SI, ShownUnit
 from fem_seal.sweep import picture
 from fem_seal.sweep.point import UNSETTLED, Point, failed
 from fem_seal.sweep.summary import COLUMNS, groups
@@ -27,47 +29,46 @@ FALLING = tuple(
 SEALED = point("0.4 MPa", leak=0.0, lower=0.0, upper=0.0)
 
 
-def drawn(keys, table):
-    """Axes with the curves of a table."""
+@pytest.fixture
+def drawn(tmp_path, monkeypatch):
+    """Function that draws a table, in a unit; the axes of the picture, which is not written."""
     figure = Figure(figsize=(6.4, 4.4), dpi=100)
-    axes = figure.add_subplot()
-    names = list(dict.fromkeys(p.values[0] for p in table))
-    places, unit = picture._places(names)
-    picture.draw_curves(axes, picture._curves(keys, table, places), joined=keys != (SEED,))
-    picture._name_places(axes, places, unit)
-    figure.canvas.draw()
-    return axes
+    monkeypatch.setattr(picture, "new_figure", lambda size, path: nullcontext(figure))
+
+    def drawn(keys, table, shown=SI):
+        picture.sweep_figure(keys, table, tmp_path, shown)
+        figure.canvas.draw()
+        return figure.axes[0]
+
+    return drawn
 
 
 def bars(axes):
     """Ends of the bars, (n, 2)."""
-    return [drawn.get_segments()[0][:, 1] for drawn in axes.collections]
+    return [bar.get_segments()[0][:, 1] for bar in axes.collections]
 
 
-def test_line_and_bars_are_leak_rates_and_their_ranges_with_all_errors():
+def test_line_and_bars_are_leak_rates_and_their_ranges_with_all_errors(drawn):
     wide = [replace(p, together_lower=p.lower / 9, together_upper=9 * p.upper) for p in FALLING]
-    axes = drawn((PRESSURE,), wide)
+    axes = drawn((PRESSURE,), wide, ShownUnit("ml/h", 3.6e9))
     line = axes.lines[0]
     assert line.get_linestyle() == "-"
     np.testing.assert_allclose(line.get_xdata(), [0.1, 0.2, 0.3])
-    np.testing.assert_allclose(line.get_ydata(), [1e-14, 1e-16, 1e-19])
+    np.testing.assert_allclose(line.get_ydata(), [3.6e-5, 3.6e-7, 3.6e-10])
     ends = [[p.lower / 9, 9 * p.upper] for p in FALLING]
-    np.testing.assert_allclose(bars(axes), ends)
+    np.testing.assert_allclose(bars(axes), 3.6e9 * np.array(ends))
     assert axes.get_yscale() == "log"
     # 0.8 to 1.3 is ±0.5 of 2.1; a change of unit leaves that.
-    in_unit = [picture._in_unit(p, 3.6e9) for p in wide]
-    assert [p.leak_rate for p in in_unit] == pytest.approx([3.6e-5, 3.6e-7, 3.6e-10])
-    curves = picture._curves((PRESSURE,), in_unit, {"0.1 MPa": 1, "0.2 MPa": 2, "0.3 MPa": 3})
-    assert picture._caption(curves) == "bars: all counted errors (flow alone ±24 % at most)"
+    assert axes.get_title() == "bars: all counted errors (flow alone ±24 % at most)"
 
 
-def test_the_bar_of_a_lower_bound_of_zero_reaches_to_the_edge():
+def test_the_bar_of_a_lower_bound_of_zero_reaches_to_the_edge(drawn):
     axes = drawn((PRESSURE,), (*FALLING, point("0.4 MPa", leak=1e-20, lower=0.0, upper=1e-20)))
     assert axes.lines[0].get_ydata()[-1] == 1e-20
     assert bars(axes)[-1] == pytest.approx([axes.get_ylim()[0], 1e-20])
 
 
-def test_sealed_and_lifted_off_stand_below_and_above_the_others_under_no_number():
+def test_sealed_and_lifted_off_stand_below_and_above_the_others_under_no_number(drawn):
     off = point("0.05 MPa", state="lifted off")
     points = [replace(p, values=(*p.values, k)) for p in (off, *FALLING, SEALED) for k in "12"]
     axes = drawn((PRESSURE, SEED), points)
@@ -81,7 +82,7 @@ def test_sealed_and_lifted_off_stand_below_and_above_the_others_under_no_number(
     assert {"lifted\noff", "2 of 2\n"} <= {text.get_text() for text in axes.texts}
 
 
-def test_over_seeds_the_line_is_the_median():
+def test_over_seeds_the_line_is_the_median(drawn):
     rates = {"0.1 MPa": (1e-14, 3e-14, 9e-14), "0.2 MPa": (1e-18, 1e-16, 0.0)}
     table = [
         point(pressure, str(seed), leak=rate, lower=rate, upper=rate)
@@ -99,7 +100,7 @@ def unsettled(*values, lower, upper):
     return Point(values, False, "", UNSETTLED, together_lower=lower, together_upper=upper)
 
 
-def test_points_that_have_not_settled_are_open_and_no_median_counts_them():
+def test_points_that_have_not_settled_are_open_and_no_median_counts_them(drawn):
     """In no line or strip; the bar is the range, to the edge where that has no end."""
     rates = dict(enumerate((1e-14, 3e-14, 9e-14)))
     table = [point("0.1 MPa", str(k), leak=q, lower=q, upper=q) for k, q in rates.items()]
@@ -120,13 +121,12 @@ def test_points_that_have_not_settled_are_open_and_no_median_counts_them():
     median = next(ln for ln in axes.lines if ln.get_linestyle() == "-" and ln.get_color() == "C0")
     np.testing.assert_allclose(median.get_ydata(), [3e-14])
     assert "x" not in [line.get_marker() for line in axes.lines]
-    places = {"0.1 MPa": 0.1}
-    caption = picture._caption(picture._curves((PRESSURE, SEED), table, places))
-    assert "median of the seeds, without 4 of 7 points" in caption
+    assert "median of the seeds, without 4 of 7 points" in axes.get_title()
     (group,) = groups((PRESSURE, SEED), table)
     row = dict(zip(COLUMNS, group.row(), strict=True))
     assert [row[k] for k in COLUMNS[:6]] == [7, 3, 0, 0, 3, 4]
     assert (row["median"], row["lowest"]) == (3e-14, 1e-14)
+    assert row["decades"] == pytest.approx(np.log10(3), rel=1e-12)  # of 1, 3 and 9
 
 
 def test_a_rate_of_zero_is_sealed_only_where_the_state_says_so():
@@ -136,7 +136,7 @@ def test_a_rate_of_zero_is_sealed_only_where_the_state_says_so():
     assert [row[k] for k in COLUMNS[:6]] == [2, 0, 1, 0, 0, 1]
 
 
-def test_seeds_alone_are_not_joined():
+def test_seeds_alone_are_not_joined(drawn):
     table = [point(str(k), leak=k * 1e-16, lower=k * 0.9e-16, upper=k * 1.1e-16) for k in (1, 2, 3)]
     axes = drawn((SEED,), table)
     assert {line.get_linestyle() for line in axes.lines} == {"None"}
