@@ -18,7 +18,7 @@ from fem_seal.sweep import sweep
 from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.sweep.point import UNSETTLED, Point, ScenePoint
 from fem_seal.sweep.store import SweepFolder
-from fem_seal.sweep.sweep import _by_surface, _origin
+from fem_seal.sweep.sweep import _by_surface
 
 LEFT = {"points", "sweep.csv", "sweep.json"}
 SEAL = ("seal.cylinder_radius=1 mm", "seal.circumference=1 cm", "seal.pressure_profile=hertz")
@@ -38,23 +38,6 @@ def test_an_infinite_end_survives_its_file(tmp_path):
     folder.save("a" * 32, Point(("0.1",), False, "", together_lower=1e-12, together_upper=inf))
     read = SweepFolder(tmp_path / "sweep", ("flow.rtol",)).point("a" * 32)
     assert read.together_upper == inf
-
-
-def test_files_that_vary_leave_the_origin_of_a_sweep_as_it_is(tmp_path):
-    """A sweep over files is the same sweep, whichever of them comes first."""
-    for name in "abc":
-        np.savetxt(tmp_path / f"{name}.txt", np.random.default_rng(ord(name)).random(64))
-    scenes = []
-    for names in ("ab", "bc"):
-        path = [str(tmp_path / f"{name}.txt") for name in names]
-        surface = {"kind": "profiles", "path": path, "step": "1 um", "unit": "um"}
-        surface |= {"shape": [32, 32], "size": ["32 um", "32 um"]}
-        others = {"solid": {"contact_modulus": "10 MPa"}, "contact": {"pressure": "0.1 MPa"}}
-        products = {"output": {"products": ["contact"]}}
-        scenes.append(Scene.from_mapping({"surface": surface} | others | products))
-    first, second = (_origin(one, ("surface.path",)) for one in scenes)
-    assert first.scene == second.scene
-    assert first.inputs == second.inputs == {}
 
 
 def test_surfaces_as_good_as_equal_are_not_handed_on():
@@ -158,6 +141,7 @@ def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(FLOWS, "finite-difference", third_is_interrupted)
     vary = ("--vary", "contact.area_fraction=0.05,0.1,0.15,0.2", "--out", "out")
     assert run(*vary) == 130
+    assert "points that are done stay: the same command goes on" in capsys.readouterr().err
     assert len(rows(tmp_path / "out")) == 2
     assert run(*vary) == 0
     # Areas are reached to 1 part in 1000 or half a sample of 1024.
@@ -249,6 +233,9 @@ def test_damaged_and_changed_input_files(small_scene, tmp_path, capsys):
     assert run(*vary) == 0
     assert "1 of them computed now" in capsys.readouterr().out
     assert float(rows(tmp_path / "out")[0]["leak_rate"]) > float(first["leak_rate"])
+    # It is the same sweep, whichever of the files comes first.
+    assert run("--vary", "surface.path=c.npz,a.npz", "--out", "out") == 0
+    assert "0 of them computed now" in capsys.readouterr().out
 
 
 def test_a_run_does_not_go_into_the_folder_of_a_sweep(tmp_path, capsys):
