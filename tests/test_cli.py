@@ -3,9 +3,7 @@
 import json
 import os
 import re
-import signal
 import sys
-import time
 from importlib.metadata import version
 from io import BytesIO, TextIOWrapper
 from pathlib import Path
@@ -259,27 +257,6 @@ def test_reference_scene_runs(tmp_path, capsys, monkeypatch):
     first, second = capsys.readouterr().out.splitlines()
     assert "flow.png" not in first
     assert "flow.png is left as it was" in second
-
-
-def test_interrupted_run_leaves_nothing(small_scene, tmp_path):
-    """The letter's own relaxation takes seconds here, and is interrupted in their first tenths.
-
-    A termination takes the same way: mesh/test_trust.py.
-    """
-    small_scene["surface"].update(shape=[512, 512], short_wavelength="0.5 um")
-    small_scene["contact"].update(solver="damped", tolerance=1e-13)
-    write_toml(tmp_path / "scene.toml", small_scene)
-    process = started("-m", "fem_seal", "run", "scene.toml", "--out", "out")
-    while not list(tmp_path.glob("out/.fem-seal-*")) and process.poll() is None:
-        time.sleep(0.02)
-    time.sleep(0.2)
-    process.send_signal(signal.SIGINT)
-    output, error = process.communicate(timeout=60)
-    assert process.returncode == 130, error
-    left = "nothing half-written is left; patches of a [seal] that are done stay"
-    assert error == f"fem-seal: interrupted; {left}: the same command goes on from them\n"
-    assert output == ""
-    assert below(tmp_path) == ["scene.toml"]
 
 
 def test_version_is_that_of_the_package():

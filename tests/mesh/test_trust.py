@@ -150,7 +150,7 @@ def test_geometry_that_kills_gmsh(tmp_path):
 def test_interrupted_within_gmsh(folder):
     """Status 130, one sentence, and nothing left: no process, no temporary folder, no result.
 
-    Ctrl-C takes the same way: test_cli.py.
+    Ctrl-C takes the same way: test_files.py.
     """
     scratch, started = folder / "scratch", folder / "started"
     scratch.mkdir()
