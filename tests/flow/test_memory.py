@@ -1,6 +1,9 @@
-"""Memory of a leak rate with a hundred thousand unknowns, less that of the libraries."""
+"""Memory of a leak rate with a hundred thousand unknowns, less that of libraries; its matrix."""
 
+import numpy as np
+from gaps import Random, level_problem, represented
 from project import printed_by
+from sample_gaps import rough_gap
 
 MOST = 1.2e3  # bytes an unknown
 
@@ -33,3 +36,16 @@ def test_memory_of_an_unknown():
     assert levels == 1
     assert unknowns == 321 * 319
     assert needed < MOST * unknowns
+
+
+def test_rows_of_the_matrix_have_room_for_their_entries_alone():
+    """Away from inlet and outlet an unknown is one vertex, and its neighbours are at its edges."""
+    problem = level_problem(represented(rough_gap((8, 8), 0.0, 3)), markings=[Random(1)] * 3)
+    mesh, numbering = problem.mesh, problem.primal_numbering
+    ends, near = mesh.edges.ends, mesh.inlet | mesh.outlet
+    near[ends[near[ends].any(axis=1)]] = True
+    vertex, free = np.empty(numbering.count, dtype=int), numbering.of_corner >= 0
+    vertex[numbering.of_corner[free]] = mesh.cells[free]
+    room, degree = numbering.neighbours(mesh.edges.of_cell), np.bincount(ends.ravel())[vertex]
+    assert np.array_equal(room[~near[vertex]], degree[~near[vertex]])
+    assert (~near[vertex]).sum() > 50
