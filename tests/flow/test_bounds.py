@@ -1,6 +1,6 @@
 """Bounds of a leak rate and of a tensor, and when a refinement ends with them."""
 
-from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -68,53 +68,34 @@ def test_hardly_better():
 # --- the end of a refinement ---------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Solution:
-    """A solution without a mesh; the dual gives the lower bound `least`."""
-
-    level: SolvedLevel
-    stream: object = None
-    slip: Bounds | None = None
-    stalled: str = ""
-    least: float = 0.0
-
-    def certified(self):
-        bounds = Bounds.of(self.least, self.level.bounds.upper.item())
-        return replace(self, level=replace(self.level, bounds=bounds), stream=object())
-
-
-def solution(lower, upper, **options) -> Solution:
-    return Solution(SolvedLevel(100, 200, Bounds.of(lower, upper)), **options)
-
-
-def judged(stopping, *solutions):
-    return [stopping.judged(one) for one in solutions]
+def solution(lower, upper, certified=None, stalled=""):
+    """A solution without a mesh, or one that lacks the dual of the `certified` one."""
+    level, dual = SolvedLevel(100, 200, Bounds.of(lower, upper)), None if certified else "solved"
+    found = {"level": level, "stream": dual, "slip": None, "stalled": stalled}
+    return SimpleNamespace(**found, certified=lambda: certified)
 
 
 def stopping_by(criterion, **limits) -> Stopping:
     return Stopping(criterion, Limits(**limits), 2.0, 0.1, MPI.COMM_SELF)
 
 
-def test_the_last_solution_is_certified():
+@pytest.mark.parametrize(("least", "reached"), [(0.5, False), (0.98, True)])
+def test_the_last_solution_is_certified(least, reached):
     """At a limit the dual is solved, and if its bound meets the tolerance there is no reason."""
-    for least, reached in ((0.5, False), (0.98, True)):
-        stopping = stopping_by(Tolerance(0.05), seconds=1e-9)
-        (last,) = judged(stopping, solution(0.0, 1.0, least=least))
-        assert last.stream is not None
-        assert stopping.levels[-1].bounds.lower == least
-        assert stopping.ended
-        assert stopping.reached == reached
-        assert bool(stopping.reason) != reached
+    stopping, last = stopping_by(Tolerance(0.05), seconds=1e-9), solution(least, 1.0)
+    assert stopping.judged(solution(0.0, 1.0, certified=last)) is last
+    assert stopping.levels == [last.level]
+    assert stopping.ended
+    assert stopping.reached == reached
+    assert bool(stopping.reason) != reached
 
 
 def test_a_stalled_solver_ends_it_where_the_bounds_stay():
     """Not at once: only if two more meshes have hardly improved them."""
-    stopping = stopping_by(Tolerance(0.01))
-    stalled = solution(0.5, 1.0, stream=object(), stalled="CG has stalled")
-    judged(stopping, stalled, stalled)
-    assert not stopping.ended
-    judged(stopping, stalled)
-    assert stopping.reason == "CG has stalled"
+    stopping, stalled = stopping_by(Tolerance(0.01)), solution(0.5, 1.0, stalled="CG has stalled")
+    for reason in ("", "", "CG has stalled"):
+        stopping.judged(stalled)
+        assert stopping.reason == reason
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.integrals import batch
 from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
-from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh
 from fem_seal.mesh.torus import uniform_torus
 
@@ -79,25 +78,6 @@ def test_no_indicator_is_smaller(width):
     )  # of a power trace the mean gradient is another one
     assert np.count_nonzero(linear) > 100
     assert np.all(indicators[linear] >= least[linear] - 1e-9 * indicators.sum())
-
-
-def test_closed_cells_are_opened_where_they_let_flow_pass():
-    """A wall with one opening, in squares as wide as the wall: what is halved ahead is at the
-    opening, and none along the rest of the wall, though its whole rim is closed."""
-    samples = np.ones((65, 65))
-    samples[24:33] = 0
-    samples[24:33, 27:30] = 0.5
-    gap = represented(GridField(samples, (1.0, 1.0)), cut=1e-3, width=8)
-    problem, flows, start = looked(gap, MESHES["walls"](gap.squares, 8))
-    flux = np.zeros(len(problem.kept))
-    flux[problem.kept] = problem.blocked_flux(flows)
-    (rate,) = (flow.rate for flow in flows)
-    marks = Marks((flux > 0.05 * rate).astype(np.int8), np.inf, 0.02 * rate)
-    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, flows, 2)
-    x, y = ahead.mesh.points((1.0, 1.0))[len(plain.mesh.xy) :].T
-    assert len(x) > 10
-    assert np.all(np.abs(x - 28) <= 12)
-    assert np.all(np.abs(y - 28) <= 12)
 
 
 def test_fewer_levels_for_the_same_bounds():
