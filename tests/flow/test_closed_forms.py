@@ -11,6 +11,7 @@ from drawn_stripes import ROUNDING, Case, across, along
 
 from fem_seal.flow import Limits
 from fem_seal.flow.cell_tensor import conductivity_tensor
+from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 
@@ -35,6 +36,19 @@ def test_in_series_until_the_bounds_agree():
     heights = 10 ** (-12 * np.random.default_rng(5).random(8))
     case = Case("across", heights, 3, (1e-6, 1e-6), "wall", "linear", "adaptive")
     assert case.solve(60_000).converged
+
+
+@pytest.mark.parametrize(("kind", "exact"), [("along", "upper"), ("across", "lower")])
+def test_over_several_batches(kind, exact):
+    """A channel g(y), or g(x): on all levels one of the bounds is exact, on the last one the sum
+    over several batches. Bounds are widened by 1e-12; CG stops at 2e-8 of the energy at most, and
+    starts from what is exact."""
+    heights = 1 + 0.3 * np.sin(5 * np.linspace(0, 1, 49))
+    case = Case(kind, heights, 49, (1 / 48, 1 / 48), "wall", "linear", "uniform")
+    flow = case.solve(10_000, rtol=1e-9)
+    assert flow.levels[-1].cells > 4 * AT_ONCE
+    for level in flow.levels:
+        assert getattr(level, exact) == pytest.approx(case.exact, rel=4e-8)
 
 
 @pytest.mark.parametrize(

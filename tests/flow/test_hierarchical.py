@@ -140,6 +140,46 @@ def test_corrected_bounds(representation, periodic, size, contact, width):
         assert bubbles.free.any()
 
 
+# --- a batch of cells after the other: where one ends must not show in the bounds ----------------
+
+
+@pytest.mark.parametrize(("representation", "periodic"), [("linear", True), ("constant", False)])
+def test_bubbles_in_small_batches(representation, periodic, monkeypatch):
+    """The cells of an edge belong to one bubble, in whatever batch they are: apart, each would
+    have a bubble of its own, the pressure could jump and the bounds would cross the truth. The
+    same sums in another order: 1e-12. Contact lines part bubbles of their own."""
+    gap = represented(rough_gap((8, 8), 0.3, 8), representation)
+    markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
+    problem = level_problem(gap, 1, periodic, markings=markings)
+    found = solved(problem)
+    whole = problem.corrected(*found).numbers
+    monkeypatch.setattr(hierarchical, "QUARTERED_AT_ONCE", 3)
+    assert problem.corrected(*found).numbers == pytest.approx(whole, rel=1e-12)
+
+
+def test_bubbles_in_small_blocks(monkeypatch):
+    """No bubble stands on the rim of a block: with as many steps as it takes, fewer bubbles find
+    no lower energies, as they would if the halves of one were free of each other, but the energies
+    of admissible functions. The sums differ in order: 1e-12."""
+    markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
+    problem = level_problem(represented(rough_gap((8, 8), 0.3, 8)), 1, True, 1e-8, markings)
+    found = solved(problem)
+    assert 300 < len(problem.mesh.cells) < 600
+    monkeypatch.setattr(hierarchical, "STEPS", 40)
+    whole = problem.corrected(*found).numbers
+    for block in (1, 50, 300):
+        monkeypatch.setattr(hierarchical, "BLOCK", block)
+        lower, upper = problem.corrected(*found).numbers
+        assert 1 / found[1].upper_bound().item() <= lower < whole[0] * (1 + 1e-12)
+        assert whole[1] * (1 - 1e-12) < upper <= found[0].upper_bound().item()
+    # Two blocks, and a small part of the bubbles between them.
+    assert lower > (found[1].conductance + whole[0]) / 2
+    assert upper < (found[0].energies.item() + whole[1]) / 2
+
+
+# --- what a bubble stands on ---------------------------------------------------------------------
+
+
 def at_the_origin(mesh):
     return (mesh.xy[mesh.cells] == 0).all(axis=2).any(axis=1)
 
