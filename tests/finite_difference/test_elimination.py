@@ -8,7 +8,6 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.star_mesh import star_mesh, star_mesh_in_step
 from fem_seal.finite_difference.stencil import Stencil
 
 approx = partial(pytest.approx, rel=1e-12)
@@ -29,36 +28,6 @@ def assembled_conductance(stencil):
         np.ones(stencil.shape, dtype=bool), lambda matrix, b: spsolve(matrix.tocsc(), b)
     )
     return np.sum(stencil.x[0] * (pressure[0] - pressure[1]))
-
-
-def schur_links(links, eliminated):
-    """Links between the remaining nodes from the Schur complement, by a dense solve."""
-    laplacian = np.diag(links.sum(axis=1)) - links
-    inner, cross = laplacian[:eliminated, :eliminated], laplacian[:eliminated, eliminated:]
-    left = laplacian[eliminated:, eliminated:] - cross.T @ np.linalg.solve(inner, cross)
-    np.fill_diagonal(left, 0)
-    return -left
-
-
-# Within few nodes, over the halves of a panel, over panels and over blocks of columns.
-@pytest.mark.parametrize(("size", "eliminated"), [(5, 1), (9, 7), (40, 21), (330, 130)])
-def test_both_eliminations_leave_the_schur_complement(size, eliminated):
-    """Links of 0.5 to 1 between all nodes: well conditioned, so that both are good to rounding.
-
-    Each entry collects one term for every eliminated node; the dense solve as many.
-    """
-    rng = np.random.default_rng(size)
-    networks = [np.triu(rng.uniform(0.5, 1, (size, size)), 1) for _ in range(2)]
-    networks = [links + links.T for links in networks]
-    stacked = np.array(networks)
-    in_step = star_mesh_in_step(np.moveaxis(stacked, 0, 2).copy(), eliminated)
-    together = star_mesh(stacked, eliminated)
-    for k, links in enumerate(networks):
-        expected = schur_links(links, eliminated)
-        for left in (in_step[:, :, k], together[k]):
-            # The diagonal has no meaning.
-            left = left - np.diag(np.diag(left))
-            np.testing.assert_allclose(left, expected, rtol=10 * eliminated * EPS, atol=0)
 
 
 # Sizes inside a tile, over its edge, over several tiles and over the column blocks of the kernel.
