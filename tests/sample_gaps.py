@@ -14,10 +14,3 @@ def rough_gap(shape: tuple[int, int], contact: float, seed: int, smooth: int = 1
     total = sum(np.roll(noise, (i, j), (0, 1)) for i in offsets for j in offsets)
     gap = np.maximum(0.0, total - np.quantile(total, contact))
     return GridField(gap / gap.max(), (1.0, 1.0), periodic=True)
-
-
-def striped_gap(conductivity: np.ndarray, width: int, along: bool) -> GridField:
-    """Square pixels in stripes of given K = g³: along the flow, or across it."""
-    stripes = np.cbrt(conductivity)
-    values = np.repeat(stripes[:, None], width, axis=1)
-    return GridField(values.T if along else values, (1.0, 1.0))

@@ -17,7 +17,6 @@ from fem_seal.scene import Scene
 DRAWING = {"pyvista", "vtkmodules", "matplotlib"}
 FFT = {"pyfftw"}
 HEAVY = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py"} | DRAWING | FFT
-HEAVY |= {"pandas", "xarray"}  # PyFFTW would import them
 # What only a [shape] needs: gmsh and the modules that read, check and cut meshes.
 OF_SHAPES = {"gmsh", "meshio", "fem_seal.expression", "fem_seal.render.shape"}
 OF_SHAPES |= {

@@ -2,11 +2,9 @@
 
 import contextlib
 import json
-import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
@@ -28,24 +26,6 @@ BLOCKS_OF_TASK = 4  # blocks of rows in one task of a thread
 ALIGNED = 8
 
 
-@cache
-def fftw() -> ModuleType:
-    """Import PyFFTW without its interface for Dask.
-
-    Where Dask is installed that interface imports it, with pandas and xarray: 0.8 s and 60 MB for
-    what is not used here.
-    """
-    hidden = {} if "dask.array" in sys.modules else {"dask.array": None}
-    sys.modules.update(hidden)  # type: ignore[arg-type]  # None: it cannot be imported
-    try:
-        import pyfftw
-    finally:
-        for name in hidden:
-            del sys.modules[name]
-    module: ModuleType = pyfftw
-    return module
-
-
 class RealTransform:
     """Forward and backward FFT of one real array, in place, in the threads of its passes.
 
@@ -59,9 +39,11 @@ class RealTransform:
     """
 
     def __init__(self, shape: tuple[int, int], precision: str, passes: RowPasses | None = None):
+        import pyfftw
+
         nx, ny = shape
         padded = -(-(ny // 2 + 1) // ALIGNED) * ALIGNED
-        memory = fftw().empty_aligned((nx, padded), MODES_OF[precision])
+        memory = pyfftw.empty_aligned((nx, padded), MODES_OF[precision])
         self.modes, self.values = memory[:, : ny // 2 + 1], memory.view(precision)[:, :ny]
         self._passes = passes or RowPasses()
         if nx * ny < MEASURED_FROM:
@@ -75,11 +57,13 @@ class RealTransform:
             _save_wisdom()
 
     def _plan(self, *effort: str) -> None:
+        import pyfftw
+
         flags = (*effort, "FFTW_DESTROY_INPUT")
 
         def both_ways(values: np.ndarray, modes: np.ndarray, axis: int) -> Plans:
-            forward = fftw().FFTW(values, modes, (axis,), "FFTW_FORWARD", flags)
-            backward = fftw().FFTW(modes, values, (axis,), "FFTW_BACKWARD", flags)
+            forward = pyfftw.FFTW(values, modes, (axis,), "FFTW_FORWARD", flags)
+            backward = pyfftw.FFTW(modes, values, (axis,), "FFTW_BACKWARD", flags)
             return forward.execute, backward.execute
 
         values, modes = self.values, self.modes
@@ -137,15 +121,19 @@ def wisdom_path() -> Path:
 
 @cache
 def _load_wisdom() -> None:
+    import pyfftw
+
     # A missing or foreign file only costs planning again; FFTW refuses wisdom of other builds.
     with contextlib.suppress(OSError, ValueError):
         stored = json.loads(wisdom_path().read_text())
-        fftw().import_wisdom(tuple(text.encode() for text in stored))
+        pyfftw.import_wisdom(tuple(text.encode() for text in stored))
 
 
 def _save_wisdom() -> None:
+    import pyfftw
+
     path = wisdom_path()
     # A cache folder that cannot be written must not stop a computation.
     with contextlib.suppress(OSError, InvalidInput):
-        wisdom = [text.decode() for text in fftw().export_wisdom()]
+        wisdom = [text.decode() for text in pyfftw.export_wisdom()]
         write_text(path, json.dumps(wisdom), durable=False)

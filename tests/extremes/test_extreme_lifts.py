@@ -19,25 +19,26 @@ def lifted(share):
     return Patch(scene(LOAD, share * LOAD, N))
 
 
-def assert_loads_balance(patch):
-    """The contact is scaled to what the fluid leaves of the load, to rounding."""
-    state = patch.lifted
-    assert state.contact.mean_pressure + state.fluid_load == pytest.approx(LOAD, rel=1e-12)
-
-
 SHARES = (1e-6, 0.5, 1 - 1e-6)
 
 
-@pytest.mark.parametrize("share", SHARES, ids=lambda share: f"{share:.6g}")
-def test_shares(share):
-    """Inlet pressures in parts of the load, from 1e-6 to 1."""
+@pytest.mark.parametrize("share", [*SHARES, 1.0, 1.3, 1e6], ids=lambda share: f"{share:.6g}")
+def test_inlet_pressures_in_parts_of_the_load(share):
+    """The contact is scaled to what the fluid leaves of the load, to rounding."""
     patch = lifted(share)
-    assert patch.lifted.converged
-    assert_loads_balance(patch)
+    state = patch.lifted
+    assert state.converged
+    if patch.lifted_off:
+        assert state.fluid_load >= LOAD
+    else:
+        carried = state.contact.mean_pressure + state.fluid_load
+        assert carried == pytest.approx(LOAD, rel=1e-12)
     low, high = lift_range(Patch(scene(LOAD, share * LOAD, N, lift="range")))
-    leak = patch.leak_rate
-    assert low.lower <= leak.upper
-    assert leak.lower <= high.upper
+    if share >= 1:
+        assert high.state == "lifted off"
+        return
+    assert low.lower <= patch.leak_rate.upper
+    assert patch.leak_rate.lower <= high.upper
 
 
 def test_more_leaks_per_pressure_drop_the_more_the_fluid_lifts():
@@ -45,19 +46,6 @@ def test_more_leaks_per_pressure_drop_the_more_the_fluid_lifts():
     rates = [(lifted(share).leak_rate, share) for share in SHARES]
     for (less, low), (more, high) in pairwise(rates):
         assert more.upper / high >= less.lower / low
-
-
-@pytest.mark.parametrize("share", [1.0, 1.3, 1e6], ids=lambda share: f"{share:g}")
-def test_inlet_above_the_load(share):
-    """Inlet pressures at and above the load, from 1 to 1e6 times."""
-    patch = lifted(share)
-    state = patch.lifted
-    assert state.converged
-    assert lift_range(Patch(scene(LOAD, share * LOAD, N, lift="range")))[1].state == "lifted off"
-    if patch.lifted_off:
-        assert state.fluid_load >= LOAD
-        return
-    assert_loads_balance(patch)
 
 
 def test_lift_units():

@@ -20,16 +20,12 @@ def film(expression, length=1):
 
 @pytest.mark.parametrize("gap", [0.3, 1.0, 1.5])
 def test_area_not_above_a_gap_of_a_plane(gap):
-    """g = x + y: the area below g = h is h²/2 up to 1 and 1 - (2 - h)²/2 beyond, to rounding."""
+    """g = x + y: the area below g = h is h²/2 up to 1 and 1 - (2 - h)²/2 beyond, to rounding. On
+    two squares the mean is (2 + 1)/2, and half of the area lies below it."""
     exact = gap**2 / 2 if gap <= 1 else 1 - (2 - gap) ** 2 / 2
     assert film("x + y").area_not_above(gap) == pytest.approx(exact, rel=1e-12)
-
-
-def test_means_are_over_the_area():
-    """g = x + y: its mean is (2 + 1)/2, half of the area lies below it, to rounding."""
-    plane = film("x + y", length=2)
-    assert plane.mean_gap == pytest.approx(1.5, rel=1e-12)
-    assert plane.area_not_above(1.5) == pytest.approx(0.5, rel=1e-12)
+    two = film("x + y", length=2)
+    assert (two.mean_gap, two.area_not_above(1.5)) == pytest.approx((1.5, 0.5), rel=1e-12)
 
 
 def test_contact_is_the_triangles_in_contact():
