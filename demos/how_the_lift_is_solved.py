@@ -47,9 +47,7 @@ def both(load: float, n: int) -> tuple[LiftedState, LiftedState]:
     surface = Patch(scene).surface
     problem = lifting_problem(scene, scene.load, scene.flow_settings, surface, silent)
     ends = problem.outlet, problem.largest_start
-    low, high = (
-        lifted(problem, TOLERANCE, start=np.full(surface.shape, pressure)) for pressure in ends
-    )
+    low, high = (lifted(problem, start=np.full(surface.shape, pressure)) for pressure in ends)
     return low, high
 
 

@@ -248,7 +248,7 @@ class Patch:
         # pressure is the ambient one.
         dry = self.elastic_state if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
-            return lifted(problem, self.flow_settings.rtol, dry=dry)
+            return lifted(problem, dry=dry)
 
     @cached_property
     def sensitivity(self) -> "Sensitivity | None":

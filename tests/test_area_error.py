@@ -177,8 +177,8 @@ def test_two_ends_of_one_search():
     patch = Patch(random_scene(122))
     problem = problem_of(patch.scene, patch.surface)
     states = (
-        lifted(problem, RTOL, dry=patch.contact),
-        lifted(problem, RTOL, start=np.full(problem.height.shape, problem.inlet)),
+        lifted(problem, dry=patch.contact),
+        lifted(problem, start=np.full(problem.height.shape, problem.inlet)),
     )
     assert all(state.converged for state in states)
     apart = abs(log(states[0].leak_rate.value / states[1].leak_rate.value))

@@ -17,24 +17,19 @@ from fem_seal.contact.state import ContactState
 from fem_seal.coupling.newton import Steps
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.stages import first_stage, further_stages
-from fem_seal.coupling.state import LARGEST_CHANGE, SETTLED, LiftedState, log_ratio
-from fem_seal.errors import InvalidInput, present
+from fem_seal.coupling.state import LiftedState, log_ratio
+from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.leak_rate import LeakRate
-from fem_seal.registry import require_positive
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
 FINER = "compare a finer grid of the contact"
 
 
 def lifted(
-    problem: LiftProblem,
-    rtol: float,
-    *,
-    dry: ContactState | None = None,
-    start: np.ndarray | None = None,
+    problem: LiftProblem, *, dry: ContactState | None = None, start: np.ndarray | None = None
 ) -> LiftedState:
-    """Solve contact and flow together.
+    """Solve contact and flow together, to the tolerance of the flow.
 
     Newton's method starts from the outlet's pressure everywhere. Where that contact is sealed, or
     the steps were difficult, there may be a sealed and a leaking equilibrium: a second start from
@@ -43,32 +38,22 @@ def lifted(
 
     Parameters
     ----------
-    rtol
-        Relative tolerance of the leak rate; larger values are treated as 0.3, beyond which first
-        orders say little. The state has settled if its ln Q errs by at most half of it.
     dry
         Contact under the outlet's pressure everywhere, if it is known.
     start : (nx, ny)
         Fluid pressure [Pa] from which Newton's method starts in place of both.
     """
-    require_positive(rtol=rtol)
-    allowed = SETTLED * min(rtol, LARGEST_CHANGE)
-    if start is not None and problem.solid_load(start) <= 0:
-        raise InvalidInput(
-            f"start: a mean pressure of {start.mean():g} Pa carries the whole load of "
-            f"{problem.load:g} Pa; begin with less"
-        )
     uniform = problem.uniform_pressure
     if problem.load is not None and problem.load <= uniform.mean():
         return LiftedState(problem.field(uniform))
 
     def search() -> list[_End]:
         if start is None:
-            return _from_both_ends(problem, allowed, dry)
-        return [_end_of(further_stages(problem, allowed, first_stage(problem, allowed, start)))]
+            return _from_both_ends(problem, dry)
+        return [_end_of(further_stages(problem, first_stage(problem, start)))]
 
     ends = parallel.on_root(search, problem.comm)
-    states = [_completed(problem, allowed, *end) for end in ends]
+    states = [_completed(problem, *end) for end in ends]
     if len(states) == 1:
         return states[0]
     return _merged(*states, in_equilibrium=not any(end.state.reason for end in ends))
@@ -97,7 +82,7 @@ def _end_of(steps: Steps) -> _End:
     return _End(state, point.opened if point.sealed else None)
 
 
-def _from_both_ends(problem: LiftProblem, allowed: float, dry: ContactState | None) -> list[_End]:
+def _from_both_ends(problem: LiftProblem, dry: ContactState | None) -> list[_End]:
     """Where the stages end that start from the outlet's pressure, and from the inlet's if needed.
 
     If both have the same equilibrium in the first stage, the next stages are the same as well: the
@@ -108,19 +93,19 @@ def _from_both_ends(problem: LiftProblem, allowed: float, dry: ContactState | No
         np.full(problem.height.shape, end) for end in (problem.outlet, problem.largest_start)
     )
     dry = dry or problem.contact_under(low)
-    first = first_stage(problem, allowed, low, dry)
-    steps = further_stages(problem, allowed, first)
+    first = first_stage(problem, low, dry)
+    steps = further_stages(problem, first)
     if not _may_be_another(problem, steps, dry):
         return [_end_of(steps)]
-    second = first_stage(problem, allowed, high)
-    if not steps.failure and (steps.error <= allowed or steps.point.stays_sealed):
+    second = first_stage(problem, high)
+    if not steps.failure and (steps.error <= problem.allowed or steps.point.stays_sealed):
         # Where the solid floats at no level, a start that carries the whole load takes no step:
         # that it fails says nothing.
         stuck = problem.may_float and bool(second.failure)
-        lost = steps.lost + second.lost
-        if stuck or (not lost and second.point.leaks_like(first.point, allowed)):
+        lost = steps.lost or second.lost
+        if stuck or (not lost and second.point.leaks_like(first.point)):
             return [_end_of(steps)]
-    return [_end_of(steps), _end_of(further_stages(problem, allowed, second))]
+    return [_end_of(steps), _end_of(further_stages(problem, second))]
 
 
 def _may_be_another(problem: LiftProblem, steps: Steps, dry: ContactState) -> bool:
@@ -133,11 +118,9 @@ def _may_be_another(problem: LiftProblem, steps: Steps, dry: ContactState) -> bo
     return steps.difficult or problem.film(dry.gap).sealed
 
 
-def _completed(
-    problem: LiftProblem, allowed: float, state: LiftedState, opened: GridFilm | None
-) -> LiftedState:
+def _completed(problem: LiftProblem, state: LiftedState, opened: GridFilm | None) -> LiftedState:
     """A state with its leak rate to the tolerance of the result, and the range of leak rates."""
-    contact, error = present(state.contact, "contact"), state.error
+    contact, error, allowed = present(state.contact, "contact"), state.error, problem.allowed
     leak = problem.flow(problem.film(contact.gap), min(error, allowed))
     sealed = leak.state == "sealed"
     known = sealed or (leak.value > 0 and error <= MOST_ERROR)

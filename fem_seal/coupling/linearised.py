@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.coupling.constants import INNER
 from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
 from fem_seal.network.film_pressure import FilmPressure
 
+# Part of a tolerance of GMRES to which contact and flow are solved within it.
+INNER = 0.1
 # Parts of a side of the patch, in each of which errors have a sign of their own.
 PARTS = 4
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from math import inf
 
-from fem_seal.coupling.constants import INNER, MOST_STEPS
-from fem_seal.coupling.point import FloatingPoint, LiftPoint
+from fem_seal.coupling.point import MOST_ITERATIONS, STEP_TOLERANCE, FloatingPoint, LiftPoint
 
+MOST_STEPS = 20  # in a stage; most scenes need two to five
 # The fractions of a step that are tried until |F| falls; and those that the first, second, ... step
 # away from unstable states takes.
 STEP_FRACTIONS, AWAY = (1.0, 1 / 2, 1 / 4, 1 / 8), (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)
@@ -22,7 +22,7 @@ class Steps:
     #: step changes to first order is then no measure of what it changes
     difficult: bool
     failure: str  #: why the last point is no equilibrium, else ""
-    lost: int = 0  #: stages that have come to no equilibrium, with this one
+    lost: bool = False  #: whether one of their stages has come to no equilibrium
     change: float = inf  #: of ln Q by the flow of the last stage
     error: float = inf  #: of ln Q, estimated
 
@@ -32,7 +32,7 @@ class Steps:
             self,
             residuals=before.residuals[:-1] + self.residuals,
             difficult=before.difficult or self.difficult,
-            lost=before.lost + self.lost,
+            lost=before.lost or self.lost,
         )
 
 
@@ -56,14 +56,14 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
     away = iter(AWAY)
     while True:
         point.problem.report("lift", f"{len(point.network.free)} nodes, residual {point.size:.1e}")
-        # GMRES may leave a tenth of what a step was to change to first order.
+        # GMRES may leave this part of what a step was to change to first order.
         if left <= tolerance and point.settled(tolerance):
             return Steps(point, tuple(residuals), difficult, "")
         if len(residuals) > MOST_STEPS:
             break
         step = point.step
-        left = INNER * step.log_rate
-        difficult |= step.unstable or step.iterations > MOST_STEPS / 2
+        left = STEP_TOLERANCE * step.log_rate
+        difficult |= step.unstable or step.iterations > MOST_ITERATIONS / 2
         fractions = list(islice(away, 1)) if step.unstable else STEP_FRACTIONS
         tried: list[LiftPoint] = []
         for fraction in fractions:
@@ -80,7 +80,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
         f"Newton's steps have left {point.size:.1e} of the pressure drop, and the last one was to "
         f"change the logarithm of the leak rate by {step.log_rate:.2g}"
     )
-    return Steps(point, tuple(residuals), difficult, failure, lost=1)
+    return Steps(point, tuple(residuals), difficult, failure, lost=True)
 
 
 def equilibrium(point: LiftPoint, tolerance: float) -> Steps:
@@ -91,5 +91,5 @@ def equilibrium(point: LiftPoint, tolerance: float) -> Steps:
         floating = newton(FloatingPoint.leaving(point), tolerance)
         # A film that rises for ever carries less than the load: the solid is in contact.
         if not floating.failure:
-            return replace(floating.after(steps), lost=0)
+            return replace(floating.after(steps), lost=False)
     return steps

@@ -19,7 +19,6 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.constants import INNER, MOST_STEPS
 from fem_seal.coupling.krylov import LinearSolution
 from fem_seal.coupling.linearised import Linearised, summed_by_parts
 from fem_seal.coupling.problem import LiftProblem
@@ -29,6 +28,13 @@ from fem_seal.film import GridFilm
 from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.network.network import Network
 
+STEP_TOLERANCE = 0.1  # part of F that GMRES leaves in Newton's step
+# The same for λ: no later step corrects an error of λ, and next to closing λ is large. What GMRES
+# leaves of its right side, times the step, is an error of λ·F.
+ADJOINT_TOLERANCE = 0.01
+MOST_ITERATIONS = 20  # of GMRES; most scenes need two to six
+# Part of the network's error that the triangles hold which are halved.
+HALVED = 0.9
 # Part of the allowed error of ln Q by which a channel along diagonals may change it: many may open.
 DIAGONAL = 0.01
 
@@ -80,10 +86,16 @@ class LiftPoint:
         """F (nx, ny) [Pa]."""
         return self.problem.pressure_of(self.flow.on_samples, self.critical) - self.pressure
 
+    @property
+    def lacking(self) -> float:
+        """Load that neither the solid nor the fluid carries [Pa]."""
+        return 0.0
+
     @cached_property
     def size(self) -> float:
-        """Root mean square of F over the pressure drop."""
-        return float(np.sqrt(np.mean(self.residual**2))) / self.problem.drop
+        """Root mean square of F, with the load that is lacking, over the pressure drop."""
+        of_flow = float(np.sqrt(np.mean(self.residual**2)))
+        return float(np.hypot(of_flow, self.lacking)) / self.problem.drop
 
     @cached_property
     def pressure_by_u(self) -> np.ndarray:
@@ -131,9 +143,7 @@ class LiftPoint:
         """
         for point in map(self.thinned_to, self.problem.chain):  # this point is the last one
             if point.conducts_like(self):
-                # No later step corrects an error of λ. Next to closing λ is large: what GMRES
-                # leaves of its right side, times the step, is an error of λ·F.
-                adjoint = point.linear.adjoint(INNER**2, MOST_STEPS)
+                adjoint = point.linear.adjoint(ADJOINT_TOLERANCE, MOST_ITERATIONS)
                 if not adjoint.unstable:
                     break
         return adjoint
@@ -141,7 +151,9 @@ class LiftPoint:
     @cached_property
     def step(self) -> NewtonStep:
         """Newton's step."""
-        solution, gap = self.linear.solved(self.residual, INNER, MOST_STEPS, to_stable=True)
+        solution, gap = self.linear.solved(
+            self.residual, STEP_TOLERANCE, MOST_ITERATIONS, to_stable=True
+        )
         return NewtonStep(
             pressure=solution.x,
             gap=gap,
@@ -164,12 +176,12 @@ class LiftPoint:
         """Part of the leak rate that is due to ε; where it is small, p_f depends on ε even less."""
         return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
 
-    def finer(self, allowed: float, problem: LiftProblem) -> tuple[Network, float]:
+    def finer(self, problem: LiftProblem) -> tuple[Network, float]:
         """Network and ε of the next stage: smaller triangles where errors change ln Q most.
 
         The network is on the samples of a problem, which are those of this point or more.
         """
-        epsilon, more = self.epsilon, problem is not self.problem
+        epsilon, more, allowed = self.epsilon, problem is not self.problem, problem.allowed
         if self.by_epsilon > allowed / 2 or not (problem.refines or more):
             epsilon /= 4  # as half as wide triangles lessen the error of linear elements
         if not problem.refines:
@@ -178,45 +190,48 @@ class LiftPoint:
         weight, of_samples = np.zeros_like(self.pressure), self._adjoint.x
         stride = self.problem.stride(of_samples)
         weight[::stride, ::stride] = of_samples
-        by_links, by_diagonals = self.flow.by_parts(self.pressure_by_u * weight, INNER**2)
+        by_links, by_diagonals = self.flow.by_parts(self.pressure_by_u * weight, ADJOINT_TOLERANCE)
         anyway = by_diagonals > DIAGONAL * allowed
         varies, film = self.flow.varies, problem.touching_film
-        return self.network.refined(by_links, 1 - INNER, varies, anyway, film), epsilon
+        return self.network.refined(by_links, HALVED, varies, anyway, film), epsilon
 
     def log_rate_error(self, other: "LiftPoint") -> float:
         """Error of ln Q by the flow of another point, here or on more samples.
 
         It is λ·F of the other point; infinite if λ is not known.
         """
-        return self._by_adjoint(other, other.residual)
+        return self._log_rate_moved(other, other.residual)
 
     def log_rate_change_to(self, other: "LiftPoint") -> float:
         """Change of ln Q from the flow of this point to that of another, as of `log_rate_error`."""
         stride = other.problem.stride(self.residual)
         moved = other.residual.copy()
         moved[::stride, ::stride] -= self.residual
-        return self._by_adjoint(other, moved)
+        return self._log_rate_moved(other, moved)
 
-    def _by_adjoint(self, other: "LiftPoint", pressure: np.ndarray) -> float:
-        """Size of λ times a pressure on the samples of another point."""
+    def _log_rate_moved(self, other: "LiftPoint", pressure: np.ndarray) -> float:
+        """Change of ln Q by a pressure on the samples of another point."""
         here = other.problem is self.problem
         if not (self._adjoint.converged and (here or self.conducts_like(other))):
             return np.inf
         stride = other.problem.stride(self._adjoint.x)
         return summed_by_parts(self._adjoint.x * pressure[::stride, ::stride])
 
-    def settled(self, tolerance: float) -> bool:
-        """Whether λ says that a step would change ln Q, and the solid's load, by little."""
-        return (
-            self.log_rate_error(self) <= tolerance
-            and self.keeps_load(tolerance)
-            and not self._adjoint.unstable
-        )
+    @property
+    def unstable(self) -> bool:
+        """Whether contact and flow in turn would leave this state."""
+        return self._adjoint.unstable
 
-    def leaks_like(self, other: "LiftPoint", allowed: float) -> bool:
-        """Whether both have the same ln Q, of which each may err by `allowed`."""
+    def settled(self, tolerance: float) -> bool:
+        """Whether a step would change ln Q, and the solid's load, by little."""
+        little = self.log_rate_error(self) <= tolerance and self.keeps_load(tolerance)
+        return little and not self.unstable
+
+    def leaks_like(self, other: "LiftPoint") -> bool:
+        """Whether both have the same ln Q, of which each may err by what is allowed."""
         apart = self.linear.log_rate_change(self.contact.gap.values - other.contact.gap.values)
-        return apart + log_ratio(self.flow.conductance, other.flow.conductance) <= 2 * allowed
+        apart += log_ratio(self.flow.conductance, other.flow.conductance)
+        return apart <= 2 * self.problem.allowed
 
     @cached_property
     def opened(self) -> GridFilm | None:
@@ -280,30 +295,23 @@ class FloatingPoint(LiftPoint):
         contact = ContactState(problem.field(gap), none, problem.solid.contact_modulus)
         return cls(problem, network, epsilon, pressure, contact, level)
 
-    @cached_property
-    def size(self) -> float:
-        """Root mean square of F over the pressure drop, with the error of the load."""
-        return float(np.hypot(super().size, self._lacking / self.problem.drop))
-
     @property
-    def _lacking(self) -> float:
+    def lacking(self) -> float:
+        """What the fluid does not carry of the load [Pa]: no contact carries the rest."""
         return self.problem.solid_load(self.pressure)
 
     def keeps_load(self, tolerance: float) -> bool:
-        """Whether the fluid carries the load."""
-        return abs(self._lacking) <= INNER * tolerance * self.problem.drop
+        """Whether the fluid carries the load, to rounding, as after each whole step."""
+        return self.lacking == 0
 
-    def log_rate_error(self, other: LiftPoint) -> float:
-        """Error of ln Q by the flow of another point: what its first step changes."""
+    @property
+    def unstable(self) -> bool:
+        """Not tested: as the level rises, the fluid carries less."""
+        return False
+
+    def _log_rate_moved(self, other: LiftPoint, pressure: np.ndarray) -> float:
+        """What the first step of the other point changes: λ would take the level as well."""
         return other.step.log_rate
-
-    def log_rate_change_to(self, other: LiftPoint) -> float:
-        """The same: this point is an equilibrium."""
-        return self.log_rate_error(other)
-
-    def settled(self, tolerance: float) -> bool:
-        """Whether the next step changes ln Q, and the load, by little."""
-        return self.log_rate_error(self) <= tolerance and self.keeps_load(tolerance)
 
     @cached_property
     def linear(self) -> Linearised:
@@ -315,12 +323,12 @@ class FloatingPoint(LiftPoint):
     def step(self) -> NewtonStep:
         """Newton's step: that at a fixed level, and the level that restores the load."""
         linear = self.linear
-        fixed, by_pressure = linear.solved(self.residual, INNER, MOST_STEPS)
-        by_rise = linear.response(np.ones_like(self.pressure), INNER**2)
-        lifted, by_level = linear.solved(by_rise, INNER, MOST_STEPS)
+        fixed, by_pressure = linear.solved(self.residual, STEP_TOLERANCE, MOST_ITERATIONS)
+        by_rise = linear.response(np.ones_like(self.pressure), ADJOINT_TOLERANCE)
+        lifted, by_level = linear.solved(by_rise, STEP_TOLERANCE, MOST_ITERATIONS)
         load_by_level = float(lifted.x.mean())
         # Under a rigid solid with grooves along the flow p_f is the same at all levels.
-        level = (self._lacking - float(fixed.x.mean())) / load_by_level if load_by_level else 0.0
+        level = (self.lacking - float(fixed.x.mean())) / load_by_level if load_by_level else 0.0
         gap = by_pressure + level * (1 + by_level)
         solved = fixed.converged and lifted.converged
         return NewtonStep(

@@ -12,6 +12,7 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.settings import Arithmetic, ElasticSolid, Load
 from fem_seal.contact.state import ContactState
+from fem_seal.coupling.state import LARGEST_CHANGE, SETTLED
 from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
@@ -64,6 +65,11 @@ class LiftProblem:
     def load(self) -> float | None:
         """P₀ [Pa]; None if area or mean gap is prescribed, which the fluid does not change."""
         return self.prescribed.value if self.prescribed.kind == "pressure" else None
+
+    @property
+    def allowed(self) -> float:
+        """Error of ln Q at which the search for an equilibrium ends."""
+        return SETTLED * min(self.settings.rtol, LARGEST_CHANGE)
 
     @property
     def refines(self) -> bool:
@@ -163,16 +169,17 @@ class LiftProblem:
         return slope
 
     @cached_property
+    def _halvings(self) -> int:
+        """How often every second sample along each side may be left out until few are left."""
+        times, (nx, ny) = 0, self.height.shape
+        while nx * ny > FIRST_NODES and nx % 2 == ny % 2 == 0:
+            times, nx, ny = times + 1, nx // 2, ny // 2
+        return times
+
+    @property
     def doublings(self) -> int:
         """How often the triangles of the first network are doubled, from one sample on."""
-        shape, doublings = self.height.shape, 0
-        while (
-            doublings < 2
-            and self.height.values.size > FIRST_NODES * 4**doublings
-            and all(n % 2 ** (doublings + 1) == 0 for n in shape)
-        ):
-            doublings += 1
-        return doublings
+        return min(self._halvings, 2)
 
     @property
     def first_network(self) -> Network:
@@ -182,22 +189,17 @@ class LiftProblem:
         return Network.uniform(self.touching_film, -self.doublings)
 
     @cached_property
-    def thinned(self) -> "LiftProblem | None":
-        """The same problem with every second sample of the contact along each side.
-
-        None on a small grid, and where the solid may float, whose level takes all samples.
-        """
-        values, even = self.height.values, all(n % 2 == 0 for n in self.height.shape)
-        if values.size <= FIRST_NODES or not even or self.may_float:
-            return None
-        dx, dy = self.height.spacing
-        height = GridField(values[::2, ::2], (2 * dx, 2 * dy), self.height.periodic)
-        return replace(self, height=height)
-
-    @cached_property
     def chain(self) -> "list[LiftProblem]":
-        """The thinned problems, the one with the fewest samples first, and this one."""
-        return [*(self.thinned.chain if self.thinned else []), self]
+        """Problems with every 2^k-th sample along each side, the fewest first, and this one.
+
+        This one alone where the solid may float, whose level takes all samples.
+        """
+        (dx, dy), chain = self.height.spacing, [self]
+        for k in range(1, 1 + self._halvings * (not self.may_float)):
+            every = self.height.values[:: 2**k, :: 2**k]
+            height = GridField(every, (2**k * dx, 2**k * dy), self.height.periodic)
+            chain.insert(0, replace(self, height=height))
+        return chain
 
     def stride(self, thinned: np.ndarray) -> int:
         """Samples along a side for one of these values of a thinned problem."""

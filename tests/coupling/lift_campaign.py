@@ -118,7 +118,7 @@ def outcome(number: int) -> Outcome:
     patch = Patch(scene)
     problem = problem_of(scene, patch.surface)
     try:
-        state = lifted(problem, RTOL, dry=patch.contact)
+        state = lifted(problem, dry=patch.contact)
     except NotConverged as error:
         return Outcome("failed", False, str(error), process_time() - start)
     seconds = process_time() - start
@@ -134,12 +134,12 @@ def outcome(number: int) -> Outcome:
         tight = {"flow.rtol": RTOL / 10}
         if scene.flow.method != "finite-difference":
             tight["flow.max_unknowns"] = 10 * scene.flow.max_unknowns
-        finer = lifted(problem_of(scene.with_(tight), patch.surface), RTOL / 10)
+        finer = lifted(problem_of(scene.with_(tight), patch.surface))
         if finer.state != "lifted off" and not finer.is_range:
             checks["exact"] = apart(state.leak_rate.value, finer.leak_rate.value)
         if problem.load is None or problem.load > 1.01 * problem.inlet:
             high = np.full(problem.height.shape, problem.inlet)
-            second = lifted(problem, RTOL, start=high)
+            second = lifted(problem, start=high)
             checks["second"] = _claimed(patch, second) + flow
             if not (state.is_range or second.is_range):
                 checks["apart"] = apart(state.leak_rate.value, second.leak_rate.value)

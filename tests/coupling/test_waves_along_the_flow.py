@@ -39,7 +39,7 @@ def channel(load, inlet, outlet, nx=64, **flow):
 
 
 def state_at(*arguments, **settings):
-    return lifted(channel(*arguments, rtol=0.05, **settings), 0.05)
+    return lifted(channel(*arguments, **settings))
 
 
 def test_lifted_film_follows_the_integral():
@@ -50,7 +50,7 @@ def test_lifted_film_follows_the_integral():
     """
     load, inlet = 0.5, 0.4
     problem = channel(load, inlet, 0, nx=128, rtol=0.01)
-    state = lifted(problem, 0.01)
+    state = lifted(problem)
     assert state.converged
     pressed = problem.press(problem.height, None, problem.prescribed)
     lift = state.leak_rate.value / problem.flow(problem.film(pressed.gap), 0.0).value
