@@ -7,10 +7,11 @@ a gap, an equilibrium is a zero of F(p) = R(G(p)) - p. One step solves
 
 by GMRES (`linearised`); a plain pass, p = R(G(p)), would compute contact and flow in turn.
 
-A solid that floats on its fluid has no contact that fixes its level. The level t is then an unknown
-of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
+A solid that floats on its fluid has no contact that fixes its level t, the mean of g + h. The level
+is then an unknown of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -50,7 +51,6 @@ class NewtonStep:
     iterations: int  #: most iterations of GMRES
     #: whether it leads away from a state that contact and flow in turn would leave
     unstable: bool = False
-    level: float = 0.0  #: change of the level of a solid that floats [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,20 +103,17 @@ class LiftPoint:
         return self.problem.pressure_by(self.flow.on_samples, self.critical)
 
     @cached_property
-    def _tangent(self) -> ContactTangent:
+    def gap_change(self) -> Callable[[np.ndarray, float], np.ndarray]:
+        """G', see `Linearised`."""
         problem, opened = self.problem, self.contact.gap.values > 0
         held = problem.prescribed.kind == "mean_gap"
-        return ContactTangent(problem.half_space, problem.stiffness, opened, held)
-
-    def gap_change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
-        """G' of a change of the pressure: change of the gap [m]; this operator is symmetric."""
-        return self._tangent.change(pressure, tolerance)
+        # No method of this point: a point that refers to itself would outlive its use.
+        return ContactTangent(problem.half_space, problem.stiffness, opened, held).change
 
     @cached_property
     def linear(self) -> Linearised:
         """Contact and flow to first order."""
-        # Not this point's own method: a point that refers to itself would outlive its use.
-        return Linearised(self._tangent.change, self.flow, self.pressure_by_u)
+        return Linearised(self.gap_change, self.flow, self.pressure_by_u)
 
     def thinned_to(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""
@@ -267,33 +264,23 @@ class LiftPoint:
 class FloatingPoint(LiftPoint):
     """A fluid pressure that carries the solid alone, at a level above the counter-face."""
 
-    level: float  #: t [m]
-
     @classmethod
     def leaving(cls, point: LiftPoint) -> Self:
         """The point at which the solid has just left the counter-face."""
         problem, pressure = point.problem, point.pressure
-        touching = float((problem.height.values - problem.displacement(pressure)).max())
-        level = touching + point.epsilon
-        floating = cls.at(problem, point.network, point.epsilon, pressure, level)
-        return present(floating, "level")
+        touching = problem.displacement(pressure) - problem.height.values
+        floating = cls.beside(point, pressure, touching - touching.min() + point.epsilon)
+        return present(floating, "gap")
 
     @classmethod
-    def at(
-        cls,
-        problem: LiftProblem,
-        network: Network,
-        epsilon: float,
-        pressure: np.ndarray,
-        level: float,
-    ) -> Self | None:
-        """The point of a pressure at a level; None if the solid touches the counter-face there."""
-        gap = problem.displacement(pressure) - problem.height.values + level
+    def beside(cls, point: LiftPoint, pressure: np.ndarray, gap: np.ndarray) -> Self | None:
+        """The point of another pressure and a gap; None if the solid touches the counter-face."""
         if not gap.min() > 0:  # a NaN is no gap either
             return None
+        problem = point.problem
         none = problem.field(np.zeros_like(gap))
         contact = ContactState(problem.field(gap), none, problem.solid.contact_modulus)
-        return cls(problem, network, epsilon, pressure, contact, level)
+        return cls(problem, point.network, point.epsilon, pressure, contact)
 
     @property
     def lacking(self) -> float:
@@ -306,18 +293,18 @@ class FloatingPoint(LiftPoint):
 
     @property
     def unstable(self) -> bool:
-        """Not tested: as the level rises, the fluid carries less."""
+        """Not asked: λ would take the level as well."""
         return False
 
     def _log_rate_moved(self, other: LiftPoint, pressure: np.ndarray) -> float:
-        """What the first step of the other point changes: λ would take the level as well."""
+        """What the first step of the other point changes."""
         return other.step.log_rate
 
     @cached_property
-    def linear(self) -> Linearised:
-        """Contact and flow to first order, at a fixed level."""
+    def gap_change(self) -> Callable[[np.ndarray, float], np.ndarray]:
+        """G' at a fixed level."""
         displacement = self.problem.displacement
-        return Linearised(lambda pressure, _: displacement(pressure), self.flow, self.pressure_by_u)
+        return lambda pressure, _: displacement(pressure)
 
     @cached_property
     def step(self) -> NewtonStep:
@@ -336,7 +323,6 @@ class FloatingPoint(LiftPoint):
             gap=gap,
             log_rate=self.linear.log_rate_change(gap) if solved else np.inf,
             iterations=max(fixed.iterations, lifted.iterations),
-            level=level,
         )
 
     def after(self, step: NewtonStep, fraction: float = 1.0) -> Self | None:
@@ -345,9 +331,9 @@ class FloatingPoint(LiftPoint):
         The film at most doubles: p_f hardly depends on the level of a high one, whose step may
         therefore be as long as one likes.
         """
-        rise, most = fraction * step.level, float(self.contact.gap.values.mean())
+        gap = self.contact.gap.values
+        rise, most = fraction * float(step.gap.mean()), float(gap.mean())
         if rise > most:
             fraction *= most / rise
         pressure = self.pressure + fraction * step.pressure
-        level = self.level + fraction * step.level
-        return self.at(self.problem, self.network, self.epsilon, pressure, level)
+        return self.beside(self, pressure, gap + fraction * step.gap)
