@@ -3,6 +3,7 @@
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -37,23 +38,31 @@ def flow_everywhere(film, density=1.0):
 
 
 @pytest.fixture
-def keys(monkeypatch):
-    """Keys of the pages, which are not drawn."""
-    seen = {}
+def drawn(tmp_path, monkeypatch):
+    """Function that gives axes and keys of the pages, not drawn, and the layers of contact."""
 
-    @contextmanager
-    def page(window, path, *, key):
-        seen[path.stem] = key
-        yield Figure().subplots(1, 1, squeeze=False)
+    def drawn(film, field=None):
+        pages, layers = {}, Mock(return_value=np.zeros((9, 9, 3), np.uint8))
 
-    blank = np.zeros((9, 9, 3), np.uint8)
-    monkeypatch.setattr(shape, "draw_layers", lambda layers, window: blank)
-    monkeypatch.setattr(shape, "page", page)
-    return seen
+        @contextmanager
+        def page(window, path, *, key):
+            panels = Figure().subplots(1, 1, squeeze=False)
+            pages[path.stem] = panels[0, 0], key
+            yield panels
+
+        monkeypatch.setattr(shape, "draw_layers", layers)
+        monkeypatch.setattr(shape, "page", page)
+        shape.draw_shape(film, field, tmp_path)
+        return pages, layers.call_args_list[0].args[0]
+
+    return drawn
 
 
-def test_key_names_contact_and_open_places_without_flow_only_where_there_are_some(keys, tmp_path):
-    """All cells flow; one cell does not; one flows weakly, in the lowest colour of the bar."""
+def test_key_names_contact_and_open_places_without_flow_only_where_there_are_some(drawn):
+    """All cells flow; one cell does not; one flows weakly, in the lowest colour of the bar.
+
+    Flow of a shape does not claim to run along x.
+    """
     film, touching = strip(), strip("max(0, 1e-6 * (x / 0.002 - 1))")
     whole = flow_everywhere(film)
     part = replace(whole, cells=whole.cells[1:], flux=whole.flux[1:])
@@ -61,34 +70,25 @@ def test_key_names_contact_and_open_places_without_flow_only_where_there_are_som
         whole, flux=whole.flux * np.where(np.arange(len(whole.cells)) == 0, 1e-9, 1)[:, None]
     )
     for field, pockets in ((whole, False), (part, True), (weak, False)):
-        shape.draw_shape(film, field, tmp_path)
-        assert (NO_FLOW in keys["flow"]) == pockets
-        assert not any(CONTACT in key for key in keys.values())
-    shape.draw_shape(touching, flow_everywhere(touching), tmp_path)
-    assert all(CONTACT in key for key in keys.values())
+        pages, _ = drawn(film, field)
+        axes, key = pages["flow"]
+        assert (NO_FLOW in key) == pockets
+        assert axes.get_xlabel() == "x [mm]"
+        assert not any(CONTACT in key for _, key in pages.values())
+    pages, _ = drawn(touching, flow_everywhere(touching))
+    assert all(CONTACT in key for _, key in pages.values())
 
 
-def area_of(layers):
-    """Area of all triangles of some layers."""
-    return sum(shape._area(layer.points, layer.cells) for layer in layers)
-
-
-def test_contact_is_drawn_where_the_formula_is_zero(monkeypatch):
+def test_contact_is_drawn_where_the_formula_is_zero(drawn, monkeypatch):
     """A disc: its area to the pixels of its rim. The film as meshed touches on less."""
     monkeypatch.setattr(offscreen, "LONG_SIDE", 1200)
     radius, gap = 0.6e-3, "max(0, (x - 0.002)**2 + (y - 0.001)**2 - 0.36e-6)"
     film = strip(gap, "0.2 mm")
     pixel = 4e-3 / offscreen.LONG_SIDE
     # Sub-triangles of at most a pixel are in or out as a whole: an error of a pixel along the rim.
-    rim = 2 * np.pi * radius * pixel
-    drawn = area_of(shape._contact_of(film))
-    assert drawn == pytest.approx(np.pi * radius**2, abs=rim)
-    as_meshed = area_of(shape._contact_of(replace(film, formula=None)))
-    assert as_meshed < drawn - 10 * rim
-
-
-@pytest.mark.render
-def test_flow_of_a_shape_does_not_claim_to_run_along_x(tmp_path):
-    film = strip()
-    with shape._page(film, tmp_path / "a.png", []) as axes:
-        assert axes.get_xlabel() == "x [mm]"
+    rim, areas = 2 * np.pi * radius * pixel, []
+    for one in (film, replace(film, formula=None)):
+        corners = [layer.points[layer.cells] for layer in drawn(one)[1]]
+        areas.append(sum(np.abs(np.linalg.det(c[:, 1:] - c[:, :1])).sum() / 2 for c in corners))
+    assert areas[0] == pytest.approx(np.pi * radius**2, abs=rim)
+    assert areas[1] < areas[0] - 10 * rim
