@@ -16,9 +16,8 @@ from fem_seal.solved import solve
 from fem_seal.steps import FLOWS
 from fem_seal.sweep import sweep
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import UNSETTLED, Point, ScenePoint
+from fem_seal.sweep.point import UNSETTLED, Point
 from fem_seal.sweep.store import SweepFolder
-from fem_seal.sweep.sweep import _by_surface
 
 LEFT = {"points", "sweep.csv", "sweep.json"}
 SEAL = ("seal.cylinder_radius=1 mm", "seal.circumference=1 cm", "seal.pressure_profile=hertz")
@@ -38,17 +37,6 @@ def test_an_infinite_end_survives_its_file(tmp_path):
     folder.save("a" * 32, Point(("0.1",), False, "", together_lower=1e-12, together_upper=inf))
     read = SweepFolder(tmp_path / "sweep", ("flow.rtol",)).point("a" * 32)
     assert read.together_upper == inf
-
-
-def test_surfaces_as_good_as_equal_are_not_handed_on():
-    """The tenth digit of a size makes another surface."""
-    scene = Scene.from_file("scene.toml")
-    sizes = ["100 um", "100.0000001 um", "100 um"]
-    tasks = [
-        ScenePoint(str(k), "", (), scene.with_({"surface.size": [size, size]}), False)
-        for k, size in enumerate(sizes)
-    ]
-    assert [[task.name for task in group] for group in _by_surface(tasks)] == [["0", "2"], ["1"]]
 
 
 def test_rows_are_those_of_single_runs(scene_file, tmp_path):
@@ -112,8 +100,8 @@ def test_a_load_of_the_seal_is_pressed_anew(scene_file):
         path.follow(patch)
 
 
-def test_each_window_of_the_map_has_its_own_contact(tmp_path):
-    """The windows of two points are other parts of the same map; one contact, to rounding."""
+def test_each_surface_has_its_own_contact(scene_file, tmp_path):
+    """Two windows of a map, or sizes whose tenth digits differ; one contact each, to rounding."""
     np.save(tmp_path / "map.npy", np.random.default_rng(1).normal(0, 1e-7, (24, 24)))
     size = {"unit": "m", "size": ["24 um", "24 um"], "periodic": False}
     surface = {"kind": "file", "path": tmp_path / "map.npy", "make_periodic": "mirror", **size}
@@ -121,11 +109,15 @@ def test_each_window_of_the_map_has_its_own_contact(tmp_path):
     scene = {"surface": surface, "solid": {"contact_modulus": "10 MPa"}, "seal": seal}
     scene |= {"contact": {"pressure": "0.3 MPa"}, "fluid": {"viscosity": "1 mPa s"}}
     scene |= {"flow": {"pressure_drop": "1 kPa"}, "output": {"products": ["seal"]}}
-    path, windows = write_toml(tmp_path / "map.toml", scene), ("6 um", "8 um")
-    windows = [(f"['{side}', '{side}']",) for side in windows]
-    for point in sweep(path, (("seal.window",), windows), tmp_path / "out").table:
-        alone = Patch(Scene.from_file(path, [f"seal.window={point.values[0]}"]))
-        assert point.row["mean_gap"] == pytest.approx(alone.film.mean_gap, rel=1e-12)
+    path = write_toml(tmp_path / "map.toml", scene)
+    for file, key, sides in (
+        (path, "seal.window", ("6 um", "8 um")),
+        (scene_file, "surface.size", ("100 um", "100.0000001 um")),
+    ):
+        values = [(f"['{side}', '{side}']",) for side in sides]
+        for point in sweep(file, ((key,), values), tmp_path / key).table:
+            alone = Patch(Scene.from_file(file, [f"{key}={point.values[0]}"]))
+            assert point.row["mean_gap"] == pytest.approx(alone.film.mean_gap, rel=1e-12)
 
 
 def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
