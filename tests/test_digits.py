@@ -89,6 +89,10 @@ def test_number_of_digits_follows_from_the_width(bracket, texts):
         (per_cent, (0.995,), "100 %"),
         (rounded_down, (1.23456,), "1.234"),
         (rounded_up, (1.23456,), "1.235"),
+        # No zeros behind the last digit, nor in front of an exponent.
+        *((in_digits, (float(text),), text) for text in ("1e-9", "0.25", "100", "2.5e+7", "0")),
+        *((in_digits, (float(text),), text) for text in ("-1e-12", "inf", "1e-5", "1e+6")),
+        (in_digits, (1 / 3,), "0.3333"),
     ],
 )
 def test_numbers_as_text(function, numbers, text):
@@ -112,16 +116,3 @@ def test_representation_leaves_the_arrays_out():
     field = GridField(np.linspace(-2e-6, 1e-6, 512 * 256).reshape(512, 256), (1e-6, 5e-7), True)
     shown = "GridField(512 x 256, -2e-06 to 1e-06, spacing=(1e-06, 5e-07), periodic=True)"
     assert repr(field) == shown
-
-
-@pytest.mark.parametrize(
-    ("number", "text"),
-    [
-        *((1e-9, "1e-9"), (0.25, "0.25"), (100.0, "100"), (1 / 3, "0.3333"), (2.5e7, "2.5e+7")),
-        *((0.0, "0"), (-1e-12, "-1e-12"), (float("inf"), "inf"), (1e-5, "1e-5"), (1e6, "1e+6")),
-    ],
-)
-def test_number_without_zeros(number, text):
-    """No zeros behind the last digit, nor in front of an exponent; it reads back to 4 digits."""
-    assert in_digits(number) == text
-    assert float(text) == pytest.approx(number, rel=5e-4)
