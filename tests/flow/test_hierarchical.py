@@ -16,13 +16,7 @@ from sample_gaps import rough_gap
 from scipy.sparse.linalg import spsolve
 
 from fem_seal.flow import hierarchical
-from fem_seal.flow.hierarchical import (
-    _BubbleForm,
-    _CellEnergies,
-    _few_steps_of_cg,
-    pressure_bubbles,
-    stream_bubbles,
-)
+from fem_seal.flow.hierarchical import pressure_bubbles, stream_bubbles
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import DEPTH
 
@@ -198,30 +192,3 @@ def test_no_bubbles_where_quarters_cannot_be_represented(representation):
         found = bubbles(mesh, data, kept)
         assert not found.free[found.edge[odd.any(axis=1)]].any()
         assert found.free.any()
-
-
-def test_products_of_two_functions_with_their_bubbles():
-    """∫ c ∇(u + Σ s φ)·∇(v + Σ t φ) falls by -(r_u·t + r_v·s + s·A·t), by a dense matrix A. After
-    four of twelve steps neither s nor t is the best, and what is left of the residuals counts."""
-    rng = np.random.default_rng(1)
-    n, count = 30, 12
-    bubble = np.array([rng.permutation(count)[:3] for _ in range(n)]).T
-    cells = _CellEnergies.empty(2, n)
-    cells.slope[:], cells.with_first[:] = rng.normal(size=(2, 3, n)), rng.normal(size=(n, 2))
-    cells.own[:], cells.terms[:] = 2.0, 0.0
-    A, r = np.zeros((count + 1, count + 1)), np.zeros((2, count + 1))
-    for cell, (m, e, d) in enumerate(bubble.T):
-        for row, side in enumerate((m, e, d)):
-            A[side, side] += cells.own[row, cell]
-            r[:, side] += cells.slope[:, row, cell]
-        for side, entry in zip((e, d), cells.with_first[cell], strict=True):
-            A[m, side] += entry
-            A[side, m] += entry
-    inverse = np.append(1 / A.diagonal()[:-1], 0.0)
-    s, t = (_few_steps_of_cg(A.__matmul__, -residual, inverse) for residual in r)
-    expected = np.array([[-2 * (r[0] @ s) - s @ A @ s, 0.0], [0.0, -2 * (r[1] @ t) - t @ A @ t]])
-    expected[0, 1] = expected[1, 0] = -(r[0] @ t + r[1] @ s + s @ A @ t)
-    form = _BubbleForm(cells, bubble, count)
-    drops = form.drops(form.lowered(np.ones(count, dtype=bool))).energies
-    np.testing.assert_allclose(drops, expected, rtol=1e-12)
-    assert abs(s @ (-r[1] - A @ t)) > 1e-6 * abs(expected[0, 1])

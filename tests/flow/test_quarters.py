@@ -1,4 +1,4 @@
-"""Quarters of triangles: rounding, gases, ceilings. Their energies: `test_hierarchical.py`."""
+"""Quarters of triangles: gases, ceilings. Energies: test_hierarchical; rounding: test_energy."""
 
 import numpy as np
 import pytest
@@ -7,19 +7,9 @@ from sample_gaps import rough_gap
 
 from fem_seal.film.slip_bounds import PressureWeight, bounding_law
 from fem_seal.flow.gap_on_mesh import VertexGap
-from fem_seal.flow.quarters import QuarterShape
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.rarefied import kinetic
-
-
-def test_a_constant_added_changes_nothing():
-    """Not even rounding: pressures near one differ by 1e-16 where little falls off."""
-    rng = np.random.default_rng(0)
-    shape, c = QuarterShape.of(*rng.normal(size=(2, 3, 20))), rng.random((4, 20))
-    # Multiples of 2^-30 below one: sums with a whole number are exact.
-    v = rng.integers(0, 1 << 30, (20, 3)) / (1 << 30)
-    assert np.array_equal(shape.slopes(v, c), shape.slopes(v + 7, c))
 
 
 @pytest.mark.parametrize(("width", "halved"), [(1, 1), (2, 0), (4, 2)])
