@@ -39,23 +39,16 @@ def integral(form) -> float:
 
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
 @pytest.mark.parametrize("contact", [0.0, 0.3])
-def test_integrals_of_the_functions(sides, contact):
+def test_flux_of_the_functions(sides, contact):
     """On pixels a linear gap is a linear function of the mesh, and quadrature of order 3 is exact
-    for its cube: Reynolds' dissipation ∫ g³/(12 η) |∇p|² is Q Δp, and the flux carries Q to the
-    outlet. CG balances inflow and outflow to 1e-4, and both are within its root of 2e-8."""
+    for its cube: the flux is -g³/(12 η) ∇p, cell by cell. What is left is rounding. That it carries
+    the leak rate: test_leak_rate."""
     rough = rough_gap((16, 12), contact, 5)
     gap = GridField(rough.values * 1e-6, (2e-6, 1e-6), periodic=True)
     flow = leak_rate(GridFilm(gap, sides=sides), field=True, **COARSE, **WATER)
     found = flow_functions(flow.field)
     dx = ufl.Measure("dx", found.mesh, metadata={"quadrature_degree": 3})
-    conductivity = found.gap**3 / (12 * WATER["viscosity"])
-    slope = ufl.grad(found.pressure)
-    dissipated = integral(conductivity * ufl.inner(slope, slope) * dx)
-    power = flow.inflow * WATER["pressure_drop"]
-    assert dissipated == pytest.approx(power, rel=3e-4)
-    assert integral(found.flux[0] * dx) / gap.size[0] == pytest.approx(flow.inflow, rel=3e-4)
-    # Darcy's law, cell by cell: what is left is rounding.
-    defect = found.flux + conductivity * slope
+    defect = found.flux + found.gap**3 / (12 * WATER["viscosity"]) * ufl.grad(found.pressure)
     means = ufl.TestFunction(vector_functionspace(found.mesh, ("DG", 0)))
     left = fem.petsc.assemble_vector(fem.form(ufl.inner(defect, means) * dx))
     total = np.sqrt(integral(ufl.inner(found.flux, found.flux) * dx))
