@@ -176,10 +176,3 @@ def pressed(height=ROUGH, start=None):
 def test_refused(call, message):
     with pytest.raises(InvalidInput, match=message):
         call()
-
-
-def test_projection_to_a_mean_gap():
-    """max(u + s, h) of u = 0 has the mean (1 + s)/2 while s lies between -1 and 1: s = 0."""
-    heights = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    problem = Problem(heights, HalfSpace((2, 2), (1.0, 1.0)), mean_gap=0.5)
-    assert problem.projected(np.zeros((2, 2))).tolist() == [[1.0, 0.0], [0.0, 1.0]]

@@ -18,15 +18,6 @@ GAP = rough_gap((16, 16), 0.3, 6)
 # --- limits ------------------------------------------------------------------------------------
 
 
-def test_the_memory_of_the_machine_is_a_limit(monkeypatch):
-    """Where the next mesh cannot be expected to fit, what is known so far is the result."""
-    monkeypatch.setattr("fem_seal.limits.available_memory", lambda: 1000)
-    flow = leak_rate(GridFilm(GAP), rtol=1e-6, **FLUID)
-    assert len(flow.levels) == 1
-    assert "more than there is" in flow.reason
-    assert 0 < flow.lower < flow.upper
-
-
 def crossed_by_a_line(least):
     """Open gaps, and a row of small ones across the flow."""
     values = 0.5 + 0.5 * np.random.default_rng(0).random((9, 9))

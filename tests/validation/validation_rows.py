@@ -242,12 +242,6 @@ def twins(seeds: int) -> list[GridField]:
     return surfaces
 
 
-def difference_slope(surface: GridField) -> float:
-    """Rms of the differences of neighbours over their distance."""
-    v, d = surface.values, surface.spacing[0]
-    return float(np.sqrt(np.mean(sum((np.roll(v, -1, k) - v) ** 2 for k in (0, 1))) / d**2))
-
-
 def mean_curvature(surface: GridField) -> float:
     """Rms of half the five-point Laplacian."""
     v, d = surface.values, surface.spacing[0]
@@ -265,7 +259,7 @@ def full_contact(surface: GridField) -> float:
 def kappa(surface: GridField) -> float:
     """(A/A₀) E* h'rms/p under 0.25 MPa, E* = 25 MPa."""
     state = press(surface, ElasticSolid(25e6), Load("pressure", 0.25e6))
-    return state.contact_area_fraction * difference_slope(surface) * 100
+    return state.contact_area_fraction * surface.slope_between_samples() * 100
 
 
 def challenge(measure: Callable[[GridField], float], theirs: Number, page: bool) -> Row:
@@ -536,7 +530,7 @@ ROWS: dict[str, Callable[[bool], Row]] = {
     "westergaard-area": westergaard_area,
     "westergaard-leak": westergaard_leak,
     "hertz": hertz,
-    "challenge-slope": partial(challenge, difference_slope, Number.exact(0.7336383)),
+    "challenge-slope": partial(challenge, GridField.slope_between_samples, Number.exact(0.7336383)),
     "challenge-curvature": partial(
         challenge, lambda surface: 1e6 / mean_curvature(surface), Number.exact(0.39854)
     ),
