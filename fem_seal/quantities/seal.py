@@ -251,7 +251,6 @@ def _slip_along_entry(seal: SealLeak) -> Uncertainty | None:
         return None
     sentence = (
         "the gas slips more where its pressure is low: along the path the conductivity of a patch "
-        "changes as that of its tightest place; the factors lead to the slip that this place has "
-        "at the inlet's pressure, and at most has at the outlet's"
+        "changes as that of its tightest place; wider places, which the factors count, change less"
     )
     return Uncertainty(SLIP_ALONG, "estimated", sentence, *seal.slip_along)

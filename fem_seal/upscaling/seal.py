@@ -198,17 +198,19 @@ def _slipping(
     """The flow of a gas that slips more where its pressure is low, and two factors on it.
 
     The conductivity K, which is known at the mean pressure, changes along the path as that of the
-    critical constriction, a gap [m]. That of a wider gap changes less. The factors lead to the leak
-    rates with the slip of the inlet's pressure everywhere, which is the least, and with that of the
-    outlet's. Nor is a K more than this one times the gain at the mean pressure, which wider gaps
-    may not have. The bounds are as far from the value as those at the mean pressure.
+    critical constriction, a gap [m]. That of a wider gap changes less. Hence no leak rate is
+    smaller than with the slip of the inlet's pressure everywhere, or larger than with that of the
+    outlet's. Nor does any K exceed this one by more than its own change from the inlet to the mean
+    pressure, or fall below it by more than that from the mean to the outlet's pressure. The bounds
+    are as far from the value as those at the mean pressure.
     """
     flow = seal_flow(present(at_mean.table, "table"), profile, path, ends.slipping(slip, gap))
     gained = flow.value / at_mean.value
-    least, most = (slip.change(pressure, gap) / gained for pressure in reversed(slip.pressures))
+    most, least = (slip.change(pressure, gap) for pressure in slip.pressures)
     lower, value, upper = (gained * rate for rate in (at_mean.lower, at_mean.value, at_mean.upper))
     flow = replace(flow, lower=lower, value=value, upper=upper, reason=at_mean.reason)
-    return flow, min(least, 1.0), max(1.0, min(most, slip.gain(gap)))
+    below, above = max(least / gained, 1 / most), min(most / gained, 1 / least)
+    return flow, min(below, 1.0), max(above, 1.0)
 
 
 def size_of_patch(patch: Patch) -> tuple[float, float]:
