@@ -94,8 +94,8 @@ class LiftPoint:
     @cached_property
     def size(self) -> float:
         """Root mean square of F, with the load that is lacking, over the pressure drop."""
-        of_flow = float(np.sqrt(np.mean(self.residual**2)))
-        return float(np.hypot(of_flow, self.lacking)) / self.problem.drop
+        of_flow, problem = float(np.sqrt(np.mean(self.residual**2))), self.problem
+        return float(np.hypot(of_flow, self.lacking)) / (problem.inlet - problem.outlet)
 
     @cached_property
     def pressure_by_u(self) -> np.ndarray:
@@ -235,7 +235,7 @@ class LiftPoint:
         """The film that the most fluid pressure opens; None if it stays sealed."""
         problem, pressure = self.problem, self.problem.highest_pressure(self.contact)
         if problem.solid_load(pressure) <= 0:
-            return problem.film(problem.touching_gap)
+            return problem.touching_film
         film = problem.film(problem.contact_under(pressure, self.contact).gap)
         return None if film.sealed else film
 

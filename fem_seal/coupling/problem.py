@@ -115,11 +115,6 @@ class LiftProblem:
         dx, dy = self.height.spacing
         return self.solid.contact_modulus / (2 * (dx * dy) ** 0.5)
 
-    @property
-    def drop(self) -> float:
-        """Pressure drop [Pa]."""
-        return self.inlet - self.outlet
-
     @cached_property
     def roughness(self) -> float:
         """Length [m] beside which a gap is small: the rms height.
@@ -220,14 +215,9 @@ class LiftProblem:
         return between
 
     @property
-    def touching_gap(self) -> GridField:
-        """Gap of first touch [m]."""
-        return self.field(self.height.values.max() - self.height.values)
-
-    @property
     def touching_film(self) -> GridFilm:
-        """Film of that gap."""
-        return self.film(self.touching_gap)
+        """Film of the gap of first touch."""
+        return self.film(self.field(self.height.values.max() - self.height.values))
 
     def solid_load(self, pressure: np.ndarray) -> float:
         """Part of the load that a fluid pressure leaves to the solid [Pa]; infinite without one."""
