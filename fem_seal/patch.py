@@ -135,7 +135,7 @@ class Patch:
 
     def miss(self, reason: str) -> None:
         """Let the leak rate say for what reason it is not as exact as was asked for."""
-        self.leak_rate = replace(self.leak_rate, converged=False, reason=reason)
+        self.leak_rate = replace(self.leak_rate, reason=reason)
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -346,10 +346,8 @@ class Patch:
             return LeakRate.lifted_off(method)
         if self.lifted is not None:
             leak = present(self.lifted.leak_rate, "leak rate")
-            reason = self.lifted.reason
-            if leak.reason not in reason:
-                reason = "; ".join(filter(None, (leak.reason, reason)))
-            leak = replace(leak, converged=not reason, reason=reason)
+            reason = "; ".join(filter(None, (leak.reason, self.lifted.reason)))
+            leak = replace(leak, reason=reason)
         elif self.sealed:
             return LeakRate.sealed(method)
         else:

@@ -102,7 +102,7 @@ class Solved:
     @property
     def converged(self) -> bool:
         """Whether all flows have reached their tolerance, or the decision that is asked for."""
-        return not self.reason and all(flow.converged for flow in self.flows)
+        return not self.reason
 
     @property
     def contact(self) -> GapState | None:

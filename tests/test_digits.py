@@ -103,7 +103,7 @@ def test_text_of_a_leak_rate():
     leak = LeakRate("leaking", "adaptive", 6.8667e-17, 6.7041e-17, 7.0334e-17)
     assert str(leak) == "leaking: 6.87e-17 m^3/s, within [6.704e-17, 7.034e-17] (±2.4 %), flow only"
     assert str(LeakRate.sealed("adaptive")).startswith("sealed: 0 m^3/s")
-    ended = LeakRate("leaking", "uniform", 2.0, 1.0, 4.0, converged=False, reason="max_unknowns")
+    ended = LeakRate("leaking", "uniform", 2.0, 1.0, 4.0, reason="max_unknowns")
     assert str(ended).endswith("; max_unknowns")
     assert rate_text(2.0, 0.0, 2.0, "ml/h") == "2 ml/h, within [0, 2] (±100 %)"
     assert rate_text(0.0, 0.0, 0.0, "ml/h") == "0 ml/h"

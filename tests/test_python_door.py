@@ -177,7 +177,7 @@ def test_numbers_have_their_units(patch):
 
 def test_a_text_of_a_stranger_is_text():
     """A reason may quote the name of a file."""
-    leak = fs.LeakRate("leaking", "adaptive", 1.0, converged=False, reason="<script>")
+    leak = fs.LeakRate("leaking", "adaptive", 1.0, reason="<script>")
     assert "<script>" not in leak._repr_html_()
 
 

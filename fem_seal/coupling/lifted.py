@@ -20,7 +20,6 @@ from fem_seal.coupling.stages import first_stage, further_stages
 from fem_seal.coupling.state import LiftedState, log_ratio
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.leak_rate import LeakRate
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
 FINER = "compare a finer grid of the contact"
@@ -142,7 +141,7 @@ def _completed(problem: LiftProblem, state: LiftedState, opened: GridFilm | None
     else:
         lowest = leak.value * exp(-error)
         highest = leak.value * exp(error) if known else inf
-        reason = _why_not_settled(state, leak, allowed, known=known)
+        reason = _why_not_settled(state, allowed, known=known)
     if reason:
         low = "0 (sealed)" if sealed else f"{lowest:.3g}"
         high = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
@@ -158,11 +157,11 @@ def _most_if_opened(problem: LiftProblem, contact: ContactState, opened: GridFil
     return problem.flow(opened, 0.0).ends[1]
 
 
-def _why_not_settled(state: LiftedState, leak: LeakRate, allowed: float, *, known: bool) -> str:
+def _why_not_settled(state: LiftedState, allowed: float, *, known: bool) -> str:
     if state.reason:
         return f"contact and flow have not settled: {state.reason}"
     if not known:
-        return leak.reason or "the error of the fluid's pressure is not known"
+        return "the error of the fluid's pressure is not known"
     if state.error > allowed:
         return (
             f"the fluid's pressure leaves an error of {state.error:.2g} in the logarithm of the "

@@ -55,7 +55,6 @@ def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
             method=METHOD,
             value=0.0,
             residuals=residuals,
-            converged=False,
             reason="the gap is open only along diagonals of its triangulation, which the "
             "five-point stencil does not follow; sample it finer",
         )

@@ -83,8 +83,12 @@ class TensorBounds(Bounds):
     """Bounds of a conductivity tensor [m³/(Pa s)], and how they were reached."""
 
     unknowns: int = 0  #: unknowns of the last mesh for one direction
-    converged: bool = True  #: whether the tolerance was reached
-    reason: str = ""  #: sentence on why it was not; empty if it was
+    reason: str = ""  #: sentence on why the tolerance was not reached; empty if it was
+
+    @property
+    def converged(self) -> bool:
+        """Whether the tolerance was reached."""
+        return not self.reason
 
     @property
     def value(self) -> np.ndarray:

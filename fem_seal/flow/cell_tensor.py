@@ -106,7 +106,7 @@ def conductivity_tensor(
     lower, upper = last.bounds.lower * scale, last.bounds.upper * scale
     if reason:
         reason = f"{reason}; {_missed(lower, upper, rtol)}{_rounding_doubt(narrowest)}"
-    return TensorBounds(lower, upper, unknowns=last.unknowns, converged=not reason, reason=reason)
+    return TensorBounds(lower, upper, unknowns=last.unknowns, reason=reason)
 
 
 def _missed(lower: np.ndarray, upper: np.ndarray, rtol: float) -> str:

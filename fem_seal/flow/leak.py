@@ -128,7 +128,7 @@ def leak_rate(
         reason = f"{reason}; {stopping.criterion.missed(result)}"
         if strategy.uniform:
             reason += "; method = 'adaptive' needs fewer unknowns"
-    return replace(result, converged=not reason, reason=reason, field=drawn)
+    return replace(result, reason=reason, field=drawn)
 
 
 def _stopping(

@@ -248,7 +248,6 @@ def seal_of_patches(
         drawn = drawn_seals(rates, count, np.random.default_rng(SEED))
         interval = generalised_interval(rates[:, 1], count.along, np.random.default_rng(SEED))
     lower, value, upper = map(float, drawn.mean)
-    reason = _missed(flows, lower, upper, rtol)
     return SealLeak(
         state="lifted off" if lifted else "sealed" if upper == 0 else "leaking",
         method=method,
@@ -260,8 +259,7 @@ def seal_of_patches(
         relative_scatter=drawn.relative_scatter,
         interval=interval,
         share_sealed=Bounded(sealed / len(flows), *sealed_share(sealed, len(flows))),
-        converged=not reason,
-        reason=reason,
+        reason=_missed(flows, lower, upper, rtol),
         leak_path=path.length,
     )
 

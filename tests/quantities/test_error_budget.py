@@ -72,7 +72,6 @@ def test_the_mesh_of_a_shape_is_not_covered(straight):
         (lambda: LeakRate("leaking", "uniform", 2.0, None, 3.0), "one bound without the other"),
         (lambda: LeakRate("leaking", "uniform", np.nan), "leaking, and the leak rate is nan"),
         (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
-        (lambda: LeakRate("leaking", "uniform", 1.0, reason="time"), "converged = True, and the"),
         (lambda: Level(9, 8, 3.0, 1.0), "bounds cross"),
         (lambda: Bounded(2.0, 3.0, 1.0), "bounds of 2.0 cross"),
         (lambda: Headline(1.0, 2.0, 1.0, ""), "ends of the leak rate: 2.0 and 1.0"),
@@ -146,7 +145,7 @@ def test_what_would_decide_with_other_factors():
         words = f"accuracy.total = 0.2, in place of {instead}, might decide"
         assert words in judged(2.4e-10, GRID, decide=decides).sentence
     # With limit.decide more unknowns help a flow that has not decided, and no other.
-    ended = replace(LEAK, converged=False, reason="time")
+    ended = replace(LEAK, reason="time")
     for leak, words in (
         (ended, "unknowns might decide (flow.max"),
         (LEAK, f"flow.rtol = {advised:.2g} in place of limit.decide might decide"),
