@@ -43,6 +43,12 @@ class MeshFilm:
                     f"first of them x = {x:.6g} m, y = {y:.6g} m, is {fault}"
                 )
 
+    @property
+    def size(self) -> tuple[float, float]:
+        """Extent in x and y [m]."""
+        x, y = np.ptp(self.mesh.xy, axis=0)
+        return float(x), float(y)
+
     @cached_property
     def largest_gap(self) -> float:
         """Largest gap [m]."""

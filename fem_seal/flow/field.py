@@ -40,9 +40,7 @@ def flow_field(solution: LevelSolution, film: Film, pressure_drop: float, rate: 
 
 def length_unit(film: Film) -> float:
     """Length [m] in which the normalised problem is written."""
-    if isinstance(film, GridFilm):
-        return max(film.gap.spacing)
-    return float(np.ptp(film.mesh.xy, axis=0).max())
+    return max(film.gap.spacing if isinstance(film, GridFilm) else film.size)
 
 
 def parted_points(problem: LevelProblem) -> tuple[np.ndarray, np.ndarray]:

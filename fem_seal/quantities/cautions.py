@@ -58,9 +58,8 @@ def cautions(
     sentences.extend(filter(None, (near,)))
     if seal is not None and seal.state == "lifted off":
         return tuple(sentences)
-    shape = patch.scene.shape
-    if shape is None or not shape.own_gap:
-        gap, film = patch.grid_gap, patch.film
+    if not patch.scene.own_gap:
+        shape, gap, film = patch.scene.shape, patch.grid_gap, patch.film
         length = film.size[0] if isinstance(film, GridFilm) else gap.size[0]
         floats = patch.lifted is not None and patch.lifted.floats  # on a thick film, in any unit
         slope = steep(gap.slope_between_samples(), "the gap")
@@ -68,7 +67,7 @@ def cautions(
         coarse = _coarse_mesh(film, shape, gap) if isinstance(film, MeshFilm) and shape else None
         sentences.extend(filter(None, (_contact(patch, gap), _peak(patch), thick, coarse)))
     elif isinstance(film := patch.film, MeshFilm):
-        thick = _thickness(film.mean_gap, float(np.ptp(film.mesh.xy, axis=0).min()))
+        thick = _thickness(film.mean_gap, min(film.size))
         sentences.extend(filter(None, (thick, _jump(film))))
     return tuple(sentences)
 

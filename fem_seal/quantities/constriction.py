@@ -50,7 +50,7 @@ def constriction(
         if film.sides == "periodic":
             period = film.size[1]
     else:
-        width, length = _width_on_mesh(film, tightest.position), np.ptp(film.mesh.xy, axis=0).min()
+        width, length = _width_on_mesh(film, tightest.position), min(film.size)
     share = None
     if width is not None and 2 * width < length and field is not None and potential is not None:
         share = share_within(field, potential, tightest.position, width, period)

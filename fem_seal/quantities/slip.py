@@ -1,11 +1,8 @@
 """Error budget: slip of a gas at the walls."""
 
-import numpy as np
-
 from fem_seal.digits import per_cent, with_prefix
 from fem_seal.error_budget import SLIP_INTERVAL, Uncertainty, parts_of_bounds
 from fem_seal.errors import present
-from fem_seal.film import GridFilm
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.patch import Patch
@@ -41,12 +38,8 @@ def slip_entry(patch: Patch) -> Uncertainty | None:
     if knudsen_number(patch) is None:
         return None
     film = patch.film
-    if isinstance(film, GridFilm):
-        length = max(film.size)
-    else:
-        length = float(np.ptp(film.mesh.xy, axis=0).max())
     critical = present(film.constriction, "constriction").gap
-    return slip_entry_at(patch.scene, critical, length, patch.flow_settings.rtol)
+    return slip_entry_at(patch.scene, critical, max(film.size), patch.flow_settings.rtol)
 
 
 def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> Uncertainty | None:

@@ -60,7 +60,7 @@ def _shape_entry(patch: Patch) -> Uncertainty | None:
 
 
 def _one_patch_entry(patch: Patch) -> Uncertainty | None:
-    if patch.scene.shape is not None and patch.scene.shape.own_gap:
+    if patch.scene.own_gap:
         return None
     sentence = "this is one piece of one rough surface; others leak more or less"
     return Uncertainty(ONE_PATCH, "not covered", sentence, name="other patches of the face")

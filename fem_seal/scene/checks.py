@@ -65,13 +65,12 @@ def _shape(scene: "Scene") -> Iterator[str]:
 
 def _origin(scene: "Scene") -> Iterator[str]:
     """A gap that the scene defines twice, or not at all."""
-    own_gap = scene.shape is not None and scene.shape.own_gap
     for name in ("gap", "surface", "solid", "contact"):
-        if own_gap and getattr(scene, name) is not None:
+        if scene.own_gap and getattr(scene, name) is not None:
             yield f"[shape] gives the gap and so does [{name}]; give one of the two"
         if scene.gap is not None and name != "gap" and getattr(scene, name) is not None:
             yield f"[gap] stands in place of [{name}]; give one of the two"
-    if own_gap or scene.gap is not None:
+    if scene.own_gap or scene.gap is not None:
         return
     for name in ("surface", "contact"):
         if getattr(scene, name) is None:

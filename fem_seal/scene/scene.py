@@ -189,6 +189,11 @@ class Scene(Section):
         return self.surface if isinstance(self.surface, FileSurface) else None
 
     @property
+    def own_gap(self) -> bool:
+        """Whether [shape] itself defines the gap."""
+        return self.shape is not None and self.shape.own_gap
+
+    @property
     def seed(self) -> int | None:
         """Seed of the random surface, or of the twin of a measured map; None without one."""
         return None if self.surface is None else getattr(self.surface, self.surface.seed_field)
