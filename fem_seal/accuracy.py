@@ -74,7 +74,7 @@ def chosen_grid(
     Parameters
     ----------
     first
-        On the samples of the scene, the coarsest grid that is chosen; `rtol` of its flow is the
+        On the samples of the scene, the coarsest grid that is chosen; its `accuracy.total` is the
         allowed relative error of the leak rate, against the limit of ever finer contact grids and
         an exact solution of the flow.
     max_refinement
@@ -82,8 +82,9 @@ def chosen_grid(
     error_of
         Estimates what a grid finer than the last one would change.
     """
-    total = first.flow_settings.rtol
+    total = present(first.scene.total_error, "accuracy.total")
     allowed = log1p(total)
+    first = first.with_(flow_settings=replace(first.flow_settings, rtol=total))
     patch, trials = _refined(first, max_refinement, error_of, allowed)
     lifts, left = patch.lifted is not None, allowed - _contact_part(patch)
     # No tolerance makes the error of a lift as small as one likes: single samples open or close.
@@ -180,11 +181,9 @@ def chosen_patch(
     comm: parallel.Comm = None,
 ) -> tuple[Patch, Choice | None]:
     """Patch of a scene, on the contact grid that keeps its total error if it asks for one."""
-    total = scene.total_error
-    if scene.accuracy is None or total is None:
-        return Patch(scene, report, trust=trust, comm=comm), None
-    settings = replace(scene.flow_settings, rtol=total)
-    first = Patch(scene, report, trust=trust, flow_settings=settings, on_own_grid=True, comm=comm)
+    first = Patch(scene, report, trust=trust, comm=comm)
+    if scene.accuracy is None or scene.accuracy.total is None:
+        return first, None
 
     def error_of(tried: Sequence[Patch]) -> Uncertainty:
         """Estimated error of the leak rate on the last of some grids."""

@@ -164,7 +164,7 @@ def solved_on_half(patch: Patch) -> Callable[[], OnGrid | None]:
     The flow of a patch uses one core; another process uses the second one where it is idle and the
     samples are so many that this saves time.
     """
-    lifted, samples = patch.lift == "resolved", patch.elastic_state.gap.values.size
+    lifted, samples = patch.lift == "resolved", present(patch.surface, "surface").values.size
     each = LIFTED_BYTES if lifted else DRY_BYTES
     if (
         not pays_beside(samples, lifted, patch.comm)
@@ -195,11 +195,7 @@ def _solved_here(patch: Patch) -> OnGrid | None:
 def _solved_beside(
     scene: Scene, surface: GridField, load: Load, lift: Lift, settings: FlowSettings
 ) -> OnGrid | None:
-    return _solved_here(
-        Patch(
-            scene, surface=surface, load=load, lift=lift, flow_settings=settings, on_own_grid=True
-        )
-    )
+    return _solved_here(Patch(scene, surface=surface, load=load, lift=lift, flow_settings=settings))
 
 
 def unresolved(height: GridField) -> float:

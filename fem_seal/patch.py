@@ -48,8 +48,8 @@ class Patch:
     Parameters
     ----------
     scene
-        Without `accuracy.total`; with it `accuracy.chosen_patch` chooses the contact grid and makes
-        the Patch.
+        With `accuracy.total` its contact needs the `surface` on a chosen grid: `chosen_patch` of
+        `accuracy` tries some.
     report
         Called with stage and detail.
     trust
@@ -63,8 +63,6 @@ class Patch:
     load, lift, flow_settings
         In place of the load of the contact, of `flow.lift` and of the settings of the flow that the
         scene gives.
-    on_own_grid
-        Whether a scene with `accuracy.total` is taken on its own samples, or on those of `surface`.
     comm
         The processes that read the steps together; all of this run if left out. With MPI.COMM_SELF
         each process solves a patch of its own.
@@ -72,8 +70,7 @@ class Patch:
     Raises
     ------
     InvalidInput
-        If `scene` is not a Scene, has `accuracy.total` without `on_own_grid`, or names a .geo file
-        that gmsh may not run.
+        If `scene` is not a Scene, or names a .geo file that gmsh may not run.
     """
 
     def __init__(
@@ -88,15 +85,9 @@ class Patch:
         load: Load | None = None,
         lift: Lift | None = None,
         flow_settings: FlowSettings | None = None,
-        on_own_grid: bool = False,
         comm: parallel.Comm = None,
     ):
         require_scene(scene)
-        if scene.total_error is not None and not on_own_grid:
-            raise InvalidInput(
-                "a scene with accuracy.total has no contact grid yet: fem_seal.solve(scene) tries "
-                "some and makes the Patch of the chosen one"
-            )
         require_trusted(scene, trust)
         parallel.start_petsc(comm)
         self.scene, self.report, self.trust, self.comm = scene, report, trust, comm
@@ -169,6 +160,16 @@ class Patch:
             return self._surface
         return SURFACES[section.kind](self, section)
 
+    @property
+    def _pressed(self) -> GridField:
+        """The surface on the grid of the contact."""
+        if self.scene.total_error is not None and self._surface is None:
+            raise InvalidInput(
+                "a scene with accuracy.total has no contact grid yet: fem_seal.solve(scene) tries "
+                "some and makes the Patch of the chosen one"
+            )
+        return present(self.surface, "surface")
+
     @cached_property
     def prepared(self) -> PreparedSurface | None:
         """Heights from a file and the steps that prepared them; None if not from a file."""
@@ -184,7 +185,6 @@ class Patch:
     def with_(
         self,
         *,
-        scene: Scene | None = None,
         surface: GridField | None = None,
         contact: GapState | None = None,
         contact_start: np.ndarray | None = None,
@@ -192,22 +192,21 @@ class Patch:
         lift: Lift | None = None,
         flow_settings: FlowSettings | None = None,
     ) -> "Patch":
-        """Patch with other arguments.
+        """Patch of the same scene with other arguments.
 
-        Scene, lift, settings of the flow and surface stay unless they are named, and the load of
-        the same scene; what has been solved does not.
+        Surface, load, lift and settings of the flow stay unless they are named; what has been
+        solved does not.
         """
         return Patch(
-            scene or self.scene,
+            self.scene,
             self.report,
             trust=self.trust,
             surface=surface or self.surface,
             contact=contact,
             contact_start=contact_start,
-            load=load or (self._load if scene is None else None),
+            load=load or self._load,
             lift=lift or self.lift,
             flow_settings=flow_settings or self._flow_settings,
-            on_own_grid=True,
             comm=self.comm,
         )
 
@@ -221,8 +220,8 @@ class Patch:
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
         if self._contact is not None or self.scene.contact is None:
             return self._contact
-        press, surface = CONTACTS[self.scene.contact.model], present(self.surface, "surface")
-        arguments = self.scene, surface, self._contact_start, self.load, self.report
+        press, start = CONTACTS[self.scene.contact.model], self._contact_start
+        arguments = self.scene, self._pressed, start, self.load, self.report
         return self.timed_on_root("contact", partial(press, *arguments))
 
     @property
@@ -240,9 +239,8 @@ class Patch:
         from fem_seal.coupling import lifted
         from fem_seal.lifting import lifting_problem
 
-        surface = present(self.surface, "surface")
         problem = lifting_problem(
-            self.scene, self.load, self.flow_settings, surface, self.report, self.comm
+            self.scene, self.load, self.flow_settings, self._pressed, self.report, self.comm
         )
         # The start is the contact with the outlet's pressure everywhere: the dry contact if that
         # pressure is the ambient one.
@@ -253,7 +251,7 @@ class Patch:
     @cached_property
     def sensitivity(self) -> "Sensitivity | None":
         """Derivatives of ln Q; None where nothing leaks, or the lift has not settled or floats."""
-        lifted, height = self.lifted, present(self.surface, "surface")
+        lifted = self.lifted
         if self.state != "leaking":
             return None
         if lifted is not None and (lifted.floats or not lifted.converged):
@@ -261,7 +259,7 @@ class Patch:
         from fem_seal.sensitivity import sensitivity
 
         elastic = narrowed(self.film_contact, ContactState, "contact")
-        arguments = self.scene, self.load, height, elastic, lifted
+        arguments = self.scene, self.load, self._pressed, elastic, lifted
         return self.timed_on_root("sensitivity", partial(sensitivity, *arguments))
 
     @property
@@ -281,8 +279,8 @@ class Patch:
 
     @cached_property
     def _touching(self) -> GapState:
-        load, surface = Load("pressure", 0.0), present(self.surface, "surface")
-        return parallel.on_root(lambda: elastic_contact(self.scene, surface, None, load), self.comm)
+        arguments = self.scene, self._pressed, None, Load("pressure", 0.0)
+        return parallel.on_root(lambda: elastic_contact(*arguments), self.comm)
 
     @property
     def carried_load(self) -> float | None:

@@ -125,7 +125,7 @@ def predicted(
         memory += BYTES_OF_LIFT * samples
     patches, jobs, each_patch = 1, 1, None
     if scene.seal is not None:
-        heights = surface or present(Patch(scene, on_own_grid=True).surface, "surface")
+        heights = surface or present(Patch(scene).surface, "surface")
         seconds, of_flows = _seal_patch(scene, heights, samples, channels)
         memory += of_flows
         patches, each_patch = scene.seal.patches, Expected(pace * seconds, memory)
@@ -259,7 +259,7 @@ def _grid(scene: Scene, surface: GridField | None) -> tuple[tuple[int, int], flo
     else:
         field = surface
         if field is None:
-            patch = Patch(scene, on_own_grid=True)
+            patch = Patch(scene)
             field = patch.grid_gap if known is None else present(patch.surface, "surface")
         shape, long = field.shape, USUAL
         waves = sqrt(prod(shape)) / _shortest(field)

@@ -20,11 +20,16 @@ from fem_seal.results.arrays import (
     write_mesh,
 )
 from fem_seal.scene import Scene
+from fem_seal.scene.scene import require_scene
 from fem_seal.upscaling.seal import SealLeak
 
 
 def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False) -> None:
-    """Raise MissingPackage before any work if a package is missing that the work needs later."""
+    """Raise MissingPackage before any work if a package is missing that the work needs later.
+
+    InvalidInput for anything but a Scene.
+    """
+    require_scene(scene)
     by_elements = scene.flow.method != "finite-difference"
     # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
     drawn = flow and by_elements and scene.leak_rate_of != "nothing"

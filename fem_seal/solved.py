@@ -36,7 +36,6 @@ from fem_seal.results.records import GasRecord, LiftRecord, Rate, SealRecord
 from fem_seal.results.result import Origin, Provenance
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
-from fem_seal.scene.scene import require_scene
 from fem_seal.tables import html_table
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import leak_path_of
@@ -225,7 +224,6 @@ def solve(
     NotConverged
         If the contact does not reach its tolerance.
     """
-    require_scene(scene)
     require_packages(scene)
     return answer(*chosen_patch(scene, report, trust=trust, comm=comm))
 
@@ -244,7 +242,8 @@ def answer(
     """
     start, scene = perf_counter(), patch.scene
     estimated = scene.leak_rate_of == "patch" and is_estimated(scene)
-    # The dry contact uses all cores, a flow only one: half of the samples are solved beside it.
+    # The dry contact uses all cores, a flow only one: half of the samples are solved beside that.
+    _ = patch.contact
     with half_beside(patch) if estimated else nullcontext():
         # All processes solve film and flow together. From here on `parallel.on_root` marks what the
         # first one computes for all.
@@ -357,7 +356,6 @@ def _reserved(
     origin: Origin | None = None,
 ) -> Iterator[ResultFolder]:
     """Check scene and folder before any work, and hold the folder until the result is written."""
-    require_scene(scene)
     require_packages(scene, pictures="pictures" in scene.output.products)
     require_shared(scene, work)
     provenance = Provenance.of(scene, comm, origin)

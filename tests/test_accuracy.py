@@ -13,6 +13,7 @@ from fem_seal import cli
 from fem_seal.accuracy import chosen_grid, chosen_patch
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import combined, estimate
+from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.grid_series import (
     OF_CHANGE,
@@ -67,14 +68,12 @@ def chosen(accurate_scene, monkeypatch):
 
     def chosen(part, max_refinement, **changes):
         scene = Scene.from_mapping(accurate_scene).with_({"accuracy.total": 0.1} | changes)
-        settings = replace(scene.flow_settings, rtol=0.1)
 
         def error_of(tried):
             error = part(tried[-1].surface.shape[0]) * ALLOWED
             return estimate("contact_grid", "", exp(-error), exp(error))
 
-        first = Patch(scene, flow_settings=settings, on_own_grid=True)
-        patch, choice = chosen_grid(first, max_refinement, error_of)
+        patch, choice = chosen_grid(Patch(scene), max_refinement, error_of)
         contacts = [call.args[1].shape[0] for call in press.call_args_list]
         return patch, choice, contacts, [call.args[0].rtol for call in flow.call_args_list]
 
@@ -198,10 +197,17 @@ def test_the_total_error_is_kept_and_recorded(accurate_scene, tmp_path, capsys):
     half = 0.5 * log(leak.upper / leak.lower)
     assert log1p(chosen.flow_error) == pytest.approx(half, rel=1e-9)
     assert log1p(chosen.contact_error) + half <= log1p(0.2) * (1 + 1e-9)
-    own = Patch(result.scene(), on_own_grid=True)
+    own = Patch(result.scene())
     settings = replace(own.flow_settings, rtol=0.02)
     finer = own.with_(surface=resample(own.surface, (256, 256)), flow_settings=settings)
     assert abs(leak.value / finer.leak_rate.value - 1) <= 0.2 + 0.015
+
+
+@pytest.mark.parametrize("lift", ["none", "resolved"])
+def test_the_samples_of_the_scene_are_no_chosen_grid(accurate_scene, lift):
+    accurate_scene["flow"]["lift"] = lift
+    with pytest.raises(InvalidInput, match="no contact grid yet"):
+        _ = Patch(Scene.from_mapping(accurate_scene)).leak_rate
 
 
 def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path):

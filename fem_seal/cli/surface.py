@@ -54,7 +54,7 @@ def _described(options: argparse.Namespace, report: Report) -> str:
     if options.csv is not None and options.csv.suffix.lower() != ".csv":
         raise InvalidInput(f"--csv {options.csv} must end in .csv")
     scene = _scene(options)
-    patch = Patch(scene, report, on_own_grid=True)
+    patch = Patch(scene, report)
     prepared = _prepared(patch)
     report("spectrum and lay", "")
     spectrum = None

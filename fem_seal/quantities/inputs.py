@@ -140,7 +140,16 @@ def _at_corner(patch: Patch, end: int, probe: Probe) -> Patch:
     settings = replace(scene.flow_settings, rtol=patch.flow_settings.rtol)
     if end < 0 and patch.lifted is not None and patch.state == "leaking":
         settings = replace(settings, negligible=NEGLIGIBLE_LEAK * patch.leak_rate.value)
-    return patch.with_(scene=scene, surface=surface, contact_start=start, flow_settings=settings)
+    return Patch(
+        scene,
+        patch.report,
+        trust=patch.trust,
+        surface=surface,
+        contact_start=start,
+        lift=patch.lift,
+        flow_settings=settings,
+        comm=patch.comm,
+    )
 
 
 def corner(scene: Scene, end: int, probe: Probe) -> Scene:

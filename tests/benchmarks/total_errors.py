@@ -39,7 +39,7 @@ def reference(given: Scene, samples: int) -> Patch:
     """The same surface on many samples, its flow to 1 %."""
     surface = resample(Patch(given).surface, (samples, samples))
     settings = replace(given.flow_settings, rtol=0.01)
-    return Patch(given, surface=surface, flow_settings=settings, on_own_grid=True)
+    return Patch(given, surface=surface, flow_settings=settings)
 
 
 def relative_error(value: float, truth: float) -> float:
