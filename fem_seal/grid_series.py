@@ -16,6 +16,7 @@ from fem_seal import parallel
 from fem_seal.beside import Beside
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
+from fem_seal.coupling.state import log_ratio
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
 from fem_seal.errors import Inconsistent, NotConverged, narrowed, present
@@ -178,8 +179,9 @@ def solved_on_half(patch: Patch) -> Callable[[], OnGrid | None]:
 
 @contextmanager
 def half_beside(patch: Patch) -> Iterator[None]:
-    """Solve half of the samples beside what the block computes, and no longer than the block."""
-    half_of = patch.once(solved_on_half)
+    """Solve half of the samples, where they are asked for, beside the block, and no longer."""
+    asked = patch.scene.leak_rate_of == "patch" and is_estimated(patch.scene)
+    half_of = patch.once(solved_on_half) if asked else None
     try:
         yield
     finally:
@@ -314,11 +316,4 @@ def _from_coarser(patch: Patch, coarse: OnGrid | None) -> Uncertainty:
 
 def change_of(coarse: OnGrid, fine: OnGrid) -> float:
     """Largest ln of the ratio of the leak rates of two grids; infinite if one alone is sealed."""
-    return max(_ln(fine.highest, coarse.lowest), _ln(coarse.highest, fine.lowest))
-
-
-def _ln(one: float, other: float) -> float:
-    """Logarithm of a ratio; infinite if only the denominator is 0."""
-    if one <= 0:
-        return 0.0 if other <= 0 else -inf
-    return log(one) - log(other) if other > 0 else inf
+    return max(log_ratio(fine.highest, coarse.lowest), log_ratio(coarse.highest, fine.lowest))

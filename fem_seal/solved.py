@@ -1,7 +1,7 @@
 """The runner: from a scene to its answer, `Solved`, and to its result folder."""
 
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +14,7 @@ from fem_seal.contact.state import ContactState, GapState
 from fem_seal.error_budget import ErrorBudget
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.grid_series import half_beside, is_estimated
+from fem_seal.grid_series import half_beside
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.memory import peak_memory
 from fem_seal.patch import Patch
@@ -27,7 +27,6 @@ from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.of_patch import Quantities, quantities
 from fem_seal.quantities.seal import beyond_grid, beyond_patches, seal_advice, seal_budget
-from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict, verdict
 from fem_seal.results import Result, ResultFolder
@@ -80,21 +79,16 @@ class Solved:
         return verdict(self.patch.scene, self.leak_rate, budget, advice)
 
     @property
-    def flows(self) -> list[LeakRate | ConductivityTensor]:
-        """All flows of the answer, each of which may miss its tolerance."""
+    def reason(self) -> str:
+        """Why it has not converged; empty if it has."""
         patch, scene = self.patch, self.patch.scene
         flows = [patch.leak_rate if scene.solves_flow else None, self.leak_rate]
         if scene.lift == "range":
             flows += lift_range(patch)
         tensor = None if self.quantities is None else self.quantities.conductivity_tensor
-        return [flow for flow in (*flows, tensor) if flow is not None]
-
-    @property
-    def reason(self) -> str:
-        """Why it has not converged; empty if it has."""
-        reasons = [flow.reason for flow in self.flows if flow.reason]
+        reasons = [flow.reason for flow in (*flows, tensor) if flow is not None and flow.reason]
         undecided = self.verdict is not None and self.verdict.decision == "undecided"
-        if undecided and not reasons and self.patch.scene.deciding_rate is not None:
+        if undecided and not reasons and scene.deciding_rate is not None:
             return "limit.decide asks for a decision, and the verdict is undecided"
         return "; ".join(dict.fromkeys(reasons))
 
@@ -241,10 +235,9 @@ def answer(
     among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
     start, scene = perf_counter(), patch.scene
-    estimated = scene.leak_rate_of == "patch" and is_estimated(scene)
     # The dry contact uses all cores, a flow only one: half of the samples are solved beside that.
     _ = patch.contact
-    with half_beside(patch) if estimated else nullcontext():
+    with half_beside(patch):
         # All processes solve film and flow together. From here on `parallel.on_root` marks what the
         # first one computes for all.
         patch.solve_film()
