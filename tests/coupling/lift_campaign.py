@@ -21,7 +21,8 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
-from lifted_scenes import problem_of
+from lifted_scenes import E_STAR, problem_of
+from lifted_scenes import scene as rubber
 
 from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, lifted
@@ -32,7 +33,7 @@ from fem_seal.quantities.lift import lift_range
 from fem_seal.scene import Scene
 
 SEED, RTOL = 20120612, 0.05
-E_STAR, SLOPE = 1e7, 0.1
+SLOPE = 0.1  # rms, of the scenes
 SEALED = 1500.0  # |Δ ln Q| to no leak rate: more than between any two numbers
 
 
@@ -70,39 +71,27 @@ def random_scene(number: int) -> Scene:
     inlet = load * float(np.exp(rng.uniform(np.log(0.01), np.log(1.2))))
     method = str(rng.choice(["adaptive", "adaptive", "finite-difference"]))
     gas = rng.random() < 0.2
-    fluid = {"viscosity": 1e-3}
-    pressures = {"pressure_drop": inlet}
+    fluid, flow = None, {"method": method, "rtol": RTOL}
     if gas:
         fluid = {"kind": "gas", "viscosity": 2e-5, "molar_mass": 0.028, "temperature": 293.0}
-        pressures = {"inlet_pressure": 1e5 + inlet, "outlet_pressure": 1e5}
-    solid = {"contact_modulus": E_STAR}
+        flow |= {"inlet_pressure": 1e5 + inlet, "outlet_pressure": 1e5}
+    solid, contact = {}, None
     if rng.random() < 0.2:
-        solid |= {"layer_thickness": size * float(rng.uniform(0.1, 1)), "layer_poisson_ratio": 0.4}
-    contact = {"pressure": load}
+        solid = {"layer_thickness": size * float(rng.uniform(0.1, 1)), "layer_poisson_ratio": 0.4}
     if rng.random() < 0.1:
         contact = {"area_fraction": float(rng.uniform(0.02, 0.4))}
-    return Scene.from_mapping(
-        {
-            "surface": {
-                **{"kind": "self-affine", "shape": [n, n], "size": [size, size]},
-                **{"hurst": float(rng.uniform(0.5, 0.9)), "rms_slope": SLOPE, "seed": number},
-                "long_wavelength": size * float(rng.uniform(0.25, 0.8)),
-                "short_wavelength": size / n * float(rng.uniform(2, 7)),
-            },
-            "solid": solid,
-            "contact": contact,
-            "fluid": fluid,
-            "flow": {
-                **{"sides": str(rng.choice(["wall", "periodic"])), "lift": "resolved"},
-                **{"representation": str(rng.choice(["linear", "constant"])), "rtol": RTOL},
-                # Narrows that no bounds enclose soon are no matter of the lift.
-                **({} if method == "finite-difference" else {"max_unknowns": 20000}),
-                **{"method": method},
-                **pressures,
-            },
-            "output": {"products": ["leak_rate"]},
-        }
-    )
+    others = {
+        "surface.hurst": float(rng.uniform(0.5, 0.9)),
+        "surface.long_wavelength": size * float(rng.uniform(0.25, 0.8)),
+        "surface.short_wavelength": size / n * float(rng.uniform(2, 7)),
+        "accuracy": None,
+    }
+    flow["sides"] = str(rng.choice(["wall", "periodic"]))
+    flow["representation"] = str(rng.choice(["linear", "constant"]))
+    # Narrows that no bounds enclose soon are no matter of the lift.
+    flow |= {} if method == "finite-difference" else {"max_unknowns": 20000}
+    made = rubber(load, inlet, n, number, solid=solid, fluid=fluid, contact=contact, **flow)
+    return made.with_(others)
 
 
 def apart(one: float, other: float) -> float:
