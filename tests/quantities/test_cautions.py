@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 from project import leak_scene, scene_of_samples
 
-from fem_seal import run
 from fem_seal.patch import Patch
 from fem_seal.quantities.cautions import cautions
-from fem_seal.render.report import report
-from fem_seal.results import Result
-from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
@@ -122,11 +118,3 @@ def test_a_mesh_coarser_than_its_samples(shape, spacing, words, scene_of_gap):
     patch = Patch(Scene.from_mapping(gap | {"shape": kinds["grid" not in shape] | shape}))
     assert words in (cautions(patch, None) or ("",))[-1]
     assert bool(cautions(patch, None)) == bool(words)
-
-
-def test_cautions_are_shown_everywhere(scene_of_gap, tmp_path):
-    folder = tmp_path / "out"
-    result = run(Scene.from_mapping(scene_of_gap(1e6 * TOUCHING, flow=LOOSE)), folder)
-    [caution] = Result.from_folder(folder).cautions
-    assert ("caution", caution) in summary_of(result)
-    assert caution in report(folder).read_text(encoding="utf-8")

@@ -24,30 +24,28 @@ def slot(first, last, shape=(17, 33), periodic=False):
     return GridField(gap, SPACING, periodic)
 
 
-def test_width_of_a_slot():
-    """From contact to contact: a P1 gap is open up to the contact sample itself."""
-    found = constriction(GridFilm(slot(10, 19), "wall", "linear"))
+WALLED, AROUND = slot(10, 19), slot(10, 19, periodic=True)
+ACROSS_THE_SEAM = GridField(np.roll(AROUND.values, 16, axis=1), SPACING, periodic=True)
+
+
+@pytest.mark.parametrize(
+    ("gap", "kind", "samples"),
+    [
+        # From contact to contact: a P1 gap is open up to the contact sample itself.
+        (WALLED, ("wall", "linear"), 11),
+        *((gap, ("periodic", "linear"), 11) for gap in (AROUND, ACROSS_THE_SEAM)),
+        # Walls are solid; one on a sample counts as 1e-9 of a pixel away.
+        (slot(0, 9), ("wall", "linear"), 10),
+        (GridField(slot(0, 9).values, (2e-6, 2e-6)), ("wall", "constant"), 10),
+    ],
+)
+def test_width_of_a_slot(gap, kind, samples):
+    found = constriction(GridFilm(gap, *kind))
     assert found.gap == 0.5e-6
-    assert found.x == 8e-6
-    assert found.width == pytest.approx(11 * 2e-6, rel=1e-12)
+    row = 8.5 if kind[1] == "constant" else 8
+    assert found.x == pytest.approx(row * gap.spacing[0], rel=1e-12)
+    assert found.width == pytest.approx(samples * 2e-6, rel=1e-9)
     assert found.pressure_share is None
-
-
-def test_walls_are_solid():
-    linear = constriction(GridFilm(slot(0, 9), "wall", "linear"))
-    # A wall on a sample counts as 1e-9 of a pixel away.
-    assert linear.width == pytest.approx(10 * 2e-6, rel=1e-9)
-    pixels = constriction(GridFilm(GridField(slot(0, 9).values, (2e-6, 2e-6)), "wall", "constant"))
-    assert pixels.width == pytest.approx(10 * 2e-6, rel=1e-12)
-
-
-def test_width_across_the_seam():
-    """Rolling a periodic gap around moves the place and nothing else."""
-    gap = slot(10, 19, periodic=True)
-    rolled = GridField(np.roll(gap.values, 16, axis=1), SPACING, periodic=True)
-    straight, seam = (constriction(GridFilm(g, "periodic", "linear")) for g in (gap, rolled))
-    assert seam.width == pytest.approx(straight.width, rel=1e-12)
-    assert seam.gap == straight.gap
 
 
 def test_width_of_an_oblique_channel():

@@ -34,11 +34,10 @@ def enclosed_on_finer_grids(headline, seed, load, drop):
     return any(lower <= high and upper >= low for lower, upper in found)
 
 
-@pytest.mark.parametrize("seed", [8])
-def test_a_closing_end_next_to_sealing(seed):
+def test_a_closing_end_next_to_sealing():
     """At 0.97 of the load that seals N samples; more of them are sealed under less load."""
+    seed, inputs = 8, {"contact": {"pressure": "30 %"}}
     closed = 0.97 * sealing_load(seed)
-    inputs = {"contact": {"pressure": "30 %"}}
     on = of_surface(seed, closed / 1.3, tolerances=inputs, accuracy={"contact_grid": True})
     solved = solve(on)
     assert solved.state == "leaking"
@@ -46,9 +45,9 @@ def test_a_closing_end_next_to_sealing(seed):
 
 
 @pytest.mark.parametrize("by", ["inputs", "range"])
-@pytest.mark.parametrize("seed", [85])
-def test_an_opening_end_of_a_sealed_patch(seed, by):
+def test_an_opening_end_of_a_sealed_patch(by):
     """At 0.94 of the load that seals: the grid of the scene's own load is sealed by a margin."""
+    seed = 85
     load, accuracy = 1.34 * sealing_load(seed), {"contact_grid": True}
     if by == "inputs":
         drop, inputs = DROP, {"contact": {"pressure": "30 %"}}

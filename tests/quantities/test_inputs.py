@@ -323,41 +323,37 @@ def test_a_corner_that_has_not_settled_counts_with_its_range(monkeypatch, most):
     assert entry(solved).upper == upper
 
 
+def under_cylinder(line_load, radius, **more):
+    """The seal of a cylinder on a plane."""
+    seal = {"circumference": "1 m", "pressure_profile": "hertz", "line_load": line_load}
+    left_out = dict.fromkeys(("contact.pressure", "flow.lift", "flow.rtol", "accuracy"))
+    sealing = {"seal": seal | {"cylinder_radius": radius}, "output.products": ["seal"]}
+    return scene(DRY).with_(left_out | sealing | more)
+
+
 def test_shares_under_a_cylinder():
     """The contact pressure is as √(w E*), and the leak path as √(w/E*): K = s³/(η x⁵) by hand."""
-    known = {"line_load": "10 %"}, {"contact_modulus": "20 %"}, {"viscosity": "3 %"}
-    seal = {"circumference": "1 m", "pressure_profile": "hertz", "line_load": "100 N/m"}
-    pressed = scene(DRY).with_(
-        {
-            "contact.pressure": None,
-            "flow.lift": None,
-            "flow.rtol": None,
-            "accuracy": None,
-            "seal": seal | {"cylinder_radius": "5 mm"},
-            "output.products": ["seal"],
-            "tolerances": dict(zip(("seal", "solid", "fluid"), known, strict=True))
-            | {"heights": "5 %"},
-        }
-    )
+    # Tolerances, and the sign with which more of an input opens the film.
+    opens = {
+        "seal.line_load": ("w", -0.1),
+        "solid.contact_modulus": ("E", 0.2),
+        "heights": ("s", 0.05),
+        "fluid.viscosity": ("η", -0.03),
+    }
+    known = {f"tolerances.{name}": f"{100 * abs(part)} %" for name, (_, part) in opens.items()}
+
+    def at(end, *names):
+        """ln Q with these inputs at the ends that open (1) or close (-1) the film."""
+        return log_rate(**{letter: 1 + end * part for letter, part in map(opens.get, names)})
 
     def log_rate(w=1.0, E=1.0, s=1.0, η=1.0):
         return 3 * log(s) - 5 * log((w * E) ** 0.5 / (E * s)) - log((w / E) ** 0.5) - log(η)
 
-    ends = {
-        "seal.line_load": ("w", 0.1),
-        "solid.contact_modulus": ("E", 0.2),
-        "heights": ("s", 0.05),
-        "fluid.viscosity": ("η", 0.03),
-    }
-    opened, closed = (
-        np.exp(log_rate(1 - end * 0.1, 1 + end * 0.2, 1 + end * 0.05, 1 - end * 0.03))
-        for end in (1, -1)
-    )
-    rates = (LeakRate("leaking", "adaptive", rate) for rate in (1.0, closed, opened))
-    shares = input_shares(pressed, *rates, 0.0)
-    for name, (letter, part) in ends.items():
-        change = log_rate(**{letter: 1 + part}) - log_rate(**{letter: 1 - part})
-        assert shares[name] == pytest.approx(abs(change), rel=1e-12)
+    logs = 0.0, at(-1, *opens), at(1, *opens)
+    rates = (LeakRate("leaking", "adaptive", np.exp(rate)) for rate in logs)
+    shares = input_shares(under_cylinder("100 N/m", "5 mm", **known), *rates, 0.0)
+    for name in opens:
+        assert shares[name] == pytest.approx(at(1, name) - at(-1, name), rel=1e-12)
 
 
 def test_a_stiffer_cylinder_under_fluid_of_nearly_its_pressure():
@@ -366,18 +362,9 @@ def test_a_stiffer_cylinder_under_fluid_of_nearly_its_pressure():
     (P - p)/E* grows with E* where p > P/2.
     """
     w, R, E = 200.0, 2e-3, 1e7
-    pressed = scene(DRY).with_(
-        {
-            "surface.shape": [16, 16],
-            "contact.pressure": None,
-            "flow": {"pressure_drop": 0.85 * np.sqrt(w * E / (np.pi * R))},
-            "accuracy": None,
-            "seal": {"circumference": "1 m", "pressure_profile": "hertz", "rtol": 0.2}
-            | {"line_load": w, "cylinder_radius": R},
-            "solid": {"contact_modulus": E},
-            "output.products": ["seal"],
-        }
-    )
+    drop = {"flow.pressure_drop": 0.85 * np.sqrt(w * E / (np.pi * R))}
+    pressed = under_cylinder(w, R, **drop | {"surface.shape": [16, 16], "solid.contact_modulus": E})
+    pressed = pressed.with_({"seal.rtol": 0.2})
     solved = solve(pressed.with_({"tolerances": {"solid": {"contact_modulus": "10 %"}}}))
     lower, upper = entry(solved).lower, entry(solved).upper
     for factor in (0.9, 1.1):

@@ -1,13 +1,12 @@
 """The fluid's pressure on a dry contact: cautions, the other end of the load, and lift-off."""
 
-import json
+from pathlib import Path
 
 import pytest
 from lifted_scenes import scene as lifted_scene
 
-from fem_seal import run
 from fem_seal.patch import Patch
-from fem_seal.results import Result
+from fem_seal.results.result import _of_present_version
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
@@ -149,16 +148,6 @@ def test_loads_other_than_a_pressure_are_named_only(load):
     assert "fluid pressure" in result.verdict.sentence
 
 
-def test_with_a_total_error():
-    """[accuracy] chooses grid and tolerance, and the opened contact is solved on that grid."""
-    plain = scene(limit=1.0)
-    mapping = plain.to_mapping()
-    mapping["flow"].pop("rtol")
-    result = solve(Scene.from_mapping({**mapping, "accuracy": {"total": 0.3}})).result()
-    names = [entry.name for entry in result.error_budget if entry.upper is not None]
-    assert names == ["flow", "contact grid", "fluid pressure"]
-
-
 VACUUM = {"inlet_pressure": "1 bar", "outlet_pressure": 0}
 BEARING = {"model": "bearing", "area_fraction": 0.1}
 
@@ -173,27 +162,34 @@ def test_gauge_pressures_of_a_vacuum():
     assert scene(load=BEARING, flow=VACUUM).flow.ambient_pressure is None
 
 
+def of_a_table():
+    """A seal, in the present folder."""
+    Path("profile.csv").write_text("0 1e5\n1e-3 2e5\n")
+    left_out = dict.fromkeys(("contact.pressure", "flow.rtol", "flow.lift", "accuracy"))
+    seal = {"circumference": "1 m", "pressure_profile": "profile.csv"}
+    return scene().with_(left_out | {"seal": seal, "output.products": ["seal"]})
+
+
 @pytest.mark.parametrize(
-    ("given", "older_flow", "older_contact"),
+    ("made", "older_flow", "older_contact"),
     [
         # An outlet in a vacuum was taken for the ambient.
-        (scene(flow={**VACUUM, "ambient_pressure": 0}), {"ambient_pressure": None}, {}),
+        (lambda: scene(flow={**VACUUM, "ambient_pressure": 0}), {"ambient_pressure": None}, {}),
         # A bearing contact took settings of an iteration, and an ambient pressure, without a word.
         (
-            scene(load=BEARING, flow=VACUUM),
+            lambda: scene(load=BEARING, flow=VACUUM),
             {"ambient_pressure": 1e5},
             {"tolerance": 1e-20, "threads": 2},
         ),
+        # A seal took flow.rtol, and contact.pressure beside a table.
+        (of_a_table, {"rtol": 0.1}, {"pressure": 1e5}),
     ],
-    ids=["without a field", "with fields that were ignored"],
+    ids=["without a field", "with fields that were ignored", "seal"],
 )
-def test_an_older_result_is_rebuilt(given, older_flow, older_contact, tmp_path):
-    run(given, tmp_path / "out")
-    file = tmp_path / "out" / "result.json"
-    older = json.loads(file.read_text())
-    sections = older["provenance"]["scene"]
-    named = sections["flow"] | older_flow
-    sections["flow"] = {name: value for name, value in named.items() if value is not None}
-    sections["contact"] |= older_contact
-    file.write_text(json.dumps(older))
-    assert Result.from_folder(tmp_path / "out").scene().to_mapping() == given.to_mapping()
+def test_an_older_scene_is_rebuilt(made, older_flow, older_contact, here):
+    given = made()
+    older = given.to_mapping()
+    flow = older.get("flow", {}) | older_flow
+    older["flow"] = {name: value for name, value in flow.items() if value is not None}
+    older["contact"] = older.get("contact", {}) | older_contact
+    assert Scene.from_mapping(_of_present_version(older)) == given

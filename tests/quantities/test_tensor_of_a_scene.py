@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from fem_seal import run
 from fem_seal.errors import InvalidInput
 from fem_seal.flow.bounds import TensorBounds
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.results import Result
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
@@ -24,10 +22,9 @@ def scene(small_scene):
     return small_scene
 
 
-def test_tensor_of_a_scene(scene, tmp_path):
-    """No pressures are needed, no leak rate is computed; all numbers survive the file."""
-    result = run(Scene.from_mapping(scene), tmp_path / "out")
-    assert Result.from_folder(tmp_path / "out") == result
+def test_tensor_of_a_scene(scene):
+    """No pressures are needed, no leak rate is computed."""
+    result = solve(Scene.from_mapping(scene)).result()
     assert result.leak_rate is None
     found = result.quantities.conductivity_tensor
     for component in (found.xx, found.xy, found.yy):
@@ -45,9 +42,9 @@ def test_a_sealed_cell_has_no_easiest_direction(scene):
     assert words.endswith("sealed in every direction")
 
 
-def test_tensor_that_does_not_converge_ends_the_run_with_its_bounds(scene, tmp_path):
+def test_tensor_that_does_not_converge_ends_the_run_with_its_bounds(scene):
     scene["flow"] = {"rtol": 0.001, "max_unknowns": 100}
-    result = run(Scene.from_mapping(scene), tmp_path / "out")
+    result = solve(Scene.from_mapping(scene)).result()
     assert not result.converged
     assert "0.001 was asked for" in result.reason
     found = result.quantities.conductivity_tensor
@@ -59,14 +56,6 @@ def test_viscosity_is_needed(scene):
     del scene["fluid"]
     with pytest.raises(InvalidInput, match=r"tensor needs fluid\.viscosity"):
         Scene.from_mapping(scene)
-
-
-def test_gap_that_is_not_periodic(scene_of_gap, tmp_path):
-    products = {"products": ["conductivity_tensor"]}
-    scene = scene_of_gap(np.random.default_rng(0).random((8, 8)), output=products)
-    with pytest.raises(InvalidInput, match="periodic in both directions"):
-        run(Scene.from_mapping(scene), tmp_path / "out")
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("angle", [-60.0, 0.0, 30.0, 90.0])
