@@ -34,8 +34,7 @@ def tamaas_h5(path, size, **fields):
         for name, values in fields.items():
             file.create_dataset(name, data=values, compression="gzip", compression_opts=7)
         shape = next(iter(fields.values())).shape[:2]
-        for name, value in tamaas_attributes(shape, size).items():
-            file.attrs[name] = value
+        file.attrs.update(tamaas_attributes(shape, size))
     return path
 
 
@@ -47,12 +46,8 @@ def tamaas_nc(path, size, **frames):
         for name, n, length in (("x", nx, size[0]), ("y", ny, size[1])):
             scales.append(file.create_dataset(name, data=np.linspace(0, length, n, False)))
             scales[-1].make_scale(name)
-        for name, values in frames.items():
-            data = file.create_dataset(name, data=values, compression="gzip")
-            for axis, scale in enumerate(scales):
-                data.dims[axis].attach_scale(scale)
-        for name, value in tamaas_attributes((nx, ny), size).items():
-            file.attrs[name] = value
+        _put(file, frames, scales, compression="gzip")
+        file.attrs.update(tamaas_attributes((nx, ny), size))
     return path
 
 
@@ -61,11 +56,15 @@ def contact_mechanics_nc(path, **frames):
     _, nx, ny = next(iter(frames.values())).shape
     with h5py.File(path, "w") as file:
         scales = [_dimension(file, *d) for d in (("frame", 0), ("nx", nx), ("ny", ny))]
-        for name, values in frames.items():
-            data = file.create_dataset(name, data=values)
-            for axis, scale in enumerate(scales):
-                data.dims[axis].attach_scale(scale)
+        _put(file, frames, scales)
     return path
+
+
+def _put(file, frames, scales, **options):
+    for name, values in frames.items():
+        data = file.create_dataset(name, data=values, **options)
+        for axis, scale in enumerate(scales):
+            data.dims[axis].attach_scale(scale)
 
 
 def _dimension(file, name, n):

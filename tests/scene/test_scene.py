@@ -100,25 +100,6 @@ def test_units_of_leak_rates(unit, kind, size):
     assert rate_unit.size == pytest.approx(size, rel=4e-16)
 
 
-@pytest.mark.parametrize(
-    ("unit", "message"),
-    [
-        # Pint gives a byte and an angle no dimension, and has no logarithm of a volume.
-        ("dB ml/h", "unknown unit"),
-        *((f"{word} ml/h", "does not") for word in ("byte", "deg")),
-        # Pint's slm is 1.68875 Pa m³/s: with the pressure times volume of a gas of 20 degC, a mass
-        # flow of 1 slm would count as 1.073.
-        *(
-            (unit, r"fluid\.reference_temperature")
-            for unit in ("slm", "slpm", "sccm", "Nl/min", "std cm^3/min")
-        ),
-    ],
-)
-def test_units_that_measure_no_leak_rate(unit, message):
-    with pytest.raises(ValueError, match=message):
-        RateUnit.parse(unit)
-
-
 def test_contradictions_of_several_sections(small_scene):
     small_scene["limit"] = {"leak_rate": "1 g/h"}
     small_scene["flow"] |= {"method": "finite-difference"}

@@ -214,6 +214,7 @@ Curve Loop(1) = {-4, -3, -2, -1}; Plane Surface(1) = {1};
 Physical Curve("left") = {4}; Physical Curve("right") = {2}; Physical Curve("rest") = {1, 3};
 Physical Surface("film") = {1};
 """
+NAMES = {"inlet": "left", "outlet": "right", "wall": "rest"}
 
 
 def test_own_geometry(tmp_path):
@@ -223,19 +224,17 @@ def test_own_geometry(tmp_path):
     """
     (tmp_path / "OWN.GEO").write_text(GEO)
     shape = {"kind": "file", "path": str(tmp_path / "OWN.GEO"), "unit": "mm", "gap": 1}
-    names = {"inlet": "left", "outlet": "right", "wall": "rest"}
-    flow = solved(shape | names, rtol=1e-6, trust=True)
+    flow = solved(shape | NAMES, rtol=1e-6, trust=True)
     assert flow.value == pytest.approx(0.5, rel=1e-8)
-    finer = Scene.from_mapping(scene(shape | names | {"mesh_size": "100 mm"})).shape
+    finer = Scene.from_mapping(scene(shape | NAMES | {"mesh_size": "100 mm"})).shape
     assert len(shaped_film(finer, None, trust=True).mesh.cells) > 300
 
 
 def test_own_geometry_with_sizes_that_follow_its_channels(tmp_path):
     """Fine beside the contact at y < 200 mm, coarse in the open."""
     (tmp_path / "own.geo").write_text(GEO)
-    names = {"inlet": "left", "outlet": "right", "wall": "rest", "unit": "mm"}
-    sizes = {"mesh_size": "300 mm", "smallest_size": "20 mm"}
-    shape = {"kind": "file", "path": str(tmp_path / "own.geo")} | names | sizes
+    sizes = {"mesh_size": "300 mm", "smallest_size": "20 mm", "unit": "mm"}
+    shape = {"kind": "file", "path": str(tmp_path / "own.geo")} | NAMES | sizes
     section = Scene.from_mapping(scene(shape | {"gap_expression": "max(0, y - 0.2)"})).shape
     mesh = shaped_film(section, None, trust=True).mesh
     middle, length = mesh.xy[mesh.cells].mean(axis=1), np.sqrt(mesh.doubled_areas())
@@ -257,8 +256,7 @@ def test_own_geometry_with_sizes_that_follow_its_channels(tmp_path):
 )
 def test_bad_geometry(text, words, tmp_path):
     (tmp_path / "own.geo").write_text(text)
-    names = {"inlet": "left", "outlet": "right", "wall": "rest"}
-    data = scene_of(tmp_path / "own.geo", **names)
+    data = scene_of(tmp_path / "own.geo", **NAMES)
     with pytest.raises(InvalidInput, match=words) as error:
         shaped_film(Scene.from_mapping(data).shape, None, trust=True)
     assert "\n" not in str(error.value)
