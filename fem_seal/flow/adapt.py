@@ -28,16 +28,9 @@ from fem_seal.digits import number_of
 from fem_seal.errors import Inconsistent
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import SUM_ROUNDING
+from fem_seal.flow.families import Family, Pressures, Streams
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.level import (
-    CorrectedBounds,
-    Family,
-    Guess,
-    LevelProblem,
-    LevelSolution,
-    Pressures,
-    Streams,
-)
+from fem_seal.flow.level import CorrectedBounds, Guess, LevelProblem, LevelSolution
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Strategy, mark_all
 from fem_seal.flow.solution import SolvedLevel, Start

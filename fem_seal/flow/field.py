@@ -4,7 +4,8 @@ import numpy as np
 
 from fem_seal.film import Film, GridFilm
 from fem_seal.flow.energy import gradients, shape_gradients
-from fem_seal.flow.level import LevelProblem, LevelSolution, Pressures
+from fem_seal.flow.families import Pressures
+from fem_seal.flow.level import LevelProblem, LevelSolution
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.leak_rate import FacetTag, FlowField
 from fem_seal.mesh.mesh import find_edges, side_ends

@@ -14,30 +14,30 @@ the cells at these vertices are refined so far that they are no longer equipoten
 
 import numpy as np
 
-from fem_seal.flow.film_on_mesh import FilmOnMesh
+from fem_seal.flow.level import LevelProblem
 from fem_seal.mesh.grouping import components
 
 MAX_DROP = 0.1  # largest pressure drop between groups that count as well joined
 
 
-def wrongly_joined_cells(on_mesh: FilmOnMesh, leak_rate: float) -> np.ndarray:
+def wrongly_joined_cells(problem: LevelProblem, leak_rate: float) -> np.ndarray:
     """Cells (C,) bool of the film that carry flow and join such groups wrongly."""
-    joined = np.zeros(on_mesh.space.count, dtype=bool)
-    equipotential = np.flatnonzero(on_mesh.data.equipotential)
-    if not len(equipotential) or not on_mesh.values.shape[1]:
+    joined = np.zeros(problem.space.count, dtype=bool)
+    equipotential = np.flatnonzero(problem.data.equipotential)
+    if not len(equipotential) or not problem.values.shape[1]:
         return joined
     enough = leak_rate / MAX_DROP
-    corners = on_mesh.mesh.cells.compress(on_mesh.kept, axis=0)[equipotential]
-    high = on_mesh.values[corners, 0] >= on_mesh.gap.ceiling
+    corners = problem.mesh.cells.compress(problem.kept, axis=0)[equipotential]
+    high = problem.values[corners, 0] >= problem.gap.ceiling
     at_high = high.any(axis=1)
     equipotential, corners, high = equipotential[at_high], corners[at_high], high[at_high]
-    vertex, cell = on_mesh.mesh.twin[corners], np.nonzero(high)[0]
-    count = len(on_mesh.mesh.xy)
+    vertex, cell = problem.mesh.twin[corners], np.nonzero(high)[0]
+    count = len(problem.mesh.xy)
     pairs = np.stack([vertex[high], count + cell], axis=1)
     group = components(pairs, count + len(equipotential))[count:]
-    group = _joined_by_edges(on_mesh, equipotential, high, group, enough)[group]
+    group = _joined_by_edges(problem, equipotential, high, group, enough)[group]
     # Cells on both sides of a contact line have different unknowns and are not joined.
-    pressure = on_mesh.primal_numbering.of_corner - on_mesh.primal_numbering.offset
+    pressure = problem.primal_numbering.of_corner - problem.primal_numbering.offset
     key = np.stack([vertex[~high], pressure[equipotential][~high]])
     point, place = np.unique(key, axis=1, return_inverse=True)
     place, low = place.ravel(), np.nonzero(~high)[0]
@@ -46,7 +46,7 @@ def wrongly_joined_cells(on_mesh: FilmOnMesh, leak_rate: float) -> np.ndarray:
     np.maximum.at(most, place, group[low])
     joint = np.flatnonzero(least < most)
     ends, pair = np.unique(np.stack([least, most])[:, joint], axis=1, return_inverse=True)
-    cubes = on_mesh.values[point[0, joint], 0] ** 3
+    cubes = problem.values[point[0, joint], 0] ** 3
     conductance = np.bincount(pair.ravel(), cubes, ends.shape[1])
     resists = np.zeros(len(least), dtype=bool)
     resists[joint] = (conductance < enough)[pair.ravel()]
@@ -55,7 +55,7 @@ def wrongly_joined_cells(on_mesh: FilmOnMesh, leak_rate: float) -> np.ndarray:
 
 
 def _joined_by_edges(
-    on_mesh: FilmOnMesh, cells: np.ndarray, high: np.ndarray, group: np.ndarray, enough: float
+    problem: LevelProblem, cells: np.ndarray, high: np.ndarray, group: np.ndarray, enough: float
 ) -> np.ndarray:
     """Number of each group (n,), equal for groups that edges of small gap join well enough.
 
@@ -64,12 +64,12 @@ def _joined_by_edges(
     """
     count = int(group.max(initial=-1)) + 1
     at_edge = np.flatnonzero(high.sum(axis=1) == 1)
-    side = on_mesh.mesh.edges.of_cell.compress(on_mesh.kept, axis=0)[cells[at_edge]][high[at_edge]]
+    side = problem.mesh.edges.of_cell.compress(problem.kept, axis=0)[cells[at_edge]][high[at_edge]]
     order = np.argsort(side, kind="stable")
     twice = np.flatnonzero(np.diff(side[order]) == 0)
     first, second = at_edge[order[twice]], at_edge[order[twice + 1]]
-    blocked = on_mesh.data.blocked[cells]
-    resistivity = np.where(blocked, np.inf, on_mesh.data.resistivity[cells, 0])
+    blocked = problem.data.blocked[cells]
+    resistivity = np.where(blocked, np.inf, problem.data.resistivity[cells, 0])
     conductance = 1 / (resistivity[first] + resistivity[second])
     ends = np.sort(np.stack([group[first], group[second]]), axis=0)
     ends, pair = np.unique(ends, axis=1, return_inverse=True)

@@ -22,118 +22,39 @@ two solves each.
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial, reduce
+from functools import partial
 from itertools import chain
 
 import numpy as np
 
+from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds, excess
-from fem_seal.flow.cell_data import ISOTROPIC
-from fem_seal.flow.energy import SUM_ROUNDING, Energy, gradients
-from fem_seal.flow.film_on_mesh import FilmOnMesh
-from fem_seal.flow.hierarchical import AppliedBubbles, Drops, energy_drops
-from fem_seal.flow.linear import Minimum
-from fem_seal.flow.numbering import Jumps
+from fem_seal.flow.cell_data import ISOTROPIC, CellContact
+from fem_seal.flow.energy import Energy, gradients, shape_gradients
+from fem_seal.flow.families import (
+    Pressures,
+    Streams,
+    best_flux,
+    lower_matrix,
+    orthonormal,
+    upper_matrix,
+)
+from fem_seal.flow.gap_on_mesh import GapOnMesh
+from fem_seal.flow.hierarchical import (
+    AppliedBubbles,
+    Correction,
+    Drops,
+    energy_drops,
+    pressure_bubbles,
+    stream_bubbles,
+)
+from fem_seal.flow.integrals import AT_ONCE
+from fem_seal.flow.linear import CellSpace, Minimum
+from fem_seal.flow.numbering import Jumps, Numbering
 from fem_seal.flow.solution import CornerValues, FlowEstimate, SolvedLevel, Start
-from fem_seal.flow.topology import dual_numbering
-
-# J×G = J·_CROSS[d]·G for d components. The pressure rises by J from the outlet to the inlet, but
-# by J_x along x across a seam.
-_CROSS = {1: np.array([[-1.0]]), 2: np.array([[0.0, 1.0], [-1.0, 0.0]])}
-
-
-@dataclass(frozen=True, eq=False)
-class Family:
-    """Minimisers for a basis of jumps."""
-
-    jumps: np.ndarray  #: (k, d), the basis
-    energies: np.ndarray  #: (k, k) ∫ ∇v_a·T·∇v_b
-    totals: tuple[Energy, ...]  #: the k energies, with bounds of their rounding errors
-    residuals: tuple[float, ...]  #: those of all solves, one after the other, as of `Minimum`
-    stalled: str  #: reason why CG stopped short of its tolerance in one of the solves, else ""
-
-    def upper_bound(self, drops: Drops | None = None) -> np.ndarray:
-        """Upper bound (k, k), as a form, of the energies, less any drops by bubble functions.
-
-        The rounding error of the energy of functions a and b is at most the largest relative error
-        of all times √(E_aa E_bb). That of a drop (`Energy.error_of_drop`) is at most the largest
-        error relative to the terms of the function, times √(terms_a terms_b). For any combination
-        of k functions either sum is at most k times its diagonal part.
-        """
-        totals, upper = self.totals, self.energies
-        relative = max(total.error / total.value for total in totals) + SUM_ROUNDING
-        errors = np.array([relative * total.value for total in totals])
-        if drops is not None:
-            upper = upper - drops.energies
-            own = np.array([total.terms for total in totals])
-            ratios = (drops.terms / own[:, None]).max(axis=0)
-            errors += [total.error_of_drop(*(ratios * total.terms)) for total in totals]
-        return upper + len(totals) * np.diag(errors)
-
-
-@dataclass(frozen=True, eq=False)
-class Pressures(Family):
-    """Pressures for a basis of jumps."""
-
-    minima: Sequence[Minimum]  #: the k pressures
-
-    def combined(self, weights: np.ndarray) -> CornerValues:
-        """Corner values of a combination with weights (k,)."""
-        return lambda cells: reduce(
-            np.add,
-            (w * minimum.corners(cells) for w, minimum in zip(weights, self.minima, strict=True)),
-        )
-
-    def of_unit_jumps(self) -> Iterator[np.ndarray]:
-        """Corner values (C, 3) of the function of each of the d unit jumps.
-
-        Where the family has fewer functions, only the component along its direction counts.
-        """
-        return (self.combined(row)(slice(None)) for row in np.linalg.pinv(self.jumps))
-
-
-@dataclass(frozen=True, eq=False)
-class Streams(Family):
-    """Stream functions for a basis of jumps, from the true or from the regularised dual."""
-
-    at_vertices: np.ndarray  #: (k, V), their values at the vertices; zero where nothing flows
-    chi: float  #: factor χ of the regularised dual; zero in the true dual
-
-    @property
-    def psi(self) -> np.ndarray:
-        """Values (d, V) at the vertices of the stream functions of unit jumps."""
-        return np.linalg.pinv(self.jumps) @ self.at_vertices
-
-    @property
-    def conductance(self) -> float:
-        """Flow rate between inlet and outlet; of the true dual a lower bound, up to rounding."""
-        return lower_matrix(self).item()
-
-
-def upper_matrix(pressures: Pressures, energies: np.ndarray | None = None) -> np.ndarray:
-    """A (d, d): energies of the pressures of unit jumps; from `energies` in place of theirs."""
-    # With a single winding w the family has one pressure, of the jump w. A jump J drives J·w/|w|²
-    # times its flow; w/|w|² is the pseudo-inverse of that jump.
-    basis = np.linalg.pinv(pressures.jumps)
-    return basis @ (pressures.energies if energies is None else energies) @ basis.T
-
-
-def best_flux(streams: Streams, energies: np.ndarray | None = None) -> np.ndarray:
-    """Weights (k, d) of the stream functions whose jumps G attain the maximum of C, linear in J."""
-    energies = streams.energies if energies is None else energies
-    # Scale the diagonal to ones: elimination would lose the small energy beside a large one.
-    scale = 1 / np.sqrt(energies.diagonal())[:, None]
-    return scale * np.linalg.solve(scale * energies * scale.T, scale * _crossing(streams))
-
-
-def lower_matrix(streams: Streams, energies: np.ndarray | None = None) -> np.ndarray:
-    """C (d, d), zero along jumps that no stream function of the family drives."""
-    return _crossing(streams).T @ best_flux(streams, energies)
-
-
-def _crossing(streams: Streams) -> np.ndarray:
-    """(k, d): J×G_a = crossing[a]·J for the jumps G_a of the family."""
-    return streams.jumps @ _CROSS[streams.jumps.shape[1]].T
+from fem_seal.flow.topology import dual_numbering, open_cells
+from fem_seal.mesh.bisection import AnyMesh
+from fem_seal.mesh.grouping import parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +74,97 @@ class Guess:
     streams: np.ndarray  #: (d, V), stream functions of unit jumps at the vertices
 
 
-class LevelProblem(FilmOnMesh):
-    """Both problems on one mesh (gap in units of its maximum)."""
+class LevelProblem:
+    """Both problems on one mesh (gap in units of its maximum).
+
+    Arrays of length C run over the cells that carry flow: those of `kept`, (cells of the mesh,)
+    bool.
+    """
+
+    def __init__(
+        self,
+        gap: GapOnMesh,
+        mesh: AnyMesh,
+        values: np.ndarray,
+        comm: MPI.Comm,
+        tolerance: float,
+    ):
+        self.gap, self.mesh, self.values, self.tolerance = gap, mesh, values, tolerance
+        data = gap.cell_data(mesh, values)
+        carrying = open_cells(mesh, data)
+        self.kept = kept = carrying.kept
+        self.data = data.subset(kept)
+        self._cell_contact: CellContact = data.without_values()
+        self._jumps, self._numberings = carrying.pressures.basis, carrying.pressures.numberings
+        self.primal_numbering = self._numberings[0]
+        self.cells = triangles = mesh.cells.compress(kept, axis=0)
+
+        # A closure, not a bound method: this avoids a reference cycle, so the mesh is freed at
+        # once.
+        def corners(cells: np.ndarray | slice) -> np.ndarray:
+            return mesh.corners(gap.aspect, triangles[cells])
+
+        self.corners = corners
+        self.space = CellSpace(
+            len(triangles),
+            corners,
+            lambda: mesh.edges.of_cell.compress(kept, axis=0),
+            comm,
+            mesh.blur * float(np.max(gap.aspect)),
+        )
+
+    @property
+    def unknowns(self) -> int:
+        """Number of pressure unknowns."""
+        return self.primal_numbering.count
+
+    @property
+    def vertex_gap(self) -> np.ndarray:
+        """Gap (V,) at the vertices of the mesh, in units of its maximum."""
+        return self.gap.plotted_values(self.mesh, self.values)
+
+    def batches(self) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+        """Batches of n cells with gradients (n, 3, 2) and areas (n,), as of `shape_gradients`."""
+        for cells in parts(0, self.space.count, AT_ONCE):
+            yield cells, *shape_gradients(self.corners(cells))
+
+    def _at_vertices(self, numbering: Numbering, values: np.ndarray) -> np.ndarray:
+        """Values (V,) at the vertices of a continuous function; zero where nothing flows."""
+        at_vertices = np.zeros(len(self.mesh.xy))
+        for cells in parts(0, self.space.count, AT_ONCE):
+            at_vertices[self.cells[cells]] = numbering.corners(values, cells)
+        return at_vertices
+
+    def resistivity(self, chi: float, cells: slice) -> np.ndarray:
+        """Tensor (n, 3) of the true dual, or of the regularised one if chi > 0."""
+        if chi == 0:
+            return self.data.resistivity[cells]
+        return self.data.subset(cells).regularised(chi, self.gap.cut)
+
+    def gradients(
+        self, corner_values: np.ndarray, cells: np.ndarray | slice = slice(None)
+    ) -> np.ndarray:
+        """Gradient (n, 2) on n cells of the function with corner values (n, 3)."""
+        return gradients(shape_gradients(self.corners(cells))[0], corner_values)
+
+    def pressure_correction(self, pressures: Sequence[CornerValues]) -> Correction:
+        """Bubble functions for pressures, given by corner values (n, 3) on some of the C cells."""
+        place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
+        return Correction(
+            len(pressures),
+            partial(pressure_bubbles, self.mesh, self._cell_contact, self.kept),
+            lambda cells: [pressure(place[cells]) for pressure in pressures],
+            lambda data: data.K,
+        )
+
+    def stream_correction(self, streams: Sequence[np.ndarray]) -> Correction:
+        """Bubble functions for stream functions, given by values (V,) at the vertices."""
+        return Correction(
+            len(streams),
+            partial(stream_bubbles, self.mesh, self._cell_contact, self.kept),
+            lambda cells: [psi.take(self.mesh.cells.take(cells, axis=0)) for psi in streams],
+            lambda data: data.resistivity[:, 0],
+        )
 
     def start(self, pressure: Pressures, stream: Streams | None) -> Start:
         """Start on this mesh from its solutions; where nothing flows the functions are zero."""
@@ -266,7 +276,7 @@ class LevelProblem(FilmOnMesh):
         as the other one, and the error indicators have the sum tr(A⁻¹(A - C)).
         """
         flows = []
-        for weights in _orthonormal(pressure):
+        for weights in orthonormal(pressure):
             jump = weights @ pressure.jumps
             drop = float(np.linalg.norm(jump))
             # Fluid flows down the pressure.
@@ -279,17 +289,6 @@ class LevelProblem(FilmOnMesh):
                 )
             )
         return flows
-
-
-def _orthonormal(pressures: Pressures) -> np.ndarray:
-    """Weights (k, k): each row combines the family into a pressure; two are orthonormal."""
-    if len(pressures.energies) == 1:
-        return np.ones((1, 1))
-    scale = 1 / np.sqrt(pressures.energies.diagonal())
-    values, vectors = np.linalg.eigh(scale[:, None] * pressures.energies * scale)
-    # Of two pressures that differ by rounding alone one value is rounding, and may be negative.
-    values = np.maximum(values, np.finfo(float).eps)
-    return (scale[:, None] * vectors / np.sqrt(values)).T
 
 
 @dataclass(frozen=True, eq=False)

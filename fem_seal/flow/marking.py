@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.flow.film_on_mesh import FilmOnMesh
+from fem_seal.flow.indicators import blocked_fluxes, error_indicators, flux_residuals
 from fem_seal.flow.joints import wrongly_joined_cells
+from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.solution import FlowEstimate
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.registry import require_count, require_positive
@@ -112,13 +113,13 @@ class Marks:
     least_flux: float  #: smallest flux through a marked blocked cell; infinite if none is marked
 
 
-def mark_all(on_mesh: FilmOnMesh) -> Marks:
+def mark_all(problem: LevelProblem) -> Marks:
     """Halve all cells twice, which makes the uniform mesh with squares half as wide."""
-    return Marks(np.full(len(on_mesh.kept), 2, dtype=np.int8), np.inf, np.inf)
+    return Marks(np.full(len(problem.kept), 2, dtype=np.int8), np.inf, np.inf)
 
 
 def mark(
-    on_mesh: FilmOnMesh,
+    problem: LevelProblem,
     flows: Sequence[FlowEstimate],
     expected: float,
     reached: float,
@@ -136,21 +137,21 @@ def mark(
         Relative width of the corrected bounds; infinite if the dual was not solved.
     """
     tuning = strategy.tuning
-    indicators, blocked_flux = on_mesh.indicators(flows), on_mesh.blocked_flux(flows)
+    indicators, blocked_flux = error_indicators(problem, flows), blocked_fluxes(problem, flows)
     # The flux that blocked cells withhold from the lower bound shows in `reached`, but neither in
     # the indicators nor in `expected`: take the size of its step from `reached`.
     part, part_reached = part_of_a_step(expected, strategy), part_of_a_step(reached, strategy)
     large = doerfler(indicators, part * tuning.theta)
     through = doerfler(blocked_flux, part_reached * tuning.theta_blocked)
-    # Where the linear pressure leaks (see `residuals`), the indicators of the leaking cells are
-    # small, but those of all cells along the false flow are large, whatever their size. Refine the
-    # leaking cells first. Elsewhere the sum of the residuals is no more than that of the
+    # Where the linear pressure leaks (see `flux_residuals`), the indicators of the leaking cells
+    # are small, but those of all cells along the false flow are large, whatever their size. Refine
+    # the leaking cells first. Elsewhere the sum of the residuals is no more than that of the
     # indicators, which alone do better then.
-    residuals = on_mesh.residuals(flows)
+    residuals = flux_residuals(problem, flows)
     unexplained = max(residuals.sum() - indicators.sum(), 0.0)
     required = part_reached * tuning.theta_residual * unexplained
     held = residuals[large | through].sum()
-    joints = wrongly_joined_cells(on_mesh, max(flow.conductance for flow in flows))
+    joints = wrongly_joined_cells(problem, max(flow.conductance for flow in flows))
     step = LEAST_STEP if joints.any() else 1.0
     if held < required:
         step = min(step, max(held / required, LEAST_STEP))
@@ -158,8 +159,8 @@ def mark(
         large = doerfler(indicators, step * part * tuning.theta)
     leaks = completed(large | through, residuals, required)
     halved = halvings(indicators, large)
-    times = np.zeros(len(on_mesh.kept), dtype=np.int8)
-    times[on_mesh.kept] = np.max(
+    times = np.zeros(len(problem.kept), dtype=np.int8)
+    times[problem.kept] = np.max(
         [halved, through, LEAK_HALVINGS * leaks, JOINT_HALVINGS * joints], axis=0
     )
     # A step smaller than a full one (part < 1) is the last and has the size that is needed: do not
@@ -168,7 +169,7 @@ def mark(
     return Marks(times, float(least_indicator), float(blocked_flux[through].min(initial=np.inf)))
 
 
-Marking = Callable[[FilmOnMesh, Sequence[FlowEstimate], float, float, Strategy], Marks]
+Marking = Callable[[LevelProblem, Sequence[FlowEstimate], float, float, Strategy], Marks]
 REFINEMENTS: dict[str, Marking | None] = {"adaptive": mark, "uniform": None}
 
 

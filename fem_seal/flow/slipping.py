@@ -18,8 +18,9 @@ from fem_seal.film.law import FilmLaw, mean_pressure_law
 from fem_seal.film.slip_bounds import PressureWeight, bounding_law
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import gradients
+from fem_seal.flow.families import Pressures, Streams
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.level import LevelProblem, LevelSolution, Pressures, Streams
+from fem_seal.flow.level import LevelProblem, LevelSolution
 from fem_seal.fluid import Slip
 
 # Parameters of the choice of a weight. Every choice gives valid bounds; these give narrow ones.

@@ -8,8 +8,9 @@ from scipy.sparse import coo_matrix, csc_matrix
 from fem_seal.fenicsx import MPI
 from fem_seal.film import Film
 from fem_seal.flow import Limits, Tuning
+from fem_seal.flow.families import Pressures, Streams
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, GapOnMesh, LinearGap
-from fem_seal.flow.level import LevelProblem, Pressures, Streams
+from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.solution import Start
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate

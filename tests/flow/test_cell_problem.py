@@ -10,7 +10,8 @@ from gaps import represented, solved_on
 from sample_gaps import rough_gap
 
 from fem_seal.flow.energy import gradients, shape_gradients
-from fem_seal.flow.level import _orthonormal, lower_matrix, upper_matrix
+from fem_seal.flow.families import lower_matrix, orthonormal, upper_matrix
+from fem_seal.flow.indicators import blocked_fluxes, error_indicators, flux_residuals
 from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
 from fem_seal.grid import GridField
@@ -64,10 +65,10 @@ def test_cells_of_a_mirror_cell_are_marked_as_for_its_leak_rate(representation):
     (flow,), (same,) = leak.flows(*of_leak), cell.flows(*of_cell)
     assert flow.drop == same.drop == 1
     assert same.rate == pytest.approx(flow.rate, rel=SOLVER)
-    for name in ("indicators", "blocked_flux", "residuals"):
-        expected = getattr(leak, name)([flow])
+    for measure in (error_indicators, blocked_fluxes, flux_residuals):
+        expected = measure(leak, [flow])
         np.testing.assert_allclose(
-            getattr(cell, name)([same]), expected, atol=SOLVER * expected.sum(), err_msg=name
+            measure(cell, [same]), expected, atol=SOLVER * expected.sum(), err_msg=measure.__name__
         )
 
 
@@ -82,7 +83,7 @@ def test_shares_of_both_flows():
     assert len(flows) == 2
     # All cells are open, so that the regularised dual is the true one.
     assert not problem.data.blocked.any()
-    indicators, difference = problem.indicators(flows), np.trace(np.linalg.solve(A, A - C))
+    indicators, difference = error_indicators(problem, flows), np.trace(np.linalg.solve(A, A - C))
     assert indicators.min() >= -1e-9 * difference
     assert indicators.sum() == pytest.approx(difference, rel=SOLVER)
 
@@ -91,7 +92,7 @@ def test_two_pressures_that_differ_by_rounding_have_finite_weights():
     """Their Gram matrix, scaled, is one of ones: an eigenvalue is 0, or rounding below it."""
     for rounding in (0.0, 1e-16, -3e-16):
         energies = np.array([[4.0, 2.0 - rounding], [2.0 - rounding, 1.0]])
-        assert np.isfinite(_orthonormal(SimpleNamespace(energies=energies))).all()
+        assert np.isfinite(orthonormal(SimpleNamespace(energies=energies))).all()
 
 
 @pytest.mark.parametrize("kind", ["indicators", "flux"])

@@ -13,6 +13,7 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import VertexGap
+from fem_seal.flow.indicators import error_indicators
 from fem_seal.flow.integrals import batch
 from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
@@ -71,7 +72,7 @@ def test_no_indicator_is_smaller(width):
     slopes, areas = shape_gradients(problem.mesh.points(gap.aspect)[cells])
     J = flow.rate * gradients(slopes, flow.stream[cells])
     tensor = problem.data.regularised(CHI, gap.cut)
-    indicators = problem.indicators([flow])
+    indicators = error_indicators(problem, [flow])
     least = areas * least_indicator(J, problem.data.K, tensor)
     linear = ~problem.data.contact_vertex.any(
         axis=1
