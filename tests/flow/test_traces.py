@@ -137,13 +137,12 @@ def test_no_flow_through_gaps_beyond_double_precision(tiny):
 
 
 @pytest.mark.parametrize("corners", TRIANGLES)
-@pytest.mark.parametrize("first", [0, 1, 2])
 @pytest.mark.parametrize(
     "gaps",
     [(0, 1, 1), (0, 0.2, 1), (0, 1, 0.6), (0, 0.05, 0.9), (0, 0, 1), (0, 0, 0.03)],
 )
 @pytest.mark.parametrize(("alpha", "beta"), [(1.0, 0.0), (0.0, 1.0), (0.7, 0.3), (0.99, 0.01)])
-def test_energy_beside_contact(corners, first, gaps, alpha, beta):
+def test_energy_beside_contact(corners, gaps, alpha, beta):
     """∫|∇ψ|²/(α g³ + β g²) of the power trace is that of the linear function under the tensor, or
     no more than that where neither α nor β is zero; any corner of the cell may be the first.
 
@@ -153,9 +152,9 @@ def test_energy_beside_contact(corners, first, gaps, alpha, beta):
     """
     xy, gaps = np.array(corners, dtype=float), np.array(gaps, dtype=float)
     law = Conductivity(np.array([0.0, 1.0]), np.array([beta, alpha + beta]))
-    turn, infinite = np.roll(np.arange(3), first), np.array([np.inf])
-    turned, g = xy[turn][:, None], gaps[turn][:, None]
-    xx, xy_, yy = resistivity(turned, 1.0, g, g == 0, infinite, law)[0]
+    turns = np.add.outer(np.arange(3), np.arange(3)) % 3
+    g = gaps[turns]
+    xx, xy_, yy = resistivity(xy[turns], 1.0, g, g == 0, np.full(3, np.inf), law).T
     e_b, e_c = xy[1] - xy[0], xy[2] - xy[0]
     double_area = abs(e_b[0] * e_c[1] - e_b[1] * e_c[0])
     for values in ((0.3, 1.0, 0.0), (0.0, 1.0, 1.0), (1.0, -1.0, 2.0)):
@@ -169,10 +168,10 @@ def test_energy_beside_contact(corners, first, gaps, alpha, beta):
 
         exact = integrate(density) * double_area
         difference = np.subtract(values[1:], values[0])
-        gradient = difference @ np.linalg.inv(np.stack([e_b, e_c], axis=1))
-        found = gradient @ np.array([[xx, xy_], [xy_, yy]]) @ gradient * double_area / 2
+        gx, gy = difference @ np.linalg.inv(np.stack([e_b, e_c], axis=1))
+        found = (xx * gx**2 + 2 * xy_ * gx * gy + yy * gy**2) * double_area / 2
         if 0 in (alpha, beta):
             # 40 roundings in the tensor, and as many in the quadrature.
-            assert found == pytest.approx(exact, rel=1e-13)
+            assert found == pytest.approx(np.full(3, exact), rel=1e-13)
         else:
-            assert exact * (1 - 1e-9) <= found < 1.34 * exact
+            assert exact * (1 - 1e-9) <= found.min() <= found.max() < 1.34 * exact
