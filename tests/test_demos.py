@@ -9,15 +9,12 @@ import pytest
 from project import ROOT, printed_by
 
 DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
-# What they show has tests beside the library: adaptive and uniform meshes, contacts near closing,
-# slip, lifts from both starts and for more and more pressure (extremes/test_extreme_lifts.py),
-# verdicts that count the lift, derivatives by heights.
-DEAR = ("certified_leak", "closing_saddle", "gas_that_slips", "how_the_lift_is_solved")
-DEAR += ("when_does_the_fluid_matter", "when_is_a_limit_kept", "where_must_i_polish")
+# Its 64 and 128 samples a period are the fewest; contacts near closing have tests beside the library.
+DEAR = "closing_saddle"
 
 # Arguments of main that make a demo small; the others are small by themselves.
 SMALL = {
-    "certified_leak": {"n": 96, "rtol": 0.2},
+    "certified_leak": {"n": 96, "rtol": 0.2, "smooth": 48},
     "closing_contact": {
         "loads": 2,
         "changes": ("surface.shape=[32, 32]", "surface.short_wavelength=12.5 um"),
@@ -27,9 +24,9 @@ SMALL = {
     "how_contact_is_solved": {"n": 64},
     "ordinary_dolfinx": {},  # its figures stand on a page
     "how_the_lift_is_solved": {"n": 32},
-    "when_does_the_fluid_matter": {"n": 32, "shares": (0.01, 0.1, 0.4, 0.9)},
+    "when_does_the_fluid_matter": {"n": 32, "shares": (0.01, 0.1, 0.9)},
     "when_is_a_limit_kept": {"n": 96},
-    "where_must_i_polish": {"n": 64, "tries": 1},
+    "where_must_i_polish": {"n": 64, "tries": 1, "rtol": 0.1},
 }
 # Pages with the numbers that a demo prints, in four digits.
 PAGES = {"ordinary_dolfinx": "docs/reference/results.md"}
@@ -45,14 +42,13 @@ assert main(out=Path(sys.argv[2]), **eval(sys.argv[3])) is not None
 """
 
 
-@pytest.mark.parametrize("name", DEAR)
-def test_dear_demos_find_what_they_import(name):
-    assert callable(runpy.run_path(str(ROOT / "demos" / f"{name}.py"), run_name="demo")["main"])
+def test_the_dear_demo_finds_what_it_imports():
+    assert callable(runpy.run_path(str(ROOT / "demos" / f"{DEAR}.py"), run_name="demo")["main"])
 
 
 @pytest.mark.render
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in DEAR)) for name in DEMOS]
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == DEAR)) for name in DEMOS]
 )
 def test_demo_keeps_its_claims(name, tmp_path, here, capsys):
     """The claims are asserted in `main`; the result is what they were asserted of."""
