@@ -61,9 +61,7 @@ def polished(heights: np.ndarray, where: np.ndarray) -> np.ndarray:
 
 
 # %%
-def main(
-    n: int = 128, tries: int = 4, rtol: float = 0.01, out: Path = Path("out")
-) -> Polished:
+def main(n: int = 128, tries: int = 4, rtol: float = 0.01, out: Path = Path("out")) -> Polished:
     """Smooth the sensitive tenth and random tenths; draw the change of ln Q."""
     products = 'output.products=["leak_rate", "sensitivity"]'
     settings = [f"surface.shape=[{n}, {n}]", "flow.lift=none"]
