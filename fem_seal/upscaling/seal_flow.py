@@ -219,7 +219,11 @@ def _places(profile: Profile, ends: EndPressures, cells: int) -> np.ndarray:
         for k in closes
     ]
     even = np.linspace(0, profile.length, cells + 1)
-    return np.unique(np.concatenate([even, nodes, crossings]))
+    start, *inner, end = np.unique(np.concatenate([even, nodes, crossings])).tolist()
+    # A node of a table may differ from an even place by rounding alone, which leaves no cell.
+    before = [start, *inner[:-1]]
+    kept = [x for x, last in zip(inner, before, strict=True) if min(x - last, end - x) > tolerance]
+    return np.array([start, *kept, end])
 
 
 def _refined(along: PathFlow, cells: int) -> np.ndarray:
