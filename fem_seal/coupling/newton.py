@@ -36,28 +36,20 @@ class Steps:
         )
 
 
-def newton(point: LiftPoint, tolerance: float) -> Steps:
-    """Take steps until a further one would change ln Q by at most a tolerance.
+def newton(point: LiftPoint) -> Steps:
+    """Take steps until a further one would change ln Q by at most what is allowed.
 
     A step is halved while |F| does not fall. F has kinks where samples open or close, so that |F|
     may have to rise before it falls: of all tried fractions the one with the least |F| is taken. On
     the way from an unstable state |F| rises: at most six steps lead away from such states, the
     first whole, each later one half as long, lest they lead back and forth.
-
-    Parameters
-    ----------
-    point
-        Where to start.
-    tolerance
-        The steps end when the next one would change ln Q, to first order, and the solid's load,
-        relative to itself, by at most this.
     """
     residuals, difficult, left = [point.size], False, inf
     away = iter(AWAY)
     while True:
         point.problem.report("lift", f"{len(point.network.free)} nodes, residual {point.size:.1e}")
         # GMRES may leave this part of what a step was to change to first order.
-        if left <= tolerance and point.settled(tolerance):
+        if left <= point.problem.allowed and point.settled:
             return Steps(point, tuple(residuals), difficult, "")
         if len(residuals) > MOST_STEPS:
             break
@@ -83,12 +75,12 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
     return Steps(point, tuple(residuals), difficult, failure, lost=True)
 
 
-def equilibrium(point: LiftPoint, tolerance: float) -> Steps:
-    """An equilibrium in contact or, if there is none, floating; arguments as of `newton`."""
-    steps = newton(point, tolerance)
+def equilibrium(point: LiftPoint) -> Steps:
+    """An equilibrium in contact or, if there is none, floating."""
+    steps = newton(point)
     point = steps.point
     if steps.failure and point.problem.may_float and point.contact.contact.any():
-        floating = newton(FloatingPoint.leaving(point), tolerance)
+        floating = newton(FloatingPoint.leaving(point))
         # A film that rises for ever carries less than the load: the solid is in contact.
         if not floating.failure:
             return replace(floating.after(steps), lost=False)

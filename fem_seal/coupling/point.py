@@ -159,14 +159,15 @@ class LiftPoint:
             unstable=solution.unstable,
         )
 
-    def keeps_load(self, tolerance: float) -> bool:
-        """Whether F changes the solid's load by at most a part of it.
+    @property
+    def keeps_load(self) -> bool:
+        """Whether F changes the solid's load by at most the part of it that is allowed of ln Q.
 
         ln Q alone would end the steps too early where the solid is stiff: it hardly depends on the
         fluid's pressure there.
         """
         gained = float(self.residual.mean())
-        return abs(gained) <= tolerance * self.problem.solid_load(self.pressure)
+        return abs(gained) <= self.problem.allowed * self.problem.solid_load(self.pressure)
 
     @cached_property
     def by_epsilon(self) -> float:
@@ -219,9 +220,10 @@ class LiftPoint:
         """Whether contact and flow in turn would leave this state."""
         return self._adjoint.unstable
 
-    def settled(self, tolerance: float) -> bool:
-        """Whether a step would change ln Q, and the solid's load, by little."""
-        little = self.log_rate_error(self) <= tolerance and self.keeps_load(tolerance)
+    @property
+    def settled(self) -> bool:
+        """Whether a step would change ln Q, and the solid's load, by what is allowed at most."""
+        little = self.log_rate_error(self) <= self.problem.allowed and self.keeps_load
         return little and not self.unstable
 
     def leaks_like(self, other: "LiftPoint") -> bool:
@@ -287,7 +289,8 @@ class FloatingPoint(LiftPoint):
         """What the fluid does not carry of the load [Pa]: no contact carries the rest."""
         return self.problem.solid_load(self.pressure)
 
-    def keeps_load(self, tolerance: float) -> bool:
+    @property
+    def keeps_load(self) -> bool:
         """Whether the fluid carries the load, to rounding, as after each whole step."""
         return self.lacking == 0
 

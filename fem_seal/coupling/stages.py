@@ -22,8 +22,6 @@ MOST_STAGES = 10  # after the first one
 # Where each of so many finer networks in a row changes ln Q by more than the network before it, the
 # stages end: such changes do not say what all further networks would add up to.
 MOST_GROWN = 2
-# Part of the allowed error to which steps go on with fewer samples, and after difficult ones.
-CLOSELY = 0.1
 # Part of the allowed error that is the least to be claimed: the contacts are no more exact. Where
 # fewer samples leave no more, the next stage takes all samples.
 LEAST_ERROR = 0.1
@@ -48,7 +46,7 @@ def first_stage(
     pressure = pressure[::stride, ::stride]
     pressed = thinned.contact_under(pressure, start)
     point = LiftPoint(thinned, thinned.first_network, epsilon, pressure, pressed)
-    return equilibrium(point, problem.allowed)
+    return equilibrium(point)
 
 
 def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
@@ -82,14 +80,13 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
             over = "each finer network changes the leak rate more than the one before"
             break
         closed = point.sealed or start.sealed
-        if error <= allowed and start.keeps_load(allowed) and not (closed or steps.failure):
+        if error <= allowed and start.keeps_load and not (closed or steps.failure):
             # The first point of the stage is an equilibrium without a step.
             steps = Steps(start, (start.size,), False, "").after(steps)
             if start.problem is problem:
                 break
             continue
-        closely = steps.difficult or start.problem is not problem
-        steps = equilibrium(start, (CLOSELY if closely else 1.0) * allowed).after(steps)
+        steps = equilibrium(start).after(steps)
         moved = log_ratio(steps.point.flow.conductance, start.flow.conductance)
         if start.problem is problem:  # no state has fewer samples
             # The next network has four times the nodes.
