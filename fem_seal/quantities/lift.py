@@ -134,10 +134,12 @@ def _resolved(patch: Patch) -> Uncertainty:
             "equilibrium that leaks"
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0)
+    finer = "finer networks for the fluid's pressure and "
+    if patch.flow_settings.method == "finite-difference":
+        finer = ""  # its network is that of the samples
     sentence = (
         f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; the factors "
-        "estimate what finer networks for the fluid's pressure, and a smaller gap that conducts in "
-        "contact, would still change"
+        f"estimate what {finer}a smaller gap that conducts in contact would still change"
     )
     error = state.error
     return Uncertainty(LIFT, "estimated", sentence, exp(-error), exp(error), per_rtol=SETTLED)

@@ -8,6 +8,7 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 from fem_seal.finite_difference.elimination import conductance
+from fem_seal.finite_difference.star_mesh import star_mesh
 from fem_seal.finite_difference.stencil import Stencil
 
 approx = partial(pytest.approx, rel=1e-12)
@@ -58,6 +59,20 @@ def test_planar_dual_conducts_the_reciprocal(shape, decades):
     across[1:-1] = 1 / stencil.y[1:-1].T
     dual = Stencil((1 / stencil.x).T, across, False)
     assert conductance(stencil) * conductance(dual) == approx(1, rel=1000 * EPS)
+
+
+def test_elimination_leaves_the_schur_complement():
+    """Of Kirchhoff's matrix, all of whose links are of one size, over several blocks of columns."""
+    links = np.random.default_rng(0).uniform(0.5, 1, (700, 700))
+    links = np.triu(links, 1) + np.triu(links, 1).T
+    matrix = np.diag(links.sum(axis=0)) - links
+    gone, left = slice(100), slice(100, None)
+    solved = np.linalg.solve(matrix[gone, gone], matrix[gone, left])
+    exact = matrix[left, gone] @ solved - matrix[left, left]
+    np.fill_diagonal(exact, 0)
+    remaining = star_mesh(links[None].copy(), 100)[0].copy()
+    np.fill_diagonal(remaining, 0)
+    np.testing.assert_allclose(remaining, exact, rtol=1e3 * EPS)
 
 
 def test_no_chain_of_links_is_exactly_zero():
