@@ -30,7 +30,7 @@ from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import SUM_ROUNDING
 from fem_seal.flow.families import Family, Pressures, Streams
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.level import CorrectedBounds, Guess, LevelProblem, LevelSolution
+from fem_seal.flow.level import CorrectedBounds, LevelProblem, LevelSolution
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Strategy, mark_all
 from fem_seal.flow.solution import SolvedLevel, Start
@@ -74,10 +74,10 @@ def refined(
         if best is not None and problem.unknowns > max_unknowns:
             stopping.stop(_too_many(max_unknowns))
             return
-        guess = problem.guess(start)
+        guesses, psi = problem.guesses(start), start.streams
         del start
         log.lap("mesh")
-        solution = _solve(problem, guess, strategy, outlook, log)
+        solution = _solve(problem, guesses, psi, strategy, outlook, log)
         bounds, corrected = _bounded(problem, solution, log)
         outlook.learn(problem, solution, bounds, strategy.rtol)
         best = bounds if best is None else bounds.tightened(best)
@@ -95,9 +95,9 @@ def refined(
             stopping.stop(_too_many(max_unknowns))
             return
         log = _Log()
-        refine = _refinement(problem, guess, solution, best, strategy, outlook, log)
+        refine = _refinement(problem, psi, solution, best, strategy, outlook, log)
         # Two meshes together may not fit into memory: this one goes, and only `refine` stays.
-        del problem, guess, solution
+        del problem, guesses, psi, solution
         try:
             start = refine(gap)
         except TooFine as limit:
@@ -160,7 +160,8 @@ class _Log:
 
 def _solve(
     problem: LevelProblem,
-    guess: Guess,
+    guesses: list[np.ndarray],
+    psi: np.ndarray,
     strategy: Strategy,
     outlook: _Outlook,
     log: _Log,
@@ -170,9 +171,9 @@ def _solve(
     Unless that comes first, the regularised dual is solved before it: the true dual then follows
     if the expected width is close to the tolerance, or if the next mesh would be too large.
     """
-    pressure = problem.pressure(guess.pressures)
+    pressure = problem.pressure(guesses)
     log.lap("primal", pressure)
-    psi, regularised, expected = guess.streams, None, np.inf
+    regularised, expected = None, np.inf
     if not outlook.true_dual:
         regularised = _regularised_dual(problem, psi, strategy, log)
         psi = regularised.psi
@@ -210,7 +211,7 @@ def _regularised_dual(
 
 def _refinement(
     problem: LevelProblem,
-    guess: Guess,
+    psi: np.ndarray,
     solution: _Solved,
     best: Bounds,
     strategy: Strategy,
@@ -225,7 +226,8 @@ def _refinement(
         start = problem.start(solution.pressure, solution.stream)
         return partial(refined_ahead, start, marks=mark_all(problem), flows=[], times=0)
     # If the true dual came first, the next level logs the time of this solve.
-    psi = guess.streams if solution.stream is None else solution.stream.psi
+    if solution.stream is not None:
+        psi = solution.stream.psi
     regularised = solution.regularised or _regularised_dual(problem, psi, strategy, log)
     flows = problem.flows(solution.pressure, regularised)
     expected = outlook.correction_ratio * problem.excess(solution.pressure, regularised)

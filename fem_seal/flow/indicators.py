@@ -6,7 +6,7 @@ import numpy as np
 
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.level import LevelProblem
-from fem_seal.flow.solution import CornerValues, FlowEstimate
+from fem_seal.flow.solution import FlowEstimate
 from fem_seal.flow.traces import mean_gradient_values
 
 
@@ -57,7 +57,11 @@ def flux_residuals(problem: LevelProblem, flows: Sequence[FlowEstimate]) -> np.n
     residuals = np.zeros(problem.space.count)
     side = problem.mesh.edges.of_cell.compress(problem.kept, axis=0)
     for flow in flows:
-        out = _flux_out(problem, flow.pressure)
+        out = np.empty((problem.space.count, 3))  # flux out of each cell through its sides
+        for cells, slopes, areas in problem.batches():
+            weight = -2 * areas * problem.data.K[cells]
+            slope = gradients(slopes, flow.pressure(cells))
+            out[cells] = weight[:, None] * (slopes * slope[:, None]).sum(axis=2)
         jump = np.bincount(side.ravel(), out.ravel())[side]
         jump[problem.data.zero_gap] = out[problem.data.zero_gap]
         # No condition on the flux through sides of prescribed pressure.
@@ -65,13 +69,3 @@ def flux_residuals(problem: LevelProblem, flows: Sequence[FlowEstimate]) -> np.n
         jump[np.stack([b & c, c & a, a & b], axis=1)] = 0.0
         residuals += (jump * jump).sum(axis=1) / np.maximum(problem.data.K, flow.conductance)
     return residuals
-
-
-def _flux_out(problem: LevelProblem, pressure: CornerValues) -> np.ndarray:
-    """Flux of a pressure out of each cell through its sides (C, 3)."""
-    out = np.empty((problem.space.count, 3))
-    for cells, slopes, areas in problem.batches():
-        slope = gradients(slopes, pressure(cells))
-        weight = -2 * areas * problem.data.K[cells]
-        out[cells] = weight[:, None] * (slopes * slope[:, None]).sum(axis=2)
-    return out

@@ -50,7 +50,7 @@ from fem_seal.flow.hierarchical import (
 )
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace, Minimum
-from fem_seal.flow.numbering import Jumps, Numbering
+from fem_seal.flow.numbering import Jumps
 from fem_seal.flow.solution import CornerValues, FlowEstimate, SolvedLevel, Start
 from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.mesh.bisection import AnyMesh
@@ -64,14 +64,6 @@ class CorrectedBounds(Bounds):
     lowered: Drops  #: of the energies of the pressures
     raised: Drops  #: of the energies of the stream functions
     bubbles: AppliedBubbles  #: of the stream functions, then of the pressures
-
-
-@dataclass(frozen=True, eq=False)
-class Guess:
-    """Initial values of the solves on one mesh."""
-
-    pressures: list[np.ndarray]  #: (count,), unknowns of each pressure of the basis
-    streams: np.ndarray  #: (d, V), stream functions of unit jumps at the vertices
 
 
 class LevelProblem:
@@ -128,13 +120,6 @@ class LevelProblem:
         for cells in parts(0, self.space.count, AT_ONCE):
             yield cells, *shape_gradients(self.corners(cells))
 
-    def _at_vertices(self, numbering: Numbering, values: np.ndarray) -> np.ndarray:
-        """Values (V,) at the vertices of a continuous function; zero where nothing flows."""
-        at_vertices = np.zeros(len(self.mesh.xy))
-        for cells in parts(0, self.space.count, AT_ONCE):
-            at_vertices[self.cells[cells]] = numbering.corners(values, cells)
-        return at_vertices
-
     def resistivity(self, chi: float, cells: slice) -> np.ndarray:
         """Tensor (n, 3) of the true dual, or of the regularised one if chi > 0."""
         if chi == 0:
@@ -175,16 +160,13 @@ class LevelProblem:
         streams = np.zeros((count, len(self.mesh.xy))) if stream is None else stream.psi
         return Start(self.mesh, self.values, pressures, streams)
 
-    def guess(self, start: Start) -> Guess:
-        """Initial values of the unknowns."""
+    def guesses(self, start: Start) -> list[np.ndarray]:
+        """Initial values (count,) of the unknowns of each pressure of the basis."""
         pressures = start.pressures.compress(self.kept, axis=1)
-        return Guess(
-            [
-                numbering.from_corners(np.tensordot(jump, pressures, axes=1))
-                for jump, numbering in zip(self._jumps, self._numberings, strict=True)
-            ],
-            start.streams,
-        )
+        return [
+            numbering.from_corners(np.tensordot(jump, pressures, axes=1))
+            for jump, numbering in zip(self._jumps, self._numberings, strict=True)
+        ]
 
     def pressure(self, guesses: Sequence[np.ndarray]) -> Pressures:
         """Minimise ∫ K|∇p|² for each jump that can drive a flow."""
@@ -215,7 +197,9 @@ class LevelProblem:
             for jump, numbering in zip(dual.basis, numberings, strict=True)
         ]
         minima = self.space.minimise(tensor, numberings, starts, self.tolerance)
-        psi = np.array([self._at_vertices(m.numbering, m.values) for m in minima])
+        psi = np.zeros((len(minima), len(self.mesh.xy)))
+        for cells in parts(0, self.space.count, AT_ONCE):
+            psi[:, self.cells[cells]] = [minimum.corners(cells) for minimum in minima]
         return Streams(*self._of_family(dual.basis, tensor, minima), psi, chi)
 
     def _of_family(
@@ -225,21 +209,13 @@ class LevelProblem:
         residuals = tuple(chain.from_iterable(minimum.residuals for minimum in minima))
         stalled = next((minimum.stalled for minimum in minima if minimum.stalled), "")
         totals = tuple(minimum.total for minimum in minima)
-        return jumps, self._energies(tensor, minima), totals, residuals, stalled
-
-    def _energies(
-        self, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
-    ) -> np.ndarray:
-        """∫ ∇v_a·T·∇v_b (k, k) of k minimisers."""
         energies = np.diag([minimum.energy for minimum in minima])
-        if len(minima) < 2:
-            return energies
-        mixed = 0.0
-        for cells, slopes, areas in self.batches():
+        for cells, slopes, areas in self.batches() if len(minima) == 2 else ():
             xx, xy, yy = (areas[:, None] * tensor(cells)).T
             (ax, ay), (bx, by) = (gradients(slopes, v.corners(cells)).T for v in minima)
-            mixed += float((xx * ax * bx + xy * (ax * by + ay * bx) + yy * ay * by).sum())
-        return energies + mixed * np.array([[0.0, 1.0], [1.0, 0.0]])
+            mixed = (xx * ax * bx + xy * (ax * by + ay * bx) + yy * ay * by).sum()
+            energies[[0, 1], [1, 0]] += mixed
+        return jumps, energies, totals, residuals, stalled
 
     def upper_bound(self, pressure: Pressures) -> Bounds:
         """Bounds from the pressures alone, widened for rounding errors."""

@@ -83,8 +83,8 @@ class SlippingFilm:
         wide = LevelProblem(
             gap, problem.mesh, problem.values, problem.space.comm, problem.tolerance
         )
-        guess = wide.guess(problem.start(solution.pressure, solution.stream))
-        pressure, stream = wide.pressure(guess.pressures), wide.stream(guess.streams)
+        guesses = wide.guesses(problem.start(solution.pressure, solution.stream))
+        pressure, stream = wide.pressure(guesses), wide.stream(solution.stream.psi)
         bounds = wide.upper_bound(pressure)
         if stream is not None:
             bounds = wide.corrected(pressure, stream).tightened(bounds)

@@ -85,8 +85,8 @@ def solved_on(
     """The problem on any mesh, pressures and stream functions from those of a uniform gap."""
     start = Start.first(gap, mesh)
     problem = LevelProblem(gap, mesh, start.values, MPI.COMM_SELF, tolerance)
-    guess = problem.guess(start)
-    return problem, problem.pressure(guess.pressures), problem.stream(guess.streams, chi)
+    pressure = problem.pressure(problem.guesses(start))
+    return problem, pressure, problem.stream(start.streams, chi)
 
 
 def plain_bounds(problem: LevelProblem) -> np.ndarray:

@@ -146,8 +146,8 @@ def test_functions_of_a_single_winding_are_exact_and_start_the_next():
         stored = Fraction(v) - across[0] * int(x) - across[1] * int(y)
         of_unknown.setdefault(number, set()).add(stored)
     assert all(len(found) == 1 for found in of_unknown.values())
-    guess = problem.guess(problem.start(pressures, streams))
-    again = problem.pressure(guess.pressures), problem.stream(guess.streams)
+    start = problem.start(pressures, streams)
+    again = problem.pressure(problem.guesses(start)), problem.stream(start.streams)
     assert [family.residuals for family in again] == [(), ()]
 
 
