@@ -93,3 +93,8 @@ def with_prefix(number: float, unit: str, digits: int = 4) -> str:
     # Round before choosing the prefix: 999.99 nm to four digits are 1 um.
     scale, symbol = readable(abs(float(f"{number:.{digits}g}")), unit)
     return f"{number * scale:.{digits}g} {symbol.replace('µ', 'u')}"
+
+
+def length_text(metres: float, digits: int = 4) -> str:
+    """Write a length with a readable unit."""
+    return with_prefix(metres, "m", digits)

@@ -44,15 +44,11 @@ class LiquidDrive:
         """Leak rate in SI units, for each kind in `units.RATES`, per m³/s of the linear problem."""
         return {"volume": 1.0}
 
-    def pressure(
-        self, solved: np.ndarray, slip: "Slip | None" = None, critical: float = 0.0
-    ) -> np.ndarray:
+    def pressure(self, solved: np.ndarray) -> np.ndarray:
         """Pressure [Pa] from the solution [Pa] of the linear problem, 0 at the outlet."""
         return self.outlet_pressure + solved
 
-    def potential(
-        self, pressure: np.ndarray, slip: "Slip | None" = None, critical: float = 0.0
-    ) -> np.ndarray:
+    def potential(self, pressure: np.ndarray) -> np.ndarray:
         """Quantity that is linear in the solution: the pressure itself [Pa]."""
         return pressure
 
@@ -190,28 +186,19 @@ class GasDrive(TwoPressures):
             "mass": amount * self.molar_mass,
         }
 
-    def pressure(
-        self, solved: np.ndarray, slip: Slip | None = None, critical: float = 0.0
-    ) -> np.ndarray:
-        """Pressure [Pa] from the solution of the linear problem, `pressure_drop` at the inlet.
+    def pressure(self, solved: np.ndarray) -> np.ndarray:
+        """Pressure [Pa] without slip from the solution of the linear problem, u times its drop.
 
-        Without slip it is √(p_out² + (p_in² - p_out²) u), u the solution over its drop. With slip
-        the pressure is such that its potential in the gap of the critical constriction [m] is
-        linear in u, which is exact in a gap of that height.
+        It is √(p_out² + (p_in² - p_out²) u).
         """
         p_out, part = self.outlet_pressure, solved / self.pressure_drop
-        if slip is None:
-            # Rounding errors of the solver may make the sum negative next to a vacuum.
-            square = p_out * p_out + 2 * self.mean_pressure * self._difference * part
-            return np.sqrt(np.maximum(square, 0.0))
-        start, end = (slip.potential(p, critical) for p in (p_out, self.inlet_pressure))
-        return slip.pressure(start + (end - start) * part, critical)
+        # Rounding errors of the solver may make the sum negative next to a vacuum.
+        square = p_out * p_out + 2 * self.mean_pressure * self._difference * part
+        return np.sqrt(np.maximum(square, 0.0))
 
-    def potential(
-        self, pressure: np.ndarray, slip: Slip | None = None, critical: float = 0.0
-    ) -> np.ndarray:
-        """Quantity that is linear in the solution; arguments as of `pressure`."""
-        return pressure**2 if slip is None else slip.potential(pressure, critical)
+    def potential(self, pressure: np.ndarray) -> np.ndarray:
+        """Quantity that is linear in the solution without slip."""
+        return pressure**2
 
     def slip(self, viscosity: float, accommodation: float, law: str = "first-order") -> Slip:
         """Slip of a gas of viscosity η [Pa s] at the walls, by a law of `rarefied.LAWS`.
@@ -240,3 +227,15 @@ class GasDrive(TwoPressures):
 
 
 Drive = LiquidDrive | GasDrive
+
+
+def pressure_of(solved: np.ndarray, drive: Drive, slip: Slip | None, critical: float) -> np.ndarray:
+    """Pressure [Pa] from the solution of the linear problem, `pressure_drop` at the inlet.
+
+    With slip its potential in the gap of the critical constriction [m] is linear in the solution,
+    which is exact in a gap of that height.
+    """
+    if slip is None:
+        return drive.pressure(solved)
+    start, end = (slip.potential(p, critical) for p in slip.pressures)
+    return slip.pressure(start + (end - start) * (solved / drive.pressure_drop), critical)

@@ -91,7 +91,7 @@ class OnGrid:
     highest: float  #: largest
     critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
     unresolved: float  #: see `unresolved` [m]
-    edge: float | None = None  #: see `edge_error`; None unless the contact area is prescribed
+    counting_error: float | None = None  #: None unless the contact area is prescribed
     lifted: bool = False  #: whether the fluid lifts the solid
 
     def __post_init__(self) -> None:
@@ -111,10 +111,10 @@ class OnGrid:
             low, high = state.lowest, state.highest
         gap = 0.0 if tightest is None else tightest.gap
         left_out = unresolved(present(patch.surface, "surface"))
-        edge = None
+        counting = None
         if patch.load.kind == "area_fraction":
-            edge = parallel.on_root(partial(edge_error, patch, gap), patch.comm)
-        return cls(low, high, gap, left_out, edge, lifted=state is not None)
+            counting = parallel.on_root(partial(counting_error, patch, gap), patch.comm)
+        return cls(low, high, gap, left_out, counting, lifted=state is not None)
 
 
 def of_sealed(patch: Patch) -> Uncertainty:
@@ -210,7 +210,7 @@ def unresolved(height: GridField) -> float:
     return float(np.sqrt(sum(np.mean(np.square(part)) for part in second)) / 8)
 
 
-def edge_error(patch: Patch, critical: float) -> float:
+def counting_error(patch: Patch, critical: float) -> float:
     """|Δ ln Q| by the load that a prescribed area lacks, since samples on its edge count whole.
 
     The critical constriction has a gap of `critical` [m]; 0 if the patch is sealed. The load grows
@@ -242,7 +242,7 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
     open. The upper one then is at least the cube of 1 + u/g_c, which opens the constriction as far
     as the grid may be wrong. The load that gives a prescribed area, which counts samples, errs as
     the spacing: all changes to come add up to the last one, which is small by chance at times, and
-    to `edge_error`. Where the fluid lifts the solid, e is larger by half: it lifts more where a
+    to `counting_error`. Where the fluid lifts the solid, e is larger by half: it lifts more where a
     constriction is wider.
     """
     part = fine.unresolved / fine.critical_gap
@@ -255,8 +255,8 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
         f"height between the samples: {per_cent(part)} of the gap of the critical constriction"
     )
     claimed = first_order * (1 + SECOND_ORDER * first_order)
-    if fine.edge is not None:
-        claimed += hypot(change, fine.edge)
+    if fine.counting_error is not None:
+        claimed += hypot(change, fine.counting_error)
     most = MOST_E * (1 + SECOND_ORDER * MOST_E)
     if claimed < most:
         return estimate(CONTACT_GRID, sentence, exp(-claimed), exp(claimed))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.digits import number_of, rounded_down, with_prefix
+from fem_seal.digits import length_text, number_of, rounded_down
 from fem_seal.errors import InvalidInput, printable
 from fem_seal.field_file.markers import suspected_mark, without_marked
 from fem_seal.field_file.profiles import holds_profiles, read_profiles
@@ -137,7 +137,7 @@ def _map(path: Path, name: str, stated: Stated) -> _Surface:
         return _Surface(lines, facts, TWINS, needed)
     heights = in_metres(recorded, stated, path)
     (dx, dy), sides = heights.spacing, heights.sides
-    facts.append(f"{with_prefix(dx, 'm', 6)} by {with_prefix(dy, 'm', 6)} apart")
+    facts.append(f"{length_text(dx, 6)} by {length_text(dy, 6)} apart")
     if max(nx, ny) > FEW_SAMPLES:
         ends = ", ".join(f'["0 um", "{1e6 * side / 2:.6g} um"]' for side in sides)
         lines.append(f"# crop = [{ends}]   # a part of the map; a large contact takes long")
@@ -177,7 +177,7 @@ def _window(heights: FieldMap) -> str:
         return "## no window: the longest wavelength is longer than the map; they would lose it\n"
     part = [rounded_down(1e6 * side / WINDOWS, 3) for side in heights.sides]
     ratio = min(heights.sides) / WINDOWS / longest
-    waves = f"{ratio:.2g} of the longest wavelengths, {with_prefix(longest, 'm', 3)}, wide"
+    waves = f"{ratio:.2g} of the longest wavelengths, {length_text(longest, 3)}, wide"
     if ratio < WAVES:
         return f"## no window: a third of the map is {waves}; at least {WAVES:g} are needed\n"
     lengths = ", ".join(f'"{side} um"' for side in part)
@@ -222,7 +222,7 @@ def _profiles(path: Path, name: str, stated: Stated) -> _Surface:
     ]
     facts = [
         f"{number_of(count, 'profile')} of {samples} samples, "
-        f"{with_prefix(profiles.step, 'm', 6)} apart, {with_prefix(length, 'm')} long"
+        f"{length_text(profiles.step, 6)} apart, {length_text(length)} long"
     ]
     return _Surface(lines, facts, SEEDS)
 

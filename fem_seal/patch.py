@@ -14,6 +14,7 @@ from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput, narrowed, present
 from fem_seal.flow_settings import FlowSettings
+from fem_seal.fluid import pressure_of
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowState, LeakRate
@@ -354,7 +355,7 @@ class Patch:
         if leak.field is None:
             return leak
         critical = present(self.film.constriction, "constriction").gap
-        pressure = self.scene.drive.pressure(leak.field.pressure, self.scene.slip, critical)
+        pressure = pressure_of(leak.field.pressure, self.scene.drive, self.scene.slip, critical)
         return replace(leak, field=replace(leak.field, pressure=pressure))
 
 

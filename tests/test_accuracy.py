@@ -114,7 +114,7 @@ def test_sides_open_next_to_closing():
     coarse = OnGrid(0.7, 0.7, 1.0, 0.1)
     for more in ({"lifted": True}, {"edge": 0.0}, {"edge": 1.0}):
         assert grid_error(coarse, replace(fine[0], **more)).log_error > errors[0].log_error
-    assert grid_error(coarse, replace(fine[0], edge=4.0)).lower is None
+    assert grid_error(coarse, replace(fine[0], counting_error=4.0)).lower is None
     sealed = grid_error(OnGrid(0.0, 0.0, 0.0, 0.1), fine[0])
     assert sealed.lower is None
     assert sealed.upper >= errors[0].upper

@@ -18,7 +18,7 @@ from fem_seal.installed import how_to_add, how_to_get_fenicsx
 PATIENCE = 120  # seconds that one probe may take: the first use of DOLFINx compiles
 
 # Parts that are only looked for, and what needs them; pip installs the first two with fem_seal.
-PARTS = {
+LOOKED_FOR = {
     "meshio": "the mesh product (flow.vtu)",
     "matplotlib": "plots",
     "h5py": "surfaces and gaps in HDF5 and NetCDF 4",
@@ -113,7 +113,7 @@ def examine() -> Iterator[Finding]:
     ):
         yield Finding(name, use, *_try([sys.executable, "-c", code]), remedy)
     yield _mpi()
-    for name, use in PARTS.items():
+    for name, use in LOOKED_FOR.items():
         works = find_spec(name) is not None
         found = "installed" if works else "not installed"
         remedy = "apt-get install python3-gmsh" if name == "gmsh" else how_to_add(name)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from fem_seal.cli.options import add_path, add_scene, add_statements, scene_of_heights
 from fem_seal.cli.printing import say
-from fem_seal.digits import with_error, with_prefix
+from fem_seal.digits import length_text, with_error
 from fem_seal.errors import InvalidInput
 from fem_seal.files import write_text
 from fem_seal.progress import Display, Report
@@ -141,12 +141,12 @@ def _csv(prepared: "PreparedSurface", spectrum: "IsotropicSpectrum | None") -> s
 
 def _profile_rows(spectrum: "IsotropicSpectrum", heights: "GridField") -> Rows:
     """Spectrum of the isotropic surface of profiles, and the wavelengths that its grid holds."""
-    ends = [_length(2 * pi / q) for q in (spectrum.edges[0], spectrum.edges[-1])]
-    height, slope = _length(spectrum.rms_height), f"{spectrum.rms_slope:.4g}"
+    ends = [length_text(2 * pi / q) for q in (spectrum.edges[0], spectrum.edges[-1])]
+    height, slope = length_text(spectrum.rms_height), f"{spectrum.rms_slope:.4g}"
     waves = f"wavelengths {ends[0]} to {ends[1]}"
     yield "profiles", f"rms height {height}, rms slope {slope}, {waves}"
     longest, finest = max(heights.size), 2 * max(heights.spacing)
-    yield "this grid", f"wavelengths {_length(longest)} to {_length(finest)}"
+    yield "this grid", f"wavelengths {length_text(longest)} to {length_text(finest)}"
     yield "assumed", "the surface is isotropic and Gaussian; its other waves are left out"
 
 
@@ -165,7 +165,7 @@ def _map_rows(prepared: "PreparedSurface") -> Rows:
     """Rows on the sides, the slopes and the lay of the map before it was made periodic."""
     from fem_seal.quantities.cautions import LAY
 
-    yield "sides", " by ".join(map(_length, prepared.measured.sides))  # as in surface.size
+    yield "sides", " by ".join(map(length_text, prepared.measured.sides))  # as in surface.size
     without = " (without the spikes)" if prepared.outliers.any() else ""
     lay = prepared.lay
     yield "slopes", f"{lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y{without}"
@@ -178,7 +178,7 @@ def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
         statistics.name,
         f"{statistics.samples[0]} x {statistics.samples[1]}",
         str(statistics.missing),
-        _length(statistics.rms_height),
+        length_text(statistics.rms_height),
         f"{statistics.rms_slope:.4g}",
         f"{statistics.seam:.3g}",
         f"{statistics.skewness:.3g}",
@@ -194,7 +194,7 @@ def _longest(scene: "Scene") -> Rows:
         return
     try:
         longest = longest_wavelength(whole_map(scene.measured_map))
-        seen = "longer than the map" if longest is None else _length(longest)
+        seen = "longer than the map" if longest is None else length_text(longest)
     except InvalidInput as error:
         seen = str(error)
     yield "longest wavelength", seen
@@ -210,13 +210,13 @@ def _fit_rows(fit: "SpectrumFit | None", failure: str) -> Rows:
     if not 0 <= fit.hurst <= 1:
         hurst += "; beyond 0 to 1: not self-affine, or too few waves"
     yield "hurst", hurst
-    yield "long cut-off", _length(fit.long_wavelength)
-    rolloff = _length(fit.rolloff_wavelength)
+    yield "long cut-off", _seen(fit.long_wavelength)
+    rolloff = _seen(fit.rolloff_wavelength)
     if fit.rolloff_wavelength is not None:
-        rolloff += f" ± {_length(fit.rolloff_error)}"
+        rolloff += f" ± {length_text(fit.rolloff_error)}"
     yield "roll-off", rolloff
-    yield "short cut-off", _length(fit.short_wavelength)
+    yield "short cut-off", _seen(fit.short_wavelength)
 
 
-def _length(metres: float | None) -> str:
-    return "none seen" if metres is None else with_prefix(metres, "m")
+def _seen(metres: float | None) -> str:
+    return "none seen" if metres is None else length_text(metres)

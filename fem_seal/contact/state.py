@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.digits import with_prefix
+from fem_seal.digits import length_text, with_prefix
 from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
 from fem_seal.tables import html_table
@@ -57,7 +57,7 @@ class GapState:
         return [
             ("samples", f"{nx} x {ny}"),
             ("contact area", f"{100 * self.contact_area_fraction:.4g} % of the nominal area"),
-            ("mean gap", with_prefix(self.mean_gap, "m")),
+            ("mean gap", length_text(self.mean_gap)),
         ]
 
     def _repr_html_(self) -> str:

@@ -16,7 +16,7 @@ from fem_seal.coupling.state import LARGEST_CHANGE, SETTLED
 from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
-from fem_seal.fluid import Drive
+from fem_seal.fluid import Drive, pressure_of
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.network.film_pressure import FilmPressure, Solver
@@ -97,7 +97,7 @@ class LiftProblem:
         Under slip it depends on the gap of the critical constriction [m].
         """
         both = np.append(u.ravel(), 0.0) * self.drive.pressure_drop
-        absolute = self.drive.pressure(both, self.settings.slip, critical)
+        absolute = pressure_of(both, self.drive, self.settings.slip, critical)
         return self.outlet + (absolute[:-1] - absolute[-1]).reshape(u.shape)
 
     @cached_property

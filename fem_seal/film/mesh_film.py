@@ -1,12 +1,12 @@
 """A film whose gap is given at the vertices of a mesh of any shape and linear on its triangles."""
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.digits import with_prefix
+from fem_seal.digits import length_text
 from fem_seal.errors import InvalidInput
 from fem_seal.film.constriction import CriticalConstriction, highest_spanning
 from fem_seal.mesh.grouping import components
@@ -135,19 +135,19 @@ class MeshFilm:
 
     def summary(self) -> tuple[str, ...]:
         """Lines of text that describe the mesh and the gap on it."""
-        length = partial(with_prefix, unit="m")
         mesh = self.mesh
-        (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)
+        (x0, y0), (x1, y1) = (map(length_text, end(mesh.xy, axis=0)) for end in (np.min, np.max))
         edges = ", ".join(f"{len(ends)} {name}" for name, ends in mesh.groups())
-        low, high = self.values.min(), self.values.max()
+        gaps = self.values.min(), self.values.max(), self.mean_gap
+        low, high, mean = map(length_text, gaps)
         path = "state      sealed, no open path joins inlet and outlet"
         if self.constriction is not None:
             x, y = self.constriction.position
-            height = length(self.constriction.gap)
-            path = f"tightest   {height} high, at x = {length(x)}, y = {length(y)}"
+            height = length_text(self.constriction.gap)
+            path = f"tightest   {height} high, at x = {length_text(x)}, y = {length_text(y)}"
         return (
             f"mesh       {len(mesh.cells)} triangles, {self._areas.sum():.6g} m^2, edges: {edges}",
-            f"extent     {length(x0)} to {length(x1)} by {length(y0)} to {length(y1)}",
-            f"gap        {length(low)} to {length(high)}, mean {length(self.mean_gap)}",
+            f"extent     {x0} to {x1} by {y0} to {y1}",
+            f"gap        {low} to {high}, mean {mean}",
             path,
         )

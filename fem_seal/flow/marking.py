@@ -32,7 +32,7 @@ MOST_HALVINGS = 4  # of a cell before the next solve
 LEAK_HALVINGS = 2  # of a cell from which the linear pressure leaks: half its size in x and y
 JOINT_HALVINGS = 4  # of a wrongly joined cell: a quarter of its size
 # Parameters that are parts of something, from 0 to 1.
-PARTS = "chi", "theta", "theta_blocked", "theta_residual", "cut", "floor"
+FRACTIONS = "chi", "theta", "theta_blocked", "theta_residual", "cut", "floor"
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Tuning:
         require_count(0, ahead=self.ahead)
         if not self.ceiling > 0:
             raise InvalidInput(f"ceiling = {self.ceiling!r} must be above 0; inf is allowed")
-        for name in PARTS:
+        for name in FRACTIONS:
             value = getattr(self, name)
             if not 0 <= value <= 1:
                 raise InvalidInput(f"{name} = {value!r} must lie between 0 and 1")

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fem_seal.contact.state import ContactState
-from fem_seal.digits import per_cent, with_prefix
+from fem_seal.digits import length_text, per_cent, with_prefix
 from fem_seal.error_budget import ErrorBudget
 from fem_seal.errors import present
 from fem_seal.film import GridFilm, MeshFilm
@@ -137,7 +137,7 @@ def _near_lift_off(patch: Patch) -> str | None:
     solid = present(patch.lifted.contact, "contact").mean_pressure
     load = solid + patch.lifted.fluid_load
     if patch.lifted.floats:
-        gap = with_prefix(patch.grid_gap.values.mean(), "m")
+        gap = length_text(patch.grid_gap.values.mean())
         return (
             f"floats: the fluid carries the whole load, and the solid rests on a film of {gap} on "
             "average, without contact; a tilt of the solid, which makes one side leak more, is not "
@@ -215,8 +215,8 @@ def _thickness(mean_gap: float, length: float) -> str | None:
     if mean_gap <= THICK * length:
         return None
     return (
-        f"the mean gap is {with_prefix(mean_gap, 'm')}, no thin film on a length of "
-        f"{with_prefix(length, 'm')}: are gap and lengths in the right units?"
+        f"the mean gap is {length_text(mean_gap)}, no thin film on a length of "
+        f"{length_text(length)}: are gap and lengths in the right units?"
     )
 
 
@@ -234,8 +234,8 @@ def _coarse_mesh(film: MeshFilm, shape: AnyShape, gap: GridField) -> str | None:
         return None
     of_shape, of_samples = map(per_cent, (film.contact_area_fraction, np.mean(gap.values == 0)))
     return (
-        f"{of_mesh} = {with_prefix(edge, 'm')} is coarser than the samples of the gap, "
-        f"{with_prefix(min(samples), 'm')} apart, so that the film misses channels and contact "
+        f"{of_mesh} = {length_text(edge)} is coarser than the samples of the gap, "
+        f"{length_text(min(samples))} apart, so that the film misses channels and contact "
         f"({of_shape} of the shape's area, {of_samples} of the samples); take edges no longer than "
         "that, in channels at least (shape.smallest_size)"
     )
@@ -258,7 +258,7 @@ def _jump(film: MeshFilm) -> str | None:
     if jump <= JUMP * film.mean_gap:
         return None
     return (
-        f"the gap jumps by {with_prefix(jump, 'm')} at theta = 180 degrees, from where theta goes "
+        f"the gap jumps by {length_text(jump)} at theta = 180 degrees, from where theta goes "
         "on at -180 degrees; the film is linear between the vertices on both sides"
     )
 

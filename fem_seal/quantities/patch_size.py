@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from fem_seal import parallel
-from fem_seal.digits import per_cent, with_prefix
+from fem_seal.digits import length_text, per_cent
 from fem_seal.error_budget import Uncertainty
 from fem_seal.errors import present
 from fem_seal.grid import GridField
@@ -36,9 +36,9 @@ def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertai
 def _scales(heights: GridField, longest: float | None, leak_path: float) -> Uncertainty:
     length = longest or min(heights.sides)
     ratio = length / leak_path
-    its = f", {with_prefix(length, 'm')}, is"
+    its = f", {length_text(length)}, is"
     if longest is None:
-        its = f" is longer than the map, {with_prefix(length, 'm')} wide, which is"
+        its = f" is longer than the map, {length_text(length)} wide, which is"
     sentence = (
         "the fluid's pressure varies little over the roughness; its longest wavelength"
         f"{its} {ratio:.2g} of the leak path"
@@ -49,7 +49,7 @@ def _scales(heights: GridField, longest: float | None, leak_path: float) -> Unce
 def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertainty:
     map_, window = patch.scene.measured_map, present(patch.scene.seal, "[seal]").window
     sides, loss, lost = heights.sides, "", False
-    patches, remedy = f"patches {with_prefix(min(sides), 'm')} wide, between straight ends,", ""
+    patches, remedy = f"patches {length_text(min(sides))} wide, between straight ends,", ""
     if map_ is not None and window is not None:
         patches = f"patches made of windows, {_lengths(window)},"
         sides, kept = window, kept_roughness(heights, window, map_.detrend or "mean")
@@ -62,7 +62,7 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
     wide = "do not show the longest wavelength, which is longer than the map"
     if longest is not None:
         ratio = min(sides) / longest
-        wide = f"are {ratio:.2g} of the longest wavelengths wide, {with_prefix(longest, 'm')} each"
+        wide = f"are {ratio:.2g} of the longest wavelengths wide, {length_text(longest)} each"
     small = longest is None or ratio < WAVES
     if lost:
         loss += ", which biases the leak rate, and no scatter shows it"
@@ -77,4 +77,4 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
 
 
 def _lengths(sides: Iterable[float]) -> str:
-    return " by ".join(with_prefix(side, "m") for side in sides)
+    return " by ".join(length_text(side) for side in sides)

@@ -1,6 +1,6 @@
 """Error budget: slip of a gas at the walls."""
 
-from fem_seal.digits import per_cent, with_prefix
+from fem_seal.digits import length_text, per_cent
 from fem_seal.error_budget import SLIP_INTERVAL, Uncertainty, parts_of_bounds
 from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
@@ -62,8 +62,8 @@ def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> 
         added = 6 * knudsen * (2 - sigma) / sigma
         sentence = (
             f"slip of the gas at the walls is left out and would add about {per_cent(added)} to "
-            f"the flow at the tightest place (mean free path {with_prefix(path, 'm')} at the mean "
-            f"pressure, gap {with_prefix(critical, 'm')})"
+            f"the flow at the tightest place (mean free path {length_text(path)} at the mean "
+            f"pressure, gap {length_text(critical)})"
         )
         if added <= rtol / 2:
             return Uncertainty("slip", "estimated", sentence, 1.0, 1 + added)
@@ -84,7 +84,7 @@ def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> 
         t = critical * law.mean_pressure / law.product
         shorter = min(1.0, float(law.coefficient(t * path / length) / law.coefficient(t)))
         sentence += (
-            f"; the mean free path {with_prefix(path, 'm')} is longer than the film, so that "
+            f"; the mean free path {length_text(path)} is longer than the film, so that "
             "molecules which fly along the gap carry less than between endless walls"
         )
     return Uncertainty(

@@ -9,7 +9,15 @@ from functools import partial
 from typing import Any
 
 from fem_seal.accuracy import Choice, error_words
-from fem_seal.digits import bracket_digits, in_digits, number_of, per_cent, readable, with_prefix
+from fem_seal.digits import (
+    bracket_digits,
+    in_digits,
+    length_text,
+    number_of,
+    per_cent,
+    readable,
+    with_prefix,
+)
 from fem_seal.error_budget import (
     IN_BOUNDS,
     ONE_PATCH,
@@ -154,7 +162,7 @@ def contact_words(result: Result) -> str:
     """Area, mean gap and load; of a patch that is lifted off those without load."""
     area = 100 * result.contact_area_fraction
     whose = "the shape's area" if "shape" in result.provenance.scene else "the area"
-    text = f"{area:.4g} % of {whose}, mean gap {_length(result.mean_gap)}"
+    text = f"{area:.4g} % of {whose}, mean gap {length_text(result.mean_gap)}"
     if result.state == "lifted off":
         return f"{text}; without load, where the solids only just touch"
     if result.mean_pressure is not None:
@@ -202,7 +210,7 @@ def gas_words(gas: GasRecord) -> str:
     slip = "no slip"
     if gas.accommodation is not None:
         slip = f"{gas.slip or 'first-order'} slip at the walls"
-    path = f"mean free path {_length(gas.mean_free_path)}"
+    path = f"mean free path {length_text(gas.mean_free_path)}"
     if gas.knudsen_number is not None:
         path += f", Knudsen number {in_digits(gas.knudsen_number, 2)} at the tightest place"
     return (
@@ -214,13 +222,13 @@ def gas_words(gas: GasRecord) -> str:
 
 def constriction_words(tightest: Constriction) -> str:
     """Place, height, width and share of the pressure drop."""
-    text = f"{_length(tightest.gap)} high"
+    text = f"{length_text(tightest.gap)} high"
     if tightest.width is not None:
-        text += f", {_length(tightest.width)} wide"
-    text += f", at x = {_length(tightest.x)}, y = {_length(tightest.y)}"
+        text += f", {length_text(tightest.width)} wide"
+    text += f", at x = {length_text(tightest.x)}, y = {length_text(tightest.y)}"
     if tightest.pressure_share is not None:
         text += f"; takes {per_cent(tightest.pressure_share)} of the pressure drop"
-    return f"{text}; sealed if the gap were lowered by {_length(tightest.gap)}"
+    return f"{text}; sealed if the gap were lowered by {length_text(tightest.gap)}"
 
 
 def threshold_words(threshold: Threshold) -> str:
@@ -278,7 +286,7 @@ def preparation_words(steps: tuple[MapStatistics, ...]) -> str:
     for before, step in zip((None, *steps), steps, strict=False):
         filled = before.missing - step.missing if before and step.name.startswith("fill") else 0
         name = f"{step.name} ({number_of(filled, 'point')})" if filled else step.name
-        height = with_prefix(step.rms_height, "m")
+        height = length_text(step.rms_height)
         words.append(f"{name}: {height}, {step.rms_slope:.3g}, {step.seam:.3g}")
     return "; ".join(words) + " (rms height, rms slope, seam)"
 
@@ -312,7 +320,7 @@ def seal_words(seal: SealRecord) -> str:
     if seal.sealing is None:
         return words
     start, middle, end = (
-        with_prefix(x, "m") for x in (seal.sealing.start, seal.sealing.middle, seal.sealing.end)
+        length_text(x) for x in (seal.sealing.start, seal.sealing.middle, seal.sealing.end)
     )
     if start == end:
         return f"{words}; seals where the contact pressure is highest, {start} behind the inlet"
@@ -321,7 +329,3 @@ def seal_words(seal: SealRecord) -> str:
     begin = f"from {start}" if seal.sealing.start > 0 else "from the inlet"
     words += f"; seals {begin} to {end} behind the inlet"
     return words if rate.upper == 0 else f"{words}, half of it before {middle}"
-
-
-def _length(length: float) -> str:
-    return with_prefix(length, "m")

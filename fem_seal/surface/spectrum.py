@@ -8,14 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.digits import with_prefix
+from fem_seal.digits import length_text
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.registry import require_positive
-
-
-def _length(metres: float) -> str:
-    return with_prefix(metres, "m", 6)
 
 
 @dataclass(frozen=True)
@@ -58,14 +54,15 @@ class Spectrum:
         """
         grid = max(length / n for length, n in zip(size, shape, strict=True))
         if self.short_wavelength < grid * (1 - 1e-9):
+            short, apart = (length_text(length, 6) for length in (self.short_wavelength, grid))
             raise InvalidInput(
-                f"short_wavelength = {_length(self.short_wavelength)} is finer than the grid, "
-                f"whose samples are {_length(grid)} apart; raise it or shape"
+                f"short_wavelength = {short} is finer than the grid, whose samples are {apart} "
+                "apart; raise it or shape"
             )
         if self.long_wavelength > max(size) * (1 + 1e-9):
+            long, *sides = (length_text(length, 6) for length in (self.long_wavelength, *size))
             raise InvalidInput(
-                f"long_wavelength = {_length(self.long_wavelength)} does not fit into the cell of "
-                f"size {_length(size[0])} by {_length(size[1])}"
+                f"long_wavelength = {long} does not fit into the cell of size {' by '.join(sides)}"
             )
 
     @property

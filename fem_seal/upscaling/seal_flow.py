@@ -31,7 +31,8 @@ COARSE = 4  # one in so many of them is laid evenly, the others where the contac
 # Usual ratios of leak rates: those with fine and with coarse cells, and a bound and the value.
 NEAR, APART = 1.01, 1.2
 PLACES = 8  # places in each cell at which the influence is computed
-PARTS = (0.05, 0.5, 0.95)  # parts of the influence before start, middle and end of the sealing part
+# Parts of the influence before start, middle and end of the part that seals.
+INFLUENCE_BEFORE = (0.05, 0.5, 0.95)
 # Largest ln of the ratio of two conductivities; one of 0 counts as smaller by that ratio.
 MOST_FALL = 20.0
 
@@ -75,7 +76,7 @@ class PathFlow:
     def sealing(self) -> "SealingPart":
         """The part of the path that has 90 % of the influence on the leak rate."""
         total = np.concatenate([[0.0], np.cumsum(self.influence)])
-        start, middle, end = np.interp(PARTS, total / total[-1], self.x)
+        start, middle, end = np.interp(INFLUENCE_BEFORE, total / total[-1], self.x)
         return SealingPart(float(start), float(middle), float(end))
 
 

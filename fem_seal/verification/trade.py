@@ -75,7 +75,7 @@ class Run:
     memory_bytes: int
     critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
     unresolved: float  #: height that the grid leaves out between its samples [m]
-    edge: float | None  #: see `grid_series.edge_error`; None unless the area is prescribed
+    counting_error: float | None  #: see `OnGrid`; None unless the area is prescribed
 
     @property
     def certified(self) -> bool:
@@ -138,7 +138,7 @@ class ContactGrid(Task[tuple[Run, ...]]):
                     memory_bytes=memory,
                     critical_gap=grid.critical_gap,
                     unresolved=grid.unresolved,
-                    edge=grid.edge,
+                    counting_error=grid.counting_error,
                 )
             )
         return tuple(runs)
@@ -258,7 +258,7 @@ def trade_of(runs: Sequence[Run]) -> Trade:
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
     reference = finest.leak_rate
     two = [
-        OnGrid(run.leak_rate, run.leak_rate, run.critical_gap, run.unresolved, run.edge)
+        OnGrid(run.leak_rate, run.leak_rate, run.critical_gap, run.unresolved, run.counting_error)
         for run in (coarser, finest)
     ]
     estimated = relative_error(grid_error(*two).log_error)
