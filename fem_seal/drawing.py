@@ -59,6 +59,7 @@ def _film_of(result: Result, folder: Path, contact: ContactArrays | None) -> Gri
     if (folder / MESH_FILE).is_file():
         from fem_seal.mesh.gap_source import Formula
 
+        # As recorded: rebuilding the scene would ask for its files, which the arrays stand for.
         shape = result.provenance.scene.get("shape", {})
         text, middle = shape.get("gap_expression"), shape.get("angle", 0.0) / 2
         return replace(read_mesh(folder), formula=None if text is None else Formula(text, middle))

@@ -213,7 +213,7 @@ def _fit_rows(fit: "SpectrumFit | None", failure: str) -> Rows:
     yield "long cut-off", _seen(fit.long_wavelength)
     rolloff = _seen(fit.rolloff_wavelength)
     if fit.rolloff_wavelength is not None:
-        rolloff += f" ± {length_text(fit.rolloff_error)}"
+        rolloff += f" ± {_seen(fit.rolloff_error)}"
     yield "roll-off", rolloff
     yield "short cut-off", _seen(fit.short_wavelength)
 

@@ -37,7 +37,7 @@ def draw_seal(figure: "Figure", seal: SealRecord) -> None:
     if seal.leak_rate is None:
         figure.set_size_inches(7, 5)
         _draw_lifted(seal, figure.add_subplot())
-    elif seal.patches[_median(seal)].state == "sealed":
+    elif seal.median.state == "sealed":
         figure.set_size_inches(11, 4.5)
         pressures, margins = figure.subplots(1, 2)
         _draw_path(seal, pressures)
@@ -84,7 +84,7 @@ def _legend_below(axes: "Axes", room: float = 0.12) -> None:
 
 def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None:
     """Draw both pressures along the path, or its conductivity; shade the part that decides."""
-    sealed = seal.patches[_median(seal)].state == "sealed"
+    sealed = seal.median.state == "sealed"
     sealing = present(seal.sealing, "part that seals")
     start, end = 1e3 * sealing.start, 1e3 * sealing.end
     # With an edge, since a seal may be known to be sealed at one place only.
@@ -144,12 +144,6 @@ def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
     _legend_below(axes)
 
 
-def _median(seal: SealRecord) -> int:
-    """Index of the patch of median leak rate, as `median_patch` takes it."""
-    order = sorted(range(len(seal.patches)), key=lambda k: seal.patches[k].value or 0.0)
-    return order[len(order) // 2]
-
-
 def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
     """Draw K of every patch against the net load, all but the median patch in grey.
 
@@ -158,11 +152,11 @@ def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
     axes.set(xlabel="net load P - p [MPa]", title="every patch")
     axes.set(ylabel="K [m³/(Pa s)]", yscale="log")
     axes.locator_params(axis="x", nbins=6)
-    median, ends = _median(seal), []
-    for number, one in enumerate(seal.patches):
+    median, ends = seal.median, []
+    for one in seal.patches:
         if one.conductivity is None:
             continue
-        table, is_median = one.conductivity, number == median
+        table, is_median = one.conductivity, one is median
         colour, layer = ("tab:red", 3) if is_median else ("0.6", 2)
         open_ = table.upper > 0
         w, K = 1e-6 * table.loads, table.value

@@ -190,6 +190,11 @@ class SealRecord(Record):
     sealing: SealingPart | None = None
     path: PathRecord
 
+    @property
+    def median(self) -> SealPatchRecord:
+        """The patch that `sealing` and `path` are of."""
+        return median_patch(self.patches)
+
     @classmethod
     def of(cls, seal: SealLeak) -> "SealRecord":
         """Record of a seal; it has no leak rates if the seal is lifted off."""

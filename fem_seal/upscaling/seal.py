@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import prod
 from pathlib import Path
 from time import perf_counter
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -224,9 +225,17 @@ def size_of_patch(patch: Patch) -> tuple[float, float]:
     return (along / 2, across / 2) if mirrored else (along, across)
 
 
-def median_patch(patches: tuple[SealFlow, ...]) -> SealFlow:
+class _Leaks(Protocol):
+    @property
+    def value(self) -> float | None: ...
+
+
+AnyPatch = TypeVar("AnyPatch", bound=_Leaks)
+
+
+def median_patch(patches: tuple[AnyPatch, ...]) -> AnyPatch:
     """The patch of the median leak rate; of an even number the one that leaks more."""
-    return sorted(patches, key=lambda flow: flow.value)[len(patches) // 2]
+    return sorted(patches, key=lambda patch: patch.value or 0.0)[len(patches) // 2]
 
 
 def seal_of_patches(
