@@ -132,8 +132,7 @@ def main(
     print(f"uniform:  {v.unknowns} unknowns for ±{100 * v.half_width:.2f} %, about {times}")
     # Energies to 1e-8: each of seven iterations gains a factor of 14, and a start from the last
     # mesh is worth five of them.
-    squares = f"{smooth}², {2 * smooth}² and {4 * smooth}² squares"
-    print(f"contrast  CG iterations primal/dual at {squares}")
+    print(f"contrast  CG iterations primal/dual at {smooth}², {2 * smooth}², {4 * smooth}² squares")
     for contrast in (1e2, 1e6, 1e12):
         levels = refined_at(contrast, smooth)
         counts = [(level.iterations["primal"], level.iterations["dual"]) for level in levels]

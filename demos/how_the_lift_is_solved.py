@@ -73,13 +73,8 @@ def main(out: Path = Path("out"), n: int = 128) -> list[tuple[LiftedState, Lifte
         for number, (load, (low, high)) in enumerate(zip(LOADS, pairs, strict=True)):
             colour, name = f"C{number}", f"{load / 1e6:g} MPa"
             axes.semilogy(low.residuals, "o-", color=colour, label=f"{name}, outlet pressure")
-            axes.semilogy(
-                high.residuals,
-                "o--",
-                color=colour,
-                fillstyle="none",
-                label=f"{name}, inlet pressure",
-            )
+            hollow = {"fillstyle": "none", "label": f"{name}, inlet pressure"}
+            axes.semilogy(high.residuals, "o--", color=colour, **hollow)
         axes.set(xlabel="Newton's step", ylabel="rms of F over the pressure drop")
         axes.xaxis.get_major_locator().set_params(integer=True)
         axes.set_title("A few steps bring contact and flow together")

@@ -99,15 +99,10 @@ def draw_changes(result: Polished, path: Path) -> None:
     """Changes of ln Q as bars."""
     with new_figure((7, 3), path) as figure:
         axes = figure.subplots()
-        names = [
-            "the sensitive tenth",
-            *(f"a random tenth, {k + 1}" for k in range(len(result.random))),
-        ]
-        axes.barh(
-            names,
-            [result.sensitive, *result.random],
-            color=["#b45f06"] + ["0.6"] * len(result.random),
-        )
+        others = len(result.random)
+        names = ["the sensitive tenth"] + [f"a random tenth, {k + 1}" for k in range(others)]
+        changes, colours = [result.sensitive, *result.random], ["#b45f06"] + ["0.6"] * others
+        axes.barh(names, changes, color=colours)
         axes.axvline(0, color="k", lw=1)
         axes.invert_yaxis()
         axes.set(xlabel="change of ln Q", title="Smoothing a tenth of the face")

@@ -168,7 +168,8 @@ class GasDrive(TwoPressures):
     def pressure_drop(self) -> float:
         """Δp [Pa] of the equivalent liquid, T0/(2 T p0) (p_in² - p_out²)."""
         temperatures = self.reference_temperature / self.temperature
-        return self.mean_pressure / self.reference_pressure * temperatures * self._difference
+        difference = self.inlet_pressure - self.outlet_pressure
+        return self.mean_pressure / self.reference_pressure * temperatures * difference
 
     @property
     def conditions(self) -> str:
@@ -187,13 +188,10 @@ class GasDrive(TwoPressures):
         }
 
     def pressure(self, solved: np.ndarray) -> np.ndarray:
-        """Pressure [Pa] without slip from the solution of the linear problem, u times its drop.
-
-        It is √(p_out² + (p_in² - p_out²) u).
-        """
+        """Pressure [Pa] without slip, √(p_out² + (p_in² - p_out²) u), u = solved/pressure_drop."""
         p_out, part = self.outlet_pressure, solved / self.pressure_drop
         # Rounding errors of the solver may make the sum negative next to a vacuum.
-        square = p_out * p_out + 2 * self.mean_pressure * self._difference * part
+        square = p_out * p_out + 2 * self.mean_pressure * (self.inlet_pressure - p_out) * part
         return np.sqrt(np.maximum(square, 0.0))
 
     def potential(self, pressure: np.ndarray) -> np.ndarray:
@@ -220,10 +218,6 @@ class GasDrive(TwoPressures):
         """
         speed = sqrt(pi * GAS_CONSTANT * self.temperature / (2 * self.molar_mass))
         return viscosity / self.mean_pressure * speed
-
-    @property
-    def _difference(self) -> float:
-        return self.inlet_pressure - self.outlet_pressure
 
 
 Drive = LiquidDrive | GasDrive

@@ -3,7 +3,7 @@
 import dataclasses
 from dataclasses import dataclass
 from enum import IntEnum
-from math import inf, sqrt
+from math import asinh, inf, sqrt, tanh
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -24,8 +24,13 @@ def middle_of(lower: float, upper: float) -> float:
 
 
 def relative_width(lower: float, upper: float) -> float:
-    """Relative width (upper - lower) / √(lower upper), limited by `rtol`; infinite if lower = 0."""
-    return (upper / lower - 1) * np.sqrt(lower / upper) if lower > 0 else np.inf
+    """Relative width (upper - lower) / √(lower upper), limited by `rtol`; 0 if sealed.
+
+    It is infinite if the lower bound alone is 0.
+    """
+    if lower > 0:
+        return (upper / lower - 1) * np.sqrt(lower / upper)
+    return np.inf if upper > 0 else 0.0
 
 
 def relative_half_width(lower: float, upper: float) -> float:
@@ -38,7 +43,7 @@ def half_width_of(rtol: float) -> float:
 
     With upper/lower = e^(2u), rtol = 2 sinh u and the half-width is tanh u.
     """
-    return 0.5 * rtol / float(np.hypot(1.0, 0.5 * rtol)) if np.isfinite(rtol) else 1.0
+    return tanh(asinh(0.5 * rtol))
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,7 @@ def test_sides_open_next_to_closing():
     assert [error.lower is None for error in errors[:6]] == [False] * 3 + [False, True, True]
     assert errors[5].upper == pytest.approx(21.0**3, rel=1e-12)
     coarse = OnGrid(0.7, 0.7, 1.0, 0.1)
-    for more in ({"lifted": True}, {"edge": 0.0}, {"edge": 1.0}):
+    for more in ({"lifted": True}, {"counting_error": 0.0}, {"counting_error": 1.0}):
         assert grid_error(coarse, replace(fine[0], **more)).log_error > errors[0].log_error
     assert grid_error(coarse, replace(fine[0], counting_error=4.0)).lower is None
     sealed = grid_error(OnGrid(0.0, 0.0, 0.0, 0.1), fine[0])

@@ -93,7 +93,11 @@ def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
         arrays = {}
         for name in set(names).intersection(held):
             array, what = file[name], f"{name} in {path}"
-            dimensions = tuple(map(_scale_name, array.dims))
+            # NetCDF 4 attaches the name of a dimension as a scale.
+            dimensions = tuple(
+                scale[0].name.rsplit("/", 1)[-1] if len(scale) else scale.label
+                for scale in array.dims
+            )
             arrays[name] = _variable(what, array[()], dict(array.attrs), dimensions)
         return NamedArrays(path, arrays, held, dict(file.attrs))
 
@@ -170,8 +174,3 @@ def _numbers_about(
                 raise InvalidInput(f"{name} of {what} must be one number, got {shown!r}")
             about[name] = number[0]
     return about
-
-
-def _scale_name(dimension: "h5py.h5ds.DimensionProxy") -> str:
-    """Name of a dimension, which NetCDF 4 attaches as a scale."""
-    return dimension[0].name.rsplit("/", 1)[-1] if len(dimension) else dimension.label

@@ -168,7 +168,9 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
             rows = _rows(layout, used)
         # A separator at the end of every line begins no column.
         lengths = Counter(
-            len(cells) for cells in rows if width in (None, len(cells), _filled(cells))
+            len(cells)
+            for cells in rows
+            if width in (None, len(cells), len(cells) - (not cells[-1]))
         )
         if not lengths:
             continue
@@ -211,11 +213,6 @@ def _indent(layout: Layout, lines: list[str]) -> int:
     first = next(k for k, line in enumerate(lines) if _is_data(layout.row(line)))
     blanks = (line[: len(line) - len(line.lstrip())] for line in lines[first:])
     return min(before.count("\t") for before in blanks)
-
-
-def _filled(cells: Sequence[str]) -> int:
-    """Number of cells without an empty one at the end."""
-    return len(cells) - (not cells[-1])
 
 
 def _is_data(row: Sequence[float | None]) -> bool:

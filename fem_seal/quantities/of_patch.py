@@ -52,8 +52,7 @@ def _constriction(patch: Patch) -> Constriction | None:
     potential = None
     if field is not None:
         critical = present(patch.film.constriction, "constriction").gap
-        drive, slip = patch.scene.drive, patch.scene.slip
-        p = field.pressure
+        drive, slip, p = patch.scene.drive, patch.scene.slip, field.pressure
         potential = drive.potential(p) if slip is None else slip.potential(p, critical)
     return parallel.on_root(lambda: constriction(patch.film, field, potential), patch.comm)
 

@@ -1,7 +1,5 @@
 """Leak path and patches of a seal in longest wavelengths of the roughness."""
 
-from collections.abc import Iterable
-
 from fem_seal import parallel
 from fem_seal.digits import length_text, per_cent
 from fem_seal.error_budget import Uncertainty
@@ -51,14 +49,15 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
     sides, loss, lost = heights.sides, "", False
     patches, remedy = f"patches {length_text(min(sides))} wide, between straight ends,", ""
     if map_ is not None and window is not None:
-        patches = f"patches made of windows, {_lengths(window)},"
+        patches = f"patches made of windows, {' by '.join(map(length_text, window))},"
         sides, kept = window, kept_roughness(heights, window, map_.detrend or "mean")
         loss = f"; levelled, they keep {per_cent(kept)} of the rms height of the map"
         lost = 1 - kept > MOST_LOST
         remedy = "leave seal.window out: the patches are then the map and its twins"
     elif map_ is not None:
         # The mirror images of a map contain no more of the surface.
-        patches, remedy = f"patches made of the map, {_lengths(sides)},", "take a larger map"
+        patches = f"patches made of the map, {' by '.join(map(length_text, sides))},"
+        remedy = "take a larger map"
     wide = "do not show the longest wavelength, which is longer than the map"
     if longest is not None:
         ratio = min(sides) / longest
@@ -74,7 +73,3 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
     return Uncertainty(
         "size_of_the_patch", "not covered", sentence, lower, upper, caution=small or lost
     )
-
-
-def _lengths(sides: Iterable[float]) -> str:
-    return " by ".join(length_text(side) for side in sides)

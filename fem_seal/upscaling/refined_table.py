@@ -21,7 +21,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
-from fem_seal.leak_rate import half_width_of, relative_width
+from fem_seal.leak_rate import half_width_of, relative_half_width, relative_width
 from fem_seal.pressure_profile import Profile, is_uniform
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
@@ -78,7 +78,7 @@ def refined_flow(
     table = loaded.table(first)
     while True:
         flow = seal_flow(table, profile, path, ends)
-        if _width(flow) <= tolerance:
+        if relative_width(flow.lower, flow.upper) <= tolerance:
             return flow
         progress(_state_of_table(table, flow, tolerance, most_loads))
         if max_seconds is not None:
@@ -115,12 +115,9 @@ def _state_of_table(
     table: ConductivityTable, flow: SealFlow, tolerance: float, most_loads: int
 ) -> str:
     """Text on the number of loads and the width of the bounds, reached and asked for."""
-    reached, target = per_cent(half_width_of(_width(flow))), per_cent(half_width_of(tolerance))
+    widths = relative_half_width(flow.lower, flow.upper), half_width_of(tolerance)
+    reached, target = map(per_cent, widths)
     return f"{table.loads.size} of at most {most_loads} net loads, ±{reached}, ±{target} wanted"
-
-
-def _width(flow: SealFlow) -> float:
-    return relative_width(flow.lower, flow.upper) if flow.upper > 0 else 0.0
 
 
 def marked_loads(

@@ -279,7 +279,7 @@ def _missed(patches: tuple[SealFlow, ...], lower: float, upper: float, rtol: flo
     The bounds of a patch that leaks little may be wide if those of the seal are narrow enough.
     """
     ended = [number for number, patch in enumerate(patches) if patch.reason]
-    if not ended or upper == 0 or relative_width(lower, upper) <= rtol:
+    if not ended or relative_width(lower, upper) <= rtol:
         return ""
     widths = [relative_half_width(patches[k].lower, patches[k].upper) for k in ended]
     number = ended[int(np.argmax(widths))]
