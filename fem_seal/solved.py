@@ -26,7 +26,7 @@ from fem_seal.quantities.cautions import cautions
 from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.quantities.lift import lift_range
 from fem_seal.quantities.of_patch import Quantities, quantities
-from fem_seal.quantities.seal import beyond_grid, beyond_patches, seal_advice, seal_budget
+from fem_seal.quantities.seal import as_uncertain, seal_advice, seal_budget
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict, verdict
 from fem_seal.results import Result, ResultFolder
@@ -278,11 +278,7 @@ def _solved_seal(
 
     def rate_of(other: Patch) -> LeakRate:
         """Leak rate of the seal of another patch, wider by what it errs more than this one."""
-        there = solve_seal(other, patches, work, each=expected.each_patch)
-        if there.state != "leaking":
-            return there
-        by_patches, by_grid = beyond_patches(seal, there), beyond_grid(seal, there)
-        return there.widened(*by_patches).widened(*by_grid)
+        return as_uncertain(seal, solve_seal(other, patches, work, each=expected.each_patch))
 
     return seal, seal_budget(patch, seal, rate_of)
 

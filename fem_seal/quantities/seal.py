@@ -205,7 +205,7 @@ def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
     return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
 
 
-def beyond_grid(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
+def _beyond_grid(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
     """Factors on the ends of a leak rate under other inputs for what the contact's grid errs more.
 
     The entries of `here` multiply its ends as well. Lower factor 0 and upper None: open.
@@ -217,7 +217,7 @@ def beyond_grid(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
     return 1 / beyond, beyond
 
 
-def beyond_patches(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
+def _beyond_patches(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
     """The same factors for patches that were not drawn, which scatter more next to sealing."""
     if here.state == "leaking" and here.interval is None:
         return 1.0, 1.0  # the entry of `here` is open
@@ -229,6 +229,21 @@ def beyond_patches(here: SealLeak, there: SealLeak) -> tuple[float, float | None
         for end, own in zip(there.interval, known, strict=True)
     )
     return min(lower, 1.0), max(upper, 1.0)
+
+
+def _beyond_slip(here: SealLeak, there: SealLeak) -> tuple[float, float]:
+    """The same factors for the slip along the path, which matters more in lower gaps."""
+    own, other = here.slip_along or (1.0, 1.0), there.slip_along or (1.0, 1.0)
+    return min(other[0] / own[0], 1.0), max(other[1] / own[1], 1.0)
+
+
+def as_uncertain(here: SealLeak, there: SealLeak) -> LeakRate:
+    """The leak rate under other inputs, wider by what it errs more than that of `here`."""
+    rate: LeakRate = there
+    if there.state == "leaking":
+        for beyond in (_beyond_patches, _beyond_grid, _beyond_slip):
+            rate = rate.widened(*beyond(here, there))
+    return rate
 
 
 def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:

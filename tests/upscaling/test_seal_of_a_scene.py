@@ -23,7 +23,7 @@ from fem_seal.points import Work
 from fem_seal.pressure_profile import Hertz, read_profile
 from fem_seal.progress import NOTE
 from fem_seal.quantities.patch_size import scale_entries
-from fem_seal.quantities.seal import patches_entry
+from fem_seal.quantities.seal import as_uncertain, patches_entry
 from fem_seal.quantities.verdict import verdict
 from fem_seal.render.seal import draw_seal
 from fem_seal.results.words import first_sentence, summary_of
@@ -176,6 +176,17 @@ def test_other_patches_scatter_at_the_ends_of_the_inputs_as_they_do_there():
     )
     assert lower <= low.lower * low.interval[0] / low.value * (1 + 1e-9)
     assert upper >= high.upper * high.interval[1] / high.value * (1 - 1e-9)
+
+
+def test_slip_at_the_ends_of_the_inputs_counts_as_it_is_there():
+    """Twice the slip along the path on either side, in gaps that are lower than under the load."""
+    seal = solve_seal(Patch(scene(seal={"patches": 3})))
+    here = replace(seal, slip_along=(0.8, 1.25))
+    same, other = (
+        as_uncertain(here, replace(seal, slip_along=slip)) for slip in ((0.8, 1.25), (0.4, 2.5))
+    )
+    assert same.bounds == pytest.approx(seal.bounds)
+    assert other.bounds == pytest.approx((0.5 * seal.lower, 2 * seal.upper))
 
 
 def test_realizations_are_seeds():
