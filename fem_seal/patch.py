@@ -144,9 +144,14 @@ class Patch:
         with self.timed(stage):
             return parallel.on_root(compute, self.comm)
 
+    def solve_contact(self) -> None:
+        """Solve the dry contact on all processes."""
+        _ = self.contact  # it is kept
+
     def solve_film(self) -> None:
         """Solve contact and film on all processes; what follows may run on the first one alone."""
-        _ = self.contact, self.film  # both are kept
+        self.solve_contact()
+        _ = self.film  # it is kept
 
     @property
     def state(self) -> FlowState:

@@ -236,7 +236,7 @@ def answer(
     """
     start, scene = perf_counter(), patch.scene
     # The dry contact uses all cores, a flow only one: half of the samples are solved beside that.
-    _ = patch.contact
+    patch.solve_contact()
     with half_beside(patch):
         # All processes solve film and flow together. From here on `parallel.on_root` marks what the
         # first one computes for all.
