@@ -12,7 +12,7 @@ linear in the gradient of ∫ c(g p/B) dp; for other gaps there are bounds (`fil
 """
 
 from dataclasses import dataclass
-from math import inf, pi, sqrt
+from math import pi, sqrt
 
 import numpy as np
 
@@ -109,21 +109,19 @@ class Slip(TwoPressures):
         """Conductivity of a gap [m] at the mean pressure, over its conductivity without slip."""
         return float(self.per_square_gap(gap)) / gap
 
-    def change(self, pressure: float, gap: float) -> float:
-        """Conductivity of a gap [m] at a pressure [Pa] over that at the mean; infinite at 0."""
-        if pressure == 0:
-            return inf
+    def change(self, pressure: np.ndarray | float, gap: float) -> np.ndarray:
+        """Conductivity of a gap [m] at pressures p > 0 [Pa] over that at the mean pressure."""
         t = gap * pressure / self.product
-        return float(self.coefficient(t)) / t / self.gain(gap)
+        return self.coefficient(t) / t / self.gain(gap)
 
     def added_pressure(self, gap: float) -> float:
         """Pressure b [Pa] with which the conductivity of a gap [m] goes as 1 + b/p.
 
-        To first order b = B/g. By another law 1 + b/p has the ratio of conductivities at the
-        inlet's and the mean pressure, with b at most 1000 p_in: the conductivity is the same at all
-        pressures then, up to a thousandth.
+        To first order b = B/g. For another law 1 + b/p has the ratio of the conductivities at the
+        inlet's and the mean pressure. b is at most 1000 p_in, with which the conductivity goes as
+        1/p up to a thousandth.
         """
-        ratio = self.change(self.inlet_pressure, gap)
+        ratio = float(self.change(self.inlet_pressure, gap))
         slope = ratio / self.mean_pressure - 1 / self.inlet_pressure
         return (1 - ratio) / max(slope, 1e-3 / self.inlet_pressure)
 

@@ -25,7 +25,7 @@ from fem_seal.upscaling.seal import SealLeak
 
 
 def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False) -> None:
-    """Refuse what is no Scene, and before any work a missing package that it needs later."""
+    """Refuse what is no Scene, and with MissingPackage work that needs a missing package."""
     require_scene(scene)
     by_elements = scene.flow.method != "finite-difference"
     # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.

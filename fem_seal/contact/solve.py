@@ -27,7 +27,7 @@ def press(
     load: Load,
     stopping: ContactStopping = USUAL_STOPPING,
     arithmetic: Arithmetic = USUAL_ARITHMETIC,
-    start: np.ndarray | ContactState | None = None,
+    start: np.ndarray | GridField | ContactState | None = None,
 ) -> ContactState:
     """Dry contact of a rough face with an elastic solid; `fem_seal.solve` adds the fluid.
 
@@ -51,8 +51,8 @@ def press(
     arithmetic
         Threads and precision.
     start
-        Pressure [Pa] to start from, or the state of another load; it is set to zero on samples
-        that it leaves open.
+        Pressure [Pa] to start from, an array or a field, or the state of another load; it is set
+        to zero on samples that it leaves open.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def coarse_start(
     height = GridField(means, (2 * spacing[0], 2 * spacing[1]), periodic=True)
     coarse = ContactPair.prepared(height, pair.solid, pair.arithmetic)
     start = coarse_start(coarse, mean_pressure, stopping)
-    roughly = replace(stopping, tolerance=ROUGHLY, gap_tolerance=float("inf"))
+    roughly = replace(stopping, tolerance=ROUGHLY, gap_tolerance=float("inf"), progress=None)
     try:
         pressure = coarse.under_pressure(mean_pressure, roughly, start).pressure.values
     except NotConverged:
@@ -110,12 +110,13 @@ def coarse_start(
 
 
 def _start_pressure(
-    start: np.ndarray | ContactState | None, shape: tuple[int, int]
+    start: np.ndarray | GridField | ContactState | None, shape: tuple[int, int]
 ) -> np.ndarray | None:
     """Pressure to start from as an array [Pa]."""
     if start is None:
         return None
-    values = np.asarray(start.pressure.values if isinstance(start, ContactState) else start, float)
+    given = start.pressure if isinstance(start, ContactState) else start
+    values = np.asarray(given.values if isinstance(given, GridField) else given, float)
     if values.shape != shape or not np.isfinite(values).all() or values.min() < 0:
         raise InvalidInput(
             f"start must be a finite pressure >= 0 of shape {shape}, got shape {values.shape}"

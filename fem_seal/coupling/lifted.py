@@ -18,7 +18,7 @@ from fem_seal.coupling.newton import Steps
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.stages import first_stage, further_stages
 from fem_seal.coupling.state import LiftedState, log_ratio
-from fem_seal.errors import present
+from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
@@ -42,6 +42,11 @@ def lifted(
     start : (nx, ny)
         Fluid pressure [Pa] from which Newton's method starts in place of both.
     """
+    if start is not None and problem.solid_load(start) <= 0:
+        raise InvalidInput(
+            f"start: a mean pressure of {start.mean():g} Pa carries the whole load of "
+            f"{problem.load:g} Pa; begin with less"
+        )
     uniform = problem.uniform_pressure
     if problem.load is not None and problem.load <= uniform.mean():
         return LiftedState(problem.field(uniform))
@@ -161,6 +166,8 @@ def _why_not_settled(state: LiftedState, allowed: float, *, known: bool) -> str:
     if state.reason:
         return f"contact and flow have not settled: {state.reason}"
     if not known:
+        if state.error <= MOST_ERROR:
+            return "the flow through the lifted gap has no value"
         return "the error of the fluid's pressure is not known"
     if state.error > allowed:
         return (

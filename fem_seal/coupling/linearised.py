@@ -18,7 +18,7 @@ from fem_seal.network.film_pressure import FilmPressure
 # Part of a tolerance of GMRES to which contact and flow are solved within it.
 INNER = 0.1
 # Parts of a side of the patch, in each of which errors have a sign of their own.
-BLOCKS = 4
+PARTS = 4
 
 
 def summed_by_parts(changes: np.ndarray) -> float:
@@ -27,7 +27,7 @@ def summed_by_parts(changes: np.ndarray) -> float:
     A plain sum may be small because changes in distant places cancel by chance; in the next stage
     they may not.
     """
-    rows, columns = (np.arange(min(BLOCKS, n)) * n // min(BLOCKS, n) for n in changes.shape)
+    rows, columns = (np.arange(min(PARTS, n)) * n // min(PARTS, n) for n in changes.shape)
     parts = np.add.reduceat(np.add.reduceat(changes, rows, axis=0), columns, axis=1)
     return float(np.abs(parts).sum())
 

@@ -190,7 +190,8 @@ class LiftProblem:
         This one alone where the solid may float, whose level takes all samples.
         """
         (dx, dy), chain = self.height.spacing, [self]
-        for k in range(1, 1 + self._halvings * (not self.may_float)):
+        halvings = 0 if self.may_float else self._halvings
+        for k in range(1, 1 + halvings):
             every = self.height.values[:: 2**k, :: 2**k]
             height = GridField(every, (2**k * dx, 2**k * dy), self.height.periodic)
             chain.insert(0, replace(self, height=height))

@@ -63,10 +63,8 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
     for _ in range(MOST_STAGES):
         began, point = perf_counter(), steps.point
         start = _next_start(problem, steps, error)
-        if start is None:
-            break
-        if len(start.network.free) > MOST_NODES:
-            over = f"a finer network would have more than {number_of(MOST_NODES, 'node')}"
+        if isinstance(start, str):
+            over = start
             break
         change, ratio = point.log_rate_change_to(start), 0.5
         if start.problem is point.problem:
@@ -96,12 +94,13 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
                 return _ended(problem, steps, change, error, exceeded)
     else:
         over = f"it has not in {MOST_STAGES} stages"
-    return _ended(problem, steps, change, error, over if error > allowed else "")
+    unfinished = error > allowed or steps.point.problem is not problem
+    return _ended(problem, steps, change, error, over if unfinished else "")
 
 
 def _ended(problem: LiftProblem, steps: Steps, change: float, error: float, over: str) -> Steps:
     """The steps of all stages with the error that they leave, and why no further one follows."""
-    if _leaks_nothing(problem, steps.point):
+    if _leaks_nothing(problem, steps.point) or steps.point.problem is not problem:
         error = inf  # the stages to come were not solved
     if steps.failure:
         error = max(error, steps.point.step.log_rate)
@@ -114,10 +113,10 @@ def _leaks_nothing(problem: LiftProblem, point: LiftPoint) -> bool:
     return point.problem is problem and point.flow.conductance <= problem.negligible
 
 
-def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint | None:
-    """The first point of the next stage, None if it has none.
+def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint | str:
+    """The first point of the next stage, or why it cannot be solved, "" if it needs not be.
 
-    It has none where the film stays sealed with a small ε or leaks next to nothing.
+    It needs not where the film stays sealed with a small ε or leaks next to nothing.
 
     Parameters
     ----------
@@ -126,12 +125,12 @@ def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint |
     """
     point, chain = steps.point, problem.chain
     if _leaks_nothing(problem, point):
-        return None
+        return ""
     least = SEALED * problem.roughness
     sealed = point.problem is problem and point.sealed
     stays_sealed = sealed and point.stays_sealed
     if stays_sealed and (problem.never_opens or (point.epsilon <= least and not steps.failure)):
-        return None
+        return ""
     more = len(chain) if error <= LEAST_ERROR * problem.allowed else 1
     following = chain[min(chain.index(point.problem) + more, len(chain) - 1)]
     network, epsilon = point.finer(following)
@@ -139,7 +138,9 @@ def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint |
         epsilon = min(epsilon, least)
     # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's steps.
     if sealed and epsilon**3 < float_info.epsilon * problem.roughness**3:
-        return None
+        return ""
+    if len(network.free) > MOST_NODES:
+        return f"a finer network would have more than {number_of(MOST_NODES, 'node')}"
     if following is point.problem:
         return replace(point, network=network, epsilon=epsilon)
     pressure = following.interpolated(point.pressure)

@@ -136,7 +136,8 @@ class MeshFilm:
     def summary(self) -> tuple[str, ...]:
         """Lines of text that describe the mesh and the gap on it."""
         mesh = self.mesh
-        (x0, y0), (x1, y1) = (map(length_text, end(mesh.xy, axis=0)) for end in (np.min, np.max))
+        x0, y0 = map(length_text, mesh.xy.min(axis=0))
+        x1, y1 = map(length_text, mesh.xy.max(axis=0))
         edges = ", ".join(f"{len(ends)} {name}" for name, ends in mesh.groups())
         gaps = self.values.min(), self.values.max(), self.mean_gap
         low, high, mean = map(length_text, gaps)

@@ -210,11 +210,12 @@ class LevelProblem:
         stalled = next((minimum.stalled for minimum in minima if minimum.stalled), "")
         totals = tuple(minimum.total for minimum in minima)
         energies = np.diag([minimum.energy for minimum in minima])
-        for cells, slopes, areas in self.batches() if len(minima) == 2 else ():
-            xx, xy, yy = (areas[:, None] * tensor(cells)).T
-            (ax, ay), (bx, by) = (gradients(slopes, v.corners(cells)).T for v in minima)
-            mixed = (xx * ax * bx + xy * (ax * by + ay * bx) + yy * ay * by).sum()
-            energies[[0, 1], [1, 0]] += mixed
+        if len(minima) == 2:
+            for cells, slopes, areas in self.batches():
+                xx, xy, yy = (areas[:, None] * tensor(cells)).T
+                (ax, ay), (bx, by) = (gradients(slopes, v.corners(cells)).T for v in minima)
+                mixed = (xx * ax * bx + xy * (ax * by + ay * bx) + yy * ay * by).sum()
+                energies[[0, 1], [1, 0]] += mixed
         return jumps, energies, totals, residuals, stalled
 
     def upper_bound(self, pressure: Pressures) -> Bounds:

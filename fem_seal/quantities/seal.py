@@ -266,6 +266,7 @@ def _slip_along_entry(seal: SealLeak) -> Uncertainty | None:
         return None
     sentence = (
         "the gas slips more where its pressure is low: along the path the conductivity of a patch "
-        "changes as that of its tightest place; wider places, which the factors count, change less"
+        "changes as that of its tightest place; in wider places it changes less, which the factors "
+        "allow for"
     )
     return Uncertainty(SLIP_ALONG, "estimated", sentence, *seal.slip_along)

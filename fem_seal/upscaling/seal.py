@@ -38,6 +38,8 @@ from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
 # A sealed seal is tried under lower loads, until its patches leak.
 LOWER_LOADS = 4  # at most
 NEXT_LOAD = 0.8  # net load over the one before
+# Pressures at which the slip along the path is compared, and the lowest over the inlet's.
+PRESSURES, NEXT_TO_VACUUM = 65, 1e-6
 LOOSE = 1.0  # (upper - lower)/√(lower upper) of the leak rate under them
 
 
@@ -198,20 +200,19 @@ def _slipping(
 ) -> tuple[SealFlow, float, float]:
     """The flow of a gas that slips more where its pressure is low, and two factors on it.
 
-    The conductivity K, which is known at the mean pressure, changes along the path as that of the
-    critical constriction, a gap [m]. That of a wider gap changes less. Hence no leak rate is
-    smaller than with the slip of the inlet's pressure everywhere, or larger than with that of the
-    outlet's. Nor does any K exceed this one by more than its own change from the inlet to the mean
-    pressure, or fall below it by more than that from the mean to the outlet's pressure. The bounds
-    are as far from the value as those at the mean pressure.
+    The conductivity K, which is known at the mean pressure, changes along the path as 1 + b/p, with
+    b of the critical constriction, a gap [m]. In wider gaps it changes less: with k(p) that of the
+    constriction, over the one at the mean pressure, K(p)/K(p_mean) lies between 1 and k(p). The
+    factors are the least and the largest ratio of these to what K is taken to be.
     """
-    flow = seal_flow(present(at_mean.table, "table"), profile, path, ends.slipping(slip, gap))
-    gained = flow.value / at_mean.value
-    most, least = (slip.change(pressure, gap) for pressure in slip.pressures)
-    lower, value, upper = (gained * rate for rate in (at_mean.lower, at_mean.value, at_mean.upper))
-    flow = replace(flow, lower=lower, value=value, upper=upper, reason=at_mean.reason)
-    below, above = max(least / gained, 1 / most), min(most / gained, 1 / least)
-    return flow, min(below, 1.0), max(above, 1.0)
+    along = ends.slipping(slip, gap)
+    flow = seal_flow(present(at_mean.table, "table"), profile, path, along)
+    lowest, highest = slip.pressures
+    pressures = np.geomspace(max(lowest, NEXT_TO_VACUUM * highest), highest, PRESSURES)
+    k = slip.change(pressures, gap)
+    taken = (1 + along.slip / pressures) / (1 + along.slip / slip.mean_pressure)
+    below, above = (np.minimum(k, 1.0) / taken).min(), (np.maximum(k, 1.0) / taken).max()
+    return replace(flow, reason=at_mean.reason), min(float(below), 1.0), max(float(above), 1.0)
 
 
 def size_of_patch(patch: Patch) -> tuple[float, float]:

@@ -281,7 +281,7 @@ def test_what_cannot_be_solved_is_refused():
     """
     problem = problem_of(scene(n=16, load=1e5, inlet=1.5e5))
     start = np.full(problem.height.shape, problem.inlet)
-    with pytest.raises(InvalidInput, match=r"pressure = -50000\.0 must be a finite number >= 0"):
+    with pytest.raises(InvalidInput, match="start: a mean pressure of 150000 Pa carries the whole"):
         lifted(problem, start=start)
     with pytest.raises(NotConverged, match="conductances are so far apart"):
         eliminated(sparse.csr_array((2, 2)))
