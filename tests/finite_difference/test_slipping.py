@@ -50,7 +50,10 @@ def test_layers_in_series(law, p_out, B):
 
 @pytest.mark.parametrize(("law", "order"), [("first-order", 2)])
 def test_order_where_pressure_and_slip_are_smooth(law, order):
-    """The middle of a pixel stands for it to second order, up to h² on the coarsest grid."""
+    """The middle of a pixel stands for it to second order.
+
+    The next term is h² = 1/8² of it on the coarsest grid.
+    """
     errors = errors_in_series(Slip(2.0, 0.5, 0.5, LAWS[law](1.0)))
     assert -np.diff(np.log2(errors)) == pytest.approx([order, order], abs=1 / 8**2)
 

@@ -72,7 +72,8 @@ def test_face_seal(of_bounds, of_polygons):
         errors.append(abs(flow.lower - exact))
     # Meshes of gmsh are not halves of each other: the mean over two steps.
     orders = np.log2([widths[0] / widths[2], errors[0] / errors[2]]) / 2
-    # The ratio of the edges over both is 4 to 15 %, and of h² to 32 %: half of its log2.
+    # Over both steps the edges become four times smaller, give or take 15 %, and h² 32 %: half of
+    # log2 1.32 over two steps.
     assert orders == pytest.approx([of_bounds, of_polygons], abs=np.log2(1.15)), (widths, errors)
 
 
