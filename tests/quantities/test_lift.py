@@ -1,14 +1,14 @@
 """The fluid's pressure on a dry contact: cautions, the other end of the load, and lift-off."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from lifted_scenes import scene as lifted_scene
 
 from fem_seal.patch import Patch
-from fem_seal.results.result import _of_present_version
+from fem_seal.results import Result
 from fem_seal.results.words import summary_of
-from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
 LOAD = 9e6  # Pa
@@ -192,4 +192,5 @@ def test_an_older_scene_is_rebuilt(made, older_flow, older_contact, here):
     flow = older.get("flow", {}) | older_flow
     older["flow"] = {name: value for name, value in flow.items() if value is not None}
     older["contact"] = older.get("contact", {}) | older_contact
-    assert Scene.from_mapping(_of_present_version(older)) == given
+    result = SimpleNamespace(provenance=SimpleNamespace(scene=older))
+    assert Result.scene(result) == given
