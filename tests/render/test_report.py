@@ -4,6 +4,7 @@ import base64
 import json
 import re
 from html.parser import HTMLParser
+from itertools import chain
 
 import numpy as np
 import pytest
@@ -93,6 +94,9 @@ def test_every_number_and_picture_is_inside(folder):
     for section, fields in scene.items():
         assert {f"{section}.{key}" for key in fields} <= {row[0] for row in page.rows if row}
     assert ["contact.pressure", "100 kPa"] in page.rows or "pressure" not in scene["contact"]
+    text = " ".join(chain.from_iterable(page.texts.values()))
+    for entry in result.error_budget:
+        assert entry.sentence in text
     expected = [(folder / f"{name}.png").read_bytes() for name in ("flow", "gap", "zebra")]
     assert page.pictures == expected
     assert captions(page) == ["Where it leaks", "The gap; contact is grey.", "zebra"]
