@@ -62,17 +62,21 @@ def test_planar_dual_conducts_the_reciprocal(shape, decades):
 
 
 def test_elimination_leaves_the_schur_complement():
-    """Of Kirchhoff's matrix, all of whose links are of one size, over several blocks of columns."""
+    """Over two panels and several blocks of columns.
+
+    Each entry collects one term for every eliminated node, the dense solve as many; links of 0.5 to
+    1: well conditioned.
+    """
     links = np.random.default_rng(0).uniform(0.5, 1, (700, 700))
     links = np.triu(links, 1) + np.triu(links, 1).T
     matrix = np.diag(links.sum(axis=0)) - links
-    gone, left = slice(100), slice(100, None)
+    gone, left = slice(200), slice(200, None)
     solved = np.linalg.solve(matrix[gone, gone], matrix[gone, left])
     exact = matrix[left, gone] @ solved - matrix[left, left]
     np.fill_diagonal(exact, 0)
-    remaining = star_mesh(links[None].copy(), 100)[0].copy()
+    remaining = star_mesh(links[None].copy(), 200)[0].copy()
     np.fill_diagonal(remaining, 0)
-    np.testing.assert_allclose(remaining, exact, rtol=1e3 * EPS)
+    np.testing.assert_allclose(remaining, exact, rtol=10 * 200 * EPS)
 
 
 def test_no_chain_of_links_is_exactly_zero():

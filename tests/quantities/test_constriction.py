@@ -35,7 +35,7 @@ ACROSS_THE_SEAM = GridField(np.roll(AROUND.values, 16, axis=1), SPACING, periodi
         (WALLED, ("wall", "linear"), 11),
         *((gap, ("periodic", "linear"), 11) for gap in (AROUND, ACROSS_THE_SEAM)),
         # Walls are solid; one on a sample counts as 1e-9 of a pixel away.
-        (slot(0, 9), ("wall", "linear"), 10),
+        (slot(0, 9), ("wall", "linear"), 10 + 1e-9),
         (GridField(slot(0, 9).values, (2e-6, 2e-6)), ("wall", "constant"), 10),
     ],
 )
@@ -44,7 +44,7 @@ def test_width_of_a_slot(gap, kind, samples):
     assert found.gap == 0.5e-6
     row = 8.5 if kind[1] == "constant" else 8
     assert found.x == pytest.approx(row * gap.spacing[0], rel=1e-12)
-    assert found.width == pytest.approx(samples * 2e-6, rel=1e-9)
+    assert found.width == pytest.approx(samples * 2e-6, rel=1e-12)
     assert found.pressure_share is None
 
 
