@@ -150,9 +150,9 @@ def test_the_flow_gets_what_the_contact_leaves(chosen):
 
 
 def test_no_solve_more_than_needed(chosen):
-    """80 % leave too little while a finer grid may follow; there 40 % leave more than asinh(0.05).
+    """The grid takes 80 % of the total on 32², which leaves less than the bracket of rtol = 10 %.
 
-    That is the half-width of a bracket as wide as rtol = 10 %.
+    That is asinh(0.05); on 64² it takes 40 %.
     """
     _, choice, contacts, flows = chosen(lambda n: 0.8 * 32 / n, 4)
     assert choice.rtol == 0.1
@@ -164,7 +164,10 @@ def test_no_solve_more_than_needed(chosen):
     [(1.2, {}), (0.95, {"flow.lift": "resolved", "flow.pressure_drop": 2e4})],
 )
 def test_a_total_that_no_grid_keeps_is_not_converged(chosen, part, changes):
-    """Nor is one that leaves a lift 5 %: passes to such a tolerance may not settle."""
+    """Nor is one of which the grid leaves 5 % to a lift.
+
+    Passes to such a tolerance may not settle.
+    """
     patch, choice, _, flows = chosen(lambda n: part, 1, **changes)
     leak = patch.leak_rate
     assert (choice.samples, choice.rtol, {0.1, *flows}) == ((32, 32), 0.1, {0.1})
@@ -197,6 +200,9 @@ def test_the_total_error_is_kept_and_recorded(accurate_scene, tmp_path, capsys):
     half = 0.5 * log(leak.upper / leak.lower)
     assert log1p(chosen.flow_error) == pytest.approx(half, rel=1e-9)
     assert log1p(chosen.contact_error) + half <= log1p(0.2) * (1 + 1e-9)
+    # Both count, and what a dry contact leaves out: a fluid pressure as high as the contact's.
+    counted = [entry.name for entry in result.error_budget if entry.counted]
+    assert counted == ["flow", "contact grid", "fluid pressure"]
     own = Patch(result.scene())
     settings = replace(own.flow_settings, rtol=0.02)
     finer = own.with_(surface=resample(own.surface, (256, 256)), flow_settings=settings)
