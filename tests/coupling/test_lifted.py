@@ -90,8 +90,8 @@ def test_range_encloses_resolved(settings):
 def test_an_almost_sealed_film(n, load, inlet, shares):
     """Sealed when dry, open under the inlet's pressure, and all but sealed at the equilibrium.
 
-    A tenth of the upper end's gap would be a thousandth of its leak rate. Of this start and others
-    none settles in a film that leaks.
+    A tenth of the upper end's gap would be a thousandth of its leak rate. From no start does it
+    settle in a film that leaks.
     """
     settings = {"n": n, "load": load, "inlet": inlet}
     state, problem = Patch(scene(**settings)).lifted, problem_of(scene(**settings))
@@ -129,7 +129,7 @@ def test_a_channel_that_coarse_networks_miss():
 def test_stages_end_with_the_least_epsilon(monkeypatch, failure):
     """Sealed until a quarter of ε has a cube below the rounding of g³: it may leak all the same.
 
-    If no more than three are allowed after the first one, these are the last ones: not settled.
+    With three stages allowed after the first, the search ends after the third: not settled.
     """
     module = import_module("fem_seal.coupling.stages")
     if failure:
@@ -409,6 +409,24 @@ def test_where_gaps_are_not_ordered_a_sealed_film_may_open(settings):
     if "load" not in settings or settings["load"] > problem.inlet:
         assert problem.film(problem.contact_under(everywhere).gap).sealed
     assert problem.never_opens == (settings == {"load": 5e6})
+
+
+def test_a_film_that_never_opens_needs_no_second_start(monkeypatch):
+    module, starts, ends = import_module("fem_seal.coupling.lifted"), [], []
+    first, further = module.first_stage, module.further_stages
+
+    def started(*arguments):
+        starts.append(first(*arguments))
+        return starts[-1]
+
+    def counted(*arguments):
+        ends.append(further(*arguments))
+        return ends[-1]
+
+    monkeypatch.setattr(module, "first_stage", started)
+    monkeypatch.setattr(module, "further_stages", counted)
+    assert lifted(problem_of(scene(load=5e6))).state == "sealed"
+    assert (len(starts), len(ends)) == (1, 1)
 
 
 @pytest.mark.parametrize("contact", [{"area_fraction": 0.2}, {"mean_gap": 2.5e-7}])
