@@ -71,7 +71,10 @@ def test_demo_keeps_its_claims(name, tmp_path, here, capsys):
 
 
 def coloured_part(picture) -> float:
-    """Part of the pixels that are not grey, as axes and text are; of a line across it, 0.002."""
+    """Part of the pixels with a colour; axes and text are grey.
+
+    One curve across the picture gives 0.002.
+    """
     from matplotlib.image import imread
 
     return np.mean(np.ptp(imread(picture)[..., :3], axis=2) > 0.1)

@@ -18,8 +18,10 @@ from fem_seal.grid import GridField
 @pytest.mark.parametrize("contrast", [1e15, 1e120, 1e180, 1e300])
 @pytest.mark.parametrize("kind", ["along", "across"])
 def test_contrast_of_stripes(kind, contrast):
-    """A cube of less than 1e-60 of the largest gap is beyond double precision; side by side it does
-    not matter."""
+    """The cube of a gap below 1e-60 of the largest one is beyond double precision.
+
+    Side by side it does not matter.
+    """
     heights = np.cbrt(np.where(np.arange(8) % 4 < 2, 1.0, 1 / contrast))
     case = Case(kind, heights, 8, (1.0, 1.0), "wall", "constant", "adaptive")
     if contrast > 1e180 and kind == "across":

@@ -69,7 +69,10 @@ def test_hardly_better():
 
 
 def solution(lower, upper, certified=None, stalled=""):
-    """A solution without a mesh, or one that lacks the dual of the `certified` one."""
+    """A solution without a mesh.
+
+    With `certified` it lacks its dual, and certifying it gives that solution.
+    """
     level, dual = SolvedLevel(100, 200, Bounds.of(lower, upper)), None if certified else "solved"
     found = {"level": level, "stream": dual, "slip": None, "stalled": stalled}
     return SimpleNamespace(**found, certified=lambda: certified)

@@ -79,7 +79,7 @@ def test_what_is_missing_is_added(part):
 
 def test_the_rule_of_a_name_marks(monkeypatch):
     """A rule of one's own under a name: it marks all cells twice, which makes four of each."""
-    monkeypatch.setitem(REFINEMENTS, "adaptive", lambda on_mesh, *_: mark_all(on_mesh))
+    monkeypatch.setitem(REFINEMENTS, "adaptive", lambda problem, *_: mark_all(problem))
     gap = rough_gap((32, 32), 0.2, seed=1, smooth=2)
     film, tuning = GridFilm(replace(gap, values=gap.values + 0.05)), Tuning(coarsest=4, ahead=0)
     leak = leak_rate(film, viscosity=1.0, pressure_drop=1.0, rtol=0.1, tuning=tuning)
