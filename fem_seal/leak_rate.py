@@ -150,7 +150,7 @@ class LeakRate:
     method: str  #: name of the method
     #: best estimate [m^3/s]: √(lower upper), or the upper bound if the lower bound is 0
     value: float
-    #: bounds [m^3/s], `slip_interval` included, guaranteed but for those of a seal; None for finite
+    #: bounds [m^3/s], `slip_interval` included, guaranteed (estimates of a seal); None for finite
     #: differences. A lower bound of 0 of a leaking gap means that no mesh so far was fine enough
     #: for a stream function, not that Q may be 0
     lower: float | None = None

@@ -188,7 +188,7 @@ def _merged(first: LiftedState, second: LiftedState, *, in_equilibrium: bool) ->
     shown = first if first.converged and not second.converged else second
     both = replace(shown, steps=first.steps + second.steps)
     if first.converged and second.converged and not any(leak.value for leak in leaks):
-        # What would open one of two sealed films may open the other.
+        # Both are sealed: the pressure that opens one film may open the other as well.
         both = replace(both, highest=max(first.highest, second.highest))
     if apart <= first.error + second.error + max(widths, default=0.0):
         return both

@@ -143,9 +143,9 @@ def mark(
     part, part_reached = part_of_a_step(expected, strategy), part_of_a_step(reached, strategy)
     large = doerfler(indicators, part * tuning.theta)
     through = doerfler(blocked_flux, part_reached * tuning.theta_blocked)
-    # Where the linear pressure leaks (see `flux_residuals`), the indicators of the leaking cells
-    # are small, but those of all cells along the false flow are large, whatever their size. Refine
-    # the leaking cells first. Elsewhere the sum of the residuals is no more than that of the
+    # Where the linear pressure leaks (see `flux_residuals`), the leaking cells have small
+    # indicators, and all cells along the false flow have large ones however small they become. So
+    # the leaking cells are refined first. Elsewhere the residuals sum up to no more than the
     # indicators, which alone do better then.
     residuals = flux_residuals(problem, flows)
     unexplained = max(residuals.sum() - indicators.sum(), 0.0)

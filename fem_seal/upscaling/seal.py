@@ -17,7 +17,6 @@ from fem_seal.fluid import Slip
 from fem_seal.leak_rate import Bounded, LeakRate, half_width_of, relative_half_width, relative_width
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
-from fem_seal.pressure_profile import Profile
 from fem_seal.progress import NOTE
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.mosaic import (
@@ -47,7 +46,8 @@ LOOSE = 1.0  # (upper - lower)/√(lower upper) of the leak rate under them
 class SealLeak(LeakRate):
     """Leak rate of a seal, and the patches from which it is computed.
 
-    The bounds, which are estimates, are those of flow and load table, for the patches at hand.
+    The bounds are estimates. They hold for the patches that were solved, and come from the bounds
+    of their flows and of their conductivity between two loads.
     """
 
     lower: float = field()  # required, other than of a flow by finite differences
@@ -174,45 +174,40 @@ def solve_seal(
         )
     scenes = realizations(scene.with_({"seal.rtol": rtol}))[:patches]
     solved = solved_patches(scenes, patch, folder, work or Work(), part, each)
-    flows = tuple(
-        replace(seal_flow(of_patch.table, profile, path, ends), reason=of_patch.reason)
-        for of_patch in solved
-    )
-    gaps = [of_patch.critical_gap for of_patch in solved]
-    slip_along = None
-    if scene.slip is not None and any(gaps):
-        drawn = [
-            _slipping(flow, scene.slip, gap, profile, path, ends) if gap else (flow, 1.0, 1.0)
-            for flow, gap in zip(flows, gaps, strict=True)
-        ]
-        flows, least, most = zip(*drawn, strict=True)
-        slip_along = min(least), max(most)
+    flows, factors = [], []
+    for of_patch in solved:
+        gap, along = of_patch.critical_gap, ends
+        if scene.slip is not None and gap:
+            along = ends.slipping(scene.slip, gap)
+            factors.append(_slip_factors(scene.slip, gap, along))
+        flow = seal_flow(of_patch.table, profile, path, along)
+        flows.append(replace(flow, reason=of_patch.reason))
     errors = [of_patch.contact_error for of_patch in solved if of_patch.table.upper.any()]
     known = [error for error in errors if error is not None]
     largest = None if None in errors else max(known, default=None)
-    smallest = min((gap for gap in gaps if gap), default=None)
-    together = seal_of_patches(flows, path, size, rtol, scene.flow.method)
-    return replace(together, contact_error=largest, critical_gap=smallest, slip_along=slip_along)
+    gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]
+    together = seal_of_patches(tuple(flows), path, size, rtol, scene.flow.method)
+    return replace(
+        together,
+        contact_error=largest,
+        critical_gap=min(gaps, default=None),
+        slip_along=(min(f[0] for f in factors), max(f[1] for f in factors)) if factors else None,
+    )
 
 
-def _slipping(
-    at_mean: SealFlow, slip: Slip, gap: float, profile: Profile, path: LeakPath, ends: EndPressures
-) -> tuple[SealFlow, float, float]:
-    """The flow of a gas that slips more where its pressure is low, and two factors on it.
+def _slip_factors(slip: Slip, gap: float, along: EndPressures) -> tuple[float, float]:
+    """Least and largest ratio of the conductivity of a place to what the path takes it to be.
 
-    The conductivity K, which is known at the mean pressure, changes along the path as 1 + b/p, with
-    b of the critical constriction, a gap [m]. In wider gaps it changes less: with k(p) that of the
-    constriction, over the one at the mean pressure, K(p)/K(p_mean) lies between 1 and k(p). The
-    factors are the least and the largest ratio of these to what K is taken to be.
+    The path takes all of K to change with the pressure as 1 + b/p, b that of the critical
+    constriction, a gap [m]. A wider gap changes less: where the constriction conducts k(p) times as
+    much as at the mean pressure, it conducts between 1 and k(p) times as much.
     """
-    along = ends.slipping(slip, gap)
-    flow = seal_flow(present(at_mean.table, "table"), profile, path, along)
     lowest, highest = slip.pressures
     pressures = np.geomspace(max(lowest, NEXT_TO_VACUUM * highest), highest, PRESSURES)
     k = slip.change(pressures, gap)
     taken = (1 + along.slip / pressures) / (1 + along.slip / slip.mean_pressure)
     below, above = (np.minimum(k, 1.0) / taken).min(), (np.maximum(k, 1.0) / taken).max()
-    return replace(flow, reason=at_mean.reason), min(float(below), 1.0), max(float(above), 1.0)
+    return min(float(below), 1.0), max(float(above), 1.0)
 
 
 def size_of_patch(patch: Patch) -> tuple[float, float]:

@@ -134,7 +134,7 @@ def test_corrected_bounds(representation, periodic, size, contact, width):
         assert bubbles.free.any()
 
 
-# --- a batch of cells after the other: where one ends must not show in the bounds ----------------
+# --- cells are summed batch by batch: the bounds must not depend on where a batch ends -----------
 
 
 @pytest.mark.parametrize(("representation", "periodic"), [("linear", True), ("constant", False)])
