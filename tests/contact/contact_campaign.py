@@ -197,7 +197,8 @@ def _area_missed(case: Case, state: ContactState, matrix: np.ndarray) -> float:
 
     The area is a step function of the pressure; the plain solver bisects the pressure at which it
     passes the wanted value. Where it rises by many samples within 0.1 % of that pressure (equal or
-    nearly equal heights that touch together), any area in between is accepted.
+    nearly equal heights that touch together), any area in between is accepted: at the least
+    pressure also any area below that of the highest samples, which all touch at once.
     """
     heights = case.height.values
     wanted, reached = case.value * heights.size, np.count_nonzero(state.contact)
@@ -216,7 +217,8 @@ def _area_missed(case: Case, state: ContactState, matrix: np.ndarray) -> float:
     while high - low > 1e-7 * high:
         middle = (low + high) / 2
         low, high = (middle, high) if touching(middle) < wanted else (low, middle)
-    return max(0.0, touching(low / 1.001) - reached, reached - touching(high * 1.001))
+    below = touching(low / 1.001) if low > LEAST_PRESSURE else 0
+    return max(0.0, below - reached, reached - touching(high * 1.001))
 
 
 def wrong(comparison: Comparison, load: str) -> bool:
