@@ -29,7 +29,7 @@ BROKEN = (
 HDF5 = b"\x89HDF"
 # Attributes of codes of their own: scale, z_scale, multiplier.
 _FACTOR = re.compile(r"(^|_|z)(scale|scaling|multiplier)$", re.IGNORECASE)
-# Attributes that hold the number written for a missing point; the first one present counts.
+# Attributes that hold a number written for missing points; a file may have both.
 _MISSING = ("_FillValue", "missing_value")
 
 
@@ -146,8 +146,8 @@ def _variable(
 ) -> Variable:
     """Array of a file, with NaN at missing points, unpacked from integers."""
     about = _numbers_about(values, attributes, what)
-    if missing := [about[name] for name in _MISSING if name in about]:
-        values = np.where(values == missing[0], np.nan, values)
+    for name in about.keys() & set(_MISSING):
+        values = np.where(values == about[name], np.nan, values)
     if about.keys() & {"scale_factor", "add_offset"}:
         values = values * about.get("scale_factor", 1.0) + about.get("add_offset", 0.0)
     return Variable(values, attributes, dimensions)

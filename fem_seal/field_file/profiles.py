@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput, present
+from fem_seal.errors import InvalidInput
 from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.own_layouts import read_own_layout
-from fem_seal.field_file.recorded import metres_in, refuse_other_unit
+from fem_seal.field_file.recorded import Recorded, metres_in, refuse_other_unit
 from fem_seal.field_file.text_header import statements
 from fem_seal.field_file.text_table import even_step, read_table
 from fem_seal.memory import within_available_memory
@@ -77,39 +77,47 @@ def read_profiles(
 def _profiles(
     path: Path, unit: str | None, stated: float | None, missing: float | None
 ) -> Profiles:
-    recorded = read_own_layout(path)
-    if recorded is not None:
-        spacing = present(recorded.spacing, "spacing")
-        return Profiles(recorded.values.T * metres_in(recorded.unit, unit, str(path)), spacing[0])
-    table = read_table(path)
-    header, values = statements(table, path), table.values
-    for mark in (*header.missing, *([] if missing is None else [missing])):
-        values = without_marked(values, mark)
-    # x is the column with this title, else the first one.
-    along = next((k for k, title in enumerate(header.titles) if title.axis == "x"), 0)
-    even = even_step(values[:, along]) if values.shape[1] > 1 else None
-    columns, step = list(range(values.shape[1])), header.metres(header.steps, "x")
-    rising = max(even or 0.0, 0.0)  # 0: there is no x
-    if rising:
-        values = np.delete(values, columns.pop(along), axis=1)
-        step = rising * metres_in(header.unit_of_coordinates(along), unit, f"x in {path}")
-    elif header.titled_as_profiles:
-        raise InvalidInput(f"x in {path} does not rise evenly; resample the profile to even steps")
+    recorded = read_own_layout(path) or _from_table(path)
+    values = recorded.values if missing is None else without_marked(recorded.values, missing)
     refuse_markers(values, str(path))
-    scale = metres_in(header.unit_of_values(columns), unit, f"the heights of {path}")
-    heights = values.T * scale
-    if step is not None and stated is not None and not isclose(step, stated, rel_tol=SAME_STEP):
-        raise InvalidInput(
-            f"{path} has a step of {step:g} m, but surface.step = {stated:g} m was given; leave "
-            "out the wrong one"
-        )
-    step = stated if step is None else step
+    heights = values.T * metres_in(recorded.unit, unit, f"the heights of {path}")
+    step, own_unit = stated, recorded.length_unit
+    if recorded.spacing is not None:
+        of_x = metres_in(own_unit, None if own_unit else unit, f"x in {path}")
+        step = recorded.spacing[0] * of_x
+        if not step > 0:
+            raise InvalidInput(f"{path} has a step of {step:g} m, which must be above 0")
+        if stated is not None and not isclose(step, stated, rel_tol=SAME_STEP):
+            raise InvalidInput(
+                f"{path} has a step of {step:g} m, but surface.step = {stated:g} m was given; "
+                "leave out the wrong one"
+            )
+        if own_unit is None:
+            remedy = "give x a title with its own, such as 'x [mm]'"
+            refuse_other_unit(heights, (step,), str(unit), f"x in {path} has no unit", remedy)
     if step is None:
         raise InvalidInput(
             f"{path} has no x, and does not say the step of its samples; give it, such as "
             "surface.step = '0.5 um'"
         )
-    if rising and header.unit_of_coordinates(along) is None:
-        remedy = "give x a title with its own, such as 'x [mm]'"
-        refuse_other_unit(heights, (step,), str(unit), f"x in {path} has no unit", remedy)
     return Profiles(heights, step)
+
+
+def _from_table(path: Path) -> Recorded:
+    """Samples (n, k) of k profiles, and their step, if the file has x or says it."""
+    table = read_table(path)
+    header, values = statements(table, path), table.values
+    # x is the column with this title, else the first one.
+    along = next((k for k, title in enumerate(header.titles) if title.axis == "x"), 0)
+    even = even_step(values[:, along]) if values.shape[1] > 1 else None
+    columns, step = list(range(values.shape[1])), header.metres(header.steps, "x")
+    unit_of_step: str | None = "m"
+    if even is not None and even > 0:
+        values = np.delete(values, columns.pop(along), axis=1)
+        step, unit_of_step = even, header.unit_of_coordinates(along)
+    elif header.titled_as_profiles:
+        raise InvalidInput(f"x in {path} does not rise evenly; resample the profile to even steps")
+    for mark in header.missing:
+        values = without_marked(values, mark)
+    spacing = None if step is None else (step, step)
+    return Recorded(values, header.unit_of_values(columns), spacing, unit_of_step)

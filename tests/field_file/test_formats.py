@@ -167,6 +167,12 @@ SQUARE, MASK = GAP[:4], np.eye(4, k=1)
     ("arrays", "attributes", "dimensions", "expected"),
     [
         ({"heights": GAP}, {"_FillValue": MARK}, "xy", np.where(MARK == GAP, np.nan, GAP)),
+        (
+            {"heights": PACKED},
+            {"_FillValue": np.int16(7), "missing_value": np.int16(9)},
+            "xy",
+            np.where((PACKED == 7) | (PACKED == 9), np.nan, PACKED),
+        ),
         # Integers, which a factor and an offset bring back.
         (
             {"heights": PACKED},
@@ -182,7 +188,7 @@ SQUARE, MASK = GAP[:4], np.eye(4, k=1)
             np.where(MASK, np.nan, SQUARE),
         ),
     ],
-    ids=["fill value", "packed", "y first"],
+    ids=["fill value", "two marks", "packed", "y first"],
 )
 def test_conventions_of_netcdf(write, arrays, attributes, dimensions, expected, tmp_path):
     """In versions 3 and 4."""

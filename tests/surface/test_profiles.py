@@ -131,6 +131,11 @@ def test_sdf_of_one_profile(tmp_path):
     assert profiles.step == 5e-7
     expected = 1e-10 * np.array([[0, 79, 157, np.nan, 314, 393]])
     np.testing.assert_allclose(profiles.heights, expected, rtol=1e-15)
+    with pytest.raises(InvalidInput, match=r"has a step of 5e-07 m, but surface.step = 1e-06 m"):
+        read_profiles([tmp_path / "a.sdf"], step=1e-6)
+    (tmp_path / "b.sdf").write_text((tmp_path / "a.sdf").read_text().replace("0.5e-6", "0"))
+    with pytest.raises(InvalidInput, match="has a step of 0 m, which must be above 0"):
+        read_profiles([tmp_path / "b.sdf"])
 
 
 def test_files_without_x(tmp_path):
