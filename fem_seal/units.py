@@ -4,12 +4,15 @@ import re
 from dataclasses import dataclass
 from functools import cache
 from math import inf
+from numbers import Real
+from tokenize import TokenError
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import pint
 
 LEAST_NUMBER = 1e-300  # least number of a scene but 0, in SI units
+TOO_LARGE = "is larger than any number that is computed with; check it"
 
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
@@ -21,7 +24,7 @@ _STANDARD_VOLUME = re.compile(
 # Pint's "px" is the 1/96 inch of web pages.
 _PIXEL = re.compile(r"\b(px|pixels?)\b")
 # Errors of pint for texts such as "-", "m/0" and "um um".
-_NO_UNIT = ValueError, TypeError, SyntaxError, AssertionError, ArithmeticError
+_NO_UNIT = ValueError, TypeError, SyntaxError, AssertionError, ArithmeticError, TokenError
 _WORD = re.compile(r"[^\W\d_]+")
 # Example of a quantity of each SI unit, for messages.
 _EXAMPLES = {
@@ -62,10 +65,8 @@ def to_si(value: object, unit: str) -> float:
     nor such a text, or its unit is missing, unknown or of another dimension.
     """
     expected = f"should be a number in {unit} or a string with a unit such as {_EXAMPLES[unit]!r}"
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError(expected)
     if not isinstance(value, str):
-        return require_size(float(value))
+        return plain_number(value, expected)
     match = NUMBER_AND_UNIT.fullmatch(value)
     if not match:
         raise ValueError(expected)
@@ -80,10 +81,20 @@ def to_si(value: object, unit: str) -> float:
     converted = _converted(number, text, unit, expected)
     if converted is None:
         raise ValueError(f"is not in a unit of {unit}; {expected}")
-    return require_size(converted)
+    return _of_size(converted)
 
 
-def require_size(number: float) -> float:
+def plain_number(value: object, expected: str) -> float:
+    """A number, also one of NumPy, as a float; ValueError for anything else."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise ValueError(expected)
+    try:
+        return _of_size(float(value))
+    except OverflowError:
+        raise ValueError(TOO_LARGE) from None
+
+
+def _of_size(number: float) -> float:
     """Return a number; ValueError if it is so small that its products would be 0."""
     if 0 < abs(number) < LEAST_NUMBER:
         raise ValueError(f"is closer to 0 than {LEAST_NUMBER:g}; give 0 or check its unit")
@@ -92,17 +103,10 @@ def require_size(number: float) -> float:
 
 def _parsed(text: str) -> "pint.Unit":
     """A unit by pint, which would read "MPas" as the plural of MPa: ValueError for such a word."""
-    from tokenize import TokenError
-
-    import pint
-
     registry = _registry()
     if "%" in text and text != "%":  # pint's is a hundredth: "% ml/h" would be 0.01 ml/h
         raise ValueError(text)
-    try:
-        unit = registry.parse_units(text)
-    except (pint.PintError, TokenError, *_NO_UNIT):
-        raise ValueError(text) from None
+    unit = registry.parse_units(text)
     for word in _WORD.findall(text):
         for _, name, _ in registry.parse_unit_name(word) if word.endswith("s") else ():
             symbol = registry.get_symbol(name)
@@ -116,7 +120,7 @@ def _converted(number: str, text: str, unit: str, expected: str) -> float | None
 
     ValueError for an unknown unit, with a message that ends with `expected`.
     """
-    from decimal import Decimal
+    from decimal import Decimal, Overflow
 
     import pint
 
@@ -128,6 +132,8 @@ def _converted(number: str, text: str, unit: str, expected: str) -> float | None
         _, root = registry.get_root_units(quantity.units)
         same = root == registry.get_root_units(si)[1]
         return float(quantity.m_as(si)) if same else None
+    except Overflow:
+        raise ValueError(TOO_LARGE) from None
     except (pint.PintError, *_NO_UNIT):
         if text.startswith(","):  # the rest of "0,5 um"
             raise ValueError("has a comma; write 0.5 for a half and 1000 for a thousand") from None

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
+import numpy as np
 from pydantic import (
     BaseModel,
     BeforeValidator,
@@ -19,7 +20,7 @@ from pydantic import (
 from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.readable import own_names, python_rows
-from fem_seal.units import require_size, to_si
+from fem_seal.units import plain_number, to_si
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -29,10 +30,13 @@ else:
 
 
 def _plain_number(value: object) -> object:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError("should be a number")
-    require_size(value)
-    return value
+    plain_number(value, "should be a number")
+    return value  # as it is given, for the message on a limit
+
+
+def _whole_number(value: object) -> object:
+    """A whole number of NumPy as one of Python, which the strict type takes alone."""
+    return int(value) if isinstance(value, np.integer) else value
 
 
 def readable_file(value: object, info: ValidationInfo) -> Path:
@@ -66,8 +70,8 @@ Seconds = Annotated[float, BeforeValidator(partial(to_si, unit="s")), Field(gt=0
 Bytes = Annotated[float, BeforeValidator(partial(to_si, unit="byte")), Field(gt=0)]
 Number = Annotated[float, BeforeValidator(_plain_number)]
 PoissonRatio = Annotated[float, BeforeValidator(_plain_number), Field(gt=-1, le=0.5)]
-Count = Annotated[int, Strict(), Field(ge=1)]
-Seed = Annotated[int, Strict(), Field(ge=0)]
+Count = Annotated[int, Strict(), BeforeValidator(_whole_number), Field(ge=1)]
+Seed = Annotated[int, Strict(), BeforeValidator(_whole_number), Field(ge=0)]
 Truth = Annotated[bool, Strict()]
 Lift = Literal["none", "range", "resolved"]
 InputFile = Annotated[Path, BeforeValidator(readable_file)]

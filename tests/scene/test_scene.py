@@ -43,6 +43,8 @@ DOCUMENT = (ROOT / "docs/reference/scene.md").read_text()
         ("2 GB", "byte", 2e9),
         ("-3 um", "m", -3e-6),
         (7, "m", 7.0),
+        (np.int64(7), "m", 7.0),
+        (np.float32(0.5), "m", 0.5),
         ("2 pascals", "Pa", 2.0),
         ("2 hours", "s", 7200.0),
         ("3 inches", "m", 0.0762),
@@ -70,6 +72,7 @@ def test_pound_per_square_inch():
         # Symbols have no plural: MPas could be MPa or MPa s.
         *((f"1 {name}", "Pa", "has an unknown unit") for name in ("MPas", "mPas", "% Pa")),
         ("3 ss", "s", "has an unknown unit"),
+        *((value, "m", "is larger than any number") for value in (10**400, "1e9999999 um")),
         # Pint's px is a 96th of an inch; of a map it would be the distance of the samples.
         *((text, "m", "is in pixels") for text in ("5 px", "5 um/px", "5 pixels")),
     ],
@@ -138,6 +141,15 @@ def test_layer_of_one_solid():
     assert layer.contact_modulus == pytest.approx(1e7 / 0.84, rel=1e-15)
     assert layer.layer.poisson_ratio == 0.4
     assert Solid(contact_modulus=1e7, layer_thickness=1e-3).elastic.layer.poisson_ratio == 0.5
+
+
+def test_numbers_of_numpy(small_scene):
+    scene = Scene.from_mapping(small_scene)
+    changes = {"surface.seed": 3, "surface.hurst": 0.5, "surface.shape": (64, 64)}
+    kinds = {"surface.seed": np.int64, "surface.hurst": np.float32, "surface.shape": np.uint8}
+    of_numpy = {name: kinds[name](value) for name, value in changes.items()}
+    of_numpy["surface.shape"] = tuple(of_numpy["surface.shape"])
+    assert scene.with_(of_numpy) == scene.with_(changes)
 
 
 def test_override(small_scene, tmp_path):
