@@ -48,6 +48,11 @@ class Hertz:
         """P_max [Pa]."""
         return self.maximum
 
+    @property
+    def mean(self) -> float:
+        """Mean pressure over the width [Pa]."""
+        return pi / 4 * self.maximum
+
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Pressure [Pa] at x [m]."""
         from_middle = 2 * np.asarray(x) / self.length - 1

@@ -1,6 +1,6 @@
 """Checks across the sections of a scene: each yields sentences, of which the first one counts."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -15,8 +15,11 @@ if TYPE_CHECKING:
     from fem_seal.scene.scene import Scene
 
 MOST = 1e100  # largest limit [m³/s]; finite in any unit
-# Why a shape does not take these fields of [flow].
-_ON_SHAPES = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}
+# The one value of these fields of [flow] that a shape takes, and why.
+_ON_SHAPES = {
+    "sides": ("wall", "has its own walls"),
+    "representation": ("linear", "has a gap linear on its triangles"),
+}
 _IN_WORDS = {
     "throughput": "a pressure times a volume",
     "amount": "an amount",
@@ -41,11 +44,11 @@ def _shape(scene: "Scene") -> Iterator[str]:
     shape, flow = scene.shape, scene.flow
     if shape is None:
         return
-    for field, only in (("sides", "wall"), ("representation", "linear")):
+    for field, (only, reason) in _ON_SHAPES.items():
         if getattr(flow, field) not in (None, only):
             yield (
                 f"flow.{field} = {getattr(flow, field)!r} is for a gap on a grid; leave it out "
-                f"with [shape], whose mesh {_ON_SHAPES[field]}"
+                f"with [shape], whose mesh {reason}"
             )
     if flow.method == "finite-difference":
         yield "flow.method = 'finite-difference' needs a grid; [shape] takes adaptive or uniform"
@@ -54,13 +57,13 @@ def _shape(scene: "Scene") -> Iterator[str]:
             "[accuracy] refines the grid of the contact, but a [shape] reads its gap at the "
             "vertices of a mesh that stays as it is; set flow.rtol, and compare meshes by mesh_size"
         )
-    unavailable = sorted(name for name in scene.output.products if PRODUCTS[name].grid)
-    if unavailable:
-        available = sorted(name for name in PRODUCTS if not PRODUCTS[name].grid)
-        yield (
-            f"output.products names {unavailable[0]!r}, which needs the grid of a contact and "
-            f"not a [shape]; choose from {', '.join(available)}"
-        )
+    available = sorted(name for name in PRODUCTS if not PRODUCTS[name].grid)
+    for name in scene.output.products:
+        if name not in available:
+            yield (
+                f"output.products names {name!r}, which needs the grid of a contact and "
+                f"not a [shape]; choose from {', '.join(available)}"
+            )
 
 
 def _origin(scene: "Scene") -> Iterator[str]:
@@ -258,7 +261,7 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
         yield "[tolerances] names no input; leave the section out"
     for name, tolerance in given.items():
         yield from _without_value(scene, name, tolerance)
-    yield from _unordered(scene, given.keys())
+    yield from _unordered(scene, given)
     yield from _too_large(scene, given)
 
 
@@ -281,7 +284,7 @@ def _without_value(scene: "Scene", name: str, tolerance: InputTolerance) -> Iter
         )
 
 
-def _unordered(scene: "Scene", given: Collection[str]) -> Iterator[str]:
+def _unordered(scene: "Scene", given: Mapping[str, InputTolerance]) -> Iterator[str]:
     """Tolerances of which no end is known to open the film."""
     if "heights" in given and scene.contact is not None and scene.contact.mean_gap is not None:
         yield (
@@ -351,19 +354,17 @@ def _ambient(scene: "Scene") -> Iterator[str]:
 def _lift(scene: "Scene") -> Iterator[str]:
     """A lift that needs what the scene has not, or that has nothing to lift."""
     flow, contact, lift = scene.flow, scene.contact, scene.flow.lift
+    setting = f"flow.lift = {lift!r}"
     if scene.leak_rate_of == "nothing":
-        needs = ""
         if lift == "range":
-            needs = "is of the leak rate, which output.products does not name; choose 'resolved'"
-        elif lift == "resolved" and (scene.fluid is None or not flow.is_driven):
-            needs = "needs [fluid] and the pressures of [flow]; give them"
-        if needs:
-            yield f"flow.lift = {lift!r} {needs}, or leave it out"
-        if not scene.solves_flow:
-            return
+            yield (
+                f"{setting} is of the leak rate, which output.products does not name; choose "
+                "'resolved', or leave it out"
+            )
+        if lift == "resolved" and (scene.fluid is None or not flow.is_driven):
+            yield f"{setting} needs [fluid] and the pressures of [flow]; give them, or leave it out"
     if lift in (None, "none") or scene.fluid is None:
         return
-    setting = f"flow.lift = {lift!r}"
     if scene.shape is not None:
         yield f"{setting} needs the grid of a contact, and [shape] has its own mesh; leave one out"
     if contact is None:

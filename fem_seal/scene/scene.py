@@ -226,10 +226,12 @@ class Scene(Section):
 
         InvalidInput for a table of seal.pressure_profile that cannot be read.
         """
-        contact = present(self.contact, "[contact]")
-        if self.seal is None or not self.seal.own_load:
-            return contact.load
-        return Load("pressure", self.seal.mean_pressure(present(self.solid, "[solid]").E_star))
+        profile = None
+        if self.seal is not None:
+            profile = self.seal.own_profile(present(self.solid, "[solid]").E_star)
+        if profile is not None:
+            return Load("pressure", profile.mean)
+        return present(self.contact, "[contact]").load
 
     @property
     def _flowing(self) -> Fluid:

@@ -1,14 +1,13 @@
 """The section of the whole seal, whose patches the other sections describe."""
 
 from collections.abc import Iterator
-from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo
 
 from fem_seal.errors import present
-from fem_seal.pressure_profile import read_profile
+from fem_seal.pressure_profile import Hertz, Profile, read_profile
 from fem_seal.scene.section import (
     Count,
     Length,
@@ -21,7 +20,10 @@ from fem_seal.scene.section import (
 )
 
 PROFILES = ("uniform", "hertz")
-LENGTHS = ("leak_path", "circumference")
+LENGTHS = {
+    "circumference": "seal across the flow",
+    "leak_path": "contact from inlet to outlet",
+}
 RADII = ("inlet_radius", "outlet_radius")
 CYLINDER = ("line_load", "cylinder_radius")
 
@@ -92,19 +94,18 @@ class Seal(Section):
         names = ("maximum_pressure", "line_load")
         return next((name for name in names if getattr(self, name) is not None), None)
 
-    def mean_pressure(self, contact_modulus: float) -> float:
-        """Mean contact pressure [Pa] of the profile, if `own_load`, for a contact modulus [Pa].
+    def own_profile(self, contact_modulus: float, width: float | None = None) -> Profile | None:
+        """Profile of the `own_load`; None without one.
 
-        Hertz's is π/4 of its maximum, √(w E*/(π R)) under a line load w (K. L. Johnson, Contact
-        Mechanics, eq. 4.45).
+        A table and a line load have widths of their own, a maximum pressure takes that given [m],
+        or 1 m.
         """
         if self.table is not None:
-            return read_profile(self.table).mean
-        maximum = self.maximum_pressure
-        if maximum is None:
-            load, radius = (present(getattr(self, name), f"seal.{name}") for name in CYLINDER)
-            maximum = (load * contact_modulus / (pi * radius)) ** 0.5
-        return float(pi / 4 * maximum)
+            return read_profile(self.table)
+        if self.line_load is not None:
+            radius = present(self.cylinder_radius, "seal.cylinder_radius")
+            return Hertz.pressed(self.line_load, radius, contact_modulus)
+        return Hertz(self.maximum_pressure, width or 1.0) if self.maximum_pressure else None
 
     def _contradictions(self) -> Iterator[str]:
         for names in (CYLINDER, RADII):
@@ -117,8 +118,9 @@ class Seal(Section):
                 yield f'{name} is of a cylinder: set pressure_profile = "hertz", or leave it out'
         if self.line_load is not None and self.maximum_pressure is not None:
             yield "maximum_pressure and line_load both give the pressure; leave one of them out"
+        given = {}  # lengths that other fields give
         if self.is_ring:
-            yield from self._superfluous(LENGTHS, "the radii of the ring give it")
+            given = dict.fromkeys(LENGTHS, "the radii of the ring give it")
             if self.line_load is not None:
                 yield (
                     "line_load gives the width of the contact, and so do the radii of the ring; "
@@ -127,24 +129,15 @@ class Seal(Section):
                 )
             if self.inlet_radius == self.outlet_radius:
                 yield "inlet_radius and outlet_radius of the ring must differ"
-            return
-        if self.circumference is None:
-            yield (
-                "circumference is missing: give the length of the seal across the flow, or "
-                "inlet_radius and outlet_radius of a flat ring"
-            )
-        if self.table is not None:
-            reason = "it is the length of the table of pressure_profile"
-            yield from self._superfluous(("leak_path",), reason)
+        elif self.table is not None:
+            given["leak_path"] = "it is the length of the table of pressure_profile"
         elif self.line_load is not None:
-            yield from self._superfluous(("leak_path",), "line_load and cylinder_radius give it")
-        elif self.leak_path is None:
-            yield (
-                "leak_path is missing: give the length of the contact from inlet to outlet, or "
-                "inlet_radius and outlet_radius of a flat ring"
-            )
-
-    def _superfluous(self, names: tuple[str, ...], reason: str) -> Iterator[str]:
-        for name in names:
-            if getattr(self, name) is not None:
-                yield f"{name} must be left out: {reason}"
+            given["leak_path"] = "line_load and cylinder_radius give it"
+        for name, what in LENGTHS.items():
+            if name in given and getattr(self, name) is not None:
+                yield f"{name} must be left out: {given[name]}"
+            if name not in given and getattr(self, name) is None:
+                yield (
+                    f"{name} is missing: give the length of the {what}, or inlet_radius and "
+                    "outlet_radius of a flat ring"
+                )

@@ -3,7 +3,7 @@
 from math import pi
 
 from fem_seal.errors import InvalidInput, present
-from fem_seal.pressure_profile import Hertz, Profile, TabulatedProfile, read_profile, uniform
+from fem_seal.pressure_profile import Hertz, Profile, TabulatedProfile, uniform
 from fem_seal.scene import Scene
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath, RingPath, StraightPath
 
@@ -47,16 +47,12 @@ def _along(scene: Scene) -> tuple[Profile, LeakPath]:
 
 
 def _profile(scene: Scene, width: float | None) -> Profile:
-    """Contact pressure over a width [m]; a table and a line load have their own width."""
-    seal = present(scene.seal, "[seal]")
-    if seal.table is not None:
-        return read_profile(seal.table)
-    if seal.line_load is not None:
-        radius = present(seal.cylinder_radius, "seal.cylinder_radius")
-        return Hertz.pressed(seal.line_load, radius, present(scene.solid, "[solid]").E_star)
+    """Contact pressure over a width [m], None where the profile has its own."""
+    seal, modulus = present(scene.seal, "[seal]"), present(scene.solid, "[solid]").E_star
+    own = seal.own_profile(modulus, width)
+    if own is not None:
+        return own
     width = present(width, "seal.leak_path")
-    if seal.maximum_pressure is not None:
-        return Hertz(seal.maximum_pressure, width)
     pressure = present(present(scene.contact, "[contact]").pressure, "contact.pressure")
     if seal.pressure_profile == "hertz":
         # The mean of Hertz's pressure over its width is π/4 of the maximum.
