@@ -4,7 +4,7 @@ import json
 import os
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -74,19 +74,8 @@ class NewScene:
     """A new scene file, not written yet."""
 
     text: str  #: TOML, with comments
-    facts: tuple[str, ...]  #: properties of the file of heights, to be shown to the user
-    needed: tuple[str, ...]  #: fields that the user must still fill in
-
-
-@dataclass(frozen=True)
-class _Surface:
-    """What a new scene says of a file of heights."""
-
-    lines: list[str]  #: of [surface]
-    facts: list[str]
-    patches: str  #: what the patches of a seal are
-    needed: list[str] = field(default_factory=list)  #: fields to fill in
-    window: str = ""  #: line of [seal] with the window, or on why there is none
+    facts: list[str]  #: properties of the file of heights, to be shown to the user
+    needed: list[str]  #: fields that the user must still fill in
 
 
 def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
@@ -98,23 +87,28 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
         raise InvalidInput(f"{path} is a scene already; name a file of heights")
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist")
-    name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False)
+    # TOML escapes as JSON does, and the letter "delete" as well.
+    name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False).replace("\x7f", "\\u007f")
     of_profiles = path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path)
-    surface = (_profiles if of_profiles else _map)(path, name, stated)
-    others = OTHER_SECTIONS.format(patches=surface.patches, window=surface.window)
-    head = [
+    new = (_profiles if of_profiles else _map)(path, name, stated)
+    if not new.needed:
+        # Read the scene back: `fem-seal run` must not refuse it.
+        Scene.from_mapping(tomllib.loads(new.text), folder=folder)
+    return new
+
+
+def _text(path: Path, surface: list[str], patches: str, window: str = "") -> str:
+    """Text of a scene: lines of [surface], what the patches of a [seal] are, and their window."""
+    lines = [
         f"# Scene of {printable(path.name)}, by fem-seal new; docs/reference/scene.md names every",
         '# field. Values marked "yours" are examples.',
         "",
+        *surface,
     ]
-    text = "\n".join([*head, *surface.lines]) + "\n" + others
-    if not surface.needed:
-        # Read the scene back: `fem-seal run` must not refuse it.
-        Scene.from_mapping(tomllib.loads(text), folder=folder)
-    return NewScene(text, tuple(surface.facts), tuple(surface.needed))
+    return "\n".join(lines) + "\n" + OTHER_SECTIONS.format(patches=patches, window=window)
 
 
-def _map(path: Path, name: str, stated: Stated) -> _Surface:
+def _map(path: Path, name: str, stated: Stated) -> NewScene:
     recorded = read_recorded(path, HEIGHT_NAMES)
     values = recorded.values
     mark = suspected_mark(values)
@@ -134,7 +128,7 @@ def _map(path: Path, name: str, stated: Stated) -> _Surface:
         facts.append(f"{spikes} of them spikes")
     lines += _preparation(recorded, missing, spikes)
     if needed:
-        return _Surface(lines, facts, TWINS, needed)
+        return NewScene(_text(path, lines, TWINS), facts, needed)
     heights = in_metres(recorded, stated, path)
     (dx, dy), sides = heights.spacing, heights.sides
     facts.append(f"{length_text(dx, 6)} by {length_text(dy, 6)} apart")
@@ -144,7 +138,7 @@ def _map(path: Path, name: str, stated: Stated) -> _Surface:
     lines.append("# transpose = true              # the flow runs along x; this sends it along y")
     window = "" if recorded.periodic else _window(heights)
     patches = WINDOWS_OF_THE_MAP if window.startswith(WINDOW_LINE) else TWINS
-    return _Surface(lines, facts, patches, window=window)
+    return NewScene(_text(path, lines, patches, window), facts, [])
 
 
 def _preparation(recorded: Recorded, missing: int, spikes: int) -> Iterator[str]:
@@ -205,7 +199,7 @@ def _unit_and_size(recorded: Recorded, stated: Stated) -> tuple[list[str], list[
     return lines, needed
 
 
-def _profiles(path: Path, name: str, stated: Stated) -> _Surface:
+def _profiles(path: Path, name: str, stated: Stated) -> NewScene:
     profiles = read_profiles([path], unit=stated.unit)
     (count, samples), length = profiles.heights.shape, profiles.heights.shape[1] * profiles.step
     side = 256 * profiles.step
@@ -220,11 +214,11 @@ def _profiles(path: Path, name: str, stated: Stated) -> _Surface:
         _line("size", f'["{1e6 * side:.6g} um", "{1e6 * side:.6g} um"]', "yours: of its cell"),
         "seed = 1",
     ]
-    facts = [
+    fact = (
         f"{number_of(count, 'profile')} of {samples} samples, "
         f"{length_text(profiles.step, 6)} apart, {length_text(length)} long"
-    ]
-    return _Surface(lines, facts, SEEDS)
+    )
+    return NewScene(_text(path, lines, SEEDS), [fact], [])
 
 
 def _line(key: str, value: str, comment: str) -> str:
