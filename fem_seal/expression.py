@@ -13,36 +13,33 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 
-FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int]] = {
-    "abs": (np.abs, 1),
-    "arctan2": (np.arctan2, 2),
-    "cos": (np.cos, 1),
-    "exp": (np.exp, 1),
-    "log": (np.log, 1),
-    "max": (np.maximum, 2),
-    "min": (np.minimum, 2),
-    "sin": (np.sin, 1),
-    "sqrt": (np.sqrt, 1),
-    "tan": (np.tan, 1),
-    "tanh": (np.tanh, 1),
+FUNCTIONS: dict[str, np.ufunc] = {
+    "abs": np.abs,
+    "arctan2": np.arctan2,
+    "cos": np.cos,
+    "exp": np.exp,
+    "log": np.log,
+    "max": np.maximum,
+    "min": np.minimum,
+    "sin": np.sin,
+    "sqrt": np.sqrt,
+    "tan": np.tan,
+    "tanh": np.tanh,
 }
 VARIABLES = ("x", "y", "r", "theta", "pi")
 
 # NumPy's numbers and arrays; both divide by 0 and overflow without an exception, unlike a float.
 Value = np.ndarray | np.floating
 
-_BINARY: dict[type[ast.operator], Callable[[Value, Value], Value]] = {
+_OPERATORS: dict[type[ast.AST], Callable[..., Value]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
     ast.Pow: operator.pow,
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
 }
-_UNARY: dict[type[ast.unaryop], Callable[[Value], Value]] = {
-    ast.UAdd: np.positive,
-    ast.USub: np.negative,
-}
-PI = np.float64(np.pi)
 LONGEST = 1000  # most characters of a formula, so that it cannot exhaust the parser
 
 
@@ -56,8 +53,8 @@ def evaluate(text: str, points: np.ndarray, middle: float = 0.0) -> np.ndarray:
     x, y = points.T
     theta = np.arctan2(y, x)
     if middle != 0:
-        theta += 2 * PI * np.rint((middle - theta) / (2 * PI))
-    values: tuple[Value, ...] = (x, y, np.hypot(x, y), theta, PI)
+        theta += 2 * np.pi * np.rint((middle - theta) / (2 * np.pi))
+    values: tuple[Value, ...] = (x, y, np.hypot(x, y), theta, np.float64(np.pi))
     names = dict(zip(VARIABLES, values, strict=True))
     try:
         with np.errstate(all="ignore"):
@@ -90,15 +87,15 @@ def _value(node: ast.expr, names: dict[str, Value], text: str) -> Value:
             return np.float64(repr(node.value))
         case ast.Name(id=name) if name in names:
             return names[name]
-        case ast.UnaryOp(op=op, operand=operand) if type(op) in _UNARY:
-            return _UNARY[type(op)](_value(operand, names, text))
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in _BINARY:
-            return _BINARY[type(op)](_value(left, names, text), _value(right, names, text))
+        case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
+            return _OPERATORS[type(op)](_value(operand, names, text))
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
+            return _OPERATORS[type(op)](_value(left, names, text), _value(right, names, text))
         case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in FUNCTIONS:
-            function, count = FUNCTIONS[name]
+            count = FUNCTIONS[name].nin
             if len(args) != count:
                 raise InvalidInput(f"{name} in {text!r} takes {count} arguments, not {len(args)}")
-            return function(*(_value(argument, names, text) for argument in args))
+            return FUNCTIONS[name](*(_value(argument, names, text) for argument in args))
     part = ast.get_source_segment(text.strip(), node) or text
     raise InvalidInput(
         f"{part!r} in {text!r} is not allowed; use numbers, {', '.join(VARIABLES)}, + - * / ** "
