@@ -6,9 +6,7 @@ the pixel triangulation with itself: "matching" and "self-matching" lattices in 
 J. W. Essam, J. Math. Phys. 5, 1117 (1964).
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
@@ -42,22 +40,6 @@ class Lattice:
     def open(self) -> np.ndarray:
         """(mx, my) bool: the sites that are not in contact."""
         return self.gap > 0
-
-    def links_of(self, sites: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield links (2, k) between k of some sites and their neighbours in one direction."""
-        (mx, my), (i, j) = self.gap.shape, np.divmod(sites, self.gap.shape[1])
-        for di, dj in product((-1, 0, 1), repeat=2):
-            if not (di or dj) or (di and dj and self.connectivity == "4"):
-                continue
-            a, b = i + di, j + dj
-            inside = (a >= 0) & (a < mx)
-            if not self.periodic[1]:
-                inside &= (b >= 0) & (b < my)
-            if di and dj and self.connectivity == "triangulation":
-                # Pixel (i, j) is cut along its rising diagonal if i + j is even.
-                pixel = np.minimum(i, a) + np.minimum(j, b) % my
-                inside &= (pixel % 2 == 0) == (di == dj)
-            yield np.stack([sites, a * my + b % my])[:, inside]
 
     def areas(self) -> np.ndarray:
         """∫ φ_i dA (mx, my) of every site in pixel areas: 1, or a third of its triangles' area."""

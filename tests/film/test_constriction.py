@@ -11,7 +11,6 @@ from slow_reference import pieces, spans
 from triangulations import grid_mesh
 
 from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.film.constriction import GRAPH_BELOW
 from fem_seal.grid import GridField
 
 approx = partial(pytest.approx, rel=1e-12)
@@ -37,11 +36,9 @@ def on_triangles(values):
     levels,
     st.sampled_from(["wall", "periodic"]),
     st.sampled_from(["linear", "constant"]),
-    st.sampled_from([GRAPH_BELOW, 1.0]),
 )
-def test_critical_constriction_is_the_highest_level_that_spans(h, sides, representation, graph):
-    """What carries flow is what is joined to both ends; on triangles of any shape too. So it is by
-    the graph of the last levels, and by that of all."""
+def test_critical_constriction_is_the_highest_level_that_spans(h, sides, representation):
+    """What carries flow is what is joined to both ends; on triangles of any shape too."""
     gap = GridField(h, (1.0, 1.0), periodic=True)
     connectivity, sites = "4", h
     if representation == "linear":
@@ -55,10 +52,7 @@ def test_critical_constriction_is_the_highest_level_that_spans(h, sides, represe
     assert np.array_equal(film.carrying[:, : sites.shape[1]], np.isin(found, joined))
     half = 0.5 if representation == "constant" else 0.0
     meshed = [on_triangles(sites)] if representation == "linear" and not around else []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fem_seal.film.constriction.GRAPH_BELOW", graph)
-        found = [one.constriction for one in (film, *meshed)]
-    for constriction in found:
+    for constriction in (one.constriction for one in (film, *meshed)):
         assert (constriction is None) == (expected == 0)
         if constriction is not None:
             assert constriction.gap == expected
