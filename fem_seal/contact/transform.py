@@ -1,21 +1,16 @@
-"""Planned, real, in-place FFTs whose plans (FFTW's "wisdom") are kept between runs."""
+"""Planned, real, in-place FFTs."""
 
-import contextlib
-import json
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from fem_seal.contact.blocks import RowPasses, T
-from fem_seal.errors import InvalidInput
-from fem_seal.files import user_cache, write_text
 
 Plans = tuple[Callable[[], None], Callable[[], None]]  # forward and backward
 
-# Below this many samples planning by trial costs more than the solves it would speed up.
-MEASURED_FROM = 256 * 256
+# FFTW's estimates make plans as fast as those of its trials (256² to 2048² samples, both
+# precisions), and the same ones each time.
+FLAGS = ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")
 MODES_OF = {"float64": np.complex128, "float32": np.complex64}
 # Bytes of a block of rows and of one of columns: they fit into the second cache of a core. Larger
 # and smaller ones were no faster at 2048².
@@ -31,11 +26,10 @@ class RealTransform:
 
     `values` (nx, ny) and `modes` (nx, ny // 2 + 1) are two views of the same memory, so that each
     transform destroys the other view. Unnormalised: backward after forward multiplies by nx ny,
-    which the callers put into their multipliers. From `MEASURED_FROM` samples on plans are chosen
-    by trial, and kept.
+    which the callers put into their multipliers.
 
     Blocks of rows and then blocks of columns are transformed by plans for one thread: FFTW's own
-    threads wait for each other in vain on a busy machine, and take ten times as long to plan.
+    threads wait for each other in vain on a busy machine.
     """
 
     def __init__(self, shape: tuple[int, int], precision: str, passes: RowPasses | None = None):
@@ -46,24 +40,10 @@ class RealTransform:
         memory = pyfftw.empty_aligned((nx, padded), MODES_OF[precision])
         self.modes, self.values = memory[:, : ny // 2 + 1], memory.view(precision)[:, :ny]
         self._passes = passes or RowPasses()
-        if nx * ny < MEASURED_FROM:
-            self._plan("FFTW_ESTIMATE")
-            return
-        _load_wisdom()
-        try:
-            self._plan("FFTW_MEASURE", "FFTW_WISDOM_ONLY")
-        except RuntimeError:  # pyfftw raises this if there is no stored plan
-            self._plan("FFTW_MEASURE")
-            _save_wisdom()
-
-    def _plan(self, *effort: str) -> None:
-        import pyfftw
-
-        flags = (*effort, "FFTW_DESTROY_INPUT")
 
         def both_ways(values: np.ndarray, modes: np.ndarray, axis: int) -> Plans:
-            forward = pyfftw.FFTW(values, modes, (axis,), "FFTW_FORWARD", flags)
-            backward = pyfftw.FFTW(modes, values, (axis,), "FFTW_BACKWARD", flags)
+            forward = pyfftw.FFTW(values, modes, (axis,), "FFTW_FORWARD", FLAGS)
+            backward = pyfftw.FFTW(modes, values, (axis,), "FFTW_BACKWARD", FLAGS)
             return forward.execute, backward.execute
 
         values, modes = self.values, self.modes
@@ -112,28 +92,3 @@ def _blocks(count: int, size: int) -> list[slice]:
     """Slices of `size` numbers below a count, at least one each."""
     size = max(1, size)
     return [slice(first, first + size) for first in range(0, count, size)]
-
-
-def wisdom_path() -> Path:
-    """File of the plans: fem_seal/fftw-wisdom.json in the user's cache folder."""
-    return user_cache() / "fem_seal" / "fftw-wisdom.json"
-
-
-@cache
-def _load_wisdom() -> None:
-    import pyfftw
-
-    # A missing or foreign file only costs planning again; FFTW refuses wisdom of other builds.
-    with contextlib.suppress(OSError, ValueError):
-        stored = json.loads(wisdom_path().read_text())
-        pyfftw.import_wisdom(tuple(text.encode() for text in stored))
-
-
-def _save_wisdom() -> None:
-    import pyfftw
-
-    path = wisdom_path()
-    # A cache folder that cannot be written must not stop a computation.
-    with contextlib.suppress(OSError, InvalidInput):
-        wisdom = [text.decode() for text in pyfftw.export_wisdom()]
-        write_text(path, json.dumps(wisdom), durable=False)

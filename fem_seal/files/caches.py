@@ -1,4 +1,4 @@
-"""A folder for the caches of the libraries: compiled forms, plans of FFTs, fonts."""
+"""A folder for the caches of the libraries: compiled forms, maps, fonts."""
 
 import os
 import stat
@@ -33,7 +33,7 @@ def use_writable_cache() -> str:
     # The configuration stands beside the cache in an ordinary home; matplotlib and FFCx want both.
     os.environ["XDG_CACHE_HOME"] = str(folder)
     os.environ["XDG_CONFIG_HOME"] = str(folder)
-    return f"{cache} cannot be written; {folder} keeps compiled forms and plans in its place"
+    return f"{cache} cannot be written; {folder} keeps compiled forms in its place"
 
 
 def user_cache() -> Path:

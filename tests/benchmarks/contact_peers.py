@@ -66,9 +66,6 @@ def main(sizes: list[int], loads: list[float], peers: list[str], seeds: list[int
             for hurst, short in SURFACES:
                 spectrum = Spectrum(hurst, n / 8, short)
                 heights = self_affine(spectrum, (n, n), (n, n), rms_slope=1, seed=seed)
-                # Plans the transforms, also of the coarser grids that start a light contact:
-                # FFTW's wisdom is kept.
-                press(heights, ElasticSolid(1.0), Load("pressure", min(loads)))
                 for load in loads:
                     name = f"{n:5d} {hurst:4} {short:3}"
                     ratios[n, load].append(one_case(name, heights, load, codes))

@@ -1,4 +1,4 @@
-"""Passes over rows in several threads and the transforms in place: the same digits; kept plans."""
+"""Passes over rows in several threads and the transforms in place: the same digits."""
 
 import os
 import threading
@@ -6,7 +6,6 @@ import threading
 import numpy as np
 import pytest
 from contact_cases import E_STAR, SOLID, rough_surface
-from project import printed_by
 
 from fem_seal.contact import Arithmetic, Load, press
 from fem_seal.contact.blocks import SAMPLES, STRIP, RowPasses
@@ -94,12 +93,3 @@ def test_pressure_inverts_displacement():
     pressure = np.random.default_rng(1).normal(size=(12, 15))
     back = half_space.pressure(half_space.displacement(pressure).copy())
     assert np.abs(back - (pressure - pressure.mean())).max() < 1e-13
-
-
-def test_plans_are_kept(tmp_path):
-    """The next process reads them, and has nothing new to measure and keep."""
-    plan = "from fem_seal.contact import transform as t; t.MEASURED_FROM = 1; "
-    plan += "t.RealTransform((34, 38), 'float64'); print(t.wisdom_path().stat().st_mtime_ns)"
-    first, second = (printed_by("-c", plan, XDG_CACHE_HOME=str(tmp_path)) for _ in range(2))
-    assert first == second
-    assert [path.name for path in tmp_path.rglob("*.*")] == ["fftw-wisdom.json"]
