@@ -7,10 +7,11 @@ otherwise the narrowest certified bracket of the same gap.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from hashlib import sha256
 from math import log2, prod
 from pathlib import Path
+from typing import Any
 
 from fem_seal import __version__
 from fem_seal.film import GridFilm
@@ -46,13 +47,12 @@ class Row:
     effectivity: float | None
     #: from the reference, in units of the sum of both errors; None for bounds
     distance: float | None
-    verdict: str  #: comparison with the reference; see `judge`
+    verdict: str  #: comparison with the reference: "bound", or as of `judge`
     seconds: float  #: CPU time [s]
     gap: str = ""  #: the fields of the scene that tell this gap from others of the study
 
 
-Answers = tuple[Answer, ...]  # three of linear elements, one of any other method
-Series = dict[int, list[Answer]]  # by squares of the grid along the flow
+Series = dict[str, dict[int, Answer]]  # by method, and by squares of the grid along the flow
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,21 +106,22 @@ def compare(
     """
     tasks = [_tasks(gap, methods) for gap in gaps]
     every = [task for of_gap in tasks for _, task in of_gap]
-    points = points_of(every, Answers, out, work, report)
+    points = points_of(every, Answer, out, work, report)
     if points is None:
         return None
     answers, compared = iter(points), []
     for gap, of_gap in zip(gaps, tasks, strict=True):
-        series: Series = {n: [] for n in gap.grids}
+        series: Series = {}
         for n, _ in of_gap:
-            series[n].extend(next(answers))
+            answer = next(answers)
+            series.setdefault(answer.method, {})[n] = answer
         exact = gap.exact
         reference = _bracket(series) if exact is None else Bounded(exact, exact, exact)
         compared.append((tuple(_rows(gap, series, reference)), reference))
     return compared
 
 
-def _tasks(gap: StudiedGap, methods: Sequence[str]) -> list[tuple[int, StudyTask[Answers]]]:
+def _tasks(gap: StudiedGap, methods: Sequence[str]) -> list[tuple[int, StudyTask[Answer]]]:
     """Tasks of a gap by grid and method, each with the squares of the grid."""
     # The adaptive method refines on its own: one run is enough, of the finest samples.
     once = min(gap.grids) if gap.exact is None else max(gap.grids)
@@ -134,15 +135,15 @@ def _tasks(gap: StudiedGap, methods: Sequence[str]) -> list[tuple[int, StudyTask
 
 def _bracket(series: Series) -> Bounded:
     """The narrowest certified bracket of all methods and grids."""
-    answers = [answer for group in series.values() for answer in group]
-    lower = max(answer.value for answer in answers if answer.certified == "below")
-    upper = min(answer.value for answer in answers if answer.certified == "above")
+    answers = [answer for on_grids in series.values() for answer in on_grids.values()]
+    lower = max(answer.lower for answer in answers if answer.lower is not None)
+    upper = min(answer.upper for answer in answers if answer.upper is not None)
     return Bounded(middle_of(lower, upper), lower, upper)
 
 
 def _task(
     films: tuple[GridFilm, ...], settings: FlowSettings, times: int, method: str
-) -> StudyTask[Answers]:
+) -> StudyTask[Answer]:
     """Task of one method on films whose spacing is halved a number of times."""
     choose(METHODS, method, "method")
     inputs = sha256(repr((settings, times, method, __version__)).encode())
@@ -155,72 +156,64 @@ def _task(
     return StudyTask(
         f"{method}-{squares}-{inputs.hexdigest()[:24]}",
         f"grid {squares}, {method}",
-        answers_on,
+        answer_on,
         (films, settings, times, method),
     )
 
 
-def answers_on(
-    films: Sequence[GridFilm], settings: FlowSettings, times: int, method: str
-) -> Answers:
-    """Answers of a method; for several films geometric means (that of bounds is a bound)."""
-    runs = [list(METHODS[method](finer_film(film, times), settings)) for film in films]
-    return tuple(
-        replace(
-            group[0],
-            value=prod(answer.value for answer in group) ** (1 / len(group)),
-            unknowns=max(answer.unknowns for answer in group),
-            seconds=sum(answer.seconds for answer in group),
-        )
-        for group in zip(*runs, strict=True)
+def answer_on(films: Sequence[GridFilm], settings: FlowSettings, times: int, method: str) -> Answer:
+    """Answer of a method; for several films geometric means (that of bounds is a bound)."""
+    answers = [METHODS[method](finer_film(film, times), settings) for film in films]
+
+    def mean(name: str) -> Any:
+        """Geometric mean of a number of all films, None if they have none."""
+        numbers = [getattr(answer, name) for answer in answers]
+        return None if None in numbers else prod(numbers) ** (1 / len(numbers))
+
+    return Answer(
+        answers[0].method,
+        mean("value"),
+        mean("lower"),
+        mean("upper"),
+        max(answer.unknowns for answer in answers),
+        sum(answer.seconds for answer in answers),
     )
 
 
 def _rows(gap: StudiedGap, series: Series, reference: Bounded) -> Iterator[Row]:
-    """Rows of each method over the grids."""
-    names = dict.fromkeys(answer.method for group in series.values() for answer in group)
+    """Rows of each method over the grids; bounds have rows of their own before their mean."""
     doubt = relative_half_width(reference.lower, reference.upper)
-    for name in names:
-        answers = [(n, a) for n, group in series.items() for a in group if a.method == name]
-        errors = [answer.value / reference.value - 1 for _, answer in answers]
-        for k, (n, answer) in enumerate(answers):
-            change = abs(answer.value - answers[k - 1][1].value) / answer.value if k else None
-            half_width = _half_width(answer, series[n])
-            band = change if half_width is None else half_width
-            effectivity, distance = _claim(answer, band, errors[k], doubt)
-            yield Row(
-                method=name,
-                squares=n,
-                unknowns=answer.unknowns,
-                value=answer.value,
-                error=errors[k],
-                band=band,
-                order=_observed(errors[k - 1], errors[k], doubt) if k else None,
-                expected=None if name.startswith("adaptive") else gap.order,
-                effectivity=effectivity,
-                distance=distance,
-                verdict=judge(answer, band, reference) if gap.exact is None else _side(errors[k]),
-                seconds=answer.seconds,
-            )
-
-
-def _claim(
-    answer: Answer, band: float | None, error: float, doubt: float
-) -> tuple[float | None, float | None]:
-    """Effectivity and distance of a row; `doubt` is the half-width of the reference."""
-    if band is None or answer.certified:
-        return None, None
-    claimed = band * (1 + error)  # of the reference
-    return claimed / max(abs(error) + doubt, EXACT), error / max(claimed + doubt, EXACT)
-
-
-def _half_width(answer: Answer, group: Sequence[Answer]) -> float | None:
-    """Certified half-width of the finite-element answers; None for finite differences."""
-    family = answer.method.partition(" ")[0]
-    sides = {a.certified: a.value for a in group if a.method.partition(" ")[0] == family}
-    if not {"above", "below"} <= set(sides):
-        return None
-    return relative_half_width(sides["below"], sides["above"])
+    for method, on_grids in series.items():
+        bounded = all(answer.lower is not None for answer in on_grids.values())
+        ends = {"upper": " upper", "lower": " lower", "value": " √(lo·hi)"}
+        for end, words in ends.items() if bounded else [("value", "")]:
+            values = [getattr(answer, end) for answer in on_grids.values()]
+            errors = [value / reference.value - 1 for value in values]
+            for k, (n, answer) in enumerate(on_grids.items()):
+                error = errors[k]
+                if answer.lower is not None and answer.upper is not None:
+                    band: float | None = relative_half_width(answer.lower, answer.upper)
+                else:
+                    band = abs(values[k] - values[k - 1]) / values[k] if k else None
+                claimed = None if band is None or end != "value" else band * (1 + error)
+                if gap.exact is not None:
+                    verdict = _side(error)
+                else:
+                    verdict = judge(values[k], band, reference) if end == "value" else "bound"
+                yield Row(
+                    method=f"{method}{words}",
+                    squares=n,
+                    unknowns=answer.unknowns,
+                    value=values[k],
+                    error=error,
+                    band=band,
+                    order=_observed(errors[k - 1], error, doubt) if k else None,
+                    expected=None if method == "adaptive" else gap.order,
+                    effectivity=claimed and claimed / max(abs(error) + doubt, EXACT),
+                    distance=None if claimed is None else error / max(claimed + doubt, EXACT),
+                    verdict=verdict,
+                    seconds=answer.seconds,
+                )
 
 
 def _observed(coarse: float, fine: float, doubt: float) -> float | None:
@@ -230,22 +223,19 @@ def _observed(coarse: float, fine: float, doubt: float) -> float | None:
     return log2(abs(coarse / fine))
 
 
-def judge(answer: Answer, band: float | None, reference: Bounded) -> str:
+def judge(value: float, band: float | None, reference: Bounded) -> str:
     """Compare a number and its error band with the certified bracket.
 
-    "bound" for bounds; "inside" the bracket; "agrees" if band and bracket overlap; "disagrees" if
-    they do not: the method then underestimates its error; "outside" if the number lies outside the
-    bracket and has no band, as the first of a series.
+    "inside" the bracket; "agrees" if band and bracket overlap; "disagrees" if they do not: the
+    method then underestimates its error; "outside" if the number lies outside the bracket and has
+    no band, as the first of a series.
     """
-    if answer.certified:
-        return "bound"
     rounding = EXACT * reference.value
-    if reference.lower - rounding <= answer.value <= reference.upper + rounding:
+    if reference.lower - rounding <= value <= reference.upper + rounding:
         return "inside"
     if band is None:
         return "outside"
-    low, high = answer.value * (1 - band), answer.value * (1 + band)
-    overlap = low <= reference.upper and reference.lower <= high
+    overlap = value * (1 - band) <= reference.upper and reference.lower <= value * (1 + band)
     return "agrees" if overlap else "disagrees"
 
 
