@@ -9,12 +9,12 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
-from contextlib import suppress
-from functools import partial
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache, partial
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
-from typing import IO, Any, Generic, TypeVar
+from typing import IO, Any, TypeVar
 
 from fem_seal.errors import FemSealError
 from fem_seal.interrupts import die_with_parent
@@ -63,7 +63,7 @@ class Worker:
         """
         try:
             reply, peak = self._connection.recv()
-        except (EOFError, ConnectionError):
+        except (EOFError, OSError):  # OSError: of a connection that is closed
             # It has its own exit status in a moment; `end` would replace that by a signal.
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(_ENDING)
@@ -88,35 +88,29 @@ def environment() -> dict[str, str]:
     return kept | _ONE_THREAD | {"PYTHONPATH": os.pathsep.join(paths)}
 
 
-class Beside(Generic[T]):
-    """A function in a process of its own; called, this waits for its answer.
+@contextmanager
+def beside(function: Callable[..., T], *arguments: object) -> Iterator[Callable[[], T]]:
+    """Call a function in a process of its own, beside the block; called, that gives its answer.
 
     If the process ends without one, most likely since memory is short, this process computes it.
     """
+    call, worker = partial(function, *arguments), Worker()
+    with suppress(ConnectionError):
+        worker.begin(call)
 
-    def __init__(self, function: Callable[..., T], *arguments: object) -> None:
-        self._call = partial(function, *arguments)
-        self._worker: Worker | None = Worker()
-        with suppress(ConnectionError):
-            self._worker.begin(self._call)
-
-    def __call__(self) -> T:
+    @cache
+    def answer() -> T:
         """Wait for the answer of the process."""
-        if self._worker is None:
-            return self._call()
         try:
-            answer: T = self._worker.answer()
-            return answer
+            reply: T = worker.answer()
         except EOFError:
-            return self._call()
-        finally:
-            self.end()
+            reply = call()
+        return reply
 
-    def end(self) -> None:
-        """End the process, also if nobody has waited for its answer."""
-        worker, self._worker = self._worker, None
-        if worker is not None:
-            worker.end()
+    try:
+        yield answer
+    finally:
+        worker.end()
 
 
 def record_peak(memory: int) -> None:

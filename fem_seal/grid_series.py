@@ -13,7 +13,7 @@ from math import exp, hypot, inf, log, log1p
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.beside import Beside
+from fem_seal.beside import beside
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.state import log_ratio
@@ -157,36 +157,34 @@ def pays_beside(samples: float, lifted: bool, comm: parallel.Comm = None) -> boo
     return idle and samples >= (LIFTED_BESIDE if lifted else DRY_BESIDE)
 
 
-def solved_on_half(patch: Patch) -> Callable[[], OnGrid | None]:
-    """Half of the samples, solved when the answer is called, or at once beside this process.
-
-    The answer is None if the fluid lifts their solid off.
-
-    The flow of a patch uses one core; another process uses the second one where it is idle and the
-    samples are so many that this saves time.
-    """
-    lifted, samples = patch.lift == "resolved", present(patch.surface, "surface").values.size
-    each = LIFTED_BYTES if lifted else DRY_BYTES
-    if (
-        not pays_beside(samples, lifted, patch.comm)
-        or available_memory() < BYTES_BESIDE + each * samples
-        or (not lifted and patch.sealed)
-    ):
-        return partial(_solved_here, patch)
-    settings = patch.scene, patch.surface, patch.load, patch.lift, patch.flow_settings
-    return Beside(_solved_beside, *settings)
+def half_solver(patch: Patch) -> Callable[[], OnGrid | None]:
+    """Function that solves half of the samples; None if the fluid lifts their solid off."""
+    return partial(_solved_here, patch)
 
 
 @contextmanager
 def half_beside(patch: Patch) -> Iterator[None]:
-    """Solve half of the samples, where they are asked for, beside the block, and no longer."""
+    """Solve half of the samples beside the block, where they are asked for and that saves time.
+
+    The flow of a patch uses one core; another process uses the second one where it is idle and the
+    samples are so many that this saves time.
+    """
     asked = patch.scene.leak_rate_of == "patch" and is_estimated(patch.scene)
-    half_of = patch.once(solved_on_half) if asked else None
-    try:
+    if not asked or not _saves_time(patch):
         yield
-    finally:
-        if isinstance(half_of, Beside):
-            half_of.end()
+        return
+    settings = patch.scene, patch.surface, patch.load, patch.lift, patch.flow_settings
+    with beside(_solved_beside, *settings) as solver:
+        patch.keep(half_solver, solver)
+        yield
+
+
+def _saves_time(patch: Patch) -> bool:
+    """Whether half of the samples beside the flow save time, and fit into the memory."""
+    lifted, samples = patch.lift == "resolved", present(patch.surface, "surface").values.size
+    need = BYTES_BESIDE + (LIFTED_BYTES if lifted else DRY_BYTES) * samples
+    pays = pays_beside(samples, lifted, patch.comm) and available_memory() >= need
+    return pays and (lifted or not patch.sealed)
 
 
 def _solved_here(patch: Patch) -> OnGrid | None:
@@ -281,7 +279,7 @@ def estimated_error(patch: Patch) -> Uncertainty:
         if patch.state == "sealed":
             return of_sealed(patch)
         try:
-            return _from_coarser(patch, patch.once(solved_on_half)())
+            return _from_coarser(patch, patch.once(half_solver)())
         except NotConverged as error:
             return estimate(CONTACT_GRID, f"on half of the samples: {error}")
 

@@ -10,9 +10,9 @@ from in_workers import ended_elsewhere
 from project import scene_of_samples
 
 from fem_seal import grid_series, parallel
-from fem_seal.beside import Beside, environment, peak_beside
+from fem_seal.beside import beside, environment, peak_beside
 from fem_seal.errors import InvalidInput
-from fem_seal.grid_series import estimated_error, solved_on_half
+from fem_seal.grid_series import estimated_error, half_beside
 from fem_seal.patch import Patch
 from fem_seal.registry import require_known
 from fem_seal.scene import Scene
@@ -21,9 +21,14 @@ from fem_seal.solved import solve
 TESTING = os.getpid()
 
 
+def from_beside(function, *arguments):
+    with beside(function, *arguments) as answer:
+        return answer()
+
+
 def test_the_answer_is_that_of_this_process():
-    assert Beside(hypot, 3.0, 4.0)() == 5.0
-    assert Beside(os.getppid)() == TESTING
+    assert from_beside(hypot, 3.0, 4.0) == 5.0
+    assert from_beside(os.getppid) == TESTING
     # Python alone takes about 10 MB.
     assert peak_beside() > 5e6
 
@@ -35,19 +40,23 @@ def test_it_has_one_thread_and_starts_mpi_on_its_own(monkeypatch):
     assert environment()["OMP_NUM_THREADS"] == "1"
     assert not {"PMIX_RANK", "OMPI_COMM_WORLD_SIZE"} & environment().keys()
     assert "OMPI_MCA_btl" in environment()
-    assert Beside(parallel.cores)() == 1
-    assert Beside(parallel.processes)() == 1
+    assert from_beside(parallel.cores) == 1
+    assert from_beside(parallel.processes) == 1
 
 
 def test_its_error_is_raised_here():
     with pytest.raises(InvalidInput, match="unknown"):
-        Beside(require_known, {"known": 1}, "other", "name")()
+        from_beside(require_known, {"known": 1}, "other", "name")
 
 
 @pytest.mark.parametrize("ended", ["killed", "no memory"])
 def test_an_ended_process_is_made_up_for(ended, capfd):
-    assert Beside(ended_elsewhere, TESTING, ended)() == TESTING
+    assert from_beside(ended_elsewhere, TESTING, ended) == TESTING
     assert capfd.readouterr().err == ""
+    with beside(os.getppid) as late:
+        pass
+    # Once its process has ended, it is this one that computes the answer.
+    assert late() == os.getppid()
 
 
 def test_it_ends_with_what_it_stands_beside(beside_always, monkeypatch):
@@ -81,6 +90,6 @@ def test_the_coarser_grid_says_the_same_beside_the_flow(pressure, lift, request)
     here, other = (Patch(Scene.from_mapping(sections)) for _ in range(2))
     expected = here.once(estimated_error)
     started = request.getfixturevalue("beside_always")
-    other.once(solved_on_half)
-    assert other.once(estimated_error) == expected
+    with half_beside(other):
+        assert other.once(estimated_error) == expected
     assert bool(started) == (here.state == "leaking")
