@@ -20,7 +20,7 @@ from demos.letter.contacts import SIDES, VISCOSITY, RoughCase, at_area
 from demos.letter.flows import SEED
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.stencil import FlowGrid, Stencil, flow_grid
+from fem_seal.finite_difference.stencil import Stencil, flow_grid
 from fem_seal.flow.multigrid import by_multigrid
 from fem_seal.network.film_pressure import eliminated
 from fem_seal.theory.bruggeman import effective_conductivity
@@ -62,19 +62,19 @@ class CascadeStart:
 def cascade_start(case: RoughCase, model: str, area: float) -> CascadeStart:
     """Measure both first guesses in one contact of the first seed."""
     gap = at_area(case.surface(SEED), model, area).gap
-    grid = flow_grid(GridFilm(gap, SIDES), VISCOSITY, "linear-gap")
-    errors = initial_errors(grid, pressure=case.n <= PRESSURE_UP_TO)
+    errors = initial_errors(GridFilm(gap, SIDES), pressure=case.n <= PRESSURE_UP_TO)
     return CascadeStart(case, model, area, *errors)
 
 
-def initial_errors(grid: FlowGrid, pressure: bool) -> list[float | None]:
+def initial_errors(film: GridFilm, pressure: bool) -> list[float | None]:
     """Energy excess of mean field and cascade, and the rms errors of both if asked for.
 
     The elimination gives Q, exact to rounding: the energies need no solved pressure.
     """
+    grid = flow_grid(film, VISCOSITY, "linear-gap")
     carrying, exact = grid.carrying, conductance(grid.stencil)
     mean_field = np.broadcast_to(np.linspace(1, 0, len(carrying))[:, None], carrying.shape)
-    starts = mean_field, first_guess(grid.sites.gap)
+    starts = mean_field, first_guess(film.sites.gap)
     laplacian = grid.stencil.laplacian(carrying)
     powers = [start.ravel() @ (laplacian @ start.ravel()) for start in starts]
     excess = [float(power) / exact - 1 for power in powers]

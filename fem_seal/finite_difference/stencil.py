@@ -13,9 +13,8 @@ from scipy import sparse
 
 from fem_seal.film import clusters
 from fem_seal.film.grid_film import GridFilm
-from fem_seal.film.lattice import Lattice
 from fem_seal.film.law import film_conductivity
-from fem_seal.finite_difference.links import LINKS, LinkRule
+from fem_seal.finite_difference.links import LINKS
 from fem_seal.registry import choose
 
 
@@ -85,14 +84,13 @@ def laplacian(a: np.ndarray, b: np.ndarray, c: np.ndarray, nodes: int) -> sparse
 class FlowGrid:
     """Stencil of a gap's samples, and which of its nodes are open."""
 
-    sites: Lattice  #: samples of the gap
     stencil: Stencil  #: links between the samples, and to the two ends
     open: np.ndarray  #: (mx, my) bool, nodes that are not in contact
 
     @cached_property
     def carrying(self) -> np.ndarray:
         """(mx, my) bool: open nodes that chains of links join to both ends."""
-        labels, count = clusters.label(self.open, "4", self.sites.periodic)
+        labels, count = clusters.label(self.open, "4", (False, self.stencil.periodic))
         return clusters.on_all_lines(labels, count, labels[0], labels[-1])
 
     @property
@@ -104,48 +102,27 @@ class FlowGrid:
 def flow_grid(film: GridFilm, viscosity: float, links: str) -> FlowGrid:
     """Lay the five-point stencil over a film; for the rules see `links.LINKS`.
 
-    Nodes in contact have no links. A linear gap has its nodes at the vertices, and links along
-    walls have half the width. A constant gap has them at the centres of the pixels, and links to
-    inlet and outlet have half the length.
+    Nodes in contact have no links. A linear gap has its nodes at the vertices, and links as wide as
+    the two half pixels beside them. A constant gap has them at the centres of the pixels, and links
+    to inlet and outlet have half the length.
     """
-    rule = choose(LINKS, links, "links")
-    return _BUILDERS[film.representation](film.sites, rule, film_conductivity(1.0, viscosity))
+    rule, per_cube = choose(LINKS, links, "links"), film_conductivity(1.0, viscosity)
+    g, (dx, dy), periodic = film.sites.gap, film.sites.spacing, film.sites.periodic[1]
+    nodes, along_x, along_y = g > 0, per_cube * dy / dx, per_cube * dx / dy
 
+    def mean(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Mean of g³ along the links from a to b, zero if either end is in contact."""
+        return np.where((a > 0) & (b > 0), rule(a, b), 0.0)
 
-def _between(rule: LinkRule, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Mean of g³ along the links from a to b, zero if either end is in contact."""
-    return np.where((a > 0) & (b > 0), rule(a, b), 0.0)
-
-
-def _along_y(sites: Lattice, rule: LinkRule) -> np.ndarray:
-    """Mean of g³ along the links in the y direction, shaped as `Stencil.y`."""
-    g = sites.gap
-    if sites.periodic[1]:
-        return _between(rule, g, np.roll(g, -1, axis=1))
-    return _between(rule, g[:, :-1], g[:, 1:])
-
-
-def _vertex_grid(sites: Lattice, rule: LinkRule, per_cube: float) -> FlowGrid:
-    """Links between vertices, each as wide as the two half pixels beside it."""
-    g = sites.gap
-    dx, dy = sites.spacing
-    x = _between(rule, g[:-1], g[1:]) * (per_cube * dy / dx)
-    y = _along_y(sites, rule) * (per_cube * dx / dy)
-    if not sites.periodic[1]:
-        x[:, [0, -1]] *= 0.5
-    y[[0, -1]] *= 0.5
-    return FlowGrid(sites, Stencil(x, y, sites.periodic[1]), sites.open)
-
-
-def _centre_grid(sites: Lattice, rule: LinkRule, per_cube: float) -> FlowGrid:
-    """Links between the centres of pixels; those to inlet and outlet have half the length."""
-    g = sites.gap
-    dx, dy = sites.spacing
-    inner = _between(rule, g[:-1], g[1:])
-    x = np.concatenate([2 * g[:1] ** 3, inner, 2 * g[-1:] ** 3]) * (per_cube * dy / dx)
-    y = _along_y(sites, rule) * (per_cube * dx / dy)
-    links = Stencil(x, np.pad(y, ((1, 1), (0, 0))), sites.periodic[1])
-    return FlowGrid(sites, links, np.pad(sites.open, ((1, 1), (0, 0)), mode="edge"))
-
-
-_BUILDERS = {"linear": _vertex_grid, "constant": _centre_grid}
+    x = along_x * mean(g[:-1], g[1:])
+    y = along_y * (mean(g, np.roll(g, -1, axis=1)) if periodic else mean(g[:, :-1], g[:, 1:]))
+    if film.representation == "linear":
+        if not periodic:
+            x[:, [0, -1]] *= 0.5
+        y[[0, -1]] *= 0.5
+    else:
+        to_ends = 2 * along_x * g[[0, -1]] ** 3
+        x = np.concatenate([to_ends[:1], x, to_ends[1:]])
+        y = np.pad(y, ((1, 1), (0, 0)))
+        nodes = np.pad(nodes, ((1, 1), (0, 0)), mode="edge")
+    return FlowGrid(Stencil(x, y, periodic), nodes)
