@@ -81,7 +81,7 @@ def sweep(
     keys, values = points
     if not values:
         raise InvalidInput("a sweep of no points: give a value of each field at least")
-    tasks, equal = _tasks(_scenes(path, points, overrides), trust)
+    tasks, equal = _tasks(path, points, overrides, trust)
     folder = SweepFolder(out.absolute(), keys)
     chains = [Chain(folder, group, ContactPath) for group in _by_surface(tasks)]
     order = [task.name for task in tasks]
@@ -113,45 +113,40 @@ def sweep(
     return Tally(len(tasks), outcome.computed, failures, missing, tuple(table), equal, shown)
 
 
-LabelledScene = tuple[str, tuple[str, ...], Scene]  # label, values of the axes, scene
+def _tasks(
+    path: Path, points: Points, overrides: Sequence[str], trust: bool
+) -> tuple[list[ScenePoint], tuple[str, ...]]:
+    """Tasks of different points, and sentences on those that are the same as earlier ones.
 
-
-def _scenes(path: Path, points: Points, overrides: Sequence[str]) -> list[LabelledScene]:
-    """Each point with its label and scene; InvalidInput if one of them is not a valid scene."""
-    keys, text = points[0], scene_text(path)
-    scenes, refused = [], {}
-    for values in points[1]:
+    InvalidInput if a point is not a valid scene.
+    """
+    (keys, rows), text = points, scene_text(path)
+    tasks: dict[str, ScenePoint] = {}
+    refused: dict[str, InvalidInput] = {}
+    equal = []
+    digest_of = cache(digest_if_readable)  # for this sweep: the next one may find another file
+    for values in rows:
         changes = list(map("{}={}".format, keys, values))
         label = ", ".join(changes)
         try:
-            scenes.append((label, values, Scene.from_text(text, path, [*overrides, *changes])))
+            scene = Scene.from_text(text, path, [*overrides, *changes])
         except InvalidInput as error:
             refused[label] = error
-    if refused:
-        label, first = next(iter(refused.items()))
-        if not scenes:
-            raise first
-        raise InvalidInput(
-            f"{len(refused)} of {len(points[1])} points cannot be computed, such as {label}: "
-            f"{first}; where only some points need a field, take a table of --points, which may "
-            "leave its cell empty"
-        )
-    return scenes
-
-
-def _tasks(
-    scenes: Sequence[LabelledScene], trust: bool
-) -> tuple[list[ScenePoint], tuple[str, ...]]:
-    """Tasks of different points, and sentences on those that are the same as earlier ones."""
-    tasks: dict[str, ScenePoint] = {}
-    equal = []
-    digest_of = cache(digest_if_readable)  # for this sweep: the next one may find another file
-    for label, values, scene in scenes:
+            continue
         require_trusted(scene, trust)
         name = numbers_only(scene).fingerprint(digest_of=digest_of)
         task = ScenePoint(name, label, values, scene, trust)
         if (first := tasks.setdefault(name, task)) is not task:
             equal.append(f"{label} is the same scene as {first.label}: one point of both")
+    if refused:
+        label, first_error = next(iter(refused.items()))
+        if not tasks:
+            raise first_error
+        raise InvalidInput(
+            f"{len(refused)} of {len(rows)} points cannot be computed, such as {label}: "
+            f"{first_error}; where only some points need a field, take a table of --points, which "
+            "may leave its cell empty"
+        )
     return list(tasks.values()), tuple(equal)
 
 
