@@ -105,7 +105,7 @@ def test_each_surface_has_its_own_contact(scene_file, tmp_path):
     np.save(tmp_path / "map.npy", np.random.default_rng(1).normal(0, 1e-7, (24, 24)))
     size = {"unit": "m", "size": ["24 um", "24 um"], "periodic": False}
     surface = {"kind": "file", "path": tmp_path / "map.npy", "make_periodic": "mirror", **size}
-    seal = {"leak_path": "1 mm", "circumference": "1 cm", "max_loads": 2, "rtol": 9.0}
+    seal = {"leak_path": "1 mm", "circumference": "1 cm", "max_loads": 4, "rtol": 9.0}
     scene = {"surface": surface, "solid": {"contact_modulus": "10 MPa"}, "seal": seal}
     scene |= {"contact": {"pressure": "0.3 MPa"}, "fluid": {"viscosity": "1 mPa s"}}
     scene |= {"flow": {"pressure_drop": "1 kPa"}, "output": {"products": ["seal"]}}
