@@ -77,7 +77,7 @@ def facet_tags(problem: LevelProblem, points: np.ndarray) -> np.ndarray:
     tags[side] = np.select([at_inlet, at_outlet], [FacetTag.INLET, FacetTag.OUTLET], FacetTag.WALL)
     tags = tags.reshape(-1, 3)[problem.kept]
     # A contact line of a single side has the same two points on both of its sides.
-    edges = find_edges(points[:, [[1, 2], [2, 0], [0, 1]]], int(points.max()) + 1).of_cell
+    edges = find_edges(points[:, [[1, 2], [2, 0], [0, 1]]]).of_cell
     tags[np.bincount(edges.ravel())[edges] == 2] = FacetTag.INSIDE
     return tags
 

@@ -100,7 +100,6 @@ class LevelProblem:
         self.space = CellSpace(
             len(triangles),
             corners,
-            lambda: mesh.edges.of_cell.compress(kept, axis=0),
             comm,
             mesh.blur * float(np.max(gap.aspect)),
         )

@@ -93,8 +93,6 @@ class CellSpace:
     corners
         Coordinates (n, 3, 2) of the corners of a slice of n cells, relative to the first corner;
         the same on every rank.
-    sides
-        Number (C, 3) of the side opposite each corner, the same for both cells at the side.
     blur
         Largest error of a coordinate in units of the rounding unit.
     """
@@ -103,11 +101,10 @@ class CellSpace:
         self,
         count: int,
         corners: Callable[[slice], np.ndarray],
-        sides: Callable[[], np.ndarray],
         comm: MPI.Comm,
         blur: float,
     ):
-        self.count, self.comm, self._corners, self._sides = count, comm, corners, sides
+        self.count, self.comm, self._corners = count, comm, corners
         self._blur = blur
         self._shares = [count * rank // comm.size for rank in range(comm.size + 1)]
 
@@ -251,7 +248,7 @@ class CellSpace:
         begin, end = self._rows(numbering)
         own, count = end - begin, numbering.count
         # Entries of a row: its neighbours and the diagonal.
-        most = 1 + numbering.neighbours(self._sides())[begin:end].astype(PETSc.IntType)
+        most = 1 + numbering.neighbours()[begin:end].astype(PETSc.IntType)
         matrix = PETSc.Mat().createAIJ(
             ((own, count), (own, count)),
             nnz=(np.minimum(most, own), np.minimum(most, count - own)),

@@ -9,8 +9,7 @@ makes corners one unknown, and prescribes the value of corners without one:
 from dataclasses import dataclass
 
 import numpy as np
-
-from fem_seal.mesh.grouping import parts
+from scipy.sparse import coo_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,35 +61,13 @@ class Numbering:
             corners += np.bincount(number, minlength=self.count + 1)
         return total[1:] / corners[1:]
 
-    def neighbours(self, sides: np.ndarray) -> np.ndarray:
-        """Upper bound (count,) of the number of unknowns that share a cell with each unknown.
-
-        Each corner has two neighbours; a side on which two cells have the same unknowns would be
-        counted twice. `sides` (C, 3) numbers the side opposite each corner, the same for both cells
-        at the side.
-        """
-        last = np.empty(int(sides.max(initial=-1)) + 1, dtype=np.int32)
-        last[sides.ravel()] = np.arange(sides.size, dtype=np.int32)
-        neighbours = np.zeros(self.count + 1, dtype=np.int64)
-        for cells in parts(0, len(sides), 1 << 18):
-            slot = np.arange(3 * cells.start, 3 * cells.stop, dtype=np.int32)
-            other = last.take(sides[cells].ravel())
-            shared = other != slot
-            own, others = (self._ends(side.compress(shared)) for side in (slot, other))
-            same = (own[0] == others[0]) & (own[1] == others[1])
-            # Corners without an unknown are counted in entry 0, which is dropped.
-            corners = self.of_corner[cells].ravel() + 1
-            neighbours += 2 * np.bincount(corners, minlength=self.count + 1)
-            for end in own:
-                neighbours -= np.bincount(end.compress(same) + 1, minlength=self.count + 1)
-        return neighbours[1:]
-
-    def _ends(self, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and higher unknown (n,) at the two ends of sides with slots 3 cell + side."""
-        side, of_slot = sides % 3, self.of_corner.ravel()
-        following = of_slot.take(sides + np.where(side == 2, -2, 1))
-        preceding = of_slot.take(sides + np.where(side == 0, 2, -1))
-        return np.minimum(following, preceding), np.maximum(following, preceding)
+    def neighbours(self) -> np.ndarray:
+        """Number (count,) of other unknowns that share a cell with each unknown."""
+        ends = self.of_corner.ravel(), self.of_corner[:, [1, 2, 0]].ravel()
+        links = (ends[0] >= 0) & (ends[1] >= 0) & (ends[0] != ends[1])
+        pairs = tuple(end.compress(links) for end in ends)
+        graph = coo_array((np.ones(len(pairs[0]), bool), pairs), (self.count, self.count)).tocsr()
+        return np.diff((graph + graph.T).indptr)
 
 
 @dataclass(frozen=True, eq=False)

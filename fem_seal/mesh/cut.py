@@ -61,7 +61,7 @@ def cut_open(
         cell, side = np.nonzero(bank)
         sides[adjacent[cell], side] = label
     # Sides off the path join the corners at one vertex; those of the right bank are on the right.
-    slots = find_edges(ends, len(xy)).slots()
+    slots = find_edges(ends).slots()
     joining = slots[(slots[:, 1] >= 0) & ~on_path.ravel()[slots[:, 0]]]
     component = components(corner_links(corner.ravel(), joining), corner.size)
     of_bank = component[side_ends(np.flatnonzero(right)).ravel()]

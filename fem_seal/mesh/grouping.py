@@ -1,9 +1,9 @@
-"""Slices of large arrays, components of graphs, and a stable sort of integers in linear time."""
+"""Slices of large arrays, and components of graphs."""
 
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.sparse import coo_array, csr_matrix
+from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 
@@ -18,15 +18,3 @@ def components(pairs: np.ndarray, count: int) -> np.ndarray:
     # Flag the matrix as canonical: SciPy then skips a sort that connected_components does not need.
     graph.has_canonical_format = True
     return connected_components(graph, directed=False)[1]
-
-
-def stable_order(keys: np.ndarray, count: int) -> np.ndarray:
-    """Indices (n,) int32 that sort keys (n,), 0 ≤ key < count; equal keys keep their order.
-
-    Row i of a sparse matrix has its single entry in column keys[i]. SciPy converts it from row to
-    column storage by a counting sort, which lists the rows by their keys.
-    """
-    n = len(keys)
-    ones, starts = np.ones(n, dtype=np.int8), np.arange(n + 1, dtype=np.int32)
-    by_row = csr_matrix((ones, np.asarray(keys, dtype=np.int32), starts), shape=(n, count))
-    return by_row.tocsc().indices

@@ -12,8 +12,6 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.mesh.grouping import parts, stable_order
-
 
 @dataclass(frozen=True, eq=False)
 class Edges:
@@ -41,19 +39,16 @@ class Edges:
         return of_side.reshape(-1, 2)
 
 
-def find_edges(ends: np.ndarray, count: int) -> Edges:
+def find_edges(ends: np.ndarray) -> Edges:
     """Number the edges of triangles, given the vertices at the ends of their sides (C, 3, 2).
 
     On a seam these are the vertices of the twin at the bottom, so that the two sides of an edge
     have the same vertices.
     """
-    low = np.minimum(ends[..., 0], ends[..., 1]).ravel()
-    high = np.maximum(ends[..., 0], ends[..., 1]).ravel()
-    # Free large arrays after their last use: the coarser mesh still takes memory at this point.
-    del ends
-    order = stable_order(high, count)
-    order = _picked(order, stable_order(_picked(low, order), count))
-    low, high = _picked(low, order), _picked(high, order)
+    low, high = ends.min(axis=2).ravel(), ends.max(axis=2).ravel()
+    # Sorting keeps the order of the sides at one edge.
+    order = np.lexsort((high, low))
+    low, high = low[order], high[order]
     first = np.ones(len(order), dtype=bool)
     first[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
     sides = np.empty(len(order), dtype=np.int32)
@@ -76,14 +71,6 @@ def corner_links(vertex: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     swap = vertex[first[:, 0]] != vertex[second[:, 0]]
     second[swap] = second[swap][:, ::-1]
     return np.stack([first.ravel(), second.ravel()], axis=1)
-
-
-def _picked(values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """values[places] in parts, because NumPy converts all indices to 64 bits at once."""
-    picked = np.empty(len(places), dtype=values.dtype)
-    for part in parts(0, len(places), 1 << 16):
-        picked[part] = values[places[part]]
-    return picked
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +145,7 @@ class Mesh(ABC):
     @cached_property
     def edges(self) -> Edges:
         """Edges; the edges on the far side of a seam are those on the near side."""
-        return self.carried_edges or find_edges(self._ends_of_edges(), len(self.xy))
+        return self.carried_edges or find_edges(self._ends_of_edges())
 
     @abstractmethod
     def sides_on_top(self) -> np.ndarray:

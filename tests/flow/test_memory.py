@@ -46,6 +46,6 @@ def test_rows_of_the_matrix_have_room_for_their_entries_alone():
     near[ends[near[ends].any(axis=1)]] = True
     vertex, free = np.empty(numbering.count, dtype=int), numbering.of_corner >= 0
     vertex[numbering.of_corner[free]] = mesh.cells[free]
-    room, degree = numbering.neighbours(mesh.edges.of_cell), np.bincount(ends.ravel())[vertex]
+    room, degree = numbering.neighbours(), np.bincount(ends.ravel())[vertex]
     assert np.array_equal(room[~near[vertex]], degree[~near[vertex]])
     assert (~near[vertex]).sum() > 50
