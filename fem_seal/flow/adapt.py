@@ -18,9 +18,7 @@ solve.
 """
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -28,12 +26,12 @@ from fem_seal.digits import number_of
 from fem_seal.errors import Inconsistent
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import SUM_ROUNDING
-from fem_seal.flow.families import Family, Pressures, Streams
+from fem_seal.flow.families import Family, Streams
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.level import CorrectedBounds, LevelProblem, LevelSolution
+from fem_seal.flow.level import LevelProblem, LevelSolution
 from fem_seal.flow.look_ahead import refined_ahead
-from fem_seal.flow.marking import Strategy, mark_all
-from fem_seal.flow.solution import SolvedLevel, Start
+from fem_seal.flow.marking import Marks, Strategy, mark_all
+from fem_seal.flow.solution import FlowEstimate, SolvedLevel, Start
 from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.bisection import TooFine
 
@@ -77,16 +75,9 @@ def refined(
         guesses, psi = problem.guesses(start), start.streams
         del start
         log.lap("mesh")
-        solution = _solve(problem, guesses, psi, strategy, outlook, log)
-        bounds, corrected = _bounded(problem, solution, log)
-        outlook.learn(problem, solution, bounds, strategy.rtol)
-        best = bounds if best is None else bounds.tightened(best)
-        cells = problem.space.count
-        level = SolvedLevel(problem.unknowns, cells, best, log.residuals, log.seconds)
-        yield stopping.judged(
-            LevelSolution(level, problem, solution.pressure, solution.stream, corrected)
-        )
-        del corrected
+        solution, regularised = _solve(problem, guesses, psi, strategy, outlook, log, best)
+        best = solution.level.bounds
+        yield stopping.judged(solution)
         if stopping.ended:
             return
         # A uniform mesh has at least twice as many unknowns: every unknown has at least two sides,
@@ -95,51 +86,24 @@ def refined(
             stopping.stop(_too_many(max_unknowns))
             return
         log = _Log()
-        refine = _refinement(problem, psi, solution, best, strategy, outlook, log)
-        # Two meshes together may not fit into memory: this one goes, and only `refine` stays.
-        del problem, guesses, psi, solution
+        start, marks, flows = _marked(solution, regularised, psi, strategy, outlook, log)
+        # Two meshes together may not fit into memory: of this one only what is refined stays.
+        del problem, guesses, psi, solution, regularised
         try:
-            start = refine(gap)
+            start = refined_ahead(start, gap, marks, flows, strategy.tuning.ahead)
         except TooFine as limit:
             stopping.stop(str(limit))
             return
-        del refine
         log.lap("refine")
 
 
-@dataclass(frozen=True, eq=False)
-class _Solved:
-    """Solutions on one mesh: pressure, regularised and true stream function."""
-
-    pressure: Pressures
-    regularised: Streams | None = None
-    stream: Streams | None = None
-    #: (u - l)/l of the corrected bounds that the regularised dual foretells; near a tolerance it is
-    #: nearly the width (u - l)/√(l u)
-    expected: float = np.inf
-
-
-@dataclass
 class _Outlook:
     """What the meshes so far foretell of the next one."""
 
-    true_dual: bool  #: whether the true dual is solved first, since the bounds may decide there
-    #: ratio of (u - l)/l after and before the hierarchical correction
-    correction_ratio: float = USUAL_CORRECTION_RATIO
-
-    def learn(self, problem: LevelProblem, solution: _Solved, bounds: Bounds, rtol: float) -> None:
-        """Take how much the correction has narrowed the bounds of a mesh, and how near they are."""
-        if solution.stream is not None and np.isfinite(bounds.excess):
-            solved = problem.excess(solution.pressure, solution.stream)
-            self.correction_ratio = excess_ratio(bounds.excess, solved)
-            self.true_dual = True
-        if solution.expected < DUAL_NEXT * rtol:
-            self.true_dual = True
-
-
-def excess_ratio(corrected: float, solved: float) -> float:
-    """Ratio of (u - l)/l of the corrected bounds and of the solved ones."""
-    return corrected / solved if solved > SUM_ROUNDING else 1.0
+    def __init__(self, true_dual: bool) -> None:
+        self.true_dual = true_dual  # whether it is solved first, as the bounds may decide there
+        # Ratio of (u - l)/l after and before the hierarchical correction.
+        self.correction_ratio = USUAL_CORRECTION_RATIO
 
 
 class _Log:
@@ -165,37 +129,36 @@ def _solve(
     strategy: Strategy,
     outlook: _Outlook,
     log: _Log,
-) -> _Solved:
+    best: Bounds | None,
+) -> tuple[LevelSolution, Streams | None]:
     """Solve the primal and, if it may end the refinement, the true dual.
 
-    Unless that comes first, the regularised dual is solved before it: the true dual then follows
-    if the expected width is close to the tolerance, or if the next mesh would be too large.
+    Unless that comes first, the regularised dual is solved before it, and returned: the true dual
+    then follows if the expected width is close to the tolerance, or if the next mesh would be too
+    large.
     """
     pressure = problem.pressure(guesses)
     log.lap("primal", pressure)
-    regularised, expected = None, np.inf
+    upper = problem.upper_bound(pressure)
+    best = upper if best is None else upper.tightened(best)
+    level = SolvedLevel(problem.unknowns, problem.space.count, best, log.residuals, log.seconds)
+    solution, regularised = LevelSolution(level, problem, pressure), None
     if not outlook.true_dual:
         regularised = _regularised_dual(problem, psi, strategy, log)
         psi = regularised.psi
-        last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
+        # Near a tolerance (u - l)/l is nearly the width (u - l)/√(l u).
         expected = outlook.correction_ratio * problem.excess(pressure, regularised)
+        outlook.true_dual = expected < DUAL_NEXT * strategy.rtol
+        last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
         if not last and expected >= DUAL_AT_ONCE * strategy.rtol:
-            return _Solved(pressure, regularised, expected=expected)
-    stream = problem.stream(psi)
-    log.lap("dual", stream)
-    return _Solved(pressure, regularised, stream, expected)
-
-
-def _bounded(
-    problem: LevelProblem, solution: _Solved, log: _Log
-) -> tuple[Bounds, CorrectedBounds | None]:
-    """Bounds of a solution, with the hierarchical correction if the true dual is solved."""
-    bounds = problem.upper_bound(solution.pressure)
-    if solution.stream is None:
-        return bounds, None
-    corrected = problem.corrected(solution.pressure, solution.stream)
-    log.lap("correction")
-    return corrected.tightened(bounds), corrected
+            return solution, regularised
+    solution = solution.certified(psi)
+    stream, corrected = solution.stream, solution.corrected
+    if stream is not None and corrected is not None and np.isfinite(corrected.excess):
+        solved = problem.excess(pressure, stream)
+        outlook.correction_ratio = corrected.excess / solved if solved > SUM_ROUNDING else 1.0
+        outlook.true_dual = True
+    return solution, regularised
 
 
 def _regularised_dual(
@@ -209,35 +172,27 @@ def _regularised_dual(
     return regularised
 
 
-def _refinement(
-    problem: LevelProblem,
+def _marked(
+    solution: LevelSolution,
+    regularised: Streams | None,
     psi: np.ndarray,
-    solution: _Solved,
-    best: Bounds,
     strategy: Strategy,
     outlook: _Outlook,
     log: _Log,
-) -> Callable[[GapOnMesh], Start]:
+) -> tuple[Start, Marks, list[FlowEstimate]]:
     """Mark cells: all, or by the regularised dual and the flows that it shows.
 
-    Returns what refines and looks ahead; of the problem it holds no more than that needs.
+    Returns the start to be refined as well, and these flows.
     """
+    problem, pressure, stream = solution.problem, solution.pressure, solution.stream
     if strategy.marking is None:
-        start = problem.start(solution.pressure, solution.stream)
-        return partial(refined_ahead, start, marks=mark_all(problem), flows=[], times=0)
+        return problem.start(pressure, stream), mark_all(problem), []
     # If the true dual came first, the next level logs the time of this solve.
-    if solution.stream is not None:
-        psi = solution.stream.psi
-    regularised = solution.regularised or _regularised_dual(problem, psi, strategy, log)
-    flows = problem.flows(solution.pressure, regularised)
-    expected = outlook.correction_ratio * problem.excess(solution.pressure, regularised)
-    reached = best.width if solution.stream is not None else np.inf
+    if regularised is None:
+        psi = psi if stream is None else stream.psi
+        regularised = _regularised_dual(problem, psi, strategy, log)
+    flows = problem.flows(pressure, regularised)
+    expected = outlook.correction_ratio * problem.excess(pressure, regularised)
+    reached = np.inf if stream is None else solution.level.bounds.width
     marks = strategy.marking(problem, flows, expected, reached, strategy)
-    return partial(
-        refined_ahead,
-        problem.start(solution.pressure, regularised),
-        marks=marks,
-        # Looking ahead takes the functions from the start.
-        flows=[flow.without_functions() for flow in flows],
-        times=strategy.tuning.ahead,
-    )
+    return problem.start(pressure, regularised), marks, flows

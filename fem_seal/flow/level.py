@@ -276,8 +276,8 @@ class LevelSolution:
     pressure: Pressures  #: solution of the primal problem
     #: solution of the true dual problem; None if it was not solved, or blocked cells close every
     #: channel
-    stream: Streams | None
-    corrected: CorrectedBounds | None  #: bounds on this mesh; None without a stream function
+    stream: Streams | None = None
+    corrected: CorrectedBounds | None = None  #: bounds on this mesh; None without a stream function
     #: bounds for a gas that slips, if `Stopping.with_slip_bounds` has added them
     slip: Bounds | None = None
 
@@ -286,24 +286,19 @@ class LevelSolution:
         """Reason why CG stopped short of its tolerance in the primal or the dual, else ""."""
         return self.pressure.stalled or (self.stream.stalled if self.stream else "")
 
-    def certified(self) -> "LevelSolution":
-        """The same level with the dual solved: the last level must have a lower bound."""
-        if self.stream is not None:
-            return self
-        # The regularised stream function, a nearer start, is not kept with a level.
-        _, guess = self.problem.mesh.first_guess()
+    def certified(self, guess: np.ndarray | None = None) -> "LevelSolution":
+        """The same level with the true dual solved, from stream functions (d, V) of unit jumps.
+
+        By default they are those of the first guess.
+        """
         begun = time.perf_counter()
-        stream = self.problem.stream(guess)
+        stream = self.problem.stream(self.problem.mesh.first_guess()[1] if guess is None else guess)
+        solved = time.perf_counter()
+        self.level.seconds["dual"] = solved - begun
         if stream is None:
             return self
-        solved = time.perf_counter()
+        self.level.residuals["dual"] = stream.residuals
         corrected = self.problem.corrected(self.pressure, stream)
-        bounds = corrected.tightened(self.level.bounds)
-        spent = {"dual": solved - begun, "correction": time.perf_counter() - solved}
-        level = replace(
-            self.level,
-            bounds=bounds,
-            residuals=self.level.residuals | {"dual": stream.residuals},
-            seconds=self.level.seconds | spent,
-        )
+        self.level.seconds["correction"] = time.perf_counter() - solved
+        level = replace(self.level, bounds=corrected.tightened(self.level.bounds))
         return replace(self, level=level, stream=stream, corrected=corrected)

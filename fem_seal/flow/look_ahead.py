@@ -38,11 +38,11 @@ def refined_ahead(
 
     At new vertices each ψ of the result is better than its linear interpolation. The stream
     functions of the flows, from which the marks come, are those of the start, or combinations of
-    them.
+    them. Without flows, as where all cells are marked, nothing shows what lies ahead.
     """
     before = len(start.mesh.xy)
     start = start.refined(gap, marks.times)
-    for _ in range(times):
+    for _ in range(times if flows else 0):
         new = np.flatnonzero((start.mesh.cells >= before).any(axis=1))
         mesh = start.mesh.subset(new)
         data = gap.cell_data(mesh, start.values)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fem_seal.errors import Inconsistent, InvalidInput
+from fem_seal.errors import InvalidInput
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.gap_on_mesh import ConstantGap, GapOnMesh, LinearGap
 from fem_seal.mesh.bisection import AnyMesh, refine
@@ -31,16 +31,6 @@ class FlowEstimate:
     def conductance(self) -> float:
         """Flow rate at unit pressure drop."""
         return self.rate / self.drop
-
-    def without_functions(self) -> "FlowEstimate":
-        """The flow without p and ψ, so that the mesh on which they live can be freed."""
-        return replace(self, pressure=_freed, stream=np.empty(0))
-
-
-def _freed(cells: slice | np.ndarray) -> np.ndarray:
-    raise Inconsistent(
-        "the mesh of this flow has been freed; this is a defect of fem_seal, please report it"
-    )
 
 
 @dataclass(frozen=True, eq=False)
