@@ -14,7 +14,6 @@ preconditioner from s = 0 lower E almost to its minimum. No larger system is ass
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -35,37 +34,29 @@ BLOCK = 1 << 17
 QUARTERED_AT_ONCE = 1 << 13  # cells whose quarters are integrated at once
 
 
-@dataclass(frozen=True, eq=False)
-class Bubbles:
-    """Bubble functions of the edges of a mesh."""
+def bubble_edges(
+    mesh: AnyMesh, contact: CellContact, kept: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Edge (C, 3) at each side of a cell, and edges (2, E) with a bubble function for ψ, and for p.
 
-    edge: np.ndarray  #: (C, 3) int32, edge at each side of a cell
-    free: np.ndarray  #: edges with a bubble function; all cells at the edge must admit it
-
-
-def pressure_bubbles(mesh: AnyMesh, data: CellContact, kept: np.ndarray) -> Bubbles:
-    """Bubble functions for p: none on inlet and outlet; two on a zero-gap edge, one per cell."""
+    All cells at the edge must admit it, and have integer coordinates at its midpoint. There is none
+    for ψ on side walls, in blocked cells and on power traces, none for p on inlet and outlet. A
+    zero-gap edge, which has none for ψ, has two for p, one per cell: it counts as two edges.
+    """
     ends, of_cell = mesh.edges.ends, mesh.edges.of_cell
-    free = ~(_joins(mesh.inlet, ends) | _joins(mesh.outlet, ends))
-    zero_gap, edge = np.flatnonzero(data.zero_gap), of_cell.copy()
-    free = np.append(free, free[of_cell.ravel()[zero_gap]])
-    edge.ravel()[zero_gap] = np.arange(len(ends), len(free))
-    free[edge[~_usable(mesh, kept)]] = False
-    return Bubbles(edge, free)
-
-
-def stream_bubbles(mesh: AnyMesh, data: CellContact, kept: np.ndarray) -> Bubbles:
-    """Bubble functions for ψ: none on side walls, in blocked cells and on power traces."""
-    ends, edge = mesh.edges.ends, mesh.edges.of_cell
-    free = np.ones(len(ends), dtype=bool)
-    free[edge[mesh.sides_on_wall()]] = False
-    free[edge[~_usable(mesh, kept & ~data.blocked & ~_any(data.contact_vertex))]] = False
-    return Bubbles(edge, free)
-
-
-def _usable(mesh: AnyMesh, cells: np.ndarray) -> np.ndarray:
-    """Restrict a set of cells (C,) bool to those whose edge midpoints have integer coordinates."""
-    return cells & mesh.can_halve_twice()
+    usable = kept & mesh.can_halve_twice()
+    zero_gap, edge = np.flatnonzero(contact.zero_gap), of_cell.copy()
+    parted = of_cell.ravel()[zero_gap]
+    edge.ravel()[zero_gap] = len(ends) + np.arange(len(parted))
+    free = np.zeros((2, len(ends) + len(parted)), dtype=bool)
+    for_psi, for_p = free
+    for_psi[: len(ends)] = True
+    for_psi[of_cell[mesh.sides_on_wall()]] = False
+    for_psi[of_cell[~usable | contact.blocked | _any(contact.contact_vertex)]] = False
+    for_p[: len(ends)] = ~(_joins(mesh.inlet, ends) | _joins(mesh.outlet, ends))
+    for_p[len(ends) :] = for_p[parted]
+    for_p[edge[~usable]] = False
+    return edge, free
 
 
 def _joins(vertices: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -87,10 +78,9 @@ class Correction:
     """An energy ∫ c |∇v|² to be lowered by bubble functions, for k functions v."""
 
     count: int  #: number k of functions
-    bubbles: Callable[[], Bubbles]  #: `pressure_bubbles` or `stream_bubbles` of its mesh
     #: corner values (n, 3) of each function on n cells
     corner_values: Callable[[np.ndarray], Sequence[np.ndarray]]
-    coefficient: Callable[[QuarterData], np.ndarray]  #: coefficient c on the quarters
+    coefficient: Callable[[QuarterData], np.ndarray]  #: coefficient c (4, n) on the quarters
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,28 +89,10 @@ class Drops:
 
     energies: np.ndarray  #: (k, k), decrease of ∫ c ∇v_a·∇v_b, each with its own bubble functions
     terms: np.ndarray  #: (k, 2), terms of the bubble functions, as of `Energy.error_of_drop`
-
-    @classmethod
-    def sum(cls, parts: Sequence["Drops"], count: int, comm: MPI.Comm) -> "Drops":
-        """Sum of the drops of `count` functions on all blocks of cells of all processes."""
-        energies, terms = np.zeros((count, count)), np.zeros((count, 2))
-        for part in parts:
-            energies += part.energies
-            terms += part.terms
-        return cls(comm.allreduce(energies), comm.allreduce(terms))
-
-
-@dataclass(frozen=True, eq=False)
-class AppliedBubbles:
-    """Coefficients of the bubble functions that lowered some energies."""
-
-    sides: "_Sides"
-    #: for each energy, each block of cells of this process and each function (edges + 1,)
-    coefficients: tuple[list[list[np.ndarray]], ...]
-
-    def of(self, energy: int) -> "AppliedBubbles":
-        """Coefficients for one of the energies."""
-        return AppliedBubbles(self.sides, (self.coefficients[energy],))
+    sides: "BubbleSides"
+    #: coefficients (edges + 1,) of the bubble functions, for each block of cells of this process
+    #: and each function
+    coefficients: list[list[np.ndarray]]
 
 
 def energy_drops(
@@ -129,43 +101,43 @@ def energy_drops(
     values: np.ndarray,
     energies: Sequence[Correction],
     comm: MPI.Comm,
-    applied: AppliedBubbles | None = None,
-) -> tuple[list[Drops], AppliedBubbles]:
-    """Drops of energies on one mesh, with the gap at its vertices, and the bubbles applied.
+    bubbles: "BubbleSides | Drops",
+) -> list[Drops]:
+    """Drops of energies on one mesh, with the gap at its vertices.
 
-    All use the same averages on the quarters. The coefficients are chosen for the largest drops, or
-    those already `applied` to the same functions in another gap: a drop is then negative where the
-    energy rises.
+    All use the same averages on the quarters. The coefficients are chosen for the largest drops:
+    of energies for ψ and for p on these sides. Or they are those that made a drop of the same
+    functions in another gap: the new drop is then negative where the energy rises.
     """
-    sides = applied.sides if applied else _Sides.of([energy.bubbles() for energy in energies])
-    drops: list[list[Drops]] = [[] for _ in energies]
-    coefficients: tuple[list[list[np.ndarray]], ...] = tuple([] for _ in energies)
+    applied = bubbles.coefficients if isinstance(bubbles, Drops) else None
+    sides = bubbles.sides if isinstance(bubbles, Drops) else bubbles
+    sums = [[np.zeros((energy.count, n)) for n in (energy.count, 2)] for energy in energies]
+    coefficients: list[list[list[np.ndarray]]] = [[] for _ in energies]
     # Process the cells in blocks: the data of all bubble functions at once would take more memory
     # than anything else. Leaving out the bubble functions on the rim of a block is admissible.
     for number, block in enumerate(range(comm.rank, len(sides.blocks), comm.size)):
         bubble, free = sides.of_block(block)
-        cells = _energies_with_bubbles(gap, mesh, values, energies, sides.blocks[block])
-        for k, energy in enumerate(cells):
-            form = _BubbleForm(energy, bubble, len(free[k]))
-            s = applied.coefficients[k][number] if applied else form.lowered(free[k])
-            drops[k].append(form.drops(s))
+        for k, rows in enumerate(_rows_of(sides.blocks[block], gap, mesh, values, energies)):
+            form = BubbleForm(rows, bubble, len(free[k]))
+            s = applied[number] if applied else form.lowered(free[k])
+            for total, drop in zip(sums[k], form.drops(s), strict=True):
+                total += drop
             coefficients[k].append(s)
-    totals = [
-        Drops.sum(of_blocks, energy.count, comm)
-        for of_blocks, energy in zip(drops, energies, strict=True)
+    return [
+        Drops(comm.allreduce(drop), comm.allreduce(terms), sides, s)
+        for (drop, terms), s in zip(sums, coefficients, strict=True)
     ]
-    return totals, AppliedBubbles(sides, coefficients)
 
 
-def _energies_with_bubbles(
+def _rows_of(
+    block: np.ndarray,
     gap: GapOnMesh,
     mesh: AnyMesh,
     values: np.ndarray,
     energies: Sequence[Correction],
-    block: np.ndarray,
-) -> list["_CellEnergies"]:
-    """Each energy on a block of cells (n,) as a quadratic form in the bubble coefficients."""
-    forms = [_CellEnergies.empty(energy.count, len(block)) for energy in energies]
+) -> list[np.ndarray]:
+    """`bubble_rows` of a block of cells (n,) for each energy."""
+    rows = [np.empty((3 * energy.count + 7, len(block))) for energy in energies]
     aspect_x, aspect_y = np.broadcast_to(gap.aspect, 2)
     blur = mesh.blur * float(np.max(gap.aspect))
     for part in parts(0, len(block), QUARTERED_AT_ONCE):
@@ -175,13 +147,31 @@ def _energies_with_bubbles(
         data = gap.quarter_data(xy, values.take(vertices, axis=0))
         relative = xy - xy[0]
         shape = QuarterShape.of(relative[..., 0] * aspect_x, relative[..., 1] * aspect_y, blur)
-        for energy, form in zip(energies, forms, strict=True):
-            form.fill(part, shape, energy.coefficient(data), energy.corner_values(cells))
-    return forms
+        for energy, of_block in zip(energies, rows, strict=True):
+            corner_values = energy.corner_values(cells)
+            of_block[:, part] = bubble_rows(shape, energy.coefficient(data), corner_values)
+    return rows
+
+
+def bubble_rows(
+    shape: QuarterShape, c: np.ndarray, corner_values: Sequence[np.ndarray]
+) -> np.ndarray:
+    """Energy on n cells of v + Σ s φ, quadratic in s, for k functions v: rows (3 k + 7, n).
+
+    They hold, for each v, half the derivatives by s at s = 0 (3 rows); the stiffness of each bubble
+    function φ (3), and that of bubbles 1 and 2 with bubble 0 (2), as the former two do not overlap;
+    and bounds of the terms of ∫ c |∇Σ s φ|² for Σ |s| = 1, `plain` and `terms` of the shape (2).
+
+    c is (4, n), on the quarters; each v has corner values (n, 3).
+    """
+    slopes = (slope for v in corner_values for slope in shape.slopes(v, c))
+    total = c.sum(axis=0)
+    terms = shape.plain * total, shape.terms * total
+    return np.stack([*slopes, *shape.stiffness(c), *shape.couplings(c), *terms])
 
 
 @dataclass(frozen=True, eq=False)
-class _Sides:
+class BubbleSides:
     """Edges with a bubble function, numbered in the order of the cells, and blocks of the cells."""
 
     #: (C, 3) int32, number of the edge at each side, -1 where no energy has a bubble function
@@ -189,20 +179,14 @@ class _Sides:
     blocks: list[np.ndarray]  #: cells with a bubble function, (n,) indices for each block
     #: first edge number that is new in each block; at the end the number of all edges
     first: list[int]
-    #: for each energy (edges,) bool: edges with a bubble function all of whose cells lie in one
+    #: (2, edges) bool, for ψ and for p: edges with a bubble function all of whose cells lie in one
     #: block
-    free: list[np.ndarray]
+    free: np.ndarray
 
     @classmethod
-    def of(cls, bubbles: Sequence[Bubbles]) -> "_Sides":
-        """Number the edges and cut the cells into blocks.
-
-        An edge that is split for one energy must carry no bubble for another.
-        """
-        edge = reduce(np.maximum, [of_energy.edge for of_energy in bubbles])
-        free = np.zeros((len(bubbles), edge.max(initial=-1) + 1), dtype=bool)
-        for row, of_energy in zip(free, bubbles, strict=True):
-            row[: len(of_energy.free)] = of_energy.free
+    def of(cls, mesh: AnyMesh, contact: CellContact, kept: np.ndarray) -> "BubbleSides":
+        """Number the edges, and cut the cells into blocks; those `kept` (C,) carry flow."""
+        edge, free = bubble_edges(mesh, contact, kept)
         number, count = numbered(edge, free.any(axis=0))
         with_bubble = np.flatnonzero(_any(number >= 0))
         blocks = [with_bubble[part] for part in parts(0, len(with_bubble), BLOCK)]
@@ -213,12 +197,12 @@ class _Sides:
             alone[of_block[(of_block >= 0) & (of_block < first[-1])]] = False
             first.append(max(first[-1], int(of_block.max()) + 1))
         edge_of = np.empty(count + 1, dtype=np.int32)
-        # Sides without a bubble function have number -1, the last entry.
+        # BubbleSides without a bubble function have number -1, the last entry.
         edge_of[number.ravel()] = edge.ravel()
-        return cls(number, blocks, first, [row[edge_of[:-1]] & alone for row in free])
+        return cls(number, blocks, first, free[:, edge_of[:-1]] & alone)
 
-    def of_block(self, block: int) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Edge number of the sides (3, n) of a block, from 0, and the free edges of each energy.
+    def of_block(self, block: int) -> tuple[np.ndarray, np.ndarray]:
+        """Edge number of the sides (3, n) of a block, from 0, and which edges (2, edges) are free.
 
         Sides without a bubble function, and sides whose edge belongs to an earlier block, get the
         number after the last.
@@ -226,61 +210,26 @@ class _Sides:
         begin, end = self.first[block : block + 2]
         number = self.number.take(self.blocks[block], axis=0).T.astype(np.intp, order="C") - begin
         number[number < 0] = end - begin
-        return number, [free[begin:end] for free in self.free]
+        return number, self.free[:, begin:end]
 
 
-@dataclass(frozen=True, eq=False)
-class _CellEnergies:
-    """Energy of v + Σ s φ on each of n cells, quadratic in the coefficients s of its bubbles φ."""
-
-    slope: np.ndarray  #: (k, 3, n), half the derivative by s at s = 0, for each function v
-    own: np.ndarray  #: (3, n), stiffness of each bubble function
-    #: (n, 2), stiffness of bubbles 1 and 2 with bubble 0; the former two do not overlap
-    with_first: np.ndarray
-    #: (2, n), bounds of the terms of ∫ c |∇Σ s φ|² for Σ |s| = 1: `plain` and `terms` of the shape
-    terms: np.ndarray
-
-    @classmethod
-    def empty(cls, functions: int, count: int) -> "_CellEnergies":
-        """Allocate the arrays of `count` cells."""
-        slope, own = np.empty((functions, 3, count)), np.empty((3, count))
-        return cls(slope, own, np.empty((count, 2)), np.empty((2, count)))
-
-    def fill(
-        self,
-        part: slice,
-        shape: QuarterShape,
-        coefficient: np.ndarray,
-        corner_values: Sequence[np.ndarray],
-    ) -> None:
-        """Fill in n cells from c on their quarters (4 n,) and corner values (n, 3) of each v."""
-        c = coefficient.reshape(4, -1)
-        slope = self.slope.reshape(-1, self.slope.shape[2])
-        rows = [*slope, *self.own, *self.with_first.T, *self.terms]
-        slopes = (slope for v in corner_values for slope in shape.slopes(v, c))
-        total = c.sum(axis=0)
-        terms = shape.plain * total, shape.terms * total
-        entries = *slopes, *shape.stiffness(c), *shape.couplings(c), *terms
-        for row, values in zip(rows, entries, strict=True):
-            row[part] = values
-
-
-class _BubbleForm:
+class BubbleForm:
     """Energy of v + Σ s φ on all cells of a block, less that of v, for each function v.
 
-    `bubble` (3, n) is the number of the bubble function of each side, `count` for none.
-    Coefficients s are (count + 1,), zero in the last place.
+    `rows` are those of `bubble_rows`. `bubble` (3, n) is the number of the bubble function of each
+    side, `count` for none. Coefficients s are (count + 1,), zero in the last place.
     """
 
-    def __init__(self, cells: _CellEnergies, bubble: np.ndarray, count: int):
-        self._cells, self._bubble = cells, bubble
-        self._starts = [-_summed(bubble, slope, count) for slope in cells.slope]
-        self._diagonal = _summed(bubble, cells.own, count)
+    def __init__(self, rows: np.ndarray, bubble: np.ndarray, count: int):
+        slopes, own, with_first, self._terms = np.split(rows, [-7, -4, -2])
+        self._bubble = bubble
+        self._starts = [-_summed(bubble, slope, count) for slope in slopes.reshape(-1, *own.shape)]
+        self._diagonal = _summed(bubble, own, count)
         # Stiffness (n, count + 1) of bubbles 1 and 2 of each cell with its bubble 0.
         starts = np.arange(0, 2 * bubble.shape[1] + 1, 2, dtype=np.int32)
         columns = bubble[1:].T.astype(np.int32).ravel()
         shape = len(starts) - 1, count + 1
-        self._others = csr_matrix((cells.with_first.ravel(), columns, starts), shape)
+        self._others = csr_matrix((with_first.T.ravel(), columns, starts), shape)
 
     def _stiffness(self, s: np.ndarray) -> np.ndarray:
         """A s."""
@@ -299,8 +248,8 @@ class _BubbleForm:
         inverse = np.divide(1.0, self._diagonal, out=np.zeros(len(moved)), where=moved)
         return [_few_steps_of_cg(self._stiffness, start, inverse) for start in self._starts]
 
-    def drops(self, coefficients: Sequence[np.ndarray]) -> Drops:
-        """Drops by coefficients of each function.
+    def drops(self, coefficients: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Energies (k, k) and terms (k, 2) of `Drops`, by coefficients of each function.
 
         The energy of functions a and b changes by r_a·s_b + r_b·s_a + s_a·A·s_b. It is computed
         from s alone, not from what CG says of itself, so that the rounding errors of CG do not
@@ -317,8 +266,8 @@ class _BubbleForm:
             for s_a, start in zip(coefficients, self._starts, strict=True)
         ]
         in_cell = (np.abs(s).take(self._bubble).sum(axis=0) for s in coefficients)
-        terms = [(self._cells.terms * (s * s)).sum(axis=1) for s in in_cell]
-        return Drops((np.array(rows) + np.transpose(rows)) / 2, np.array(terms))
+        terms = [(self._terms * (s * s)).sum(axis=1) for s in in_cell]
+        return (np.array(rows) + np.transpose(rows)) / 2, np.array(terms)
 
 
 def _few_steps_of_cg(

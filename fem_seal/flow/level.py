@@ -40,14 +40,7 @@ from fem_seal.flow.families import (
     upper_matrix,
 )
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.hierarchical import (
-    AppliedBubbles,
-    Correction,
-    Drops,
-    energy_drops,
-    pressure_bubbles,
-    stream_bubbles,
-)
+from fem_seal.flow.hierarchical import BubbleSides, Correction, Drops, energy_drops
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.numbering import Jumps
@@ -63,7 +56,6 @@ class CorrectedBounds(Bounds):
 
     lowered: Drops  #: of the energies of the pressures
     raised: Drops  #: of the energies of the stream functions
-    bubbles: AppliedBubbles  #: of the stream functions, then of the pressures
 
 
 class LevelProblem:
@@ -136,7 +128,6 @@ class LevelProblem:
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         return Correction(
             len(pressures),
-            partial(pressure_bubbles, self.mesh, self._cell_contact, self.kept),
             lambda cells: [pressure(place[cells]) for pressure in pressures],
             lambda data: data.K,
         )
@@ -145,9 +136,8 @@ class LevelProblem:
         """Bubble functions for stream functions, given by values (V,) at the vertices."""
         return Correction(
             len(streams),
-            partial(stream_bubbles, self.mesh, self._cell_contact, self.kept),
             lambda cells: [psi.take(self.mesh.cells.take(cells, axis=0)) for psi in streams],
-            lambda data: data.resistivity[:, 0],
+            lambda data: data.resistivity,
         )
 
     def start(self, pressure: Pressures, stream: Streams | None) -> Start:
@@ -234,15 +224,15 @@ class LevelProblem:
         """
         dual = self.stream_correction([*stream.at_vertices])
         primal = self.pressure_correction([v.corners for v in pressure.minima])
-        (raised, lowered), bubbles = energy_drops(
-            self.gap, self.mesh, self.values, (dual, primal), self.space.comm
+        sides = BubbleSides.of(self.mesh, self._cell_contact, self.kept)
+        raised, lowered = energy_drops(
+            self.gap, self.mesh, self.values, (dual, primal), self.space.comm, sides
         )
         return CorrectedBounds(
             lower_matrix(stream, stream.upper_bound(raised)),
             upper_matrix(pressure, pressure.upper_bound(lowered)),
             lowered,
             raised,
-            bubbles,
         )
 
     def flows(self, pressure: Pressures, stream: Streams) -> list[FlowEstimate]:

@@ -19,7 +19,7 @@ from fem_seal.film import GridFilm
 from fem_seal.flow.cell_data import ISOTROPIC, CellData
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.gap_on_mesh import LinearGap
-from fem_seal.flow.hierarchical import AppliedBubbles, Correction, Drops, energy_drops
+from fem_seal.flow.hierarchical import Correction, Drops, energy_drops
 from fem_seal.flow.level import LevelProblem, LevelSolution
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.solution import Start
@@ -52,7 +52,7 @@ class MeshedFlow:
         (psi,), (own,), other = stream.at_vertices, stream.totals, self._in_gap_of(film, 1)
         energies = own, other.energy_of_stream(psi)
         correction = self.solution.problem.stream_correction([psi])
-        return other.upper_bounds(energies, correction, corrected.raised, corrected.bubbles.of(0))
+        return other.upper_bounds(energies, correction, corrected.raised)
 
     def conductances_below(self, film: GridFilm) -> np.ndarray:
         """Upper bounds (2,) of conductances: of this film, and of one whose gap is nowhere larger.
@@ -65,7 +65,7 @@ class MeshedFlow:
         if corrected is None:
             return np.array([energy.upper_bound() for energy in energies])
         correction = self.solution.problem.pressure_correction([pressure.corners])
-        return other.upper_bounds(energies, correction, corrected.lowered, corrected.bubbles.of(1))
+        return other.upper_bounds(energies, correction, corrected.lowered)
 
     def _in_gap_of(self, film: GridFilm, sign: int) -> "_OtherGap":
         """The gap of another film on this mesh, nowhere smaller (sign 1) or larger (sign -1)."""
@@ -116,15 +116,14 @@ class _OtherGap:
         energies: tuple[Energy, Energy],
         correction: Correction,
         own_drop: Drops,
-        bubbles: AppliedBubbles,
     ) -> np.ndarray:
         """Upper bounds (2,) of energies of one function, in the problem's own gap and in this one.
 
         The same bubble functions lower both. The bounds are widened for rounding errors.
         """
         problem = self.problem
-        (drop,), _ = energy_drops(
-            self.gap, problem.mesh, self.values, [correction], problem.space.comm, bubbles
+        (drop,) = energy_drops(
+            self.gap, problem.mesh, self.values, [correction], problem.space.comm, own_drop
         )
         return np.array(
             [

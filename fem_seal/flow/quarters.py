@@ -47,17 +47,15 @@ def thrice_centroids(corners: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class QuarterData:
-    """Averages on the quarters of n cells: first all first quarters, then all second ones, ..."""
+    """Averages on the quarters of n cells."""
 
-    K: np.ndarray  #: (4 n,), mean of the conductivity
-    #: (4 n, 1), mean of the inverse of the conductivity; zero where it is infinite
-    resistivity: np.ndarray
+    K: np.ndarray  #: (4, n), mean of the conductivity
+    resistivity: np.ndarray  #: (4, n), mean of its inverse; zero where that is infinite
 
     @classmethod
     def of(cls, mean_K: np.ndarray, mean_inverse_K: np.ndarray) -> "QuarterData":
         """From the two means (4, n)."""
-        finite = np.where(np.isfinite(mean_inverse_K), mean_inverse_K, 0.0)
-        return cls(mean_K.ravel(), finite.reshape(-1, 1))
+        return cls(mean_K, np.where(np.isfinite(mean_inverse_K), mean_inverse_K, 0.0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from project import leak_rate
 
 from fem_seal.film import GridFilm
 from fem_seal.flow.energy import SUM_ROUNDING, Energy
-from fem_seal.flow.hierarchical import _BubbleForm, _CellEnergies
+from fem_seal.flow.hierarchical import BubbleForm, bubble_rows
 from fem_seal.flow.quarters import QuarterShape
 from fem_seal.flow.traces import one_contact_tensor
 from fem_seal.grid import GridField
@@ -106,15 +106,14 @@ def test_rounding_of_drops(aspect):
     share = []
     for one, v, of_quarters in zip(corners, values, c, strict=True):
         s = rng.normal(size=3) * np.ptp(v) * 10 ** rng.uniform(-3, 0)
-        cells = _CellEnergies.empty(1, 1)
         shape = QuarterShape.of(*one.T[:, :, None])
-        cells.fill(slice(None), shape, of_quarters, [v[None]])
-        drops = _BubbleForm(cells, np.arange(3)[:, None], 3).drops([np.append(s, 0.0)])
+        rows = bubble_rows(shape, of_quarters[:, None], [v[None]])
+        energies, terms = BubbleForm(rows, np.arange(3)[:, None], 3).drops([np.append(s, 0.0)])
         mean = of_quarters.mean()
         tensor = np.array([[mean, 0.0, mean]])
         energy = Energy.of_cells(one[None], tensor, v[None], blur=0.0)
-        off = float(Fraction(drops.energies.item()) - exact_drop(one, of_quarters, v, s))
-        share.append(abs(off) / energy.error_of_drop(*drops.terms[0]))
+        off = float(Fraction(energies.item()) - exact_drop(one, of_quarters, v, s))
+        share.append(abs(off) / energy.error_of_drop(*terms[0]))
     assert max(share) <= 1
     # Not idle: of 160 roundings that are allowed for one cell has 30, and most of these cancel.
     assert max(share) > 1e-3
