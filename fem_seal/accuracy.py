@@ -57,7 +57,8 @@ class Choice:
     contact_error: float | None  #: relative, estimated; None where sealed
     flow_error: float | None  #: relative half-width of the guaranteed bounds
     trials: tuple[Trial, ...]  #: grids tried, from coarse to fine; the last one was chosen
-    lift_error: float | None = None  #: relative, estimated; None where the fluid lifts nothing
+    #: relative, estimated; None where the fluid lifts nothing, or the lift has not settled
+    lift_error: float | None = None
     area_error: float | None = None  #: the same; None unless a contact area is prescribed
 
 
@@ -117,8 +118,10 @@ def _contact_part(patch: Patch) -> float:
 
 
 def _lift_part(patch: Patch) -> float:
-    """Error of the lift, l; 0 if it has not settled."""
-    return patch.lifted.error if patch.lifted is not None and patch.lifted.converged else 0.0
+    """Error of the lift, l; infinite if it has not settled."""
+    if patch.lifted is None:
+        return 0.0
+    return patch.lifted.error if patch.lifted.converged else inf
 
 
 def _solved_again(first: Patch, patch: Patch, left: float) -> Patch:

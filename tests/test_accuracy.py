@@ -11,6 +11,7 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.accuracy import chosen_grid, chosen_patch
+from fem_seal.coupling import stages
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import combined, estimate
 from fem_seal.errors import InvalidInput
@@ -277,3 +278,11 @@ def test_the_lift_is_part_of_the_total(accurate_scene):
     lower, upper = combined(error_budget(patch))
     assert 1 / (1 + total) <= lower <= 1 / (1 + max(parts))
     assert 1 + max(parts) <= upper <= 1 + total
+
+
+def test_a_lift_that_has_not_settled_has_no_known_error(accurate_scene, monkeypatch):
+    monkeypatch.setattr(stages, "MOST_STAGES", 0)
+    accurate_scene["flow"]["lift"] = "resolved"
+    patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
+    assert not patch.leak_rate.converged
+    assert choice.lift_error is None
