@@ -19,6 +19,10 @@ EXCESS = 0.9
 # slip adds: hard spheres slip 3 % less than the BGK model (viscous slip coefficients 0.985 and
 # 1.016 in F. Sharipov, Eurosime 2004 and references there); 1 % more allows for other models.
 KINETIC_ERROR = 0.04
+# Mean free path over the length of a film at which the kinetic law gives no more than what
+# molecules without collisions carry through slots at least 32 times as long as high (A. S. Berman,
+# J. Appl. Phys. 36, 3356 (1965)). From 160 times on 0.45 would do, and in the limit 0.57.
+FREE_FLIGHT = 0.25
 
 
 def knudsen_number(patch: Patch) -> float | None:
@@ -77,18 +81,17 @@ def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> 
         f"the gas differ from it by up to {per_cent(KINETIC_ERROR)} of what slip adds; Knudsen "
         f"number {knudsen:.2g} at the tightest place"
     )
-    shorter = 1.0
-    if path > length:
-        # For the lower bound shorten the mean free path to the length of the film, as a higher
-        # pressure would.
-        t = critical * law.mean_pressure / law.product
-        shorter = min(1.0, float(law.coefficient(t * path / length) / law.coefficient(t)))
+    # For the lower bound both, collisions and the ends of the film, end the flight of a molecule.
+    t, flights = critical * law.mean_pressure / law.product, path / (FREE_FLIGHT * length)
+    shorter = min(1.0, float(law.coefficient(t * (1 + flights)) / law.coefficient(t)))
+    caution = flights > 1
+    if caution:
         sentence += (
-            f"; the mean free path {length_text(path)} is longer than the film, so that "
-            "molecules which fly along the gap carry less than between endless walls"
+            f"; the mean free path {length_text(path)} is longer than a quarter of the film, so "
+            "that molecules which fly along the gap carry less than between endless walls"
         )
     return Uncertainty(
-        "slip", "estimated", sentence, shorter / (1 + error), 1 + error, caution=path > length
+        "slip", "estimated", sentence, shorter / (1 + error), 1 + error, caution=caution
     )
 
 
