@@ -1,11 +1,12 @@
 """Cost of accuracy: contact grids × flow methods × tolerances, error against time and memory.
 
 The error of a leak rate has two parts. The flow part is the half-width of the certified bracket,
-or, for finite differences, the distance from the best answer on the same gap. The contact part is
-the discretization error of the contact. The same surface is solved under the same load on finer and
-finer grids; the distance of each leak rate from that on the finest grid, and what a still finer one
-would change, estimated as for any result (`grid_series`), are together its contact part. Grids that
-are sealed where the finest leaks are left out: they have no leak rate to compare.
+or, for finite differences, the distance from the far end of the narrowest bracket of the same gap.
+The contact part is the discretization error of the contact. The same surface is solved under the
+same load on finer and finer grids; the distance of each leak rate from that on the finest grid, and
+what a still finer one would change, estimated as for any result (`grid_series`), are together its
+contact part. Grids that are sealed where the finest leaks are left out: they have no leak rate to
+compare.
 """
 
 from collections.abc import Sequence
@@ -265,17 +266,18 @@ def trade_of(runs: Sequence[Run]) -> Trade:
     uncertainty = max(estimated, relative_half_width(*finest.bounds))
     sealed = tuple(samples for samples, run in best.items() if run.state == "sealed")
     points = tuple(
-        _point(run, best[run.samples].leak_rate, reference, uncertainty)
+        _point(run, best[run.samples], reference, uncertainty)
         for run in runs
         if run.samples not in sealed
     )
     return Trade(points, reference, uncertainty, sealed)
 
 
-def _point(run: Run, best: float, reference: float, uncertainty: float) -> TradePoint:
-    """Split the error of a run; `best` is the best leak rate on the same contact grid."""
-    contact = abs(best / reference - 1) + uncertainty
-    away = abs(run.leak_rate - best) / reference
+def _point(run: Run, best: Run, reference: float, uncertainty: float) -> TradePoint:
+    """Split the error of a run; `best` is the most accurate one on the same contact grid."""
+    contact = abs(best.leak_rate / reference - 1) + uncertainty
+    lower, upper = best.bounds
+    away = max(run.leak_rate - lower, upper - run.leak_rate) / reference
     flow = relative_half_width(*run.bounds) if run.certified else away
     return TradePoint(
         **vars(run), contact_error=contact, flow_error=flow, total_error=contact + flow

@@ -53,6 +53,15 @@ def test_flow_part_is_the_bracket_and_obeys_the_tolerance(traded):
             assert p.flow_error == pytest.approx((p.upper - p.lower) / (p.upper + p.lower))
 
 
+def test_without_bounds_the_flow_part_counts_those_of_the_best_answer():
+    """The leak rate lies anywhere in the narrowest bracket, here 1 % to either side."""
+    best, finest = run(16, 1.0, 0.04), run(32, 1.0, 0.01)
+    for rate, error in ((1.0, 0.01), (1.03, 0.04), (0.98, 0.03)):
+        flow = FlowMethod("finite-difference", None)
+        own = replace(best, flow=flow, leak_rate=rate, lower=None, upper=None)
+        assert trade_of([own, best, finest]).points[0].flow_error == pytest.approx(error)
+
+
 def test_contact_part_is_shared_by_all_flows_on_a_grid_and_falls(traded):
     parts = {}
     for p in traded.points:
