@@ -111,22 +111,12 @@ def flow_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:
 def pressure_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:
     """Picture of the pressure, linear on each triangle, with isobars; see `flow_picture`."""
     scale = pressure_scale("pressure", field.pressure)
-    with page(window_of(film), path, key=(CONTACT, NO_FLOW)) as axes:
-        draw_pressure(axes[0, 0], field, film, scale)
-        add_bar(axes[0, 0], scale)
-
-
-def draw_pressure(axes: "Axes", field: FlowField, film: GridFilm, scale: Scale) -> None:
-    """Draw the pressure on a scale from `pressure_scale`, and its isobars."""
-    from matplotlib.tri import Triangulation
-
     pressure = field.pressure * scale.per_si
     layer = DrawnTriangles(field.points, field.cells, values=pressure, scale=scale)
-    _draw_below_contact(axes, film, layer, frame_film(axes, film, marked=True))
-    if scale.lines:
-        x, y = field.points.T
-        mesh = Triangulation(x, y, field.cells)
-        axes.tricontour(mesh, pressure, levels=scale.lines, **ISOLINES)
+    with page(window_of(film), path, key=(CONTACT, NO_FLOW)) as ((axes,),):
+        _draw_below_contact(axes, film, layer, frame_film(axes, film, marked=True))
+        axes.tricontour(*field.points.T, field.cells, pressure, levels=scale.lines, **ISOLINES)
+        add_bar(axes, scale)
 
 
 def mesh_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:

@@ -22,14 +22,6 @@ WIDTH = 1600  # width of the drawing before its margins are cut off [pixel]
 PIN = Swatch("pin: critical constriction", (0, 0, 0))
 
 
-def exaggeration(deepest: float, length: float) -> float:
-    """Factor, 1, 2 or 5 times a power of ten, that makes the largest gap [m] a visible depth.
-
-    `length` is the longer side of the seal [m].
-    """
-    return step_above(DEPTH * length / deepest)
-
-
 def relief_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:
     """Picture of the gap as a landscape, its depth exaggerated, with the flow density on it.
 
@@ -40,7 +32,7 @@ def relief_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:
     block = ceil(max(gap.shape) / SAMPLES)
     nx, ny = (n // block for n in gap.shape)
     gap = gap[: nx * block, : ny * block].reshape(nx, block, ny, block).mean(axis=(1, 3))
-    factor = exaggeration(float(gap.max()), max(film.size))
+    factor = step_above(DEPTH * max(film.size) / float(gap.max()))
     # The picture covers the landscape from edge to edge.
     x, y = np.linspace(0.0, film.size[0], nx), np.linspace(0.0, film.size[1], ny)
     points = np.stack([*np.meshgrid(x, y, indexing="ij"), -factor * gap], axis=2)

@@ -1,10 +1,8 @@
 """Pictures of a film of any shape on the triangles of its mesh: mesh, gap and flow."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from math import ceil, log2
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,11 +16,6 @@ from fem_seal.render.page import Window, add_bar, frame, page
 from fem_seal.render.samples import gap_scale
 from fem_seal.render.scale import Scale
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from fem_seal.mesh.triangles import TriangleMesh
-
 MARGIN = 0.02  # white margin around the shape, over its longer side
 WALL = Swatch("wall", (0, 0, 0))
 BOUNDARY_WIDTH = 2.0  # width of the lines of inlet, outlet and walls [point]
@@ -31,16 +24,36 @@ BOUNDARIES = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
 
 def draw_shape(film: MeshFilm, field: FlowField | None, folder: Path) -> None:
     """Draw mesh, gap and, if there is a field, flow: shape.png, gap.png, flow.png."""
+    from matplotlib.collections import LineCollection
+
     mesh, contact = film.mesh, _contact_of(film)
-    with _page(film, folder / "shape.png", contact) as axes:
-        axes.triplot(*mesh.xy.T, mesh.cells, color="black", linewidth=0.3, rasterized=True)
-    layers, scale = contact, None
+    lines = [(BOUNDARIES[name], mesh.xy[ends]) for name, ends in mesh.groups() if len(ends)]
+    key = (*(swatch for swatch, _ in lines), *(CONTACT,) * bool(contact))
+    (x0, y0), (x1, y1) = mesh.xy.min(axis=0).tolist(), mesh.xy.max(axis=0).tolist()
+    margin = MARGIN * max(x1 - x0, y1 - y0)
+    window = Window(x0 - margin, x1 + margin, y0 - margin, y1 + margin)
+
+    def draw(
+        name: str, layers: Sequence[DrawnTriangles], scale: Scale | None, *more: Swatch
+    ) -> None:
+        """Picture of layers with inlet, outlet and walls; `more` stands in its key as well."""
+        with page(window, folder / name, key=(*key, *more)) as ((axes,),):
+            frame(axes, window)
+            axes.imshow(draw_layers(layers, window), extent=window, aspect="auto")
+            for swatch, ends in lines:
+                axes.add_collection(LineCollection(ends, colors=[swatch.rgb], lw=BOUNDARY_WIDTH))
+            add_bar(axes, scale)
+            if name == "shape.png":
+                axes.triplot(*mesh.xy.T, mesh.cells, color="black", linewidth=0.3, rasterized=True)
+
+    draw("shape.png", contact, None)
     if film.largest_gap > 0:
         scale = gap_scale(film.values)
         shown = np.maximum(film.values * scale.per_si, scale.low)
-        layers = [DrawnTriangles(mesh.xy, mesh.cells, values=shown, scale=scale), *contact]
-    with _page(film, folder / "gap.png", layers, scale):
-        pass
+        layer = DrawnTriangles(mesh.xy, mesh.cells, values=shown, scale=scale)
+        draw("gap.png", [layer, *contact], scale)
+    else:
+        draw("gap.png", contact, None)
     if field is None:
         return
     scale = flow_scale(field)
@@ -48,40 +61,7 @@ def draw_shape(film: MeshFilm, field: FlowField | None, folder: Path) -> None:
     ground = DrawnTriangles(mesh.xy, open_cells, NO_FLOW.colour)
     # There are pockets if the field of the flow covers less than the open area.
     pockets = _area(field.points, field.cells) < (1 - 1e-9) * _area(mesh.xy, open_cells)
-    layers = [ground, flow_layer(field, scale), *contact]
-    with _page(film, folder / "flow.png", layers, scale, (NO_FLOW,) * pockets):
-        pass
-
-
-@contextmanager
-def _page(
-    film: MeshFilm,
-    path: Path,
-    layers: Sequence[DrawnTriangles],
-    scale: Scale | None = None,
-    more: tuple[Swatch, ...] = (),
-) -> "Iterator[Axes]":
-    """Picture of layers with inlet, outlet and walls; the key names what there is, and `more`."""
-    from matplotlib.collections import LineCollection
-
-    mesh = film.mesh
-    lines = [(BOUNDARIES[name], mesh.xy[ends]) for name, ends in mesh.groups() if len(ends)]
-    contact = (CONTACT,) if _contact_of(film) else ()
-    window = _window(mesh)
-    with page(window, path, key=(*(swatch for swatch, _ in lines), *contact, *more)) as panels:
-        axes = panels[0, 0]
-        frame(axes, window)
-        axes.imshow(draw_layers(layers, window), extent=window, aspect="auto")
-        for swatch, ends in lines:
-            axes.add_collection(LineCollection(ends, colors=[swatch.rgb], lw=BOUNDARY_WIDTH))
-        add_bar(axes, scale)
-        yield axes
-
-
-def _window(mesh: "TriangleMesh") -> Window:
-    (x0, y0), (x1, y1) = mesh.xy.min(axis=0).tolist(), mesh.xy.max(axis=0).tolist()
-    margin = MARGIN * max(x1 - x0, y1 - y0)
-    return Window(x0 - margin, x1 + margin, y0 - margin, y1 + margin)
+    draw("flow.png", [ground, flow_layer(field, scale), *contact], scale, *(NO_FLOW,) * pockets)
 
 
 def _area(points: np.ndarray, cells: np.ndarray) -> float:

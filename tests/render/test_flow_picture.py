@@ -1,5 +1,7 @@
 """Pictures of flow density, pressure and mesh show the values on the triangles."""
 
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
 from drawn_fields import drawn_samples, structured_flow, table_of
@@ -98,14 +100,21 @@ def test_pressure_is_interpolated_before_it_is_coloured(monkeypatch):
     assert (pixels[150] <= two.max(axis=0) + 1).all()
 
 
-def test_isobars_lie_where_the_pressure_has_their_level():
+def test_isobars_lie_where_the_pressure_has_their_level(monkeypatch):
     """Pressure falls evenly from 1 to 0: lines at equal steps, as many as the bar shows."""
     field = structured_flow(20, 10, SIZE, lambda x: 1 + 0 * x, lambda x: 1e5 * (1 - x))
     scale = pressure_scale("pressure", field.pressure)
     assert scale.lines == pytest.approx(np.arange(10, 100, 10))
-    axes = Figure().subplots()
-    flow.draw_pressure(axes, field, OPEN, scale)
-    (lines,) = axes.collections
+    pages = []
+
+    @contextmanager
+    def page(*arguments, key):
+        pages.append(Figure().subplots(1, 1, squeeze=False))
+        yield pages[0]
+
+    monkeypatch.setattr(flow, "page", page)
+    flow.pressure_picture(field, OPEN, "pressure.png")
+    (lines,) = pages[0][0, 0].collections
     for level, line in zip(lines.levels, lines.get_paths(), strict=True):
         assert line.vertices[:, 0] == pytest.approx(SIZE[0] * (1 - level / 100), rel=1e-9)
 

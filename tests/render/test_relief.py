@@ -7,7 +7,8 @@ from drawn_fields import drawn_pixels, structured_flow
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.render.colours import INLET, OUTLET
-from fem_seal.render.relief import DEPTH, draw_relief, exaggeration, relief_picture
+from fem_seal.render.relief import draw_relief, relief_picture
+from fem_seal.render.scale import step_above
 
 pytestmark = pytest.mark.render
 
@@ -19,12 +20,12 @@ def flat(pin=None, colour=(90, 140, 60)):
     return draw_relief(np.stack([x, y, 0 * x], axis=2), picture, pin, 300).astype(int)
 
 
-@pytest.mark.parametrize("deepest", [1e-9, 3.3e-8, 2e-6])
-def test_depth_is_visible_and_its_factor_a_round_number(deepest):
-    """Between DEPTH and 2.5 times as much of the side: the next 1, 2 or 5."""
-    factor = exaggeration(deepest, 1e-4)
-    assert DEPTH * 1e-4 <= factor * deepest <= 2.5 * DEPTH * 1e-4
-    assert f"{factor:.0e}"[0] in "125"
+@pytest.mark.parametrize("number", [1e-9, 3.3e-8, 2e-6, 5.1e3])
+def test_factors_and_ends_of_bars_are_round_numbers(number):
+    """The next 1, 2 or 5 times a power of ten: at most 2.5 times as much."""
+    step = step_above(number)
+    assert number <= step * (1 + 1e-9) <= 2.5 * number
+    assert f"{step:.0e}"[0] in "125"
 
 
 def test_inlet_lies_left_outlet_right_and_the_pin_between():
