@@ -97,7 +97,7 @@ def chosen_grid(
     missed = _contact_part(patch) + of_flow + of_lift > allowed
     if leak.converged and leak.state == "leaking" and missed:
         reason = _missed_by_lift(total, of_lift) if left > least else _missed(total, patch)
-        patch.miss(reason)
+        leak = patch.leak_rate = replace(leak, reason=reason)
     grid, area = patch.once(estimated_error), patch.once(area_error)
     return patch, Choice(
         total=total,

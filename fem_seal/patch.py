@@ -125,10 +125,6 @@ class Patch:
         """Let `once` return this value, found in another way."""
         self._values[function] = value
 
-    def miss(self, reason: str) -> None:
-        """Let the leak rate say for what reason it is not as exact as was asked for."""
-        self.leak_rate = replace(self.leak_rate, reason=reason)
-
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
         """Report a stage and add its duration [s] to `seconds`."""
@@ -273,7 +269,7 @@ class Patch:
         """Whether the fluid carries the whole load, so that nothing limits the leak rate."""
         return self.lifted is not None and self.lifted.state == "lifted off"
 
-    @property
+    @cached_property
     def film_contact(self) -> GapState | None:
         """Contact whose gap is the film: lifted if the lift is resolved, otherwise dry.
 
@@ -281,10 +277,8 @@ class Patch:
         """
         if self.lifted is None:
             return self.contact
-        return self._touching if self.lifted_off else self.lifted.contact
-
-    @cached_property
-    def _touching(self) -> GapState:
+        if not self.lifted_off:
+            return self.lifted.contact
         arguments = self.scene, self._pressed, None, Load("pressure", 0.0)
         return parallel.on_root(lambda: elastic_contact(*arguments), self.comm)
 

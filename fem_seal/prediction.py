@@ -114,10 +114,12 @@ def predicted(
     The patches of a [seal] count as shared among workers, or one after the other without `work`.
     """
     _require_predictable(scene)
+    if surface is None and (scene.seal is not None or not isinstance(scene.surface, SelfAffine)):
+        patch = Patch(scene)
+        surface = patch.grid_gap if scene.surface is None else patch.surface
     shape, channels = _grid(scene, surface)
     samples, pace = prod(shape), _pace()
-    stages = _stages(_Laws(scene, channels), shape)
-    parts = {name: pace * seconds for name, seconds in stages.items()}
+    parts = {name: pace * time for name, time in _stages(scene, shape, channels).items()}
     flows = scene.solves_flow or scene.seal is not None or "tensor" in parts
     libraries = [CONTACT_IMPORTS] + [FLOW_IMPORTS] * flows
     memory = sum(size for _, size in libraries) + BYTES_OF_SAMPLE * samples
@@ -125,7 +127,7 @@ def predicted(
         memory += BYTES_OF_LIFT * samples
     patches, jobs, each_patch = 1, 1, None
     if scene.seal is not None:
-        heights = surface or present(Patch(scene).surface, "surface")
+        heights = present(surface, "surface")
         seconds, of_flows = _seal_patch(scene, heights, samples, channels)
         memory += of_flows
         patches, each_patch = scene.seal.patches, Expected(pace * seconds, memory)
@@ -172,22 +174,39 @@ def _rtol(scene: Scene) -> float:
     return scene.total_error or scene.flow.rtol
 
 
-def _stages(laws: "_Laws", shape: tuple[int, int]) -> dict[str, float]:
+def _stages(scene: Scene, shape: tuple[int, int], channels: float) -> dict[str, float]:
     """CPU time [s] of the stages of one patch, on the machine of the laws."""
-    scene, samples, rtol = laws.scene, prod(shape), _rtol(laws.scene)
-    contact, flow = laws.contact(samples), laws.flow(samples, rtol)
-    stages, lifted = {"contact": contact}, scene.lift == "resolved"
+    samples, rtol, lifted = prod(shape), _rtol(scene), scene.lift == "resolved"
+    pressed = scene.contact is not None and scene.contact.is_elastic
+    by_area = pressed and scene.load.kind == "area_fraction"
+
+    def of_contact(samples: float) -> float:
+        """Time of the dry contact; two threads take 0.6 of the time of one."""
+        threads = parallel.cores() if samples >= THREADED_FROM else 1
+        each = contact_seconds(samples) * (BY_AREA if by_area else 1.0)
+        return each / threads**0.75 if pressed else 0.0
+
+    def of_flow(samples: float, rtol: float) -> float:
+        """Time of the flow, and of its equilibrium with the contact."""
+        each = flow_seconds(samples, channels, rtol)
+        if scene.flow.method == "finite-difference":
+            each = OF_DIFFERENCES * samples
+        # A gas that slips takes two flows.
+        each = 2 * each if lifted or scene.slip is not None else each
+        return (each + LIFT_OF_SAMPLE * samples * lifted) / sqrt(parallel.processes())
+
+    contact, flow = of_contact(samples), of_flow(samples, rtol)
+    stages = {"contact": contact}
     if scene.solves_flow:
         stages["flow and lift" if lifted else "flow"] = flow
     if scene.needs_leak_rate:
         if scene.lift == "range":
             stages["range"] = contact + flow
-        if laws.by_area:
+        if by_area:
             stages["contact area"] = OF_CONTACT * contact + OF_LIFT * flow * lifted
         coarse = half(shape) if is_estimated(scene) else None
         if coarse is not None:
-            fewer, loose = prod(coarse), min(LOOSER * rtol, LOOSEST)
-            both = laws.contact(fewer) + laws.flow(fewer, loose)
+            both = of_contact(prod(coarse)) + of_flow(prod(coarse), min(LOOSER * rtol, LOOSEST))
             beside = flow if pays_beside(samples, lifted) else 0.0
             stages["contact grid"] = max(both - beside, 0.0)
             if scene.lift == "range":
@@ -215,52 +234,18 @@ def _seal_patch(
     return loads * seconds, BYTES_OF_UNKNOWN * unknowns + kept
 
 
-@dataclass(frozen=True)
-class _Laws:
-    """CPU time [s] of the steps of a scene on some samples."""
+def _grid(scene: Scene, field: GridField | None) -> tuple[tuple[int, int], float]:
+    """Samples of the scene's grid, and a measure of the number of channels in its gap.
 
-    scene: Scene
-    channels: float  #: of the gap, as of `_grid`
-
-    @property
-    def pressed(self) -> bool:
-        """Whether the contact is elastic."""
-        return self.scene.contact is not None and self.scene.contact.is_elastic
-
-    @property
-    def by_area(self) -> bool:
-        """Whether the load of the contact is its area."""
-        return self.pressed and self.scene.load.kind == "area_fraction"
-
-    def contact(self, samples: float) -> float:
-        """Time of the dry contact; two threads take 0.6 of the time of one."""
-        threads = parallel.cores() if samples >= THREADED_FROM else 1
-        each = contact_seconds(samples) * (BY_AREA if self.by_area else 1.0)
-        return each / threads**0.75 if self.pressed else 0.0
-
-    def flow(self, samples: float, rtol: float) -> float:
-        """Time of the flow, and of its equilibrium with the contact."""
-        scene, lifted = self.scene, self.scene.lift == "resolved"
-        by_differences = scene.flow.method == "finite-difference"
-        bounded = flow_seconds(samples, self.channels, rtol)
-        each = OF_DIFFERENCES * samples if by_differences else bounded
-        # A gas that slips takes two flows.
-        each = 2 * each if lifted or scene.slip is not None else each
-        return (each + LIFT_OF_SAMPLE * samples * lifted) / sqrt(parallel.processes())
-
-
-def _grid(scene: Scene, surface: GridField | None) -> tuple[tuple[int, int], float]:
-    """Samples of the scene's grid, and a measure of the number of channels in its gap."""
+    `field` holds heights or gaps, which a `SelfAffine` surface does without.
+    """
     known = scene.surface
     if isinstance(known, SelfAffine):
         shape, side = known.shape, sqrt(prod(known.size))
         long = side / known.long_wavelength
         waves = min(side / known.short_wavelength, sqrt(prod(shape)) / 2)
     else:
-        field = surface
-        if field is None:
-            patch = Patch(scene)
-            field = patch.grid_gap if known is None else present(patch.surface, "surface")
+        field = present(field, "heights or gaps")
         shape, long = field.shape, USUAL
         waves = sqrt(prod(shape)) / _shortest(field)
     return shape, waves**OF_WAVES * sqrt(long / USUAL)

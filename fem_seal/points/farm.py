@@ -27,21 +27,13 @@ def farm(
 ) -> tuple[list[T], list[Item]]:
     """Compute chains in processes of this machine.
 
-    At most `jobs` processes are started, and no more than the memory holds. Until a point is
-    finished and shows how much memory it takes, `need` is kept free for each process. Returns the
-    answers of `compute`, in the order in which they came, and the chains whose process was killed.
-    The first error that `compute` raises in any process ends the others.
+    At most `jobs` processes are started, and no more than `memory` [bytes] holds, or that of the
+    machine. Until a point is finished and shows how much memory it takes, `need` [bytes] is kept
+    free for each process. `compute` is a function of a module; `poll`, called every half second and
+    after each chain, returns how many points are finished.
 
-    Parameters
-    ----------
-    chains, compute
-        Each chain is pickled; `compute` is a function of a module.
-    poll
-        Called every half second and after each chain; returns how many points are finished.
-    memory
-        Most memory of all processes together [bytes]; what the machine has if left out.
-    need
-        Memory that a process is expected to need [bytes].
+    Returns the answers of `compute`, in the order in which they came, and the chains whose process
+    was killed. The first error that `compute` raises in any process ends the others.
     """
     idle: list[Worker] = []
     running: dict[Worker, Item] = {}
