@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fem_seal import parallel
-from fem_seal.errors import OTHER_FOLDER, InvalidInput
+from fem_seal.errors import OTHER_FOLDER, InvalidInput, narrowed
 from fem_seal.files import locked_folder, names_in, staging_folder, writing
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.patch import Patch
@@ -78,9 +78,12 @@ def mesh(
     Returns lines of the summary of the mesh, and the names of the files.
     """
     require_packages(scene, flow=False, pictures=True)
-    film = Patch(scene, report, trust=trust).film
-    if not isinstance(film, MeshFilm):
-        raise InvalidInput("the scene has no [shape] to mesh")
+    if scene.shape is None:
+        raise InvalidInput(
+            "the scene has no [shape]; the mesh of a gap on a grid is made while it is solved: "
+            "name 'mesh' in output.products of fem-seal run"
+        )
+    film = narrowed(Patch(scene, report, trust=trust).film, MeshFilm, "mesh")
     folder, provenance = Path(out).absolute(), Provenance.of(scene)
     return film.summary(), parallel.on_root(lambda: _write_mesh(film, folder, provenance))
 

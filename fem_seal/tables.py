@@ -13,12 +13,6 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 
-def _header(rows: "Sequence[DataclassInstance]") -> list[str]:
-    if not rows:
-        raise InvalidInput("there is nothing to put into a table")
-    return [field.name for field in fields(rows[0])]
-
-
 def leaves(parts: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Any]]:
     """Entries of nested dicts under names such as gas.mass_rate.value."""
     for name, part in parts.items():
@@ -42,7 +36,9 @@ def as_csv(rows: "Sequence[DataclassInstance]") -> str:
 
     A field that is itself a dataclass is written by its `str`.
     """
-    names = _header(rows)
+    if not rows:
+        raise InvalidInput("there is nothing to put into a table")
+    names = [field.name for field in fields(rows[0])]
     return csv_text(names, ([getattr(row, name) for name in names] for row in rows))
 
 
@@ -55,13 +51,12 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
     )
 
 
-def as_text(rows: "Sequence[DataclassInstance]", columns: Sequence[str] | None = None) -> str:
-    """Align dataclasses of one kind, at least one, in columns of four digits.
+def as_text(rows: "Sequence[DataclassInstance]", names: Sequence[str]) -> str:
+    """Align some fields of dataclasses of one kind, at least one, in columns of four digits.
 
-    The columns are the fields, all or those named. Metadata "header" of a field, such as its name
-    with a unit, heads its column; CSV keeps the field's name.
+    Metadata "header" of a field, such as its name with a unit, heads its column; CSV keeps the
+    field's name.
     """
-    names = list(columns or _header(rows))
     headers = {cell.name: cell.metadata.get("header", cell.name) for cell in fields(rows[0])}
     return aligned(
         [

@@ -14,6 +14,7 @@ from shutil import which
 from fem_seal.cli.printing import say
 from fem_seal.errors import MissingPackage
 from fem_seal.installed import how_to_add, how_to_get_fenicsx
+from fem_seal.tables import aligned
 
 PATIENCE = 120  # seconds that one probe may take: the first use of DOLFINx compiles
 
@@ -83,8 +84,14 @@ def add(command: argparse.ArgumentParser) -> None:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    findings = list(examine())
-    say(table(findings))
+    """Print the findings in columns, with the remedy below each failed check."""
+    findings, lines = list(examine()), []
+    for finding in findings:
+        mark = "ok  " if finding.works else ("FAIL" if finding.required else "no  ")
+        lines.append((mark, finding.name, finding.found))
+        if not finding.works:
+            lines.append(("", "", f"for {finding.needed_for}: {finding.remedy}"))
+    say(aligned(lines))
     broken = [finding.name for finding in findings if finding.required and not finding.works]
     if broken:
         raise MissingPackage(f"not working here: {', '.join(broken)}; the table says what to do")
@@ -118,18 +125,6 @@ def examine() -> Iterator[Finding]:
         found = "installed" if works else "not installed"
         remedy = "apt-get install python3-gmsh" if name == "gmsh" else how_to_add(name)
         yield Finding(name, use, works, found, remedy, required=name in REQUIRED)
-
-
-def table(findings: list[Finding]) -> str:
-    """Format the findings in columns, with the remedy below each failed check."""
-    width = max(len(finding.name) for finding in findings)
-    lines = []
-    for finding in findings:
-        mark = "ok  " if finding.works else ("FAIL" if finding.required else "no  ")
-        lines.append(f"{mark}  {finding.name:<{width}}  {finding.found}")
-        if not finding.works:
-            lines.append(f"{'':<6}{'':<{width}}  for {finding.needed_for}: {finding.remedy}")
-    return "\n".join(lines)
 
 
 def _try(command: list[str]) -> tuple[bool, str]:

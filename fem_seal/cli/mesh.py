@@ -4,7 +4,6 @@ import argparse
 
 from fem_seal.cli.options import add_path, add_scene, add_trust, default_folder
 from fem_seal.cli.printing import say
-from fem_seal.errors import InvalidInput
 from fem_seal.progress import Display
 
 
@@ -21,11 +20,6 @@ def _mesh(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
 
     scene = Scene.from_file(options.scene, options.overrides)
-    if scene.shape is None:
-        raise InvalidInput(
-            f"{options.scene} has no [shape]; the mesh of a gap on a grid is made while it is "
-            "solved: name 'mesh' in output.products of fem-seal run"
-        )
     out = options.out or default_folder(options.scene, options.overrides)
     with Display() as report:
         lines, names = mesh(scene, out, report, trust=options.trust)

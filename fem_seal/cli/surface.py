@@ -45,7 +45,7 @@ def _described(options: argparse.Namespace, report: Report) -> str:
     """Text about the surface; its picture and its table are written."""
     from fem_seal.patch import Patch
     from fem_seal.render.plot import FORMATS
-    from fem_seal.scene import ProfileSurface
+    from fem_seal.scene import ProfileSurface, Scene
     from fem_seal.steps import spectrum_of_profiles
     from fem_seal.surface import fit_spectrum
 
@@ -53,7 +53,13 @@ def _described(options: argparse.Namespace, report: Report) -> str:
         raise InvalidInput(f"--out {options.out} must end in {', '.join(FORMATS)}")
     if options.csv is not None and options.csv.suffix.lower() != ".csv":
         raise InvalidInput(f"--csv {options.csv} must end in .csv")
-    scene = _scene(options)
+    is_scene = options.scene.suffix.lower() == ".toml"
+    if not is_scene:
+        scene = scene_of_heights(options.scene, options)
+    elif options.length_unit is not None or options.size is not None:
+        raise InvalidInput("--length-unit and --size are for a file of heights; use --set")
+    else:
+        scene = Scene.from_file(options.scene, options.overrides)
     patch = Patch(scene, report)
     prepared = _prepared(patch)
     report("spectrum and lay", "")
@@ -71,12 +77,12 @@ def _described(options: argparse.Namespace, report: Report) -> str:
         surface_figure(prepared, fit, options.out)
     if options.csv is not None:
         write_text(options.csv, _csv(prepared, spectrum))
-    lines = _of_steps(prepared, patch, is_cell=_is_scene(options))
+    lines = _of_steps(prepared, patch, is_cell=is_scene)
     rows = [*_map_rows(prepared), *_longest(scene), *_fit_rows(fit, failure)]
     if spectrum is not None:
         rows += _profile_rows(spectrum, prepared.field)
     lines += ["", *(f"{name:<19} {text}" for name, text in rows)]
-    if not _is_scene(options):
+    if not is_scene:
         words = ["fem-seal", "new", str(options.scene)]
         stated = {"--length-unit": options.length_unit, "--size": options.size}
         words += [word for pair in stated.items() if pair[1] for word in pair]
@@ -98,21 +104,6 @@ def _of_steps(prepared: "PreparedSurface", patch: "Patch", *, is_cell: bool) -> 
     slope = steep(prepared.steps[-1].rms_slope, "the surface")
     cautions = [*cautions_of_map(patch), *filter(None, (slope,))]
     return lines + [f"caution: {sentence}" for sentence in cautions]
-
-
-def _is_scene(options: argparse.Namespace) -> bool:
-    return options.scene.suffix.lower() == ".toml"
-
-
-def _scene(options: argparse.Namespace) -> "Scene":
-    """Scene of a scene file, or of a file of heights."""
-    from fem_seal.scene import Scene
-
-    if _is_scene(options):
-        if options.length_unit is not None or options.size is not None:
-            raise InvalidInput("--length-unit and --size are for a file of heights; use --set")
-        return Scene.from_file(options.scene, options.overrides)
-    return scene_of_heights(options.scene, options)
 
 
 def _csv(prepared: "PreparedSurface", spectrum: "IsotropicSpectrum | None") -> str:

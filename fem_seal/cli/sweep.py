@@ -16,6 +16,7 @@ from fem_seal.cli.options import (
 from fem_seal.cli.printing import say
 from fem_seal.errors import NotConverged, present
 from fem_seal.progress import Display
+from fem_seal.tables import aligned
 
 if TYPE_CHECKING:
     from fem_seal.sweep import Point
@@ -67,11 +68,9 @@ def _sweep(options: argparse.Namespace) -> int:
         )
     keys = points[0]
     names = [", ".join(map("{}={}".format, keys, point.values)) for point in tally.table]
-    width = max(map(len, names), default=0)
-    for name, point in zip(names, tally.table, strict=True):
-        say(f"{name:{width}}  {line_of_point(point)}")
-    for sentence in tally.equal:
-        say(sentence)
+    points_in_words = aligned([*zip(names, map(line_of_point, tally.table), strict=True)])
+    for line in (*points_in_words.splitlines(), *tally.equal):
+        say(line)
     say(f"{tally.points} points, {tally.computed} of them computed now, in {out}/sweep.csv")
     if options.picture and parallel.is_root():
         from fem_seal.sweep.picture import PICTURE_FILE, NotDrawn, sweep_figure

@@ -54,20 +54,6 @@ def _refuse_data_elsewhere(path: Path) -> None:
 
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
-    from_package = _exceptions(path)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # deprecations inside the readers concern their authors
-            yield
-    except _BROKEN + from_package as error:
-        # Others name parts of the reader's program.
-        of_the_file = isinstance(error, (*from_package, OSError, ValueError))
-        reason = str(error).strip().split("\n")[0] if of_the_file else ""
-        reason = reason or "it is damaged, or of another format than its name says"
-        raise InvalidInput(f"{path} cannot be read by SurfaceTopography: {reason}") from None
-
-
-def _exceptions(path: Path) -> tuple[type[Exception], ...]:
     try:
         from SurfaceTopography.Exceptions import ReadFileError, UnknownFileFormat
     except ImportError:
@@ -75,7 +61,17 @@ def _exceptions(path: Path) -> tuple[type[Exception], ...]:
             f"{path}: a file in the format of an instrument needs SurfaceTopography: "
             f"{how_to_add('SurfaceTopography')}"
         ) from None
-    return ReadFileError, UnknownFileFormat
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # deprecations inside the readers concern their authors
+            yield
+    except (*_BROKEN, ReadFileError, UnknownFileFormat) as error:
+        # Others name parts of the reader's program.
+        named = ReadFileError, UnknownFileFormat, OSError, ValueError
+        of_the_file = isinstance(error, named)
+        reason = str(error).strip().split("\n")[0] if of_the_file else ""
+        reason = reason or "it is damaged, or of another format than its name says"
+        raise InvalidInput(f"{path} cannot be read by SurfaceTopography: {reason}") from None
 
 
 def _open(path: Path) -> "ReaderBase":

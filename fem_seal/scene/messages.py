@@ -25,16 +25,15 @@ def explain(error: ValidationError, root: type[BaseModel]) -> list[str]:
     lists = {each["loc"][:-1] for each in errors}
     errors = [each for each in errors if each["type"] != "too_short" or each["loc"] not in lists]
     errors.sort(key=lambda each: each["type"] != "extra_forbidden")
-    return [sentence for each in errors for sentence in _sentences(each, root)]
-
-
-def _sentences(error: "ErrorDetails", root: type[BaseModel]) -> list[str]:
-    """Sentence on an error; several sentences if contradictions are reported together."""
-    place = _Place.of(error["loc"], root)
-    reason = error.get("ctx", {}).get("error")
-    if isinstance(reason, ContradictionError):
-        return [f"{place}: {text}" if place.names else text for text in reason.args]
-    return [_sentence(error, place, root)]
+    sentences: list[str] = []
+    for each in errors:
+        place = _Place.of(each["loc"], root)
+        reason = each.get("ctx", {}).get("error")
+        if isinstance(reason, ContradictionError):
+            sentences += [f"{place}: {text}" if place.names else text for text in reason.args]
+        else:
+            sentences.append(_sentence(each, place, root))
+    return sentences
 
 
 def _sentence(error: "ErrorDetails", place: "_Place", root: type[BaseModel]) -> str:
