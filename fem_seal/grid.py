@@ -36,7 +36,9 @@ class GridField:
     periodic: bool = False
 
     def __post_init__(self) -> None:
-        values = np.array(self.values, dtype=np.float64, order="C")
+        # What stands below a mask is no sample: it counts as NaN.
+        unmasked = np.ma.filled(np.ma.asarray(self.values, dtype=np.float64), np.nan)
+        values = np.array(unmasked, order="C")
         if values.ndim != 2 or 0 in values.shape:
             raise InvalidInput(f"a grid needs a two-dimensional array, got shape {values.shape}")
         bad = np.count_nonzero(~np.isfinite(values))

@@ -10,6 +10,7 @@ from PIL import Image
 from project import ROOT, scene_of_samples, without_numbers
 
 import fem_seal as fs
+from fem_seal.grid import GridField
 from fem_seal.render.patch import OF_LIFTED_CONTACT
 from fem_seal.results import read_contact
 from fem_seal.scene import Scene
@@ -103,6 +104,11 @@ def test_heights_of_an_array_are_those_of_the_surface_they_were_taken_from(tmp_p
         [name] = again.result().provenance.inputs
         assert name.startswith(str(tmp_path))
         assert Scene.from_mapping(again.patch.scene.to_mapping()).surface.path == heights.path
+    masked = np.ma.masked_less(field.values, np.sort(field.values, axis=None)[3])
+    with pytest.raises(fs.InvalidInput, match="3 of 1024 points are missing"):
+        _ = fs.Patch(in_python(surface=fs.Heights(masked, size=(1, 1), periodic=True))).surface
+    with pytest.raises(fs.InvalidInput, match="3 of 1024 grid values are not finite"):
+        GridField(masked, field.spacing)
     millimetres = fs.Heights(1e3 * field.values, size=field.size, unit="mm", periodic=True)
     read = fs.Patch(in_python(surface=millimetres)).surface
     assert read.values == pytest.approx(field.values, rel=1e-15)

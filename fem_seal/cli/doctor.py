@@ -28,7 +28,7 @@ LOOKED_FOR = {
 }
 REQUIRED = ("meshio", "matplotlib")
 COMPILER = "apt-get install gcc python3-dev; unset CC if it names no compiler"
-DRAWING = "unset VTK_DEFAULT_OPENGL_WINDOW; pip install pyvista; apt-get install libegl1"
+NO_DRAWING = "unset VTK_DEFAULT_OPENGL_WINDOW; {}; apt-get install libegl1"
 # Phrases in the output of Open MPI and VTK, and their causes. If one failure leads to another, it
 # comes first.
 CAUSES = {
@@ -115,8 +115,8 @@ def examine() -> Iterator[Finding]:
     for name, use, code, remedy in (
         ("DOLFINx", "leak rates with bounds", _DOLFINX, how_to_get_fenicsx()),
         ("form compiler", "leak rates with bounds", _FORM, COMPILER),
-        ("pictures", "contact.png and others", _PICTURE, DRAWING),
-        ("FFTW threads", "elastic contact", _FFTW, "pip install pyfftw"),
+        ("pictures", "contact.png and others", _PICTURE, NO_DRAWING.format(how_to_add("pyvista"))),
+        ("FFTW threads", "elastic contact", _FFTW, how_to_add("pyfftw")),
     ):
         yield Finding(name, use, *_try([sys.executable, "-c", code]), remedy)
     yield _mpi()

@@ -141,8 +141,8 @@ class Heights(FileSurface):
     Parameters
     ----------
     values
-        Heights (nx, ny), in metres if `unit` is left out, NaN where none was measured; or a
-        GridField.
+        Heights (nx, ny), in metres if `unit` is left out, NaN or masked where none was measured; or
+        a GridField.
     fields
         `size` (nx dx, ny dy) of an array, and any other field of `FileSurface`.
     """
@@ -159,13 +159,14 @@ class Heights(FileSurface):
 
 def _kept(values: object) -> Path:
     """File in the user's cache that holds an array of heights, named by its content."""
-    array = np.asarray(values)
+    array = np.asanyarray(values)
     if array.ndim != 2 or array.dtype.kind not in "iuf":
         raise InvalidInput(
             f"heights must be a two-dimensional array of numbers, got {array.dtype} of shape "
             f"{array.shape}"
         )
-    array = np.ascontiguousarray(array, dtype=float)
+    # A masked point has no height, whatever number stands below the mask.
+    array = np.ascontiguousarray(np.ma.filled(np.ma.asarray(array, dtype=float), np.nan))
     digest = sha256(repr(array.shape).encode() + array.tobytes()).hexdigest()[:16]
     use_writable_cache()
     path = user_cache() / "fem_seal" / f"heights-{digest}.npy"
