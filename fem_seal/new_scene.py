@@ -85,8 +85,6 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     """
     if path.suffix.lower() == ".toml":
         raise InvalidInput(f"{path} is a scene already; name a file of heights")
-    if not path.is_file():
-        raise InvalidInput(f"{path} does not exist")
     # TOML escapes as JSON does, and the letter "delete" as well.
     name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False).replace("\x7f", "\\u007f")
     of_profiles = path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path)
