@@ -9,7 +9,7 @@ c: error of the contact grid, a: error of a prescribed contact area, f: half-wid
 bracket, l: error of the lift, where the fluid lifts the solid.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import expm1, inf, log, log1p, sinh
 
@@ -19,7 +19,13 @@ from fem_seal.coupling import SETTLED
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
 from fem_seal.errors import present
-from fem_seal.grid_series import OnGrid, estimated_error, grid_error, grids, of_sealed
+from fem_seal.grid_series import (
+    error_beside,
+    estimated_error,
+    grids,
+    of_sealed,
+    rate_interval,
+)
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
@@ -62,31 +68,18 @@ class Choice:
     area_error: float | None = None  #: the same; None unless a contact area is prescribed
 
 
-def chosen_grid(
-    first: Patch,
-    max_refinement: int,
-    error_of: Callable[[Sequence[Patch]], Uncertainty],
-) -> tuple[Patch, Choice]:
+def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice]:
     """Refine the contact grid until its error is small; flow and lift get the rest of the total.
 
-    A sealed grid has no error of its leak rate: it is refined until it surely stays sealed.
-    A prescribed area counts samples: its error is that of each grid, like the grid's own.
-
-    Parameters
-    ----------
-    first
-        On the samples of the scene, the coarsest grid that is chosen; its `accuracy.total` is the
-        allowed relative error of the leak rate, against the limit of ever finer contact grids and
-        an exact solution of the flow.
-    max_refinement
-        Finest contact grid, in multiples of the samples of the scene.
-    error_of
-        Estimates what a grid finer than the last one would change.
+    `first` is on the samples of the scene, the coarsest grid that is chosen. The total is the
+    allowed relative error of the leak rate, against the limit of ever finer contact grids and an
+    exact solution of the flow. A sealed grid has no error of its leak rate: it is refined until it
+    surely stays sealed. A prescribed area counts samples: its error is that of each grid, like the
+    grid's own.
     """
-    total = present(first.scene.total_error, "accuracy.total")
     allowed = log1p(total)
     first = first.with_(flow_settings=replace(first.flow_settings, rtol=total))
-    patch, trials = _refined(first, max_refinement, error_of, allowed)
+    patch, trials = _refined(first, allowed)
     lifts, left = patch.lifted is not None, allowed - _contact_part(patch)
     # No tolerance makes the error of a lift as small as one likes: single samples open or close.
     least = (1 - LAST_SHARE) * allowed if lifts else 0.0
@@ -134,19 +127,14 @@ def _solved_again(first: Patch, patch: Patch, left: float) -> Patch:
     return solved
 
 
-def _refined(
-    first: Patch,
-    max_refinement: int,
-    error_of: Callable[[Sequence[Patch]], Uncertainty],
-    allowed: float,
-) -> tuple[Patch, tuple[Trial, ...]]:
+def _refined(first: Patch, allowed: float) -> tuple[Patch, tuple[Trial, ...]]:
     """Refine the contact grid until its errors leave flow and lift a part of the allowed one.
 
     Returns the last grid, whose error is kept as of `estimated_error`, and all from coarse to fine.
-    Grids coarser than that of the scene are not chosen; they only serve `error_of`.
+    Grids coarser than that of the scene are not chosen; they only serve `_grid_error`.
     """
     own = present(first.surface, "surface of a scene with [accuracy]")
-    shapes = grids(own.shape, max_refinement)
+    shapes = grids(own.shape, present(first.scene.accuracy, "[accuracy]").max_refinement)
     trials: list[Trial] = []
     tried: list[Patch] = []
     for shape in shapes:
@@ -163,11 +151,18 @@ def _refined(
         trials.append(Trial(shape, leak.value, *leak.bounds))
         if coarse:
             continue
-        solved.keep(estimated_error, error_of(tried))
+        solved.keep(estimated_error, _grid_error(tried))
         share = LAST_SHARE if shape == shapes[-1] else SHARE
         if _contact_part(solved) <= share * allowed:
             break
     return solved, tuple(trials)
+
+
+def _grid_error(tried: Sequence[Patch]) -> Uncertainty:
+    """What a grid finer than the last one would change."""
+    if tried[-1].leak_rate.state == "sealed":
+        return tried[-1].once(of_sealed)
+    return error_beside(tried[-1], rate_interval(tried[-2])) if len(tried) > 1 else UNKNOWN
 
 
 def known_error(log_error: float) -> float | None:
@@ -185,17 +180,10 @@ def chosen_patch(
 ) -> tuple[Patch, Choice | None]:
     """Patch of a scene, on the contact grid that keeps its total error if it asks for one."""
     first = Patch(scene, report, trust=trust, comm=comm)
-    if scene.accuracy is None or scene.accuracy.total is None:
+    if scene.total_error is None:
         return first, None
-
-    def error_of(tried: Sequence[Patch]) -> Uncertainty:
-        """Estimated error of the leak rate on the last of some grids."""
-        if tried[-1].leak_rate.state == "sealed":
-            return tried[-1].once(of_sealed)
-        return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN
-
     with first.timed("accuracy"):
-        patch, choice = chosen_grid(first, scene.accuracy.max_refinement, error_of)
+        patch, choice = chosen_grid(first, scene.total_error)
     patch.seconds = first.seconds
     return patch, choice
 

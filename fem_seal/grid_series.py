@@ -6,7 +6,7 @@ The rule and how well it held: docs/guide/contact-grid.md.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import exp, hypot, inf, log, log1p
 
@@ -19,7 +19,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.coupling.state import log_ratio
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
-from fem_seal.errors import Inconsistent, NotConverged, narrowed, present
+from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
@@ -31,6 +31,8 @@ from fem_seal.scene.section import Lift
 from fem_seal.sensitivity import ByLoad
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
+
+Interval = tuple[float, float]
 
 LEAST_SAMPLES = 8  # along each side of a grid
 # The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.
@@ -83,38 +85,12 @@ def on_half(patch: Patch, even: bool = False) -> Patch | None:
     return patch.with_(surface=resample(surface, shape), flow_settings=settings)
 
 
-@dataclass(frozen=True)
-class OnGrid:
-    """Leak rate of a patch on a grid, as an interval."""
-
-    lowest: float  #: least leak rate that it may have [m³/s], or conductivity; 0 if sealed
-    highest: float  #: largest
-    critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
-    unresolved: float  #: see `unresolved` [m]
-    counting_error: float | None = None  #: None unless the contact area is prescribed
-    lifted: bool = False  #: whether the fluid lifts the solid
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.lowest <= self.highest:
-            raise Inconsistent(f"a leak rate between {self.lowest:g} and {self.highest:g}")
-        if min(self.critical_gap, self.unresolved) < 0:
-            raise Inconsistent(
-                f"heights of a grid: {self.critical_gap:g} and {self.unresolved:g} m"
-            )
-
-    @classmethod
-    def of(cls, patch: Patch) -> "OnGrid":
-        """Leak rate and critical constriction; the range if the fluid's pressure leaves one."""
-        leak, state, tightest = patch.leak_rate, patch.lifted, patch.film.constriction
-        low, high = leak.value, leak.value
-        if state is not None and state.is_range:
-            low, high = state.lowest, state.highest
-        gap = 0.0 if tightest is None else tightest.gap
-        left_out = unresolved(present(patch.surface, "surface"))
-        counting = None
-        if patch.load.kind == "area_fraction":
-            counting = parallel.on_root(partial(counting_error, patch, gap), patch.comm)
-        return cls(low, high, gap, left_out, counting, lifted=state is not None)
+def rate_interval(patch: Patch) -> Interval:
+    """Least and largest leak rate of a patch [m³/s]: one value, or the range that a lift leaves."""
+    state = patch.lifted
+    if state is not None and state.is_range:
+        return state.lowest, state.highest
+    return patch.leak_rate.value, patch.leak_rate.value
 
 
 def of_sealed(patch: Patch) -> Uncertainty:
@@ -157,8 +133,8 @@ def pays_beside(samples: float, lifted: bool, comm: parallel.Comm = None) -> boo
     return idle and samples >= (LIFTED_BESIDE if lifted else DRY_BESIDE)
 
 
-def half_solver(patch: Patch) -> Callable[[], OnGrid | None]:
-    """Function that solves half of the samples; None if the fluid lifts their solid off."""
+def half_solver(patch: Patch) -> Callable[[], Interval | None]:
+    """Function of the leak rate on half of the samples; it is None if their solid is lifted off."""
     return partial(_solved_here, patch)
 
 
@@ -187,14 +163,14 @@ def _saves_time(patch: Patch) -> bool:
     return pays and (lifted or not patch.sealed)
 
 
-def _solved_here(patch: Patch) -> OnGrid | None:
+def _solved_here(patch: Patch) -> Interval | None:
     coarse = present(on_half(patch), "coarser grid")
-    return None if coarse.lifted_off else OnGrid.of(coarse)
+    return None if coarse.lifted_off else rate_interval(coarse)
 
 
 def _solved_beside(
     scene: Scene, surface: GridField, load: Load, lift: Lift, settings: FlowSettings
-) -> OnGrid | None:
+) -> Interval | None:
     return _solved_here(Patch(scene, surface=surface, load=load, lift=lift, flow_settings=settings))
 
 
@@ -208,17 +184,23 @@ def unresolved(height: GridField) -> float:
     return float(np.sqrt(sum(np.mean(np.square(part)) for part in second)) / 8)
 
 
-def counting_error(patch: Patch, critical: float) -> float:
+def counting_error(patch: Patch) -> float | None:
     """|Δ ln Q| by the load that a prescribed area lacks, since samples on its edge count whole.
 
-    The critical constriction has a gap of `critical` [m]; 0 if the patch is sealed. The load grows
-    as the area does, of which the perimeter takes a part off (`contact_area_corrected`).
+    The patch leaks. The load grows as the area does, of which the perimeter takes a part off
+    (`contact_area_corrected`). None unless the area is prescribed.
     """
-    if critical == 0:
-        return 0.0
-    by = by_load(patch, critical)
+    if patch.load.kind != "area_fraction":
+        return None
+    by = by_load(patch, critical_gap(patch))
     counted = by.contact.contact_area_fraction / by.contact.contact_area_corrected
-    return abs(by.log_rate) * present(patch.carried_load, "load") * log(counted)
+    load = present(patch.carried_load, "load")
+    return parallel.on_root(lambda: abs(by.log_rate) * load * log(counted), patch.comm)
+
+
+def critical_gap(patch: Patch) -> float:
+    """Gap of the critical constriction of a patch that leaks [m]."""
+    return present(patch.film.constriction, "constriction").gap
 
 
 def by_load(patch: Patch, critical: float) -> ByLoad:
@@ -229,32 +211,32 @@ def by_load(patch: Patch, critical: float) -> ByLoad:
     return ByLoad(problem, contact, patch.lifted, critical)
 
 
-def grid_error(coarse: OnGrid, fine: OnGrid) -> Uncertainty:
+def grid_error(
+    change: float, part: float, counted: float | None = None, *, lifted: bool = False
+) -> Uncertainty:
     """Estimate what a finer grid changes, from a leaking grid and one of half its samples.
 
     Two parts make up e. What the grid leaves out of the heights, u, shifts the gap of the critical
-    constriction g_c, and with it ln Q: u/g_c, which falls as the square of the spacing. Where that
-    place does not rule the flow, the change ln Q(n) - ln Q(n/2) says more. Next to closing the way
-    of the flow changes too: e + 4 e² allows for it. From e = 0.8 on, where an area leaves as much
-    in all, and where the coarser grid is sealed, the constriction may close, and the lower side is
-    open. The upper one then is at least the cube of 1 + u/g_c, which opens the constriction as far
-    as the grid may be wrong. The load that gives a prescribed area, which counts samples, errs as
-    the spacing: all changes to come add up to the last one, which is small by chance at times, and
-    to `counting_error`. Where the fluid lifts the solid, e is larger by half: it lifts more where a
-    constriction is wider.
+    constriction g_c, and with it ln Q: `part` = u/g_c, which falls as the square of the spacing.
+    Where that place does not rule the flow, `change` = |ln Q(n) - ln Q(n/2)| says more. Next to
+    closing the way of the flow changes too: e + 4 e² allows for it. From e = 0.8 on, where an area
+    leaves as much in all, and where the coarser grid is sealed, the constriction may close, and the
+    lower side is open. The upper one then is at least the cube of 1 + u/g_c, which opens the
+    constriction as far as the grid may be wrong. The load that gives a prescribed area, which
+    counts samples, errs as the spacing: all changes to come add up to the last one, which is small
+    by chance at times, and to `counted`, its `counting_error`. Where the fluid lifts the solid, e
+    is larger by half: it lifts more where a constriction is wider.
     """
-    part = fine.unresolved / fine.critical_gap
-    change = change_of(coarse, fine)
     first_order = OF_UNRESOLVED * part + OF_CHANGE * change
-    if fine.lifted:
+    if lifted:
         first_order *= IF_LIFTED
     sentence = (
         "what four times the samples along each side would change, from half of them, and from the "
         f"height between the samples: {per_cent(part)} of the gap of the critical constriction"
     )
     claimed = first_order * (1 + SECOND_ORDER * first_order)
-    if fine.counting_error is not None:
-        claimed += hypot(change, fine.counting_error)
+    if counted is not None:
+        claimed += hypot(change, counted)
     most = MOST_E * (1 + SECOND_ORDER * MOST_E)
     if claimed < most:
         return estimate(CONTACT_GRID, sentence, exp(-claimed), exp(claimed))
@@ -299,19 +281,25 @@ def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
     return min(lower, 1.0), None if there.upper is None else max(there.upper / here.upper, 1.0)
 
 
-def _from_coarser(patch: Patch, coarse: OnGrid | None) -> Uncertainty:
+def error_beside(patch: Patch, coarse: Interval) -> Uncertainty:
+    """`grid_error` of a leaking patch beside its leak rate on half of the samples [m³/s]."""
+    part = unresolved(present(patch.surface, "surface")) / critical_gap(patch)
+    change, lifted = change_of(coarse, rate_interval(patch)), patch.lifted is not None
+    return grid_error(change, part, counting_error(patch), lifted=lifted)
+
+
+def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:
     if coarse is None:
         return estimate(CONTACT_GRID, "on half of the samples the fluid lifts the solid off")
-    on_fine = OnGrid.of(patch)
     if patch.scene.measured_map is None:
-        return grid_error(coarse, on_fine)
-    change = change_of(coarse, on_fine)
+        return error_beside(patch, coarse)
+    change = change_of(coarse, rate_interval(patch))
     sentence = "what half of the samples of the map change"
     if change == inf:
         return estimate(CONTACT_GRID, f"{sentence}: they are sealed")
     return estimate(CONTACT_GRID, sentence, exp(-change), exp(min(change, 700)))
 
 
-def change_of(coarse: OnGrid, fine: OnGrid) -> float:
+def change_of(coarse: Interval, fine: Interval) -> float:
     """Largest ln of the ratio of the leak rates of two grids; infinite if one alone is sealed."""
-    return max(log_ratio(fine.highest, coarse.lowest), log_ratio(coarse.highest, fine.lowest))
+    return max(log_ratio(fine[1], coarse[0]), log_ratio(coarse[1], fine[0]))

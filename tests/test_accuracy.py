@@ -19,7 +19,7 @@ from fem_seal.grid import GridField
 from fem_seal.grid_series import (
     OF_CHANGE,
     OF_UNRESOLVED,
-    OnGrid,
+    change_of,
     grid_error,
     grids,
     on_half,
@@ -68,13 +68,15 @@ def chosen(accurate_scene, monkeypatch):
     monkeypatch.setitem(FLOWS, "adaptive", flow)
 
     def chosen(part, max_refinement, **changes):
-        scene = Scene.from_mapping(accurate_scene).with_({"accuracy.total": 0.1} | changes)
+        accuracy = {"accuracy.total": 0.1, "accuracy.max_refinement": max_refinement}
+        scene = Scene.from_mapping(accurate_scene).with_(accuracy | changes)
 
         def error_of(tried):
             error = part(tried[-1].surface.shape[0]) * ALLOWED
             return estimate("contact_grid", "", exp(-error), exp(error))
 
-        patch, choice = chosen_grid(Patch(scene), max_refinement, error_of)
+        monkeypatch.setattr("fem_seal.accuracy._grid_error", error_of)
+        patch, choice = chosen_grid(Patch(scene), scene.total_error)
         contacts = [call.args[1].shape[0] for call in press.call_args_list]
         return patch, choice, contacts, [call.args[0].rtol for call in flow.call_args_list]
 
@@ -89,10 +91,7 @@ def test_a_small_error_of_a_grid_goes_with_the_square_of_its_spacing():
     assert unresolved(height) == pytest.approx(np.sqrt(5) * x[1] ** 2 / 8, rel=2e-3)
     finer = resample(height, (128, 128))
     assert unresolved(finer) == pytest.approx(unresolved(height) / 4, rel=2e-3)
-    parts = [
-        grid_error(OnGrid(1.0, 1.0, 1.0, 0.0), OnGrid(exp(4 * c), exp(4 * c), 1.0, c)).log_error
-        for c in (1e-3, 4e-3)
-    ]
+    parts = [grid_error(4 * c, c).log_error for c in (1e-3, 4e-3)]
     epsilon = OF_UNRESOLVED * 1e-3 + OF_CHANGE * 4e-3
     assert parts[0] == pytest.approx(epsilon * (1 + 4 * epsilon), rel=1e-12)
     assert parts[1] / parts[0] == pytest.approx(4, rel=0.02)
@@ -103,8 +102,8 @@ def test_sides_open_next_to_closing():
 
     The upper side then at least allows the constriction to be higher by what the grid leaves out.
     """
-    fine = [OnGrid(1.0, 1.0, 1.0, u) for u in (0.01, 0.1, 0.5, 1.0, 2.0, 20.0)]
-    errors = [grid_error(OnGrid(q, q, 1.0, 0.1), one) for q in (0.7, 0.01) for one in fine]
+    left_out = 0.01, 0.1, 0.5, 1.0, 2.0, 20.0
+    errors = [grid_error(-log(q), u) for q in (0.7, 0.01) for u in left_out]
     for several in (errors[:6], errors[6:]):
         uppers = [error.upper for error in several]
         assert uppers == sorted(uppers)
@@ -112,11 +111,10 @@ def test_sides_open_next_to_closing():
         assert opened == sorted(opened)
     assert [error.lower is None for error in errors[:6]] == [False] * 3 + [False, True, True]
     assert errors[5].upper == pytest.approx(21.0**3, rel=1e-12)
-    coarse = OnGrid(0.7, 0.7, 1.0, 0.1)
-    for more in ({"lifted": True}, {"counting_error": 0.0}, {"counting_error": 1.0}):
-        assert grid_error(coarse, replace(fine[0], **more)).log_error > errors[0].log_error
-    assert grid_error(coarse, replace(fine[0], counting_error=4.0)).lower is None
-    sealed = grid_error(OnGrid(0.0, 0.0, 0.0, 0.1), fine[0])
+    for more in ({"lifted": True}, {"counted": 0.0}, {"counted": 1.0}):
+        assert grid_error(-log(0.7), 0.01, **more).log_error > errors[0].log_error
+    assert grid_error(-log(0.7), 0.01, counted=4.0).lower is None
+    sealed = grid_error(change_of((0.0, 0.0), (1.0, 1.0)), 0.01)
     assert sealed.lower is None
     assert sealed.upper >= errors[0].upper
 

@@ -13,7 +13,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.accuracy import known_error
 from fem_seal.errors import present
-from fem_seal.grid_series import OnGrid, grid_error, on_half, unresolved
+from fem_seal.grid_series import change_of, grid_error, on_half, unresolved
 from fem_seal.leak_rate import middle_of
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
@@ -107,16 +107,12 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     # less than AGAIN times as much moves the estimate by at most 4 % of itself.
     asked = {load: STARTED * min(1.0, loaded.patch.scene.flow.rtol / loaded.rtol)}
     multiple = loaded.missing(asked).get(load, inf)
-    coarse = LoadedPatch(thinned, thinned.flow_settings.rtol)
-    grids = _on_grid(coarse, load), _on_grid(loaded, load, multiple)
-    return known_error(grid_error(*grids).log_error)
-
-
-def _on_grid(loaded: LoadedPatch, load: float, multiple: float = 1.0) -> OnGrid:
-    lower, upper = loaded.bounds(load, multiple)
-    middle, gap = middle_of(lower, upper), loaded.critical_gap(load) or 0.0
+    coarse = LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load)
+    middles = ((middle_of(*ends), ends[0]) for ends in (coarse, loaded.bounds(load, multiple)))
+    change = change_of(*((middle if lower > 0 else 0.0, middle) for middle, lower in middles))
     left_out = unresolved(present(loaded.patch.surface, "surface"))
-    return OnGrid(middle if lower > 0 else 0.0, middle, gap, left_out)
+    part = left_out / present(loaded.critical_gap(load), "critical gap")
+    return known_error(grid_error(change, part).log_error)
 
 
 def solved_patches(

@@ -23,7 +23,14 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.grid_series import LEAST_SAMPLES, OnGrid, grid_error
+from fem_seal.grid_series import (
+    LEAST_SAMPLES,
+    change_of,
+    counting_error,
+    critical_gap,
+    grid_error,
+    unresolved,
+)
 from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
@@ -76,7 +83,8 @@ class Run:
     memory_bytes: int
     critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
     unresolved: float  #: height that the grid leaves out between its samples [m]
-    counting_error: float | None  #: see `OnGrid`; None unless the area is prescribed
+    #: see `grid_series.counting_error`; None if sealed, or unless the area is prescribed
+    counting_error: float | None
 
     @property
     def certified(self) -> bool:
@@ -124,7 +132,8 @@ class ContactGrid(Task[tuple[Run, ...]]):
                 Path("/proc/self/clear_refs").write_text("5")
             start = process_time()
             leak = patch.leak_rate
-            seconds, memory, grid = process_time() - start, peak_memory(), OnGrid.of(patch)
+            seconds, memory = process_time() - start, peak_memory()
+            leaks = leak.state == "leaking"
             runs.append(
                 Run(
                     samples=self.samples,
@@ -137,9 +146,9 @@ class ContactGrid(Task[tuple[Run, ...]]):
                     seconds=of_contact + seconds,
                     contact_seconds=of_contact,
                     memory_bytes=memory,
-                    critical_gap=grid.critical_gap,
-                    unresolved=grid.unresolved,
-                    counting_error=grid.counting_error,
+                    critical_gap=critical_gap(patch) if leaks else 0.0,
+                    unresolved=unresolved(surface),
+                    counting_error=counting_error(patch) if leaks else None,
                 )
             )
         return tuple(runs)
@@ -258,11 +267,9 @@ def trade_of(runs: Sequence[Run]) -> Trade:
     if finest.state == "sealed":
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
     reference = finest.leak_rate
-    two = [
-        OnGrid(run.leak_rate, run.leak_rate, run.critical_gap, run.unresolved, run.counting_error)
-        for run in (coarser, finest)
-    ]
-    estimated = relative_error(grid_error(*two).log_error)
+    change = change_of((coarser.leak_rate,) * 2, (reference,) * 2)
+    part = finest.unresolved / finest.critical_gap
+    estimated = relative_error(grid_error(change, part, finest.counting_error).log_error)
     uncertainty = max(estimated, relative_half_width(*finest.bounds))
     sealed = tuple(samples for samples, run in best.items() if run.state == "sealed")
     points = tuple(

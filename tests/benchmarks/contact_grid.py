@@ -17,7 +17,15 @@ from math import inf, log
 from statistics import median
 
 from fem_seal.errors import NotConverged
-from fem_seal.grid_series import OnGrid, change_of, estimated_error, of_sealed, on_half
+from fem_seal.grid_series import (
+    change_of,
+    critical_gap,
+    estimated_error,
+    of_sealed,
+    on_half,
+    rate_interval,
+    unresolved,
+)
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -133,10 +141,10 @@ def main(first: int, count: int, lift: bool, by_area: bool, shortest: list[int])
             closed.append(error.log_error < inf)
         if error.log_error < inf and true:
             ratios.append(error.log_error / abs(true))
-        fine, coarse = OnGrid.of(patch), OnGrid.of(on_half(patch))
+        change = change_of(rate_interval(on_half(patch)), rate_interval(patch))
         print(
             f"{number:5d} {'held' if low <= true <= high else 'MISSED':6} A/A0 {area:.3f}, "
-            f"u/g {fine.unresolved / fine.critical_gap:.3f}, change {change_of(coarse, fine):.3f}, "
+            f"u/g {unresolved(surface) / critical_gap(patch):.3f}, change {change:.3f}, "
             f"claim {low:+.3f} to {high:+.3f}, finer grid {true:+.3f}",
             flush=True,
         )
