@@ -72,18 +72,11 @@ def _root(k: np.ndarray, w: np.ndarray, contact: float, n: float, rtol: float) -
     c = contact + np.where(open_, 0.0, w).sum(axis=-1)
     # The part with k = 0 contributes -c/(n - 1) to the left side, whatever K is.
     contact_term = c / (n - 1) if n > 1 else np.where(c > 0, np.inf, 0.0)
-    at_zero = w_open.sum(axis=-1) - contact_term  # the left side at K = 0
-    conducts = at_zero > 0
-    # (k - K)/(k + (n-1) K) >= 1 - n K/k gives the lower bound at_zero / (n Σ w/k) of the root. Sum
-    # w k_min/k instead, since 1/k overflows for a denormal k.
-    k_min = k.min(axis=-1, where=w_open > 0, initial=1.0)
-    relative = np.divide(k_min[..., None], k, out=np.zeros(w_open.shape), where=w_open > 0)
-    resistance = n * (w_open * relative).sum(axis=-1)
-    lowest = np.where(conducts, at_zero * k_min, 1.0) / np.where(conducts, resistance, 1.0)
-    low = np.log(np.maximum(lowest, np.finfo(float).tiny))
-    high = np.zeros_like(low)
+    conducts = w_open.sum(axis=-1) > contact_term  # the left side is positive at K = 0
+    range_ = -np.log(np.finfo(float).tiny)
+    low, high = np.full(conducts.shape, -range_), np.zeros(conducts.shape)
     k_open = np.where(open_ & conducts[..., None], k, 1.0)
-    for _ in range(int(np.ceil(np.log2(max(2.0, float((high - low).max()) / rtol))))):
+    for _ in range(int(np.ceil(np.log2(range_ / rtol)))):
         middle = 0.5 * (low + high)
         K = np.exp(middle)[..., None]
         too_low = (w_open * (k_open - K) / (k_open + (n - 1) * K)).sum(axis=-1) > contact_term
