@@ -1,7 +1,6 @@
 """What might decide a verdict that the bounds and the error budget leave open."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterable
 from math import expm1, log, sinh
 from typing import NamedTuple
 
@@ -60,111 +59,96 @@ def what_would_decide(
     return DecidingRtol(needed, max(round(leak.unknowns * reached / needed), leak.unknowns))
 
 
-@dataclass(frozen=True)
-class UndecidedLimit:
-    """A leak rate that may lie on either side of its limit."""
+def deciding_setting(
+    scene: Scene,
+    leak: LeakRate,
+    head: Headline,
+    limit: float,
+    needed: DecidingRtol,
+    fixed: ErrorBudget,
+) -> str:
+    """A setting that might decide whether a leak rate keeps a limit [m³/s], or why none can.
 
-    scene: Scene
-    leak: LeakRate
-    head: Headline
-    limit: float  #: [m³/s]
-    needed: DecidingRtol  #: what would decide by the flow alone
-    fixed: ErrorBudget  #: the entries that flow.rtol does not narrow
-
-    @property
-    def advice(self) -> str:
-        """A setting that might decide, or why none can: what the first rule says that applies."""
-        rules: tuple[Callable[[], str], ...] = (
-            self._by_a_lower_bound,
-            self._by_total_error,
-            self._by_inputs,
-            self._by_flow,
-            self._by_none,
-        )
-        return next(filter(None, (rule() for rule in rules)))
-
-    @property
-    def _counted(self) -> list[Uncertainty]:
-        return [entry for entry in self.fixed if entry.counted]
-
-    @property
-    def _estimate(self) -> float:
-        """The leak rate that is taken for the true one [m³/s]."""
-        return middle_of(*self.leak.bounds)
-
-    @property
-    def _decides(self) -> bool:
-        """Whether limit.decide is set: the scene needs no flow.rtol until its flow has decided."""
-        return self.scene.deciding_rate is not None
-
-    def _by_a_lower_bound(self) -> str:
-        if self.leak.bounds[0] > 0:
-            return ""
+    `needed` would decide by the flow alone; `fixed` are the entries that flow.rtol does not narrow.
+    """
+    if leak.bounds[0] == 0:
         return (
             "there is no lower bound yet, allow more unknowns, time or memory (flow.max_unknowns, "
             "max_seconds, max_memory)"
         )
+    counted = [entry for entry in fixed if entry.counted]
+    away = log(limit / middle_of(*leak.bounds))  # of the leak rate that is taken for the true one
+    return (
+        _by_total_error(scene, away, counted)
+        or _by_inputs(head, limit, away > 0, counted)
+        or _by_flow(scene, leak, needed)
+        or _by_none(scene, counted)
+    )
 
-    def _by_total_error(self) -> str:
-        """A total error chooses grid and flow.rtol itself; it covers neither inputs nor slip."""
-        is_set, counted = self.scene.total_error is not None, self._counted
-        others = [entry for entry in counted if entry.key not in (CONTACT_GRID, CONTACT_AREA)]
-        by_grid = not others and CONTACT_GRID in {entry.key for entry in counted}
-        lower, upper = combined(others)
-        factor = upper if self._estimate < self.limit else lower
-        if not ((is_set or by_grid) and factor):
-            return ""
-        total = expm1(abs(log(self.limit / self._estimate)) - abs(log(factor)))
-        if not LEAST_RTOL < total < 1:
-            return ""
-        other = "limit.decide" if self._decides else "flow.rtol"
-        instead = "" if is_set else f", in place of {other},"
-        return f"accuracy.total = {total:.2g}{instead} might decide"
 
-    def _by_inputs(self) -> str:
-        """The input that matters most, and how well it must be known.
+def _by_total_error(scene: Scene, away: float, counted: list[Uncertainty]) -> str:
+    """A total error chooses grid and flow.rtol itself; it covers neither inputs nor slip."""
+    is_set = scene.total_error is not None
+    others = [entry for entry in counted if entry.key not in (CONTACT_GRID, CONTACT_AREA)]
+    by_grid = not others and CONTACT_GRID in {entry.key for entry in counted}
+    lower, upper = combined(others)
+    factor = upper if away > 0 else lower
+    if not ((is_set or by_grid) and factor):
+        return ""
+    total = expm1(abs(away) - abs(log(factor)))
+    if not LEAST_RTOL < total < 1:
+        return ""
+    # A scene with limit.decide needs no flow.rtol until its flow has decided.
+    other = "flow.rtol" if scene.deciding_rate is None else "limit.decide"
+    instead = "" if is_set else f", in place of {other},"
+    return f"accuracy.total = {total:.2g}{instead} might decide"
 
-        The logarithms of the entry's factors are taken as proportional to the tolerances.
-        """
-        below = self._estimate < self.limit
-        inputs = next((entry for entry in self._counted if entry.key == INPUTS), None)
-        others = [entry for entry in self._counted if entry is not inputs]
-        sides = [entry.upper if below else entry.lower for entry in others]
-        if inputs is None or None in sides:
-            return ""
-        largest = present(inputs.largest, "input that matters most")
-        # The end of the headline that is beyond the limit, and the factor that moves it there.
-        end = self.head.upper if below else self.head.lower
-        if end:
-            side = inputs.upper if end > self.limit else inputs.lower
-            own, excess = largest.share * abs(log(side or 1.0)), abs(log(end / self.limit))
-            if 0 < excess < own:
-                now = 100 * largest.part
-                needed, shown = rounded_down(now * (1 - excess / own), 2), in_digits(now, 2)
-                return f"{largest.name} to ±{needed} % in place of ±{shown} % might decide"
-        return f"no smaller tolerance of {largest.name} alone decides, the input that matters most"
 
-    def _by_flow(self) -> str:
-        """A smaller flow.rtol, which a scene with a total error does not take."""
-        rtol, unknowns = self.needed
-        if rtol is None or unknowns is None or self.scene.total_error is not None:
-            return ""
-        about = f"about {in_digits(unknowns, 2)} unknowns"
-        if self._decides and not self.leak.converged:
-            return f"{about} might decide (flow.max_unknowns, max_seconds, max_memory)"
-        # A flow that has decided may have bounds too wide for the entries beside it.
-        instead = " in place of limit.decide" if self._decides else ""
-        return f"flow.rtol = {rtol:.2g}{instead} might decide, with {about}"
+def _by_inputs(head: Headline, limit: float, below: bool, counted: list[Uncertainty]) -> str:
+    """The input that matters most, and how well it must be known.
 
-    def _by_none(self) -> str:
-        if unbounded := open_entries(self.fixed):
-            return "; ".join(entry.sentence for entry in unbounded)
-        if self._counted:
-            names = " and ".join(entry.name for entry in self._counted)
-            grid = any(entry.key == CONTACT_GRID for entry in self._counted)
-            remedy = f"; {finer_grid(self.scene)}" if grid else ""
-            return f"no flow.rtol decides it while {names} may change the leak rate so much{remedy}"
-        return "the best estimate is the limit itself"
+    The logarithms of the entry's factors are taken as proportional to the tolerances.
+    """
+    inputs = next((entry for entry in counted if entry.key == INPUTS), None)
+    others = [entry for entry in counted if entry is not inputs]
+    sides = [entry.upper if below else entry.lower for entry in others]
+    if inputs is None or None in sides:
+        return ""
+    largest = present(inputs.largest, "input that matters most")
+    # The end of the headline that is beyond the limit, and the factor that moves it there.
+    end = head.upper if below else head.lower
+    if end:
+        side = inputs.upper if end > limit else inputs.lower
+        own, excess = largest.share * abs(log(side or 1.0)), abs(log(end / limit))
+        if 0 < excess < own:
+            now = 100 * largest.part
+            needed, shown = rounded_down(now * (1 - excess / own), 2), in_digits(now, 2)
+            return f"{largest.name} to ±{needed} % in place of ±{shown} % might decide"
+    return f"no smaller tolerance of {largest.name} alone decides, the input that matters most"
+
+
+def _by_flow(scene: Scene, leak: LeakRate, needed: DecidingRtol) -> str:
+    """A smaller flow.rtol, which a scene with a total error does not take."""
+    rtol, unknowns = needed
+    if rtol is None or unknowns is None or scene.total_error is not None:
+        return ""
+    about, decides = f"about {in_digits(unknowns, 2)} unknowns", scene.deciding_rate is not None
+    if decides and not leak.converged:
+        return f"{about} might decide (flow.max_unknowns, max_seconds, max_memory)"
+    # A flow that has decided may have bounds too wide for the entries beside it.
+    instead = " in place of limit.decide" if decides else ""
+    return f"flow.rtol = {rtol:.2g}{instead} might decide, with {about}"
+
+
+def _by_none(scene: Scene, counted: list[Uncertainty]) -> str:
+    if unbounded := open_entries(counted):
+        return "; ".join(entry.sentence for entry in unbounded)
+    if counted:
+        names = " and ".join(entry.name for entry in counted)
+        grid = any(entry.key == CONTACT_GRID for entry in counted)
+        remedy = f"; {finer_grid(scene)}" if grid else ""
+        return f"no flow.rtol decides it while {names} may change the leak rate so much{remedy}"
+    return "the best estimate is the limit itself"
 
 
 def finer_grid(scene: Scene) -> str:
@@ -173,6 +157,6 @@ def finer_grid(scene: Scene) -> str:
     return f"a finer grid of the contact ({setting}) might decide"
 
 
-def open_entries(budget: ErrorBudget) -> list[Uncertainty]:
+def open_entries(budget: Iterable[Uncertainty]) -> list[Uncertainty]:
     """List the entries that leave a side unbounded."""
     return [entry for entry in budget if entry.counted and None in (entry.lower, entry.upper)]

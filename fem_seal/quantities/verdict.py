@@ -15,7 +15,7 @@ from fem_seal.error_budget import (
     may_open,
 )
 from fem_seal.leak_rate import FlowState, LeakRate
-from fem_seal.quantities.advice import DecidingRtol, UndecidedLimit, what_would_decide
+from fem_seal.quantities.advice import DecidingRtol, deciding_setting, what_would_decide
 from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.scene import Scene
 
@@ -54,7 +54,7 @@ def verdict(
     """Compare the leak rate of a scene, with all counted errors, with the limit of the scene.
 
     With a limit the leak rate must have bounds; the entry "flow" of the budget gives them. The
-    advice is for an undecided verdict; left out, it is that of `UndecidedLimit`.
+    advice is for an undecided verdict; left out, it is that of `deciding_setting`.
     """
     shown = ShownUnit.of(scene)
     head, rest = headline(leak, budget, shown), beside_flow(budget)
@@ -79,7 +79,7 @@ def verdict(
             fixed = tuple(entry for entry in others if not entry.per_rtol)
             per_rtol = sum(entry.per_rtol for entry in others)
             needed = what_would_decide(leak, limit, *combined(fixed), per_rtol)
-            advice = UndecidedLimit(scene, leak, head, limit, needed, fixed).advice
+            advice = deciding_setting(scene, leak, head, limit, needed, fixed)
         comparison = f"{comparison}; {advice}"
     both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]
     counting = f", counting {entry_words(both)}" if both and leak.state == "leaking" else ""
