@@ -5,7 +5,6 @@ which the flow through the seal follows quickly.
 """
 
 from dataclasses import dataclass
-from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +22,12 @@ from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
-from fem_seal.upscaling.refined_table import STARTED, refined_flow
+from fem_seal.upscaling.refined_table import refined_flow
 from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal_flow import SealFlow
 
 OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
+AGAIN = 2.0  # the same over flow.rtol, above which the flow that matters is solved again
 
 
 @dataclass(frozen=True)
@@ -105,10 +105,10 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
         return None
     # The grids may differ by less than the flows of the table may be off. A flow that is off by
     # less than AGAIN times as much moves the estimate by at most 4 % of itself.
-    asked = {load: STARTED * min(1.0, loaded.patch.scene.flow.rtol / loaded.rtol)}
-    multiple = loaded.missing(asked).get(load, inf)
+    rtol = loaded.patch.scene.flow.rtol
+    fine = loaded.bounds(load) if loaded.rtol <= AGAIN * rtol else loaded.solved(load, rtol)
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load)
-    middles = ((middle_of(*ends), ends[0]) for ends in (coarse, loaded.bounds(load, multiple)))
+    middles = ((middle_of(*ends), ends[0]) for ends in (coarse, fine))
     change = change_of(*((middle if lower > 0 else 0.0, middle) for middle, lower in middles))
     left_out = unresolved(present(loaded.patch.surface, "surface"))
     part = left_out / present(loaded.critical_gap(load), "critical gap")
