@@ -86,41 +86,31 @@ class PatchCount:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class DrawnSeals:
-    """Leak rates of seals whose patches are drawn from a few realizations."""
-
-    mean: np.ndarray  #: (3,), means over the draws of lower bound, value and upper bound
-    relative_scatter: float  #: standard deviation of a seal's leak rate over its mean
-
-
 def _block(count: PatchCount) -> tuple[int, int]:
     """Patches of a drawn mosaic, along the path and across it."""
     return min(count.along, MOST_ALONG), min(count.across, BLOCK)
 
 
-def drawn_seals(rates: np.ndarray, count: PatchCount, rng: np.random.Generator) -> DrawnSeals:
+def drawn_seals(
+    rates: np.ndarray, count: PatchCount, rng: np.random.Generator
+) -> tuple[np.ndarray, float]:
     """Draw patches into the mosaic of a seal, again and again.
 
     `rates` (N, 3) are lower bound, value and upper bound of the leak rate that the seal would have
-    if all its patches were alike, for each realization. With one realization, or one patch along
-    the path, the mean needs no draws.
+    if all its patches were alike, for each realization. Returns their means (3,) over the draws,
+    and the standard deviation of a seal's leak rate over its mean. With one patch along the path
+    the mean needs no draws.
     """
-    rates = np.asarray(rates, dtype=float)
-    if len(rates) == 1:
-        return DrawnSeals(rates[0], 0.0)
-    if count.along == 1:
-        mean = rates.mean(axis=0)
-        # Seals are drawn from these realizations: their own deviation is that of a draw.
-        scatter = rates[:, 1].std() / np.sqrt(count.across) / mean[1] if mean[1] > 0 else 0.0
-        return DrawnSeals(mean, float(scatter))
-    shape = _block(count)
-    chosen = rng.integers(len(rates), size=(DRAWS, *shape))
-    seals = np.stack([mosaic_conductivity(of_side[chosen]) for of_side in rates.T], axis=1)
+    # Seals are drawn from these realizations: their own deviation is that of a draw.
+    seals, independent, deviation = rates, float(count.across), np.std(rates[:, 1])
+    if len(rates) > 1 and count.along > 1:
+        shape = _block(count)
+        chosen = rng.integers(len(rates), size=(DRAWS, *shape))
+        seals = np.stack([mosaic_conductivity(of_side[chosen]) for of_side in rates.T], axis=1)
+        independent, deviation = count.across / shape[1], np.std(seals[:, 1], ddof=1)
     mean = seals.mean(axis=0)
-    blocks = count.across / shape[1]
-    scatter = seals[:, 1].std(ddof=1) / np.sqrt(blocks) / mean[1] if mean[1] > 0 else 0.0
-    return DrawnSeals(mean, float(scatter))
+    scatter = deviation / np.sqrt(independent) / mean[1] if mean[1] > 0 else 0.0
+    return mean, float(scatter)
 
 
 def error_of_mean(relative_scatter: float, count: PatchCount) -> float:

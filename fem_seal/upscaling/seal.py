@@ -22,7 +22,6 @@ from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.mosaic import (
     LEAST_LEAKING,
     SEED,
-    DrawnSeals,
     PatchCount,
     drawn_seals,
     generalised_interval,
@@ -248,11 +247,11 @@ def seal_of_patches(
     length = float(np.median(lengths)) if lengths else path.length
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(flow.state == "sealed" for flow in flows)
-    drawn, interval = DrawnSeals(rates[0], 0.0), None
+    mean, scatter, interval = rates[0], 0.0, None
     if not lifted:
-        drawn = drawn_seals(rates, count, np.random.default_rng(SEED))
+        mean, scatter = drawn_seals(rates, count, np.random.default_rng(SEED))
         interval = generalised_interval(rates[:, 1], count.along, np.random.default_rng(SEED))
-    lower, value, upper = map(float, drawn.mean)
+    lower, value, upper = map(float, mean)
     return SealLeak(
         state="lifted off" if lifted else "sealed" if upper == 0 else "leaking",
         method=method,
@@ -261,7 +260,7 @@ def seal_of_patches(
         upper=upper,
         patches=flows,
         count=count,
-        relative_scatter=drawn.relative_scatter,
+        relative_scatter=scatter,
         interval=interval,
         share_sealed=Bounded(sealed / len(flows), *sealed_share(sealed, len(flows))),
         reason=_missed(flows, lower, upper, rtol),
