@@ -161,9 +161,10 @@ def _refuse_data_elsewhere(path: Path) -> None:
 def check_indices(source: Path, count: int, blocks: list[np.ndarray]) -> None:
     """Refuse cells that name points which the file does not have."""
     for data in blocks:
-        if len(data) and not 0 <= data.min() <= data.max() < count:
+        missing = data[(data < 0) | (data >= count)]
+        if missing.size:
             raise InvalidInput(
-                f"{source} names point {data.max()} but holds only {count} points; "
+                f"{source} names point {missing[0]} but holds only {count} points; "
                 "it is not whole: write it again"
             )
 

@@ -86,6 +86,14 @@ def test_numbers_of_groups_must_be_told(tmp_path):
         gap_of(path, **NUMBERED)
 
 
+@pytest.mark.parametrize("point", [11, -1])
+def test_a_point_that_the_file_does_not_hold(point, tmp_path, monkeypatch):
+    monkeypatch.setattr(f"{__name__}.CELLS", [*CELLS[:3], [3, 0, point]])
+    path = by_meshio(tmp_path / "a.vtu", {"boundary": NUMBERS})
+    with pytest.raises(InvalidInput, match=f"names point {point} but holds only 5 points"):
+        gap_of(path, **NUMBERED)
+
+
 def test_xdmf_needs_h5py(tmp_path, monkeypatch):
     path = xdmf(tmp_path / "a.xdmf")
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
