@@ -24,7 +24,6 @@ import numpy as np
 
 from fem_seal.digits import number_of
 from fem_seal.errors import Inconsistent
-from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import SUM_ROUNDING
 from fem_seal.flow.families import Family, Streams
 from fem_seal.flow.gap_on_mesh import GapOnMesh
@@ -33,7 +32,7 @@ from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Marks, Strategy, mark_all
 from fem_seal.flow.solution import FlowEstimate, SolvedLevel, Start
 from fem_seal.flow.stopping import Stopping
-from fem_seal.mesh.bisection import TooFine
+from fem_seal.mesh.nested import TooFine
 
 # Ratio of (u - l)/l after and before the hierarchical correction, until it is measured.
 USUAL_CORRECTION_RATIO = 0.4
@@ -62,21 +61,20 @@ def refined(
     start
         The first mesh, which must leave a path for the flow, and functions to start from.
     """
-    max_unknowns = strategy.max_unknowns or np.inf
+    max_unknowns = stopping.limits.unknowns or np.inf
     outlook = _Outlook(strategy.uniform or strategy.every_dual)
-    best, log = None, _Log()
+    log = _Log()
     while True:
         problem = LevelProblem(
             gap, start.mesh, start.values, stopping.comm, strategy.tuning.tolerance
         )
-        if best is not None and problem.unknowns > max_unknowns:
+        if stopping.levels and problem.unknowns > max_unknowns:
             stopping.stop(_too_many(max_unknowns))
             return
         guesses, psi = problem.guesses(start), start.streams
         del start
         log.lap("mesh")
-        solution, regularised = _solve(problem, guesses, psi, strategy, outlook, log, best)
-        best = solution.level.bounds
+        solution, regularised = _solve(problem, guesses, psi, strategy, stopping, outlook, log)
         yield stopping.judged(solution)
         if stopping.ended:
             return
@@ -127,9 +125,9 @@ def _solve(
     guesses: list[np.ndarray],
     psi: np.ndarray,
     strategy: Strategy,
+    stopping: Stopping,
     outlook: _Outlook,
     log: _Log,
-    best: Bounds | None,
 ) -> tuple[LevelSolution, Streams | None]:
     """Solve the primal and, if it may end the refinement, the true dual.
 
@@ -139,8 +137,9 @@ def _solve(
     """
     pressure = problem.pressure(guesses)
     log.lap("primal", pressure)
-    upper = problem.upper_bound(pressure)
-    best = upper if best is None else upper.tightened(best)
+    best = problem.upper_bound(pressure)
+    if stopping.levels:
+        best = best.tightened(stopping.levels[-1].bounds)
     level = SolvedLevel(problem.unknowns, problem.space.count, best, log.residuals, log.seconds)
     solution, regularised = LevelSolution(level, problem, pressure), None
     if not outlook.true_dual:
@@ -149,7 +148,7 @@ def _solve(
         # Near a tolerance (u - l)/l is nearly the width (u - l)/√(l u).
         expected = outlook.correction_ratio * problem.excess(pressure, regularised)
         outlook.true_dual = expected < DUAL_NEXT * strategy.rtol
-        last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
+        last = GROWTH * problem.unknowns > (stopping.limits.unknowns or np.inf)
         if not last and expected >= DUAL_AT_ONCE * strategy.rtol:
             return solution, regularised
     solution = solution.certified(psi)

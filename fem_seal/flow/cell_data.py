@@ -92,21 +92,12 @@ class CellData(CellContact):
         `data_of` makes the data of n cells from their vertices (3, n) and their coordinates (3, n,
         2).
         """
-        count = len(mesh.cells)
-        whole = cls(
-            zero_gap=np.empty((count, 3), bool),
-            blocked=np.empty(count, bool),
-            contact_vertex=np.empty((count, 3), bool),
-            equipotential=np.empty(count, bool),
-            K=np.empty(count),
-            resistivity=np.empty((count, 3)),
-        )
-        for cells in parts(0, count, _AT_ONCE):
+        of_batches = []
+        # A mesh without cells makes one empty batch.
+        for cells in parts(0, max(len(mesh.cells), 1), _AT_ONCE):
             vertices = mesh.cells[cells].T
-            batch = data_of(vertices, mesh.xy.take(vertices, axis=0))
-            for array, part in zip(whole._arrays(), batch._arrays(), strict=True):
-                array[cells] = part
-        return whole
+            of_batches.append(data_of(vertices, mesh.xy.take(vertices, axis=0))._arrays())
+        return cls(*(np.concatenate(arrays) for arrays in zip(*of_batches, strict=True)))
 
     def subset(self, cells: np.ndarray | slice) -> "CellData":
         """Data of the cells of a mask (C,), of indices or of a slice."""

@@ -90,9 +90,7 @@ def conductivity_tensor(
     )
     comm = parallel.communicator(comm)
     stopping = Stopping(Tolerance(rtol), limits, USUAL_GROWTH, narrowest, comm)
-    strategy = Strategy(
-        mark, rtol, every_dual=stopping.doubtful, max_unknowns=limits.unknowns, tuning=tuning
-    )
+    strategy = Strategy(mark, rtol, every_dual=stopping.doubtful, tuning=tuning)
     start = Start.first(represented, uniform_torus(represented.squares, width))
     for solution in refined(represented, start, strategy, stopping):
         if progress is not None:

@@ -52,25 +52,11 @@ def bubble_edges(
     for_psi, for_p = free
     for_psi[: len(ends)] = True
     for_psi[of_cell[mesh.sides_on_wall()]] = False
-    for_psi[of_cell[~usable | contact.blocked | _any(contact.contact_vertex)]] = False
-    for_p[: len(ends)] = ~(_joins(mesh.inlet, ends) | _joins(mesh.outlet, ends))
+    for_psi[of_cell[~usable | contact.blocked | contact.contact_vertex.any(axis=1)]] = False
+    for_p[: len(ends)] = ~(mesh.inlet[ends].all(axis=1) | mesh.outlet[ends].all(axis=1))
     for_p[len(ends) :] = for_p[parted]
     for_p[edge[~usable]] = False
     return edge, free
-
-
-def _joins(vertices: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Edges (E,) bool with both ends (E, 2) in `vertices` (V,) bool; fast if these are few."""
-    joins = vertices[ends[:, 0]]
-    candidates = np.flatnonzero(joins)
-    joins[candidates] = vertices[ends[candidates, 1]]
-    return joins
-
-
-def _any(of_sides: np.ndarray) -> np.ndarray:
-    """Logical or over the rows of (n, 3) bool; NumPy's own reduction of short rows is slow."""
-    first, second, third = of_sides.T
-    return first | second | third
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +174,7 @@ class BubbleSides:
         """Number the edges, and cut the cells into blocks; those `kept` (C,) carry flow."""
         edge, free = bubble_edges(mesh, contact, kept)
         number, count = numbered(edge, free.any(axis=0))
-        with_bubble = np.flatnonzero(_any(number >= 0))
+        with_bubble = np.flatnonzero((number >= 0).any(axis=1))
         blocks = [with_bubble[part] for part in parts(0, len(with_bubble), BLOCK)]
         first, alone = [0], np.ones(count, dtype=bool)
         for cells in blocks:
@@ -197,7 +183,7 @@ class BubbleSides:
             alone[of_block[(of_block >= 0) & (of_block < first[-1])]] = False
             first.append(max(first[-1], int(of_block.max()) + 1))
         edge_of = np.empty(count + 1, dtype=np.int32)
-        # BubbleSides without a bubble function have number -1, the last entry.
+        # Sides without a bubble function have number -1, the last entry.
         edge_of[number.ravel()] = edge.ravel()
         return cls(number, blocks, first, free[:, edge_of[:-1]] & alone)
 

@@ -1,7 +1,7 @@
 """The leak rate of a gap with its bounds, in SI units."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from fem_seal.flow.solution import SolvedLevel, Start
 from fem_seal.flow.stopping import Decision, Stopping, Tolerance, without_slip
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import FlowField, LeakRate, Level, middle_of
+from fem_seal.leak_rate import LeakRate, Level, middle_of
 from fem_seal.limits import USUAL_GROWTH
 from fem_seal.mesh.bisection import AnyMesh, coarse_mesh
 from fem_seal.mesh.nested import coarsest_width
@@ -96,9 +96,10 @@ def leak_rate(
     slip_factor, law = 1.0, CUBE
     if slipping is not None:
         slip_factor, law = slipping.slip_factor, slipping.mean_law
-    rate = leak_rate_of_square(film.largest_gap, settings.viscosity, settings.pressure_drop)
-    units = _Units(film, settings.pressure_drop, rate * slip_factor)
-    stopping = _stopping(film, settings, units, slipping, parallel.communicator(comm))
+    # The bounds on a mesh are in units of the leak rate [m³/s] of a square of the largest gap.
+    square = leak_rate_of_square(film.largest_gap, settings.viscosity, settings.pressure_drop)
+    unit = square * slip_factor
+    stopping = _stopping(film, settings, unit, slipping, parallel.communicator(comm))
     # A decision and a doubtful tolerance want both bounds on each mesh, and the mesh of a similar
     # film is likely to be fine enough: solve the dual at once.
     at_once = settings.decide is not None or stopping.doubtful or start is not None
@@ -106,19 +107,20 @@ def leak_rate(
         marking=marking,
         rtol=stopping.criterion.rtol,
         every_dual=every_dual or at_once,
-        max_unknowns=stopping.limits.unknowns,
         tuning=tuning or Tuning(),
     )
     gap, mesh = first_mesh(film, stopping.narrowest, strategy, law)
     start = Start.first(gap, mesh) if start is None else start.through(gap)
     levels: list[Level] = []
+    drawn = None
     for solution in refined(gap, start, strategy, stopping):
-        levels.append(units.level(solution.level))
+        levels.append(_level_in(unit, solution.level))
         if progress is not None:
             progress(levels[-1])
-        result = units.leak_rate(solution, settings.method, levels)
+        result = _leak_rate_in(unit, solution, settings.method, levels)
         # On each mesh: a limit may end the refinement once this solution has been freed.
-        drawn = units.field(solution) if settings.field else None
+        if settings.field:
+            drawn = flow_field(solution, film, settings.pressure_drop, unit)
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
             keep(MeshedFlow(film, solution, slip_factor))
         # Free this mesh before the next one is made.
@@ -134,14 +136,14 @@ def leak_rate(
 def _stopping(
     film: Film,
     settings: FlowSettings,
-    units: "_Units",
+    unit: float,
     slipping: SlippingFilm | None,
     comm: MPI.Comm,
 ) -> Stopping:
     """When the refinement ends; InvalidInput if the constriction is too narrow for it."""
     criterion: Tolerance | Decision = Tolerance(settings.rtol)
     if settings.decide is not None:
-        criterion = Decision(settings.decide, units.rate, settings.margin)
+        criterion = Decision(settings.decide, unit, settings.margin)
     narrowest = present(film.constriction, "constriction").gap / film.largest_gap
     require_conducting("the critical constriction", narrowest)
     advice = (
@@ -187,47 +189,38 @@ def first_mesh(
     return gap, coarse_mesh(gap.squares, width, film.sides == "periodic")
 
 
-@dataclass(frozen=True, eq=False)
-class _Units:
-    """From the normalised problem of a film to SI units."""
+def _level_in(unit: float, level: SolvedLevel) -> Level:
+    """A mesh with its bounds in m³/s."""
+    lower, upper = (bound * unit for bound in level.bounds.numbers)
+    iterations = {stage: len(residuals) for stage, residuals in level.residuals.items()}
+    return Level(
+        unknowns=level.unknowns,
+        cells=level.cells,
+        lower=lower,
+        upper=upper,
+        iterations=iterations,
+        seconds=level.seconds,
+        residuals=level.residuals,
+    )
 
-    film: Film
-    pressure_drop: float
-    rate: float  #: leak rate [m³/s] of a square film of the largest gap, by the law of the mesh
 
-    def level(self, level: SolvedLevel) -> Level:
-        """A mesh with its bounds in m³/s."""
-        lower, upper = (bound * self.rate for bound in level.bounds.numbers)
-        iterations = {stage: len(residuals) for stage, residuals in level.residuals.items()}
-        return Level(
-            unknowns=level.unknowns,
-            cells=level.cells,
-            lower=lower,
-            upper=upper,
-            iterations=iterations,
-            seconds=level.seconds,
-            residuals=level.residuals,
-        )
-
-    def leak_rate(self, solution: LevelSolution, method: str, levels: list[Level]) -> LeakRate:
-        """Leak rate of a solution, with its bounds."""
-        level, slip = solution.level, solution.slip
-        lower, upper = (bound * self.rate for bound in (slip or level.bounds).numbers)
-        flows = boundary_flows(solution.problem, solution.pressure)
-        inflow, outflow = (flow * self.rate for flow in flows)
-        return LeakRate(
-            state="leaking",
-            method=method,
-            value=middle_of(lower, upper),
-            lower=lower,
-            upper=upper,
-            unknowns=level.unknowns,
-            inflow=inflow,
-            outflow=outflow,
-            levels=tuple(levels),
-            slip_interval=None if slip is None else slip.slip_factors(level.bounds),
-        )
-
-    def field(self, solution: LevelSolution) -> FlowField:
-        """The flow on the mesh of a solution."""
-        return flow_field(solution, self.film, self.pressure_drop, self.rate)
+def _leak_rate_in(
+    unit: float, solution: LevelSolution, method: str, levels: list[Level]
+) -> LeakRate:
+    """Leak rate of a solution, with its bounds."""
+    level, slip = solution.level, solution.slip
+    lower, upper = (bound * unit for bound in (slip or level.bounds).numbers)
+    flows = boundary_flows(solution.problem, solution.pressure)
+    inflow, outflow = (flow * unit for flow in flows)
+    return LeakRate(
+        state="leaking",
+        method=method,
+        value=middle_of(lower, upper),
+        lower=lower,
+        upper=upper,
+        unknowns=level.unknowns,
+        inflow=inflow,
+        outflow=outflow,
+        levels=tuple(levels),
+        slip_interval=None if slip is None else slip.slip_factors(level.bounds),
+    )

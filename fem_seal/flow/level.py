@@ -75,11 +75,11 @@ class LevelProblem:
     ):
         self.gap, self.mesh, self.values, self.tolerance = gap, mesh, values, tolerance
         data = gap.cell_data(mesh, values)
-        carrying = open_cells(mesh, data)
-        self.kept = kept = carrying.kept
+        self.kept, pressures = open_cells(mesh, data)
+        kept = self.kept
         self.data = data.subset(kept)
         self._cell_contact: CellContact = data.without_values()
-        self._jumps, self._numberings = carrying.pressures.basis, carrying.pressures.numberings
+        self._jumps, self._numberings = pressures.basis, pressures.numberings
         self.primal_numbering = self._numberings[0]
         self.cells = triangles = mesh.cells.compress(kept, axis=0)
 
@@ -117,11 +117,9 @@ class LevelProblem:
             return self.data.resistivity[cells]
         return self.data.subset(cells).regularised(chi, self.gap.cut)
 
-    def gradients(
-        self, corner_values: np.ndarray, cells: np.ndarray | slice = slice(None)
-    ) -> np.ndarray:
-        """Gradient (n, 2) on n cells of the function with corner values (n, 3)."""
-        return gradients(shape_gradients(self.corners(cells))[0], corner_values)
+    def gradients(self, corner_values: np.ndarray) -> np.ndarray:
+        """Gradient (C, 2) on each cell of the function with corner values (C, 3)."""
+        return gradients(shape_gradients(self.corners(slice(None)))[0], corner_values)
 
     def pressure_correction(self, pressures: Sequence[CornerValues]) -> Correction:
         """Bubble functions for pressures, given by corner values (n, 3) on some of the C cells."""
@@ -198,7 +196,7 @@ class LevelProblem:
         residuals = tuple(chain.from_iterable(minimum.residuals for minimum in minima))
         stalled = next((minimum.stalled for minimum in minima if minimum.stalled), "")
         totals = tuple(minimum.total for minimum in minima)
-        energies = np.diag([minimum.energy for minimum in minima])
+        energies = np.diag([total.value for total in totals])
         if len(minima) == 2:
             for cells, slopes, areas in self.batches():
                 xx, xy, yy = (areas[:, None] * tensor(cells)).T

@@ -71,11 +71,6 @@ class Minimum:
     stalled: str = ""
 
     @property
-    def energy(self) -> float:
-        """∫ ∇v·T·∇v."""
-        return self.total.value
-
-    @property
     def corner_values(self) -> np.ndarray:
         """Corner values (C, 3) on all cells."""
         return self.corners(slice(None))
@@ -164,7 +159,7 @@ class CellSpace:
             start, run = self._run_cg(solver, tensor, numbering, values, tolerance, balanced)
             residuals += run.residuals
             worthwhile = WORTHWHILE_DECREASE if run.stalled else RESTART_BELOW
-            again = run.energy < worthwhile * start
+            again = run.total.value < worthwhile * start
             if not again and (not run.stalled or stalled_before):
                 return replace(run, residuals=residuals)
             values, stalled_before = run.values, bool(run.stalled)
@@ -207,9 +202,8 @@ class CellSpace:
         """Energy ∫ ∇v·T·∇v of a function with corner values (n, 3) on a slice of n cells."""
         energies = []
         for part in self._own_parts():
-            v = corner_values(part)
-            v = v - v[:, :1]
-            energies.append(Energy.of_cells(self._corners(part), tensor(part), v, self._blur))
+            corners, v = self._corners(part), corner_values(part)
+            energies.append(Energy.of_cells(corners, tensor(part), v, self._blur))
         return Energy.sum(self.comm.allgather(Energy.sum(energies)))
 
     def _started(

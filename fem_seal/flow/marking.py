@@ -83,8 +83,6 @@ class Strategy:
     rtol: float = FlowSettings.rtol
     #: solve the true dual on every level, so that both bounds can be watched
     every_dual: bool = False
-    #: largest number of pressure unknowns of a mesh; the first mesh is solved in any case
-    max_unknowns: int | None = None
     tuning: Tuning = Tuning()  #: parameters of the refinement
 
     @property

@@ -20,8 +20,7 @@ from fem_seal.flow.cell_data import ISOTROPIC, CellData
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.gap_on_mesh import LinearGap
 from fem_seal.flow.hierarchical import Correction, Drops, energy_drops
-from fem_seal.flow.level import LevelProblem, LevelSolution
-from fem_seal.flow.linear import Minimum
+from fem_seal.flow.level import LevelSolution
 from fem_seal.flow.solution import Start
 from fem_seal.grid import GridField
 
@@ -46,29 +45,37 @@ class MeshedFlow:
         In units of the resistance of a square with the largest gap of this film; infinite if the
         stream function is not known.
         """
-        stream, corrected = self.solution.stream, self.solution.corrected
-        if stream is None or corrected is None:
+        problem, stream = self.solution.problem, self.solution.stream
+        if stream is None or self.solution.corrected is None:
             return np.full(2, np.inf)
-        (psi,), (own,), other = stream.at_vertices, stream.totals, self._in_gap_of(film, 1)
-        energies = own, other.energy_of_stream(psi)
-        correction = self.solution.problem.stream_correction([psi])
-        return other.upper_bounds(energies, correction, corrected.raised)
+        (psi,), (own,), (gap, values, data) = stream.at_vertices, stream.totals, self._in(film, 1)
+        energy = problem.space.energy(
+            lambda cells: data.resistivity[cells], lambda cells: psi[problem.cells[cells]]
+        )
+        correction, drop = problem.stream_correction([psi]), self.solution.corrected.raised
+        return self._upper_bounds((own, energy), correction, drop, gap, values)
 
     def conductances_below(self, film: GridFilm) -> np.ndarray:
         """Upper bounds (2,) of conductances: of this film, and of one whose gap is nowhere larger.
 
         In units of the conductance of a square with the largest gap of this film.
         """
-        (pressure,), corrected = self.solution.pressure.minima, self.solution.corrected
-        other = self._in_gap_of(film, -1)
-        energies = pressure.total, other.energy_of_pressure(pressure)
+        problem, (pressure,) = self.solution.problem, self.solution.pressure.minima
+        gap, values, data = self._in(film, -1)
+        K = np.where(pressure.numbering.constant(), 0.0, data.K)
+        energy = problem.space.energy(lambda cells: K[cells, None] * ISOTROPIC, pressure.corners)
+        energies, corrected = (pressure.total, energy), self.solution.corrected
         if corrected is None:
             return np.array([energy.upper_bound() for energy in energies])
-        correction = self.solution.problem.pressure_correction([pressure.corners])
-        return other.upper_bounds(energies, correction, corrected.lowered)
+        correction = problem.pressure_correction([pressure.corners])
+        return self._upper_bounds(energies, correction, corrected.lowered, gap, values)
 
-    def _in_gap_of(self, film: GridFilm, sign: int) -> "_OtherGap":
-        """The gap of another film on this mesh, nowhere smaller (sign 1) or larger (sign -1)."""
+    def _in(self, film: GridFilm, sign: int) -> tuple[LinearGap, np.ndarray, CellData]:
+        """Another film on this mesh, its gap nowhere smaller (sign 1) or larger (sign -1).
+
+        Returns its gap, the gap (V, 2) at the vertices, and the averages on the cells that carry
+        the flow of this film.
+        """
         kinds = [
             (f.representation, f.sides, f.samples.shape, f.gap.spacing) for f in (self.film, film)
         ]
@@ -81,49 +88,28 @@ class MeshedFlow:
                 f"{wrong} of {film.samples.size} samples: the flow does not bound it"
             )
         problem = self.solution.problem
-        gap = narrowed(problem.gap, LinearGap, "linear gap")
+        own = narrowed(problem.gap, LinearGap, "linear gap")
         # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.
         scaled = np.where(self.film.carrying, film.samples / self.film.largest_gap, 0.0)
-        other = gap.with_samples(GridField(scaled, film.gap.spacing))
-        values = other.vertex_values(problem.mesh)
-        data = other.cell_data(problem.mesh, values).subset(problem.kept)
-        return _OtherGap(problem, other, values, data)
+        gap = own.with_samples(GridField(scaled, film.gap.spacing))
+        values = gap.vertex_values(problem.mesh)
+        return gap, values, gap.cell_data(problem.mesh, values).subset(problem.kept)
 
-
-@dataclass(frozen=True, eq=False)
-class _OtherGap:
-    """Another gap on the mesh of a problem, for the energies of that problem's functions in it."""
-
-    problem: LevelProblem
-    gap: LinearGap
-    values: np.ndarray  #: (V, 2), this gap at the vertices, raised and lowered
-    data: CellData  #: averages of this gap on the cells that carry flow in the problem
-
-    def energy_of_pressure(self, pressure: Minimum) -> Energy:
-        """∫K|∇p|²."""
-        K = np.where(pressure.numbering.constant(), 0.0, self.data.K)
-        return self.problem.space.energy(lambda cells: K[cells, None] * ISOTROPIC, pressure.corners)
-
-    def energy_of_stream(self, psi: np.ndarray) -> Energy:
-        """∫ ∇ψ·R·∇ψ of the true dual, of ψ (V,) at the vertices."""
-        cells_of = self.problem.cells
-        return self.problem.space.energy(
-            lambda cells: self.data.resistivity[cells], lambda cells: psi[cells_of[cells]]
-        )
-
-    def upper_bounds(
+    def _upper_bounds(
         self,
         energies: tuple[Energy, Energy],
         correction: Correction,
         own_drop: Drops,
+        gap: LinearGap,
+        values: np.ndarray,
     ) -> np.ndarray:
-        """Upper bounds (2,) of energies of one function, in the problem's own gap and in this one.
+        """Upper bounds (2,) of energies of one function, in the gap of this film and in another.
 
         The same bubble functions lower both. The bounds are widened for rounding errors.
         """
-        problem = self.problem
+        problem = self.solution.problem
         (drop,) = energy_drops(
-            self.gap, problem.mesh, self.values, [correction], problem.space.comm, own_drop
+            gap, problem.mesh, values, [correction], problem.space.comm, own_drop
         )
         return np.array(
             [

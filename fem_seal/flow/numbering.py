@@ -46,10 +46,8 @@ class Numbering:
 
     def constant(self) -> np.ndarray:
         """(C,) bool, cells on which every function of this numbering is constant."""
-        first = self.of_corner[:, 0], self.offset[:, 0]
-        others = ((self.of_corner[:, k], self.offset[:, k]) for k in (1, 2))
-        same = [(number == first[0]) & (offset == first[1]) for number, offset in others]
-        return same[0] & same[1]
+        first = self.of_corner[:, :1], self.offset[:, :1]
+        return ((self.of_corner == first[0]) & (self.offset == first[1])).all(axis=1)
 
     def from_corners(self, corner_values: np.ndarray) -> np.ndarray:
         """Values of the unknowns (count,): means over their corners of corner_values - offset."""

@@ -15,8 +15,6 @@ the torus carry flow. A contact spot that winds by n restricts the jumps J of th
 to J·n = 0; so it does for d = 1, where no jump is left.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from fem_seal.film.winding import unwind
@@ -28,16 +26,8 @@ from fem_seal.mesh.mesh import corner_links, side_ends
 from fem_seal.mesh.torus import Torus
 
 
-@dataclass(frozen=True, eq=False)
-class OpenCells:
-    """The cells that carry flow, and the pressures on them."""
-
-    kept: np.ndarray  #: (C,) bool, cells that carry flow
-    pressures: Jumps  #: numbering of the pressure on these cells
-
-
-def open_cells(mesh: AnyMesh, data: CellData) -> OpenCells:
-    """Find the cells that can carry flow, and number the pressure on them."""
+def open_cells(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, Jumps]:
+    """Find the cells (C,) bool that can carry flow, and number the pressure on them."""
     return _open_torus(mesh, data) if isinstance(mesh, Torus) else _between_ends(mesh, data)
 
 
@@ -55,7 +45,7 @@ def passable_sides(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, np.ndarra
     return slots.compress(first & second, axis=0), slots[:, 0].compress(first & alone)
 
 
-def _between_ends(mesh: AnyMesh, data: CellData) -> OpenCells:
+def _between_ends(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, Jumps]:
     """Keep the cells connected to both ends through passable sides; p jumps at the inlet.
 
     p is prescribed on the passable sides of inlet and outlet.
@@ -76,10 +66,10 @@ def _between_ends(mesh: AnyMesh, data: CellData) -> OpenCells:
     label = group.take(label)
     of_corner, used = numbered(label, ~(at_inlet | at_outlet))
     crossed = at_inlet.take(label).astype(np.int8)[:, :, None]
-    return OpenCells(kept, Jumps(of_corner, used, crossed, np.ones((1, 1), dtype=np.int8)))
+    return kept, Jumps(of_corner, used, crossed, np.ones((1, 1), dtype=np.int8))
 
 
-def _open_torus(mesh: Torus, data: CellData) -> OpenCells:
+def _open_torus(mesh: Torus, data: CellData) -> tuple[np.ndarray, Jumps]:
     """Keep the cells that wind around the torus.
 
     One corner of each component has no unknown: its pressure is that of the jumps alone.
@@ -101,7 +91,7 @@ def _open_torus(mesh: Torus, data: CellData) -> OpenCells:
     free[label[first, 0]] = False
     of_corner, used = numbered(label, free)
     crossed = mesh.copy[mesh.cells[kept]]
-    return OpenCells(kept, Jumps(of_corner, used, crossed, jumps_along(unwound.windings)))
+    return kept, Jumps(of_corner, used, crossed, jumps_along(unwound.windings))
 
 
 def _of_one_pressure(equipotential: np.ndarray, ends: list[np.ndarray], count: int) -> np.ndarray:

@@ -18,10 +18,8 @@ from typing import Generic, TypeVar, cast
 import numpy as np
 
 from fem_seal.mesh.mesh import Edges, Halvings
-from fem_seal.mesh.nested import PIXEL, NestedMesh, TooFine, covering, opposite, uniform_mesh
+from fem_seal.mesh.nested import PIXEL, NestedMesh, covering, opposite, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
-
-__all__ = ["AnyMesh", "Refinement", "TooFine", "bisect", "coarse_mesh", "refine"]
 
 AnyMesh = NestedMesh | TriangleMesh  # the meshes that bisection refines
 M = TypeVar("M", bound=AnyMesh)
@@ -124,7 +122,8 @@ class _Bisection(Generic[M]):
         self._mesh, self._xy, self._twin = mesh, mesh.xy, mesh.twin
         self._cells, edges = mesh.cells.copy(), mesh.edges
         self._sides, self._ends = edges.sides.copy(), edges.ends.copy()
-        self._cell_of_side = edges.cells()
+        # -1 for the outer side of a boundary edge.
+        self._cell_of_side = edges.slots().ravel() // 3
         self._rounds: list[np.ndarray] = []
         self._steps: list[tuple[np.ndarray, np.ndarray]] = []
 

@@ -26,12 +26,6 @@ class Edges:
         """(C, 3) int32: the edge opposite each corner."""
         return self.sides >> 1
 
-    def cells(self) -> np.ndarray:
-        """(2 E,) int32: the cell of each side, -1 for the outer side of a boundary edge."""
-        of_side = np.full(2 * len(self.ends), -1, dtype=np.int32)
-        of_side[self.sides] = np.arange(len(self.sides), dtype=np.int32)[:, None]
-        return of_side
-
     def slots(self) -> np.ndarray:
         """(E, 2) int32: both sides of each edge as 3 cell + corner, -1 for an outer side."""
         of_side = np.full(2 * len(self.ends), -1, dtype=np.int32)
@@ -161,11 +155,7 @@ class Mesh(ABC):
 
     def points(self, scale: float | np.ndarray) -> np.ndarray:
         """Coordinates (V, 2) of the vertices, along each axis times a scale, as the pixel size."""
-        points = np.empty(self.xy.shape)
-        # One axis at a time: NumPy takes three times as long for both axes in one product.
-        for axis, size in enumerate(np.broadcast_to(scale, 2)):
-            np.multiply(self.xy[:, axis], size / self.unit, out=points[:, axis])
-        return points
+        return self.xy * (np.asarray(scale) / self.unit)
 
     def corners(self, scale: float | np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Corners (n, 3, 2) of cells (n, 3), relative to the first of each, times `scale`.

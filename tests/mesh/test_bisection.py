@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from nested_meshes import areas, assert_conforming, refined
 from triangulations import ring, scattered_square, square_with_hole
 
-from fem_seal.mesh.bisection import TooFine, bisect, coarse_mesh, refine
-from fem_seal.mesh.nested import DEPTH, coarsest_width, uniform_mesh
+from fem_seal.mesh.bisection import bisect, coarse_mesh, refine
+from fem_seal.mesh.nested import DEPTH, TooFine, coarsest_width, uniform_mesh
 from fem_seal.mesh.torus import LEAST_SQUARES, squares_across, uniform_torus
 from fem_seal.mesh.triangles import INLET, ISLAND, TriangleMesh
 

@@ -8,7 +8,8 @@ from nested_meshes import assert_conforming, refined
 from triangulations import grid_mesh, labelled, ring, ring_parts, scattered_square
 
 from fem_seal.errors import InvalidInput
-from fem_seal.mesh.bisection import TooFine, bisect
+from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.nested import TooFine
 from fem_seal.mesh.shape import shape_mesh
 from fem_seal.mesh.triangles import BOTTOM, INLET, ISLAND, OUTLET, TOP
 
