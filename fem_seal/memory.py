@@ -103,16 +103,17 @@ def _file_cache(statistics: Path) -> int:
     return int(rows.get("total_inactive_file", rows.get("inactive_file", 0)))
 
 
-def refuse_too_large(size: float, what: str, available: float | None = None) -> None:
-    """Refuse to make data, called `what`, of a size [bytes] above the available memory [bytes].
+def refuse_too_large(size: float, what: str, limit: float | None = None) -> None:
+    """Refuse to make data, called `what`, of a size [bytes] above flow.max_memory, its limit.
 
-    That is `available_memory()` if left out.
+    Without one the limit is `available_memory()`.
     """
-    available = available_memory() if available is None else available
-    if size > available:
+    most = available_memory() if limit is None else limit
+    if size > most:
+        whose = "are available" if limit is None else "are all that flow.max_memory allows"
         raise InvalidInput(
-            f"{what} would take {size / 1e9:.3g} GB of memory, and {available / 1e9:.3g} GB are "
-            "available; take fewer samples, or crop the map"
+            f"{what} would take {size / 1e9:.3g} GB of memory, and {most / 1e9:.3g} GB {whose}; "
+            "take fewer samples (of a map: crop it)"
         )
 
 

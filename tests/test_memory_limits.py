@@ -92,7 +92,7 @@ def test_a_contact_that_exceeds_the_limit_is_not_begun(small_scene, most):
     if most > 1:
         assert patch.contact is not None
         return
-    with pytest.raises(InvalidInput, match=r"the contact of .* would take .* GB of memory"):
+    with pytest.raises(InvalidInput, match=r"contact of .* GB of memory, .* flow\.max_memory"):
         _ = patch.contact
 
 

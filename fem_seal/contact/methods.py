@@ -148,6 +148,11 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
         f"{name} {value:.1e} (wanted {allowed:.1e})" for name, (value, allowed) in missed.items()
     )
     remedy = "loosen the tolerance" if "certificate" in missed else "take another solver"
+    if stalled and problem.rounding(iterate.pressure) > stopping.tolerance:
+        remedy = (
+            "rounding errors of so high a pressure hide the heights: check the units of pressure "
+            "(contact.pressure), modulus and heights, or press less"
+        )
     remedy += "" if stalled else " or raise max_iterations"
     raise NotConverged(
         f"contact by {stopping.solver}: {measured} after {steps} ({why}), "

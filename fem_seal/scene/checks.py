@@ -75,9 +75,8 @@ def _origin(scene: "Scene") -> Iterator[str]:
             yield f"[gap] stands in place of [{name}]; give one of the two"
     if scene.own_gap or scene.gap is not None:
         return
-    for name in ("surface", "contact"):
-        if getattr(scene, name) is None:
-            yield f"[{name}] is missing; give [surface] and [contact], or [gap]"
+    if scene.surface is None:
+        yield "[surface] is missing; give [surface] and [contact], or [gap]"
     if scene.contact is not None and scene.contact.is_elastic and scene.solid is None:
         yield "[solid] is missing: contact.model = 'gfmd' needs its contact_modulus"
 
@@ -85,7 +84,7 @@ def _origin(scene: "Scene") -> Iterator[str]:
 def _load(scene: "Scene") -> Iterator[str]:
     """A contact without a load, or with a second one that [seal] gives."""
     contact, seal = scene.contact, scene.seal
-    if contact is None:
+    if contact is None or scene.own_gap or scene.gap is not None:
         return
     loads = [name for name in LOADS if getattr(contact, name) is not None]
     if seal is not None and seal.own_load:

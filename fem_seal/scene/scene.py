@@ -45,7 +45,8 @@ def require_scene(value: object) -> None:
 class Scene(Section):
     """One patch of a seal, and the products to compute; lengths in m, pressures in Pa.
 
-    Either `gap`, or `surface` and `contact` (and `solid` for an elastic contact).
+    Either `gap`, or `surface` and `contact` (and `solid` for an elastic contact); `contact` may be
+    left out where `seal` gives the load.
     """
 
     surface: Surface | None = Field(None, description="the rough counter-face")
@@ -166,6 +167,13 @@ class Scene(Section):
             # The back of the solid keeps the pressure that the outlet has in this scene.
             changes["flow.ambient_pressure"] = self.flow.outlet_pressure
         return self.with_(changes)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _pressed(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """A [surface] is pressed; [contact] has nothing to say if [seal] gives the load."""
+        pressed = data.get("surface") is not None and data.get("contact") is None
+        return data | {"contact": {}} if pressed else data
 
     @model_validator(mode="after")
     def _check(self) -> "Scene":

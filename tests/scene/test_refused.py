@@ -46,6 +46,12 @@ HERTZ = "contact.pressure= & seal.pressure_profile=hertz & "
 CYLINDER = "seal.line_load=1 kN/m & seal.cylinder_radius=2 mm"
 TABLE = "seal.leak_path= & seal.pressure_profile=profile.csv"
 LEAK_UNIT = "output.leak_rate_unit="
+# What [seal] gives need not be said in [contact].
+SCENES["cylinder"] = SCENES["seal"] | {
+    "seal": {"circumference": "10 mm", "pressure_profile": "hertz", "line_load": "1 kN/m"}
+    | {"cylinder_radius": "2 mm"}
+}
+del SCENES["cylinder"]["contact"]
 # Assignments, with & between them, and what is said of them.
 BAD = {
     "contact": {

@@ -192,7 +192,7 @@ def test_short_cut_off_of_one_sample_is_allowed(small_scene):
         Scene.from_mapping(small_scene)
 
 
-@pytest.mark.parametrize("section", ["surface", "solid", "contact", "fluid"])
+@pytest.mark.parametrize("section", ["surface", "solid", "fluid"])
 def test_missing_section(small_scene, section):
     del small_scene[section]
     with pytest.raises(InvalidInput, match=rf"\[{section}\] is missing"):
