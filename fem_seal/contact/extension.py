@@ -1,9 +1,18 @@
-"""Extension of the residual beyond the free set, for the preconditioner Eᵀ M E of `free_set_cg`."""
+"""Extension of the residual beyond the free set, for the preconditioner Eᵀ M E of `free_set_cg`.
+
+It interpolates linearly between periodic grids, each with half as many samples along both axes as
+the last. Along each axis a fine point lies at a quarter of the distance between the centres of its
+own coarse cell and of the nearer neighbouring cell:
+
+    interpolation   u_fine = 3 u_own + u_neighbour       (16 times the value, over two axes)
+    restriction     the transpose of the interpolation
+
+Neither is normalised: the weights include the factor 16.
+"""
 
 import numpy as np
 
 from fem_seal.contact.blocks import RowPasses
-from fem_seal.contact.halving import WHOLE, Halving
 
 # Number of coarser grids, each with a quarter of the samples. With one fewer, 1024² takes one or
 # two iterations more.
@@ -12,6 +21,7 @@ LEVELS = 6
 # s)), which is s for FADE = 1, and 1 for FADE = 0. Measured at 256² to 1024²: 0.7 and 1 take one
 # more iteration at some loads, 0.25 and 2 at all loads.
 FADE = 0.85
+WHOLE = 16  # interpolation of ones; the restriction of ones is 4 × 16
 
 
 class Extension:
@@ -50,60 +60,120 @@ class Extension:
         """Write E residual into `out`; the residual is zero outside the free set."""
         means = residual
         for level in self.levels:
-            level.halving.restrict(means, level.values)
+            level.restrict(means)
             level.values *= level.scale
             means = level.values
         for level, finer in zip(self.levels[:0:-1], self.levels[-2::-1], strict=True):
-            level.halving.interpolate(level.values, finer.values, finer.values, level.outside)
-        finest = self.levels[0]
-        finest.halving.interpolate(finest.values, residual, out, finest.outside)
+            level.interpolate(finer.values, finer.values, level.outside)
+        self.levels[0].interpolate(residual, out, self.levels[0].outside)
 
     def gather(self, values: np.ndarray) -> None:
         """Replace `values` by Eᵀ values; only the entries on the free set are meaningful."""
         fine = values
         for level in self.levels:
-            level.halving.restrict(fine, level.values, level.outside)
+            level.restrict(fine, level.outside)
             fine = level.values
-        for level, finer in zip(self.levels[:0:-1], self.levels[-2::-1], strict=True):
+        for level, finer in zip(self.levels[::-1], [*self.levels[-2::-1], None], strict=True):
             level.values *= level.scale
-            level.halving.interpolate(level.values, finer.values, finer.values, None)
-        finest = self.levels[0]
-        finest.values *= finest.scale
-        finest.halving.interpolate(finest.values, values, values, None)
+            target = values if finer is None else finer.values
+            level.interpolate(target, target)
 
 
 class _Level:
-    """A grid and the next coarser one.
+    """A grid and the next coarser one; where a number of samples is odd, its last cell holds one.
 
-    `outside` is the fraction of each point that is not free; `values` and `scale`, on the coarser
-    grid, are a work array and the weights of the means.
+    `outside` is the fraction of each point that is not free, over WHOLE; `values` and `scale`, on
+    the coarser grid, are a work array and the weights of the means.
     """
 
     def __init__(self, shape: tuple[int, int], dtype: np.dtype, passes: RowPasses):
-        self.halving = Halving(shape, passes)
-        self.outside = np.empty(shape, dtype)
-        self.values = np.empty(self.halving.coarse, dtype)
+        self.passes, self.outside = passes, np.empty(shape, dtype)
+        self.values = np.empty(((shape[0] + 1) // 2, (shape[1] + 1) // 2), dtype)
         self.scale = np.empty_like(self.values)
 
     def update(self, fraction: np.ndarray) -> np.ndarray:
         """Take the free fractions of the finer grid; return those of the coarser one (a view)."""
-        self.halving.restrict(fraction, self.values)
-
-        def fill(rows: slice) -> None:
-            """Write the weights of the samples outside the free set."""
-            np.subtract(1, fraction[rows], out=self.outside[rows])
-            self.outside[rows] /= WHOLE
-
-        def weigh(rows: slice) -> None:
-            """Write the weights of the means, and turn sums into free fractions."""
-            values, scale = self.values[rows], self.scale[rows]
-            # The restriction of ones is 4 WHOLE: s + FADE (1 - s) in units of it.
-            np.multiply(values, 1 - FADE, out=scale)
-            scale += 4 * WHOLE * FADE
-            np.reciprocal(scale, out=scale)
-            values *= scale
-
-        passes = self.halving.passes
-        passes.over(self.outside.shape, fill)
-        passes.over(self.values.shape, weigh)
+        np.subtract(1, fraction, out=self.outside)
+        self.outside /= WHOLE
+        self.restrict(fraction)
+        # The restriction of ones is 4 WHOLE: s + FADE (1 - s) in units of it.
+        np.multiply(self.values, 1 - FADE, out=self.scale)
+        self.scale += 4 * WHOLE * FADE
+        np.reciprocal(self.scale, out=self.scale)
+        self.values *= self.scale
         return self.values
+
+    def restrict(self, fine: np.ndarray, weights: np.ndarray | None = None) -> None:
+        """Write the restriction of `fine`, multiplied by `weights` if not None, into `values`."""
+        period = 2 * len(self.values)
+
+        def pass_over(rows: slice) -> None:
+            """Coarse rows, each from four fine ones."""
+            first, last = 2 * rows.start - 1, 2 * rows.stop + 1
+            block = _rows(fine, first, last, period)
+            if weights is not None:
+                block = block * _rows(weights, first, last, period)
+            halved = block[1:-1:2] + block[2:-1:2]
+            halved *= 3
+            halved += block[0:-2:2]
+            halved += block[3::2]
+            _halve_columns(halved, self.values[rows])
+
+        self.passes.over(self.values.shape, pass_over)
+
+    def interpolate(
+        self, base: np.ndarray, out: np.ndarray, weights: np.ndarray | None = None
+    ) -> None:
+        """Write base + weights × interpolation of `values` into `out`; no weights: ones."""
+        coarse, (nx, ny) = self.values, self.outside.shape
+
+        def pass_over(rows: slice) -> None:
+            """Fine rows, two for each coarse one."""
+            block = _rows(coarse, rows.start - 1, rows.stop + 1, len(coarse))
+            wide = _double_columns(block, ny)
+            fine = np.empty((2 * (rows.stop - rows.start), ny), coarse.dtype)
+            own = 3 * wide[1:-1]
+            np.add(own, wide[:-2], out=fine[0::2])
+            np.add(own, wide[2:], out=fine[1::2])
+            fine_rows = slice(2 * rows.start, min(2 * rows.stop, nx))
+            fine = fine[: fine_rows.stop - fine_rows.start]
+            if weights is not None:
+                fine *= weights[fine_rows]
+            np.add(base[fine_rows], fine, out=out[fine_rows])
+
+        self.passes.over(coarse.shape, pass_over)
+
+
+def _rows(values: np.ndarray, first: int, last: int, period: int) -> np.ndarray:
+    """Rows of a periodic array; rows between its length and the period are zero."""
+    if first >= 0 and last <= len(values):
+        return values[first:last]
+    rows = np.arange(first, last) % period
+    block = values.take(rows, axis=0, mode="clip")
+    block[rows >= len(values)] = 0
+    return block
+
+
+def _halve_columns(block: np.ndarray, out: np.ndarray) -> None:
+    """Restriction along the second axis."""
+    if block.shape[1] % 2:
+        block = np.pad(block, ((0, 0), (0, 1)))
+    first, second = block[:, 0::2], block[:, 1::2]
+    np.add(first, second, out=out)
+    out *= 3
+    out[:, 1:] += second[:, :-1]
+    out[:, 0] += second[:, -1]
+    out[:, :-1] += first[:, 1:]
+    out[:, -1] += first[:, 0]
+
+
+def _double_columns(block: np.ndarray, width: int) -> np.ndarray:
+    """Interpolation along the second axis to `width` points (new array)."""
+    own = 3 * block
+    doubled = np.empty((len(block), 2 * block.shape[1]), block.dtype)
+    first, second = doubled[:, 0::2], doubled[:, 1::2]
+    np.add(own[:, 1:], block[:, :-1], out=first[:, 1:])
+    np.add(own[:, 0], block[:, -1], out=first[:, 0])
+    np.add(own[:, :-1], block[:, 1:], out=second[:, :-1])
+    np.add(own[:, -1], block[:, 0], out=second[:, -1])
+    return doubled[:, :width]
