@@ -1,8 +1,9 @@
 """A start for the next of many loads of one surface, extrapolated from the states before."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 
 # Largest extrapolation, in steps between the last two loads. A longer one makes no better start.
@@ -13,30 +14,26 @@ FURTHEST = 2.0
 LACKING = 0.4
 
 
-class Predictor:
-    """Start for the next load of a surface, extrapolated linearly from its last two states.
+def extrapolated(load: float, states: Sequence[tuple[float, ContactState]]) -> np.ndarray | None:
+    """Pressure [Pa] to start from under a load, linear in the last two states; None without any.
 
-    It extrapolates a signed pressure: the pressure of samples that touch, and minus the pressure
-    that open samples lack for contact. So it predicts which open samples will touch and which
-    pressed samples will open. An elastic contact has no memory: only the work is less.
+    The states of a path come with their loads, all of one kind. A signed pressure is extrapolated,
+    s1 + r (s1 - s0) with r the ratio of the steps: the pressure of samples that touch, and minus
+    the pressure that open samples lack for contact. So it predicts which open samples will touch
+    and which pressed samples will open. An elastic contact has no memory: only the work is less.
     """
-
-    def __init__(self) -> None:
-        self._last: list[tuple[float, np.ndarray]] = []
-
-    def remember(self, load: Load, state: ContactState) -> None:
-        """Store a state; all loads of a path are of one kind."""
-        dx, dy = state.gap.spacing
-        lacking = LACKING * state.contact_modulus / (dx * dy) ** 0.5 * state.gap.values
-        self._last = [*self._last[-1:], (load.value, state.pressure.values - lacking)]
-
-    def start(self, load: Load) -> np.ndarray | None:
-        """Pressure [Pa] for a load: s1 + r (s1 - s0) clipped at zero, r the ratio of the steps."""
-        if not self._last:
-            return None
-        (before, signed_before), (last, signed_last) = self._last[0], self._last[-1]
-        if before == last:
-            return np.maximum(signed_last, 0)
+    if not states:
+        return None
+    (before, first), (last, latest) = states[-2:][0], states[-1]
+    signed = _signed_pressure(latest)
+    if before != last:
         # A ratio of -1 returns to the state before the last.
-        ratio = min(max((load.value - last) / (last - before), -1.0), FURTHEST)
-        return np.maximum(signed_last + ratio * (signed_last - signed_before), 0)
+        ratio = min(max((load - last) / (last - before), -1.0), FURTHEST)
+        signed = signed + ratio * (signed - _signed_pressure(first))
+    return np.maximum(signed, 0)
+
+
+def _signed_pressure(state: ContactState) -> np.ndarray:
+    dx, dy = state.gap.spacing
+    lacking = LACKING * state.contact_modulus / (dx * dy) ** 0.5 * state.gap.values
+    return state.pressure.values - lacking

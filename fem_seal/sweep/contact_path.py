@@ -1,6 +1,6 @@
 """Surface, contact or start for the contact that a point of a sweep hands on to the next."""
 
-from fem_seal.contact.predictor import Predictor
+from fem_seal.contact.predictor import extrapolated
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
 from fem_seal.parallel import Comm
@@ -23,7 +23,8 @@ class ContactPath:
 
     def __init__(self) -> None:
         self._last: tuple[Scene, GridField, GapState] | None = None
-        self._predictor = Predictor()
+        #: the last two loads of a path, with their contacts
+        self._states: list[tuple[float, ContactState]] = []
 
     def patch(
         self,
@@ -40,7 +41,7 @@ class ContactPath:
             if (scene.solid, scene.contact, scene.load) == (last.solid, last.contact, last.load):
                 contact = pressed
             elif _path(scene) is not None and _path(scene) == _path(last):
-                start = self._predictor.start(scene.load)
+                start = extrapolated(scene.load.value, self._states)
         return Patch(
             scene,
             report,
@@ -58,10 +59,10 @@ class ContactPath:
             return
         path = _path(scene)
         if self._last is None or path is None or path != _path(self._last[0]):
-            self._predictor = Predictor()
+            self._states = []
         self._last = scene, patch.surface, patch.contact
         if path is not None and isinstance(patch.contact, ContactState):
-            self._predictor.remember(scene.load, patch.contact)
+            self._states = [*self._states[-1:], (scene.load.value, patch.contact)]
 
 
 def _path(scene: Scene) -> tuple[object, ...] | None:

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.contact.predictor import Predictor
+from fem_seal.contact.predictor import extrapolated
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.digits import with_prefix
@@ -202,12 +202,9 @@ class LoadedPatch:
 
     def _pressed(self, surface: GridField, load: float) -> ContactState:
         nearest = sorted(self._states, key=lambda other: abs(other - load))[:2]
-        predictor = Predictor()
-        for other in reversed(nearest):
-            predictor.remember(Load("pressure", other), self._states[other])
-        target = Load("pressure", load)
-        patch = self.patch
-        return elastic_contact(patch.scene, surface, predictor.start(target), target, patch.report)
+        start = extrapolated(load, [(other, self._states[other]) for other in reversed(nearest)])
+        patch, target = self.patch, Load("pressure", load)
+        return elastic_contact(patch.scene, surface, start, target, patch.report)
 
     def solved(self, load: float, rtol: float) -> tuple[float, float]:
         """Bounds of K as above, from a flow of a tolerance that may be another one."""

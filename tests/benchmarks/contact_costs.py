@@ -14,7 +14,7 @@ import numpy as np
 from rough_gaps import Case
 
 from fem_seal.contact import ElasticSolid, Load, press
-from fem_seal.contact.predictor import Predictor
+from fem_seal.contact.predictor import extrapolated
 
 AREAS = (0.01, 0.05, 0.18, 0.4, 0.7)
 # (Hurst exponent, short cut-off in samples)
@@ -59,11 +59,11 @@ def paths(sizes: list[int], kind: str) -> None:
         for hurst, short in SURFACES:
             heights = Case(n, hurst, short, 0, 1).heights()
             for name, loads in PATHS[kind].items():
-                predictor, cold, warm = Predictor(), 0.0, 0.0
+                states, cold, warm = [], 0.0, 0.0
                 for load in (Load(kind, x) for x in loads):
                     cold += press(heights, SOLID, load).fft_pairs
-                    state = press(heights, SOLID, load, start=predictor.start(load))
-                    predictor.remember(load, state)
+                    state = press(heights, SOLID, load, start=extrapolated(load.value, states))
+                    states.append((load.value, state))
                     warm += state.fft_pairs
                 cells = f"{cold / len(loads):10.1f} {warm / cold:12.2f}"
                 print(f"{n:5d} {hurst:4} {short:3}  {kind} {name:<32} {cells}", flush=True)
