@@ -8,7 +8,6 @@ import numpy as np
 
 from demos.letter.contacts import (
     CONTACT_MODULUS,
-    CONTACT_TOLERANCE,
     PRESSURE_DROP,
     SIDES,
     SLOPE,
@@ -16,8 +15,9 @@ from demos.letter.contacts import (
     RoughCase,
     at_area,
     certified,
+    pressed,
 )
-from fem_seal.contact import ContactState, ContactStopping, ElasticSolid, Load, press
+from fem_seal.contact import ContactState
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.finite_difference import by_differences
 from fem_seal.flow_settings import FlowSettings
@@ -102,19 +102,17 @@ def current(
         by_differences(film, FlowSettings(links=links, **scales)).value if differences else None
         for links in LINKS
     ]
+    load = state.mean_pressure / (CONTACT_MODULUS * SLOPE) if elastic else None
     finer = None
     if elastic and refine:
         heights = resample(surface, (refine * case.n,) * 2)
-        stopping = ContactStopping(tolerance=CONTACT_TOLERANCE)
-        load = Load("pressure", state.mean_pressure)
-        again = press(heights, ElasticSolid(CONTACT_MODULUS), load, stopping)
-        finer = certified(again.gap, rtol).value
+        finer = certified(pressed(heights, model, load).gap, rtol).value
     dimension = effective_dimension(state.contact_area_fraction)
     return Current(
         *(case, model, seed, wanted, rtol),
         area=state.contact_area_fraction,
         corrected=state.contact_area_corrected if elastic else state.contact_area_fraction,
-        load=state.mean_pressure / (CONTACT_MODULUS * SLOPE) if elastic else None,
+        load=load,
         state=leak.state,
         lower=lower,
         value=leak.value,
