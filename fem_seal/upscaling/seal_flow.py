@@ -14,7 +14,7 @@ largest P from below. Where P <= p the film is open, K is infinite and p constan
 where P = p_in.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -94,8 +94,6 @@ class SealFlow:
     #: if lifted off, the fluid has the pressure of the inlet everywhere
     path: PathFlow | None = None
     sealing: SealingPart | None = None  #: part of the path that seals; None if lifted off
-    #: the same at the lower and at the upper bound, if they are positive and finite
-    bounding: tuple[PathFlow, ...] = ()
     table: ConductivityTable | None = None  #: conductivity of the patches; None if lifted off
     #: why the bounds do not meet a tolerance, and what to change; empty if they do
     reason: str = ""
@@ -149,13 +147,7 @@ def seal_flow(
     upper = path_leak_rate(table.highest, low, laid.lengths, ends, above) * (1 + 2 * SHOOTING)
     value = float(np.clip(value, lower, upper))
     along = laid.flow(table.interpolated, ends, value)
-    bounds = (table.lowest, high, lower), (table.highest, low, upper)
-    bounding = tuple(
-        replace(laid, pressure=pressure).flow(steps, ends, rate)
-        for steps, pressure, rate in bounds
-        if 0 < rate < inf
-    )
-    return SealFlow("leaking", value, lower, upper, along, along.sealing, bounding, table)
+    return SealFlow("leaking", value, lower, upper, along, along.sealing, table)
 
 
 @dataclass(frozen=True, eq=False)
