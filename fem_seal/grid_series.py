@@ -54,12 +54,9 @@ MARGIN, OF_UNRESOLVED_RMS = 0.1, 2.5
 
 def grids(samples: tuple[int, int], max_refinement: int) -> list[tuple[int, int]]:
     """Contact grids to try, each about twice as fine as the one before."""
-    nx, ny = samples
-    finer = [1]
-    while 2 * finer[-1] <= max_refinement:
-        finer.append(2 * finer[-1])
-    shapes = [(nx * factor, ny * factor) for factor in finer]
-    return shapes if half(samples) is None else [present(half(samples), "half"), *shapes]
+    (nx, ny), coarse = samples, half(samples)
+    factors = (2**k for k in range(max_refinement.bit_length()))
+    return [*([coarse] if coarse else []), *((nx * factor, ny * factor) for factor in factors)]
 
 
 def half(samples: tuple[int, int]) -> tuple[int, int] | None:

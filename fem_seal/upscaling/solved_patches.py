@@ -53,18 +53,14 @@ class PatchTask(Task[SolvedPatch]):
 
     def compute(self, handed_on: None, report: Report, comm: Comm) -> SolvedPatch:
         """Conductivity of the patch, refined in load; nothing is handed on to the next one."""
-        state = ""  # of the conductivity table, reported before each stage
+        seal, patch = present(self.scene.seal, "[seal]"), Patch(self.scene, report, comm=comm)
+        loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)
 
-        def staged(stage: str, detail: str) -> None:
-            report(": ".join(filter(None, (state, stage))), detail)
-
-        def begin(next_state: str) -> None:
-            nonlocal state
-            state = next_state
+        def begin(state: str) -> None:
+            """Report a state of the conductivity table, and its stages under it."""
             report(state, "")
+            patch.report = under(state, report)
 
-        seal = present(self.scene.seal, "[seal]")
-        loaded = LoadedPatch(Patch(self.scene, staged, comm=comm), OF_FLOWS * seal.rtol)
         flow = refined_flow(
             loaded,
             *leak_path_of(self.scene, self.part),
