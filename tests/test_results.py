@@ -14,15 +14,18 @@ from fem_seal import run
 from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.patch import Patch
+from fem_seal.pressure_profile import TabulatedProfile
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow
 from fem_seal.results.arrays import write_flow
+from fem_seal.results.records import PathRecord
 from fem_seal.results.result import Provenance
 from fem_seal.results.words import preparation_words
 from fem_seal.scene import Scene
 from fem_seal.solved import Solved, answer, solve
 from fem_seal.steps import FLOWS
 from fem_seal.surface import MapStatistics
-from fem_seal.upscaling.seal_flow import SealFlow
+from fem_seal.upscaling import EndPressures
+from fem_seal.upscaling.seal_flow import SealFlow, lifted_off
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +98,14 @@ def test_an_answer_that_contradicts_itself_is_none(field):
     for value, lower, upper in ((1.5, 2.0, 1.0), (3.0, 1.0, 2.0), (1.0, -1.0, 2.0)):
         with pytest.raises(Inconsistent):
             SealFlow("leaking", value, lower, upper)
+
+
+@pytest.mark.parametrize("lip", [0.5004, 0.5014, 0.5024])
+def test_the_recorded_path_keeps_its_highest_contact_pressure(lip):
+    """A lip narrower than a 400th of the path: "at most 0.5 MPa" would else be at most 0.1 MPa."""
+    profile = TabulatedProfile([0, lip - 1e-4, lip, lip + 1e-4, 1], [1e5, 1e5, 5e5, 1e5, 1e5])
+    flow = lifted_off(profile, EndPressures(6e5))
+    assert max(PathRecord.of(flow.path).contact_pressure) == 5e5
 
 
 def test_flow_field_is_read_back_exactly(field, tmp_path):

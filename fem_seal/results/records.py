@@ -19,7 +19,7 @@ from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.seal import SealLeak, median_patch
 from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
 
-POINTS = 400  # most points of the leak path in the record
+POINTS = 400  # of the leak path in the record
 
 # A number in JSON, which has no infinity: null if it is infinite or not known.
 Finite = Annotated[
@@ -170,9 +170,9 @@ class PathRecord(Record):
 
     @classmethod
     def of(cls, path: PathFlow) -> "PathRecord":
-        """Record of a path, at most `POINTS` places of it."""
-        every = -(-len(path.x) // POINTS)
-        kept = np.unique(np.append(np.arange(0, len(path.x), every), len(path.x) - 1))
+        """Record of about `POINTS` places of a path, with that of the highest contact pressure."""
+        last, highest = len(path.x) - 1, path.contact_pressure.argmax()
+        kept = np.unique([*range(0, last, -(-len(path.x) // POINTS)), highest, last])
         return cls(**{name: tuple(getattr(path, name)[kept].tolist()) for name in cls.model_fields})
 
 
