@@ -204,11 +204,11 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
 
 
 def _unit(arrays: NamedArrays, variable: Variable) -> str | None:
-    """Unit of one variable, or of the whole file."""
-    for name in ("unit", "units"):
-        if name in variable.attributes:
-            return text_of(variable.attributes[name])
-    return text_of(arrays.variables["unit"].values) if "unit" in arrays.variables else None
+    """Unit of one variable, or of the whole file; an empty text is none."""
+    texts = [variable.attributes.get(name, "") for name in ("unit", "units")]
+    if "unit" in arrays.variables:
+        texts.append(arrays.variables["unit"].values)
+    return next(filter(None, (text_of(text).strip() for text in texts)), None)
 
 
 def text_of(value: object) -> str:

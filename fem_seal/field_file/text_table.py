@@ -73,19 +73,14 @@ class Layout:
         if self.decimal == "," and ("." in cell or cell.endswith(",") or cell.startswith(",")):
             return float("nan") if cell.lower() in MISSING else None
         try:
+            # float() takes 1_000 for a thousand, which no instrument writes.
             return float(cell.replace(self.decimal, ".")) if "_" not in cell else None
         except ValueError:
             marks = cell.lower() in MISSING or _NO_DATA.fullmatch(cell)
             return float("nan") if marks else None
 
     def numbers(self, cells: list[str]) -> Sequence[float | None]:
-        """Numbers of the cells of a line by `number`; most need no closer look."""
-        try:
-            # float() takes 1_000 for a thousand, which no instrument writes.
-            if self.decimal == "." and not any("_" in cell for cell in cells):
-                return [float(cell) for cell in cells]
-        except ValueError:
-            pass
+        """Numbers of the cells of a line by `number`."""
         return [self.number(cell) for cell in cells]
 
     def row(self, line: str) -> Sequence[float | None]:

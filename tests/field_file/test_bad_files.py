@@ -69,6 +69,7 @@ DIFFER = "size = 3e-06 m by 1e-06 m, but size = {} m by {} m was given"
 FRAMES = layouts.contact_mechanics_nc
 CASES = {
     "no unit": of_h5("have no unit; say it", unit=None),
+    "empty unit": of_h5("have no unit; say it", unit=" "),
     "no unit of x": (
         "a.h5",
         lambda p: layouts.plain_h5(p, "gap", GAP, SPACING, "m"),
