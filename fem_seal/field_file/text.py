@@ -15,12 +15,17 @@ from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
 from fem_seal.field_file.recorded import Pair, Recorded, in_si
 from fem_seal.field_file.text_header import Statements, bare, statements, unit_in
-from fem_seal.field_file.text_table import OFF_GRID, TextTable, even_step, read_table
+from fem_seal.field_file.text_table import (
+    FARTHEST,
+    OFF_GRID,
+    TextTable,
+    even_step,
+    read_table,
+)
 
 COUNTING = "; its first line and column count points, without a unit, and say no lengths"
 WIDEST_LIST = 8  # columns from which on a table is no list of points
 LONG = 5  # numbers in a line that rise evenly by chance in no rough map
-FARTHEST = 1e100  # largest coordinate; sums of a few are finite
 UNCALIBRATED = "; its header says that the camera's resolution is 0: it was not calibrated"
 FEWEST_OF_GRID = 0.25  # least part of the points of a grid that a list must have
 

@@ -31,6 +31,7 @@ _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1a\x1c-\x1f]")
 # Largest distance of coordinates from an even grid, over its step: written numbers are rounded.
 OFF_GRID = 0.05
 FEWEST = 3  # coordinates of which one can say that they are even
+FARTHEST = 1e100  # largest coordinate; sums of a few are finite
 SHOWN = 40  # characters of a file that a message quotes
 
 _ASIDE = re.compile(r"\s#(?!n/a).*", re.IGNORECASE)
@@ -263,7 +264,9 @@ def _table(lines: list[str], layout: Layout, columns: int, path: Path) -> TextTa
 
 def even_step(x: np.ndarray) -> float | None:
     """Step of coordinates that rise or fall evenly; None for other numbers."""
-    if len(x) < FEWEST or not (np.diff(x) * (x[1] - x[0]) > 0).all():
+    if len(x) < FEWEST or not np.abs(x).max() < FARTHEST:
+        return None
+    if not (np.diff(x) * (x[1] - x[0]) > 0).all():
         return None
     step = float(x[-1] - x[0]) / (len(x) - 1)
     off = np.abs(x - x[0] - step * np.arange(len(x))).max()

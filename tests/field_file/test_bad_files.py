@@ -162,6 +162,9 @@ CASES = {
         "holds 3 lines of 3 numbers, and its header announces 4 of 3; it may be cut off",
         "ncols 3\nnrows 4\n1 2 3\n4 5 6\n7 8 9\n",
     ),
+    "an infinite coordinate": of_text(
+        "1 of 12 values .* infinite", "0 1 2 1e999\n1 3 1 2\n2 1 1 5\n"
+    ),
     "a profile": of_text("is a line scan", "0 1\n1 2\n2 3\n3 1\n"),
     "points of no grid": of_text(
         "line 3 of .*a.txt: x = .* is not on the even grid", "0 0 1\n0 1 2\n1 0 3\n1.3 1 4\n"
