@@ -35,7 +35,7 @@ ELSEWHERE = {"provenance", "error_budget", "cautions", "files", "inflow", "outfl
 # Fields of a scene that say what was computed; the line below the title names them.
 DESCRIBED = {
     "Whole seal": "seal.leak_path seal.circumference seal.inlet_radius seal.outlet_radius",
-    "Shape": "shape.kind shape.mesh",
+    "Shape": "shape.kind shape.path",
     "Gap": "gap.path",
     "Surface": "surface.path surface.size surface.rms_slope",
     "Solid": "solid.youngs_modulus solid.poisson_ratio solid.contact_modulus solid.layer_thickness",
@@ -44,7 +44,7 @@ DESCRIBED = {
     "Fluid": "fluid.kind fluid.viscosity flow.pressure_drop flow.inlet_pressure "
     "flow.outlet_pressure",
 }
-LABELS = {"kind": "", "path": "", "mesh": "", "youngs_modulus": "Young's modulus"}
+LABELS = {"kind": "", "path": "", "youngs_modulus": "Young's modulus"}
 
 
 def report(folder: str | Path) -> Path:

@@ -114,6 +114,7 @@ def test_the_line_below_the_title_says_what_was_computed(folder):
     text = described(scene | {"seal": seal})
     assert text.startswith("Whole seal: leak path 500 um, circumference 150 mm. Surface: ")
     assert "pressure profile hertz" in text
+    assert described({"shape": {"kind": "file", "path": "/a/b.msh"}}) == "Shape: file, b.msh."
 
 
 def test_pictures_of_a_contact_that_is_lifted_off_are_left_out(folder):
