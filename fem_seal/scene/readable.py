@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from fem_seal.digits import with_prefix
+from fem_seal.tables import leaves
 from fem_seal.units import to_si
 
 
@@ -52,18 +53,6 @@ def _quoted(value: object, unit: str) -> str:
     return repr(_text(value, unit))
 
 
-def units_of(model: type[BaseModel]) -> dict[str, str]:
-    """SI unit of each field that has one; the fields of a scene are named "section.field"."""
-    units: dict[str, str] = {}
-    for key, field in model.model_fields.items():
-        unit = unit_of(field)
-        if unit is not None:
-            units[key] = unit
-        for section in sections_in(field.annotation):
-            units |= {f"{key}.{name}": unit for name, unit in units_of(section).items()}
-    return units
-
-
 def sections_in(annotation: object) -> list[type[BaseModel]]:
     """Sections in an annotation such as Annotated[A | B, ...] | None."""
     types = (part for part in parts_of(annotation) if isinstance(part, type))
@@ -71,18 +60,18 @@ def sections_in(annotation: object) -> list[type[BaseModel]]:
 
 
 def rows_of_mapping(data: Mapping[str, Any], model: type[BaseModel]) -> list[tuple[str, str]]:
-    """Names and readable values of the fields of a scene, {section: {field: value}} in SI units.
+    """Names and readable values of the fields of a scene, nested mappings in SI units.
 
     Of files only the names: their folders are private.
     """
-    units = units_of(model)
-    rows: list[tuple[str, str]] = []
-    for section, fields in data.items():
-        inner = fields.items() if isinstance(fields, Mapping) else [("", fields)]
-        for key, value in inner:
-            name = f"{section}.{key}" if key else section
-            rows.append((name, _text(value, units.get(name))))
-    return rows
+    units = {
+        f"{key}.{name}": unit
+        for key, field in model.model_fields.items()
+        for section in sections_in(field.annotation)
+        for name, inner in section.model_fields.items()
+        if (unit := unit_of(inner)) is not None
+    }
+    return [(name, _text(value, units.get(name))) for name, value in leaves(data)]
 
 
 def _text(value: object, unit: str | None) -> str:

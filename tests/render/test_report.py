@@ -16,6 +16,7 @@ from fem_seal.render.report import described, flat, report
 from fem_seal.results import Result
 from fem_seal.results.words import first_sentence, remarks, summary_of
 from fem_seal.scene import Scene
+from fem_seal.scene.readable import rows_of_mapping
 
 VOID = {"meta", "img"}
 
@@ -114,6 +115,8 @@ def test_the_line_below_the_title_says_what_was_computed(folder):
     text = described(scene | {"seal": seal})
     assert text.startswith("Whole seal: leak path 500 um, circumference 150 mm. Surface: ")
     assert "pressure profile hertz" in text
+    tolerances = {"tolerances": {"contact": {"pressure": "10 %"}}}
+    assert rows_of_mapping(tolerances, Scene) == [("tolerances.contact.pressure", "10 %")]
     assert described({"shape": {"kind": "file", "path": "/a/b.msh"}}) == "Shape: file, b.msh."
 
 
