@@ -25,11 +25,6 @@ class Bounds:
         if d == 1:
             require_enclosed(self.upper.item(), *self.numbers)
 
-    @classmethod
-    def of(cls, lower: float, upper: float) -> "Bounds":
-        """Bounds of a leak rate."""
-        return cls(np.array([[lower]]), np.array([[upper]]))
-
     @property
     def numbers(self) -> tuple[float, float]:
         """Both bounds of a leak rate."""

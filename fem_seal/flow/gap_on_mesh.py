@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from copy import copy
 from functools import partial
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -68,8 +68,8 @@ class GapOnMesh(ABC):
         """Data of n cells with vertices (3, n) at xy (3, n, 2); values as for `cell_data`."""
 
 
-class LinearGap(GapOnMesh):
-    """The samples are vertices, and the gap is linear on the pixel triangles.
+class GridGap(GapOnMesh):
+    """A gap by its samples on a grid.
 
     Parameters
     ----------
@@ -86,6 +86,8 @@ class LinearGap(GapOnMesh):
         have its conductivity in the dual. Both bounds stay valid.
     """
 
+    linear: ClassVar[bool]  #: whether the gap is linear between samples, or one fills each pixel
+
     def __init__(
         self,
         gap: GridField,
@@ -95,14 +97,38 @@ class LinearGap(GapOnMesh):
         ceiling: float = np.inf,
         law: FilmLaw = CUBE,
     ):
-        samples = gap.vertices()
-        self.squares = (samples.shape[0] - 1, samples.shape[1] - 1)
+        samples = gap.vertices() if self.linear else gap.values
+        nx, ny = samples.shape
+        self.squares = (nx - self.linear, ny - self.linear)
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
         self.cut, self.ceiling, self._floor = cut, ceiling, floor
         self._width = width
         # Samples of the gap for the primal and for the dual, not yet raised or lowered.
         self._samples = samples, samples
         self._use(law)
+
+    def _use(self, law: FilmLaw) -> None:
+        self.law = law
+        self._above_pixel = averages.Pyramid.from_pixels(
+            self._pixel_means, self.squares, self._width
+        )
+
+    @abstractmethod
+    def _pixel_means(self, strip: slice) -> np.ndarray:
+        """Means (2, n, my, 2) of conductivity and inverse on the triangles of some pixels."""
+
+    def _raised_and_lowered(
+        self, index: slice | tuple[np.ndarray, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Gap for the primal and for the dual at some samples."""
+        for_primal, for_dual = self._samples
+        return _raised(for_primal[index], self._floor), _lowered(for_dual[index], self.cut)
+
+
+class LinearGap(GridGap):
+    """The samples are vertices, and the gap is linear on the pixel triangles."""
+
+    linear = True
 
     def with_samples(self, gap: GridField) -> "LinearGap":
         """Another gap on the same grid, in the same unit, with at least the contact of this one.
@@ -114,14 +140,7 @@ class LinearGap(GapOnMesh):
         other._use(self.law)
         return other
 
-    def _use(self, law: FilmLaw) -> None:
-        self.law = law
-        self._above_pixel = averages.Pyramid.from_pixels(
-            self._pixel_means, self.squares, self._width
-        )
-
     def _pixel_means(self, strip: slice) -> np.ndarray:
-        """Means (2, n, my, 2) of conductivity and inverse on the triangles of some pixels."""
         raised, lowered = self._raised_and_lowered(np.s_[strip.start : strip.stop + 1])
         conductivity = partial(averages.conductivity_of_corners, self.law.upper)
         resistivity = partial(averages.resistivity_of_corners, self.law.lower)
@@ -131,13 +150,6 @@ class LinearGap(GapOnMesh):
                 averages.linear_pixel_means(lowered, resistivity),
             ]
         )
-
-    def _raised_and_lowered(
-        self, index: slice | tuple[np.ndarray, np.ndarray]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Gap for the primal and for the dual at some samples."""
-        for_primal, for_dual = self._samples
-        return _raised(for_primal[index], self._floor), _lowered(for_dual[index], self.cut)
 
     def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of any mesh of the nested family."""
@@ -209,7 +221,7 @@ class VertexGap(GapOnMesh):
     unit
         Unit of the lengths of the mesh [m].
     cut, floor, ceiling, law
-        As for LinearGap.
+        As for GridGap.
     """
 
     def __init__(
@@ -290,34 +302,19 @@ def _quarter_means(
     return mean_K.reshape(4, -1), mean_inverse_K.reshape(4, -1)
 
 
-class ConstantGap(GapOnMesh):
-    """Each sample fills one square pixel; no vertex carries a gap. Parameters: as for LinearGap."""
+class ConstantGap(GridGap):
+    """Each sample fills one square pixel; no vertex carries a gap."""
 
-    def __init__(
-        self,
-        gap: GridField,
-        cut: float,
-        floor: float,
-        width: int,
-        ceiling: float = np.inf,
-        law: FilmLaw = CUBE,
-    ):
-        self.squares = gap.shape
-        self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
-        self.cut, self.ceiling = cut, ceiling
-        self._raised, self._lowered = _raised(gap.values, floor), _lowered(gap.values, cut)
-        self._width = width
-        self._use(law)
+    linear = False
 
-    def _use(self, law: FilmLaw) -> None:
-        self.law = law
+    def _means_in(self, pixels: slice | tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+        """Conductivity and its inverse (2, ...) in some pixels."""
+        raised, lowered = self._raised_and_lowered(pixels)
         with np.errstate(divide="ignore"):
-            self._means = np.stack(
-                [law.upper.of_gap(self._raised), 1 / law.lower.of_gap(self._lowered)]
-            )
-        self._above_pixel = averages.Pyramid.from_pixels(
-            lambda strip: np.stack([self._means[:, strip]] * 2, axis=-1), self.squares, self._width
-        )
+            return np.stack([self.law.upper.of_gap(raised), 1 / self.law.lower.of_gap(lowered)])
+
+    def _pixel_means(self, strip: slice) -> np.ndarray:
+        return np.stack([self._means_in(strip)] * 2, axis=-1)
 
     def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """No values (V, 0): the gap jumps at the vertices."""
@@ -330,11 +327,11 @@ class ConstantGap(GapOnMesh):
     def plotted_values(self, mesh: AnyMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) of the pixel above and to the right of each vertex, for pictures."""
         i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
-        return self._raised[i, j]
+        return self._raised_and_lowered((i, j))[0]
 
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         i, j = np.moveaxis(xy.sum(axis=0), -1, 0) // (3 * PIXEL)
-        mean_K, mean_inverse_K = self._means[:, i, j]
+        mean_K, mean_inverse_K = self._means_in((i, j))
         coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)
         place = averages.Place.of(xy.take(coarse, axis=1))
         mean_K[coarse], mean_inverse_K[coarse] = self._above_pixel.lookup(place)
@@ -345,14 +342,11 @@ class ConstantGap(GapOnMesh):
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of cells; see `GapOnMesh.quarter_data`; gaps are (3, n, 0)."""
         i, j = thrice_centroids(np.moveaxis(xy, -1, 0)) // (3 * PIXEL)
-        mean_K, mean_inverse_K = self._means[:, i, j]
+        mean_K, mean_inverse_K = self._means_in((i, j))
         coarse = np.flatnonzero(averages.extent(xy)[0] > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
         mean_K[:, coarse], mean_inverse_K[:, coarse] = self._above_pixel.lookup(place)
         return QuarterData.of(mean_K, mean_inverse_K)
 
 
-REPRESENTATIONS: dict[str, type[LinearGap] | type[ConstantGap]] = {
-    "linear": LinearGap,
-    "constant": ConstantGap,
-}
+REPRESENTATIONS: dict[str, type[GridGap]] = {"linear": LinearGap, "constant": ConstantGap}

@@ -135,8 +135,9 @@ class CellSpace:
         matrix = self._assembled(tensor, numberings[0])
         solver = preconditioned_cg(matrix)
         try:
+            run = partial(self._run_cg, solver, tensor, tolerance, balanced)
             return [
-                self._minimum(solver, tensor, numbering, guess, tolerance, balanced)
+                _restarted(partial(run, numbering), numbering.representable(guess))
                 for numbering, guess in zip(numberings, guesses, strict=True)
             ]
         finally:
@@ -144,34 +145,14 @@ class CellSpace:
             solver.destroy()
             matrix.destroy()
 
-    def _minimum(
-        self,
-        solver: PETSc.KSP,
-        tensor: Callable[[slice], np.ndarray],
-        numbering: Numbering,
-        guess: np.ndarray,
-        tolerance: float,
-        balanced: bool,
-    ) -> Minimum:
-        values, stalled_before = numbering.representable(guess), False
-        residuals: tuple[float, ...] = ()
-        while True:
-            start, run = self._run_cg(solver, tensor, numbering, values, tolerance, balanced)
-            residuals += run.residuals
-            worthwhile = WORTHWHILE_DECREASE if run.stalled else RESTART_BELOW
-            again = run.total.value < worthwhile * start
-            if not again and (not run.stalled or stalled_before):
-                return replace(run, residuals=residuals)
-            values, stalled_before = run.values, bool(run.stalled)
-
     def _run_cg(
         self,
         solver: PETSc.KSP,
         tensor: Callable[[slice], np.ndarray],
-        numbering: Numbering,
-        values: np.ndarray,
         tolerance: float,
         balanced: bool,
+        numbering: Numbering,
+        values: np.ndarray,
     ) -> tuple[float, Minimum]:
         """Energy of values (count,), and what one run of CG from there reaches, or those values."""
         x, right_side = solver.getOperators()[0].createVecs()
@@ -267,6 +248,20 @@ class CellSpace:
         met = np.maximum.accumulate(self.comm.allgather(int(met)))
         first = [0, *met[:-1].tolist(), numbering.count]
         return first[self.comm.rank], first[self.comm.rank + 1]
+
+
+def _restarted(run: Callable[[np.ndarray], tuple[float, Minimum]], values: np.ndarray) -> Minimum:
+    """The minimum that runs of CG reach, each from where the last one ended; see `minimise`."""
+    stalled_before = False
+    residuals: tuple[float, ...] = ()
+    while True:
+        start, reached = run(values)
+        residuals += reached.residuals
+        worthwhile = WORTHWHILE_DECREASE if reached.stalled else RESTART_BELOW
+        again = reached.total.value < worthwhile * start
+        if not again and (not reached.stalled or stalled_before):
+            return replace(reached, residuals=residuals)
+        values, stalled_before = reached.values, bool(reached.stalled)
 
 
 def preconditioner() -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.flow.bounds import Bounds
-from fem_seal.flow.gap_on_mesh import ConstantGap, GapOnMesh, LinearGap
+from fem_seal.flow.gap_on_mesh import GapOnMesh, GridGap
 from fem_seal.mesh.bisection import AnyMesh, refine
 from fem_seal.mesh.nested import NestedMesh
 
@@ -63,7 +63,7 @@ class Start:
 
     def through(self, gap: GapOnMesh) -> "Start":
         """The same mesh and functions, for another gap on the same grid."""
-        if isinstance(gap, LinearGap | ConstantGap) and isinstance(self.mesh, NestedMesh):
+        if isinstance(gap, GridGap) and isinstance(self.mesh, NestedMesh):
             return replace(self, values=gap.vertex_values(self.mesh))
         raise InvalidInput(
             "leak_rate takes the start of another film for films on a grid alone, got a "

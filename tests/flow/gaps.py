@@ -9,7 +9,7 @@ from fem_seal.fenicsx import MPI
 from fem_seal.film import Film
 from fem_seal.flow import Limits, Tuning
 from fem_seal.flow.families import Pressures, Streams
-from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, GapOnMesh, LinearGap
+from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, GapOnMesh, GridGap
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.solution import Start
 from fem_seal.grid import GridField
@@ -43,13 +43,13 @@ def represented(
     floor: float = 0.0,
     width: int = 1,
     ceiling: float = np.inf,
-) -> LinearGap | ConstantGap:
+) -> GridGap:
     """The gap on meshes as it is, without raising or lowering small gaps."""
     return REPRESENTATIONS[representation](gap, cut, floor, width, ceiling)
 
 
 def meshed(
-    gap: LinearGap | ConstantGap, width: int = 1, periodic_sides: bool = False, markings=()
+    gap: GridGap, width: int = 1, periodic_sides: bool = False, markings=()
 ) -> tuple[NestedMesh, np.ndarray]:
     """The uniform mesh, bisected where each marking(mesh) says, and the gap at its vertices."""
     mesh = uniform_mesh(gap.squares, width, periodic_sides)
@@ -61,7 +61,7 @@ def meshed(
 
 
 def level_problem(
-    gap: LinearGap | ConstantGap,
+    gap: GridGap,
     width: int = 1,
     periodic_sides: bool = False,
     tolerance: float = 1e-8,

@@ -17,10 +17,14 @@ def matrices(lower, upper) -> Bounds:
     return Bounds(np.array(lower, dtype=float), np.array(upper, dtype=float))
 
 
+def of_rate(lower, upper) -> Bounds:
+    return matrices([[lower]], [[upper]])
+
+
 def test_a_tensor_of_one_number_has_its_width():
     """Multiples of one matrix, turned: the same excess and width as their factors."""
     A = np.array([[2.0, 0.7], [0.7, 1.0]])
-    one, other = Bounds.of(0.8, 1.1), Bounds(0.8 * A, 1.1 * A)
+    one, other = of_rate(0.8, 1.1), Bounds(0.8 * A, 1.1 * A)
     assert other.excess == pytest.approx(one.excess) == pytest.approx(1.1 / 0.8 - 1)
     assert other.width == pytest.approx(one.width) == pytest.approx(0.3 / np.sqrt(0.88))
     # The worst direction counts, however little flows there.
@@ -29,7 +33,7 @@ def test_a_tensor_of_one_number_has_its_width():
     turn = np.array([[1, -1], [1, 1]]) / np.sqrt(2)
     lower, upper = (turn @ np.diag(ends) @ turn.T for ends in ([1, 1e-12], [1.1, 1.5e-12]))
     assert matrices(lower, upper).excess == pytest.approx(0.5, rel=1e-2)
-    assert Bounds.of(0.0, 1.0).width == Bounds.of(0.0, 1.0).excess == np.inf
+    assert of_rate(0.0, 1.0).width == of_rate(0.0, 1.0).excess == np.inf
     assert matrices(np.diag([1, 0]), np.eye(2)).excess == np.inf
 
 
@@ -41,8 +45,8 @@ def test_no_bounds(lower, upper):
 
 def test_the_better_bounds_are_kept():
     """Of numbers each bound for itself; of matrices the narrowest pair, the new one if none is."""
-    assert Bounds.of(1.0, 3.0).tightened(Bounds.of(2.0, 4.0)).numbers == (2.0, 3.0)
-    assert Bounds.of(0.0, 3.0).tightened(Bounds.of(0.0, 2.0)).numbers == (0.0, 2.0)
+    assert of_rate(1.0, 3.0).tightened(of_rate(2.0, 4.0)).numbers == (2.0, 3.0)
+    assert of_rate(0.0, 3.0).tightened(of_rate(0.0, 2.0)).numbers == (0.0, 2.0)
     old, new = matrices(np.eye(2), 2 * np.eye(2)), matrices(0.9 * np.eye(2), 1.9 * np.eye(2))
     best = new.tightened(old)
     np.testing.assert_array_equal(best.lower, old.lower)
@@ -57,9 +61,9 @@ def test_the_better_bounds_are_kept():
 
 def test_hardly_better():
     """Less than 1 %: of both numbers, and of the width of a tensor."""
-    assert Bounds.of(1.0, 2.0).hardly_better(Bounds.of(1.0, 2.0))
-    assert not Bounds.of(1.02, 2.0).hardly_better(Bounds.of(1.0, 2.0))
-    assert not Bounds.of(1.0, 1.97).hardly_better(Bounds.of(1.0, 2.0))
+    assert of_rate(1.0, 2.0).hardly_better(of_rate(1.0, 2.0))
+    assert not of_rate(1.02, 2.0).hardly_better(of_rate(1.0, 2.0))
+    assert not of_rate(1.0, 1.97).hardly_better(of_rate(1.0, 2.0))
     wide, narrow = (matrices(np.eye(2), upper * np.eye(2)) for upper in (2.0, 1.9))
     assert wide.hardly_better(wide)
     assert not narrow.hardly_better(wide)
@@ -73,7 +77,7 @@ def solution(lower, upper, certified=None, stalled=""):
 
     With `certified` it lacks its dual, and certifying it gives that solution.
     """
-    level, dual = SolvedLevel(100, 200, Bounds.of(lower, upper)), None if certified else "solved"
+    level, dual = SolvedLevel(100, 200, of_rate(lower, upper)), None if certified else "solved"
     found = {"level": level, "stream": dual, "slip": None, "stalled": stalled}
     return SimpleNamespace(**found, certified=lambda: certified)
 
