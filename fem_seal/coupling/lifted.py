@@ -150,7 +150,7 @@ def _completed(problem: LiftProblem, state: LiftedState, opened: GridFilm | None
     if reason:
         low = "0 (sealed)" if sealed else f"{lowest:.3g}"
         high = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
-        rates = f"the leak rate is between {low} and {high}" if known else "it may be any leak rate"
+        rates = f"this alone leaves {low} to {high}" if known else "it may be any leak rate"
         reason += f": {rates}; {FINER}"
     return replace(state, leak_rate=leak, lowest=lowest, highest=highest, reason=reason)
 
