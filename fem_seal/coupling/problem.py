@@ -20,7 +20,7 @@ from fem_seal.fluid import Drive, pressure_of
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.network.film_pressure import FilmPressure, Solver
-from fem_seal.network.network import Network
+from fem_seal.network.network import STEP, Network
 from fem_seal.progress import Report
 
 # Samples of the first contact, and nodes of the first network, but every fourth sample at least:
@@ -150,15 +150,14 @@ class LiftProblem:
 
     def film_pressure(self, gap: np.ndarray, network: Network, epsilon: float) -> FilmPressure:
         """Pressure u between 1 and 0 in a film that conducts as g³ + ε³, with ε [m] everywhere."""
-        step = 1e-6
         conducting = np.cbrt(self.cubes(gap) + epsilon**3)
-        slope = (self.cubes(gap * (1 + step)) - self.cubes(gap * (1 - step))) / (2 * step)
+        slope = (self.cubes(gap * (1 + STEP)) - self.cubes(gap * (1 - STEP))) / (2 * STEP)
         slope = np.divide(slope, 3 * conducting**2 * gap, out=np.zeros_like(gap), where=gap > 0)
         return FilmPressure(network, conducting, slope, self.solver)
 
     def pressure_by(self, u: np.ndarray, critical: float) -> np.ndarray:
         """Derivative [Pa] of `pressure_of` by u."""
-        ends = np.clip(u - 1e-6, 0.0, 1.0), np.clip(u + 1e-6, 0.0, 1.0)
+        ends = np.clip(u - STEP, 0.0, 1.0), np.clip(u + STEP, 0.0, 1.0)
         low, high = (self.pressure_of(end, critical) for end in ends)
         slope: np.ndarray = (high - low) / (ends[1] - ends[0])
         return slope

@@ -17,6 +17,7 @@ one sample fills, and it is never refined.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from sys import float_info
 
 import numpy as np
 from scipy import sparse
@@ -29,7 +30,10 @@ from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import refine
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at, uniform_mesh
 
-EDGE = 1e-9  # of a triangle, within which a point is on its edge
+EDGE = 1e-9  # share of a corner above minus which a point lies inside a triangle
+RIGHT = 1e-9  # half cotangent of an angle below which the angle is right
+# Relative step of central differences: its square and rounding over it are errors of 1e-11.
+STEP = float_info.epsilon ** (1 / 3)
 # Relative error of a link one sample long in a uniform gap, over that of one whose gap varies.
 SMOOTH = 0.01
 
@@ -120,7 +124,7 @@ class Network:
         own = np.arange(count) == mesh.twin
         of_legs, of_longest = _half_cotangents(mesh, film.gap.spacing)
         legs = legs.reshape(-1, 2)
-        oblique = np.flatnonzero(np.abs(of_longest) > EDGE)
+        oblique = np.flatnonzero(np.abs(of_longest) > RIGHT)
         return cls(
             film=film,
             ends=np.hstack([ends, cells[oblique, 1:].T]),
@@ -143,10 +147,9 @@ class Network:
 
     def conductances_by_gap(self, gap: np.ndarray) -> sparse.csr_array:
         """Derivatives (links, places) of the conductances by the gap at the places."""
-        rule, step = LINKS[self.rule], 1e-5
-        a, b = gap[self.between]
-        by_a = (rule(a * (1 + step), b) - rule(a * (1 - step), b)) / (2 * step * a)
-        by_b = (rule(a, b * (1 + step)) - rule(a, b * (1 - step))) / (2 * step * b)
+        rule, (a, b) = LINKS[self.rule], gap[self.between]
+        by_a = (rule(a * (1 + STEP), b) - rule(a * (1 - STEP), b)) / (2 * STEP * a)
+        by_b = (rule(a, b * (1 + STEP)) - rule(a, b * (1 - STEP))) / (2 * STEP * b)
         matrix = _sums(self.between.T, np.stack([by_a, by_b], axis=1), len(gap))
         if self.beside.size:
             one, other = rule(a, b)[self.beside]

@@ -1,4 +1,4 @@
-"""Statistics of height maps; power spectrum and Hurst exponent of periodic surfaces."""
+"""Statistics of height maps; power spectrum of periodic surfaces."""
 
 from dataclasses import dataclass
 

@@ -49,7 +49,7 @@ def longest_wavelength(heights: GridField) -> float | None:
 def kept_roughness(heights: GridField, window: tuple[float, float], trend: str) -> float:
     """Rms height of the windows of a map, each levelled, over that of the levelled map.
 
-    All windows that the map holds count, so that the ratio does not depend on the choice of some.
+    The windows lie side by side from the first corner of the map on, as many as it holds.
     The sides of a window [m] are at most those of the map, the trend is one of `detrended`.
     """
     whole = FieldMap(heights.values, heights.spacing, False)
