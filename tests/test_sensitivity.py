@@ -15,6 +15,7 @@ from fem_seal.contact.settings import Load
 from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
 from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.patch import Patch
 from fem_seal.results import read_contact
@@ -78,7 +79,8 @@ class Equilibrium:
     @property
     def _lifted_state(self) -> LiftedState:
         pressure, network = self.problem.field(self.pressure), self.problem.first_network
-        return LiftedState(pressure, self.contact, network=network)
+        leak = LeakRate.sealed("adaptive")  # not asked for
+        return LiftedState(pressure, self.contact, leak, lowest=0.0, highest=0.0, network=network)
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["dry", "lifted"])

@@ -20,6 +20,8 @@ from fem_seal.coupling.stages import first_stage, further_stages
 from fem_seal.coupling.state import LiftedState, log_ratio
 from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
+from fem_seal.grid import GridField
+from fem_seal.network.network import Network
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
 FINER = "compare a finer grid of the contact"
@@ -57,33 +59,38 @@ def lifted(
         return [_end_of(further_stages(problem, first_stage(problem, start)))]
 
     ends = parallel.on_root(search, problem.comm)
-    states = [_completed(problem, *end) for end in ends]
+    states = [_completed(problem, end) for end in ends]
     if len(states) == 1:
         return states[0]
-    return _merged(*states, in_equilibrium=not any(end.state.reason for end in ends))
+    return _merged(*states, in_equilibrium=not any(end.failure for end in ends))
 
 
 class _End(NamedTuple):
     """Where the stages from one start have ended, as the first process tells the others."""
 
-    state: LiftedState  #: without its leak rate
-    opened: GridFilm | None  #: film that the most fluid pressure opens, if the state is sealed
+    fluid_pressure: GridField
+    contact: ContactState
+    network: Network
+    residuals: tuple[float, ...]  #: these and the next three as of `Steps`
+    change: float
+    error: float
+    failure: str
+    opened: GridFilm | None  #: film that the most fluid pressure opens, if the contact is sealed
 
 
 def _end_of(steps: Steps) -> _End:
     """The end of the stages from one start."""
     point = steps.point
-    state = LiftedState(
-        fluid_pressure=point.problem.field(point.pressure),
-        contact=point.contact,
-        steps=len(steps.residuals) - 1,
-        change=steps.change,
-        error=steps.error,
-        residuals=steps.residuals,
-        network=point.network,
-        reason=steps.failure,
+    return _End(
+        point.problem.field(point.pressure),
+        point.contact,
+        point.network,
+        steps.residuals,
+        steps.change,
+        steps.error,
+        steps.failure,
+        point.opened if point.sealed else None,
     )
-    return _End(state, point.opened if point.sealed else None)
 
 
 def _from_both_ends(problem: LiftProblem, dry: ContactState | None) -> list[_End]:
@@ -122,37 +129,48 @@ def _may_be_another(problem: LiftProblem, steps: Steps, dry: ContactState) -> bo
     return steps.difficult or problem.film(dry.gap).sealed
 
 
-def _completed(problem: LiftProblem, state: LiftedState, opened: GridFilm | None) -> LiftedState:
-    """A state with its leak rate to the tolerance of the result, and the range of leak rates."""
-    contact, error, allowed = present(state.contact, "contact"), state.error, problem.allowed
-    leak = problem.flow(problem.film(contact.gap), min(error, allowed))
+def _completed(problem: LiftProblem, end: _End) -> LiftedState:
+    """The state of an end, with its leak rate to the tolerance of the result, and their range."""
+    change, error, allowed, steps = end.change, end.error, problem.allowed, len(end.residuals) - 1
+    leak = problem.flow(problem.film(end.contact.gap), min(error, allowed))
     sealed = leak.state == "sealed"
     known = sealed or (leak.value > 0 and error <= MOST_ERROR)
     if sealed:
-        state = replace(state, change=0.0, error=0.0)
-        lowest = highest = 0.0
+        change = error = lowest = highest = 0.0
         reason = ""
-        if opened is not None:
-            highest = _most_if_opened(problem, contact, opened)
-        elif state.reason and not problem.never_opens:
+        if end.opened is not None:
+            highest = _most_if_opened(problem, end.contact, end.opened)
+        elif end.failure and not problem.never_opens:
             highest, known = inf, False
-        if state.reason and highest:
-            reason = f"contact and flow have not settled: {state.reason}"
+        if end.failure and highest:
+            reason = f"contact and flow have not settled: {end.failure}"
         elif highest == inf:
             reason = (
-                f"the film is sealed after {state.steps} of Newton's steps, but more fluid "
-                "pressure under the contact would lift it off"
+                f"the film is sealed after {steps} of Newton's steps, but more fluid pressure "
+                "under the contact would lift it off"
             )
     else:
         lowest = leak.value * exp(-error)
         highest = leak.value * exp(error) if known else inf
-        reason = _why_not_settled(state, allowed, known=known)
+        reason = _why_not_settled(end, allowed, known=known)
     if reason:
         low = "0 (sealed)" if sealed else f"{lowest:.3g}"
         high = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
         rates = f"this alone leaves {low} to {high}" if known else "it may be any leak rate"
         reason += f": {rates}; {FINER}"
-    return replace(state, leak_rate=leak, lowest=lowest, highest=highest, reason=reason)
+    return LiftedState(
+        fluid_pressure=end.fluid_pressure,
+        contact=end.contact,
+        leak_rate=leak,
+        steps=steps,
+        change=change,
+        error=error,
+        lowest=lowest,
+        highest=highest,
+        residuals=end.residuals,
+        network=end.network,
+        reason=reason,
+    )
 
 
 def _most_if_opened(problem: LiftProblem, contact: ContactState, opened: GridFilm) -> float:
@@ -162,16 +180,16 @@ def _most_if_opened(problem: LiftProblem, contact: ContactState, opened: GridFil
     return problem.flow(opened, 0.0).ends[1]
 
 
-def _why_not_settled(state: LiftedState, allowed: float, *, known: bool) -> str:
-    if state.reason:
-        return f"contact and flow have not settled: {state.reason}"
+def _why_not_settled(end: _End, allowed: float, *, known: bool) -> str:
+    if end.failure:
+        return f"contact and flow have not settled: {end.failure}"
     if not known:
-        if state.error <= MOST_ERROR:
+        if end.error <= MOST_ERROR:
             return "the flow through the lifted gap has no value"
         return "the error of the fluid's pressure is not known"
-    if state.error > allowed:
+    if end.error > allowed:
         return (
-            f"the fluid's pressure leaves an error of {state.error:.2g} in the logarithm of the "
+            f"the fluid's pressure leaves an error of {end.error:.2g} in the logarithm of the "
             f"leak rate, more than the {allowed:.2g} that flow.rtol allows"
         )
     return ""

@@ -36,9 +36,11 @@ class LiftedState:
     reason: str = ""  #: sentence on why it has not settled; empty if it has
 
     def __post_init__(self) -> None:
-        value = self.lowest if self.leak_rate is None else self.leak_rate.value
-        if not self.lowest <= value <= self.highest:
-            raise Inconsistent(f"a leak rate of {value:g} outside its range")
+        if self.leak_rate is None:
+            if self.contact is not None or self.network is not None:
+                raise Inconsistent("a contact and its network without their leak rate")
+        elif not self.lowest <= self.leak_rate.value <= self.highest:
+            raise Inconsistent(f"a leak rate of {self.leak_rate.value:g} outside its range")
 
     @property
     def state(self) -> FlowState:
