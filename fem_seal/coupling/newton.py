@@ -36,8 +36,8 @@ class Steps:
         )
 
 
-def newton(point: LiftPoint) -> Steps:
-    """Take steps until a further one would change ln Q by at most what is allowed.
+def newton(point: LiftPoint, tolerance: float) -> Steps:
+    """Take steps until a further one would change ln Q by at most a tolerance.
 
     A step is halved while |F| does not fall. F has kinks where samples open or close, so that |F|
     may have to rise before it falls: of all tried fractions the one with the least |F| is taken. On
@@ -49,7 +49,7 @@ def newton(point: LiftPoint) -> Steps:
     while True:
         point.problem.report("lift", f"{len(point.network.free)} nodes, residual {point.size:.1e}")
         # GMRES may leave this part of what a step was to change to first order.
-        if left <= point.problem.allowed and point.settled:
+        if left <= tolerance and point.settled(tolerance):
             return Steps(point, tuple(residuals), difficult, "")
         if len(residuals) > MOST_STEPS:
             break
@@ -75,12 +75,12 @@ def newton(point: LiftPoint) -> Steps:
     return Steps(point, tuple(residuals), difficult, failure, lost=True)
 
 
-def equilibrium(point: LiftPoint) -> Steps:
-    """An equilibrium in contact or, if there is none, floating."""
-    steps = newton(point)
+def equilibrium(point: LiftPoint, tolerance: float) -> Steps:
+    """An equilibrium in contact or, if there is none, floating; tolerance as of `newton`."""
+    steps = newton(point, tolerance)
     point = steps.point
     if steps.failure and point.problem.may_float and point.contact.contact.any():
-        floating = newton(FloatingPoint.leaving(point))
+        floating = newton(FloatingPoint.leaving(point), tolerance)
         # A film that rises for ever carries less than the load: the solid is in contact.
         if not floating.failure:
             return replace(floating.after(steps), lost=False)

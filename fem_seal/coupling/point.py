@@ -220,10 +220,9 @@ class LiftPoint:
         """Whether contact and flow in turn would leave this state."""
         return self._adjoint.unstable
 
-    @property
-    def settled(self) -> bool:
-        """Whether a step would change ln Q, and the solid's load, by what is allowed at most."""
-        little = self.log_rate_error(self) <= self.problem.allowed and self.keeps_load
+    def settled(self, tolerance: float) -> bool:
+        """Whether a step changes ln Q by a tolerance, and the load by what is allowed, at most."""
+        little = self.log_rate_error(self) <= tolerance and self.keeps_load
         return little and not self.unstable
 
     def leaks_like(self, other: "LiftPoint") -> bool:
