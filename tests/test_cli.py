@@ -197,6 +197,8 @@ REFUSED = {
     "leak wedge.npz --max-unknowns 1.5": "1.5",
     "leak wedge.npz --max-unknowns inf": "inf",
     "leak wedge.npz --products cake": "cake",
+    "leak wedge.npz --products sensitivity": "needs a scene with an elastic [contact]",
+    "leak wedge.npz --outlet-pressure -1bar": "flow.outlet_pressure = '-1bar' should be gre",
     "leak wedge.npz --products mesh --method finite-difference": "finite-difference",
     # Without a folder they would be left out without a word.
     "leak wedge.npz --products leak_rate,pictures": "'pictures' of --products",

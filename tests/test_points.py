@@ -67,7 +67,9 @@ def test_rows_are_the_same_for_jobs_and_parts(rows_of_one, capsys):
     assert "0 of them computed now" in capsys.readouterr().out
     assert rows("two") == rows_of_one
     assert run("--vary", "surface.seed=1..3", "--vary", VARY[3], "--out", "two", "--gather") == 3
-    assert "2 of 6 points are not computed yet" in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert "2 of 6 points are not computed yet" in said.err
+    assert "4 points, 0 of them computed now" in said.out
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from fem_seal.interrupts import ended_silently, interruptible
 with ended_silently():
     import argparse
     import os
+    import re
     import sys
     from collections.abc import Collection, Iterable, Sequence
     from difflib import get_close_matches
@@ -100,6 +101,7 @@ class _Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{"allow_abbrev": False, **settings})
+        self._negative_number_matcher = re.compile(r"-\.?\d")  # -1bar is a value, no option
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None

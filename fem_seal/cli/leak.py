@@ -22,6 +22,8 @@ SECTIONS = ("gap", "fluid", "flow", "limit", "output")
 NAMES = {"gap.unit": "length-unit", "limit.leak_rate": "limit", "output.leak_rate_unit": "unit"}
 # The file is an argument, and no solid is bent by the fluid.
 NO_OPTIONS = ("gap.path", "flow.ambient_pressure", "flow.lift")
+# Products of more than a gap, and what they need.
+NO_PRODUCTS = {"seal": "[seal]", "sensitivity": "an elastic [contact]"}
 DRIVES = ("pressure_drop", "inlet_pressure", "outlet_pressure")
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # assumed of a liquid if left out [Pa s], [Pa]
 
@@ -39,6 +41,7 @@ def add(command: argparse.ArgumentParser) -> None:
         shown = "" if field.is_required() or default is None else f" ({default})"
         literals = (part for part in parts_of(field.annotation) if get_origin(part) is Literal)
         choices = [str(value) for literal in literals for value in get_args(literal)]
+        choices = [value for value in choices if value not in NO_PRODUCTS]
         described = not choices or f'"{choices[0]}"' in field.description
         listed = "" if described else f"; {', '.join(choices)}"
         text = f"{name}: {field.description}{listed}{shown}".replace("%", "%%")
@@ -88,6 +91,9 @@ def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
             text = {"yes": "true", "no": "false"}.get(text, text)
             is_list = any(get_origin(part) is tuple for part in parts)
             data = override(data, f"{name}=[{text}]" if is_list else f"{name}={text}")
+    for product, needs in NO_PRODUCTS.items():
+        if product in data["output"]["products"]:
+            raise InvalidInput(f"--products {product} needs a scene with {needs}: fem-seal run")
     return Scene.from_mapping(data), [f"assumed    {', '.join(assumed)}"] if assumed else []
 
 

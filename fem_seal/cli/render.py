@@ -15,7 +15,8 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--all",
         action="store_true",
-        help="also pressure, refined mesh, relief, and how the bounds closed",
+        help="also how the bounds closed and, of a grid whose flow.vtu is kept (product 'mesh'), "
+        "pressure, refined mesh and relief",
     )
     command.set_defaults(command=_render)
 

@@ -81,6 +81,8 @@ def _described(options: argparse.Namespace, report: Report) -> str:
     rows = [*_map_rows(prepared), *_longest(scene), *_fit_rows(fit, failure)]
     if spectrum is not None:
         rows += _profile_rows(spectrum, prepared.field)
+    if written := [str(path) for path in (options.out, options.csv) if path is not None]:
+        rows.append(("result", ", ".join(written)))
     lines += ["", *(f"{name:<19} {text}" for name, text in rows)]
     if not is_scene:
         words = ["fem-seal", "new", str(options.scene)]

@@ -71,7 +71,8 @@ def _sweep(options: argparse.Namespace) -> int:
     points_in_words = aligned([*zip(names, map(line_of_point, tally.table), strict=True)])
     for line in (*points_in_words.splitlines(), *tally.equal):
         say(line)
-    say(f"{tally.points} points, {tally.computed} of them computed now, in {out}/sweep.csv")
+    done = tally.points - tally.missing
+    say(f"{done} points, {tally.computed} of them computed now, in {out}/sweep.csv")
     if options.picture and parallel.is_root():
         from fem_seal.sweep.picture import PICTURE_FILE, NotDrawn, sweep_figure
 

@@ -41,7 +41,9 @@ def whole(path: Path, kind: str) -> Iterator[None]:
     except FileNotFoundError:
         raise InvalidInput(f"{path} does not exist") from None
     except BROKEN as error:
-        reason = getattr(error, "strerror", None) or f"it is not a whole {kind} file"
+        reason = getattr(error, "strerror", None) or (
+            f"it is not a whole {kind} file, or holds other things than numbers and texts"
+        )
         raise InvalidInput(f"{path} cannot be read: {reason}") from None
 
 

@@ -132,11 +132,8 @@ def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
         ) from None
     except OSError as error:
         raise InvalidInput(f"cannot read the mesh {source}: {error.strerror or error}") from None
-    except (meshio.ReadError, *_UNREADABLE) as error:
-        reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-        raise InvalidInput(
-            f"{source} is not a whole {ending} mesh ({reason}); write it again"
-        ) from None
+    except (meshio.ReadError, *_UNREADABLE):
+        raise InvalidInput(f"{source} is not a whole {ending} mesh; write it again") from None
 
 
 def _refuse_data_elsewhere(path: Path) -> None:
@@ -218,6 +215,15 @@ def _array_and_tag(
 
 
 def _known_groups(mesh: "meshio.Mesh") -> str:
-    named = [name for name, (_, dimension) in mesh.field_data.items() if dimension == 1]
-    known = sorted({*named, *(key for key in mesh.cell_data if not key.startswith("gmsh:"))})
-    return f"it has {', '.join(known)}" if known else "it has none"
+    known = [name for name, (_, dimension) in mesh.field_data.items() if dimension == 1]
+    for key, parts in mesh.cell_data.items():
+        blocks = zip(mesh.cells, parts, strict=True)
+        tags = [part for block, part in blocks if block.type == "line" and part.dtype.kind in "iu"]
+        numbers = ", ".join(
+            map(str, sorted({int(tag) for part in tags for tag in part.flat if tag}))
+        )
+        if not key.startswith("gmsh:"):
+            known.append(f"{key} ({numbers})" if numbers else key)
+        elif key == TAGS and numbers and not known:
+            known.append(f"the numbers {numbers}")
+    return f"it has {', '.join(known) or 'no group of edges, such as a physical curve of gmsh'}"

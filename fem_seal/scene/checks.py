@@ -224,13 +224,13 @@ def _rates(scene: "Scene") -> Iterator[str]:
         yield "[fluid] is missing: a leak rate needs fluid.viscosity"
     drive = scene.drive
     units = {
-        "output.leak_rate_unit": unit,
-        "limit.leak_rate": limit.leak_rate.unit if limit else None,
+        "output.leak_rate_unit =": unit,
+        "limit.leak_rate in": limit.leak_rate.unit if limit else None,
     }
     for field, given in units.items():
         if given is not None and given.kind not in drive.rates:
             yield (
-                f"{field} in {given.name!r} is {_IN_WORDS[given.kind]} per time, but a liquid "
+                f"{field} {given.name!r} is {_IN_WORDS[given.kind]} per time, but a liquid "
                 "leaks a volume per time, such as ml/h"
             )
     if limit is None:

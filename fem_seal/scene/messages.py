@@ -57,13 +57,15 @@ def _sentence(error: "ErrorDetails", place: "_Place", root: type[BaseModel]) -> 
             return f"{place} = {given!r} should be a table of keys, [{place}]"
         case "greater_than_equal":  # pydantic writes 1e-13 with thirteen decimals
             return f"{place} = {given!r} should be greater than or equal to {error['ctx']['ge']:g}"
+        case "tuple_type":
+            return f"{place} = {given!r} should be a list in square brackets ({place.description})"
         case "too_short":
             least = error["ctx"]["min_length"]
             return f"{place} = {given!r} is too short: give at least {number_of(least, 'value')}"
         case "value_error":
             return f"{place} = {given!r} {error['ctx']['error']}"
     text = error["msg"].removeprefix("Input ").replace("Tuple should", "should")
-    return f"{place} = {given!r} {text}".replace("a valid tuple", "a list")
+    return f"{place} = {given!r} {text}"
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from functools import partial
+from itertools import combinations
 from math import pi, sqrt
 from typing import Annotated, Literal
 
@@ -234,6 +235,9 @@ class MeshFile(Shape):
 
     def _contradictions(self) -> Iterator[str]:
         yield from super()._contradictions()
+        for one, other in combinations(("inlet", "outlet", "wall"), 2):
+            if getattr(self, one) == getattr(self, other):
+                yield f"{one} and {other} are both {getattr(self, one)!r}; give each its own group"
         if not self.needs_gmsh and (self.mesh_size or self.smallest_size):
             yield (
                 "mesh_size and smallest_size are for a .geo file; "

@@ -56,7 +56,7 @@ def test_command_prints_and_draws(tmp_path, capsys):
     steps = [line.split("  ")[0] for line in lines[1:5]]
     assert steps == ["read", "detrend quadratic", "fill harmonic", "mirror"]
     assert [line.split()[0] for line in lines[6:]] == [
-        "sides", "slopes", "lay", "longest", "hurst", "long", "roll-off", "short"
+        "sides", "slopes", "lay", "longest", "hurst", "long", "roll-off", "short", "result"
     ]  # fmt: skip
     pixels = drawn_pixels(tmp_path / "a.png")
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
@@ -78,6 +78,7 @@ def test_spectrum_as_csv(tmp_path, capsys):
     assert cli.main(["surface", str(path), "--csv", str(tmp_path / "a.txt")]) == 2
     assert "must end in .csv" in capsys.readouterr().err
     assert cli.main(["surface", str(path), "--csv", str(tmp_path / "a.csv")]) == 0
+    assert f"result              {tmp_path / 'a.csv'}\n" in capsys.readouterr().out
     lines = (tmp_path / "a.csv").read_text().splitlines()
     named = dict(line[2:].split(" = ") for line in lines[:3])
     heights = ROUGH.values

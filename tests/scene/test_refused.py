@@ -71,7 +71,7 @@ BAD = {
         "surface.shape=[32, 32, 32]": "surface.shape = .* at most 2",
         "surface.shape=[32, 0]": r"surface.shape\[1\] = 0 should be greater",
         "surface.shape=[32, 31.5]": r"surface.shape\[1\] = 31.5 should be a valid integer",
-        "surface.shape=32": "surface.shape = 32 should be a list",
+        "surface.shape=32": r"= 32 should be a list in square brackets \(samples \[nx, ny\]\)",
         "surface.size=[1e-5, '1 s']": r"surface.size\[1\] = '1 s' is not in a unit of m",
         "surface.short_wavelength=0.9 um": "short_wavelength = 900 nm is finer than the grid",
         "surface.rms_height=1 um": "exactly one of rms_height, rms_slope; got rms_height and rms_s",
@@ -152,7 +152,7 @@ BAD = {
         LEAK_UNIT + "m/s": "output.leak_rate_unit = 'm/s' does not measure a leak rate",
         LEAK_UNIT + "litre": "output.leak_rate_unit = 'litre' does not measure a leak ra",
         LEAK_UNIT + "1 ml/h": "output.leak_rate_unit = '1 ml/h' ",
-        LEAK_UNIT + "mol/s": "output.leak_rate_unit in 'mol/s' is an amount per time, bu",
+        LEAK_UNIT + "mol/s": "output.leak_rate_unit = 'mol/s' is an amount per time, bu",
         LEAK_UNIT + "mbar l/s": "'mbar l/s' is a pressure times a volume per time, but a",
         # Pint gives a byte and an angle no dimension, and has no logarithm of a volume. Its slm is
         # 1.68875 Pa m³/s: with the pressure times volume of a gas of 20 degC, a mass flow of 1 slm
@@ -319,6 +319,8 @@ BAD = {
         BOX + "0.1 & shape.gap=1 & shape.smallest_size=0.1": "squares are equal",
         PLATE + "shape.radius=0.6": "radius = 0.6 m does not fit",
         PLATE + "shape.radius=0.2": "mesh_size = 0.25 m is longer than radius = 0.2 m",
+        "shape.kind=file & shape.inner_radius= & shape.outer_radius= & shape.mesh_size= & "
+        "shape.path=gap.npz & shape.unit=m & shape.inlet=1 & shape.outlet=1": "are both 1; give",
         "shape.gap=1 & shape.mesh_size=1.5": "1.5 m is longer than inner_radius = 1 m",
         "shape.gap=1 & shape.mesh_size=1e-300": "would take about inf triangles",
         "shape.gap=1 & shape.smallest_size=1e-300": "smallest_size = 1e-300 m would take about",
