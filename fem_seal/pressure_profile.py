@@ -79,8 +79,12 @@ class TabulatedProfile:
                 "a pressure profile needs as many pressures as places, at least two; got "
                 f"{x.size} places and {P.size} pressures"
             )
-        if not (np.isfinite(x).all() and (np.diff(x) > 0).all()):
-            raise InvalidInput("the places x of a pressure profile must be numbers that ascend")
+        if not (rises := (np.diff(x) > 0) & np.isfinite(np.diff(x))).all():
+            before, after = x[np.argmin(rises) :][:2]
+            raise InvalidInput(
+                "the places x of a pressure profile must be numbers that ascend, and "
+                f"{before:g} m stands before {after:g} m"
+            )
         if not np.isfinite(P).all() or P.min() < 0 or P.max() == 0:
             raise InvalidInput(
                 "the pressures of a profile must be numbers, not negative, and not all 0"

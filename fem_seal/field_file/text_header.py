@@ -17,12 +17,12 @@ from fem_seal.field_file.text_table import Layout, TextTable
 # Words of a key, in lower case. German ones are those of instruments sold with German software.
 STEPS = {"step", "spacing", "increment", "pitch", "cellsize", "sampling", "calibration", "dx", "dy"}
 STEPS |= {"interval", "delta", "schritt", "schrittweite", "punktabstand"}
-STEPS |= {"abstand", "pixelgröße", "justierung", "pas"}
+STEPS |= {"abstand", "pixelabstand", "pixelgröße", "justierung", "pas"}
 STEP_PAIRS = [{"pixel", "size"}, {"pixel", "width"}, {"pixel", "height"}, {"point", "distance"}]
 STEP_PAIRS += [{"lateral", "resolution"}, {"cell", "size"}, {"x", "resolution"}]
 STEP_PAIRS += [{"y", "resolution"}, {"distance", "points"}, {"distance", "lines"}]
 LENGTHS = {"width", "height", "length", "range", "size", "extent", "breite", "höhe", "länge"}
-LENGTHS |= {"fov", "view", "amplitude"}
+LENGTHS |= {"bildgröße", "fov", "view", "amplitude"}
 COUNTS = {"pixels", "points", "samples", "columns", "rows", "lines", "cols", "ncols", "nrows"}
 COUNTS |= {"spalten", "zeilen", "punkte"}
 AXES = {"axis", "achse", "axe"}
@@ -37,7 +37,8 @@ LATERAL = {"xy", "lateral", "horizontal", "x", "y"}
 VALUES = {"z", "value", "values", "height", "heights", "data", "gap", "wert"}
 # Lengths of anything but a side of the map.
 NO_LENGTHS = {"z", "wave", "wavelength", "focal", "cut", "file", "tip"}
-SCALES = {"scale", "scaling", "skalierung", "multiplier", "multiplikator"}
+SCALES = {"scale", "scaling", "skala", "skalierung", "multiplier", "multiplikator"}
+SCALES |= {"höhenfaktor", "überhöhung"}
 FACTORS = {"factor", "faktor"}
 NO_FACTOR = {"x", "y", "xy", "lateral", "color", "colour", "bar"}
 PRESSURES = {"p", "pressure", "cpress", "druck", "kontaktdruck", "pression"}
@@ -66,7 +67,8 @@ _SEVERAL = re.compile(r"[,;]\s*(?=[A-Za-z][\w ]*\s*[=:])")
 # "Heights in um", also with "; pixel size 2 um" behind it; headers of ContactMechanics
 # (CommandLineInterface/HardWall.py) end with "they are reported in units of m.".
 _SENTENCE = re.compile(
-    r"\b(?:in units of|(?:z|heights?|gaps?|höhen?) in) ([^\s,;]+?)\.?(?:$|[,;]\s*)", re.IGNORECASE
+    r"\b(?:in units of|(?:z|heights?|gaps?|höhen?(?:werte)?) in) ([^\s,;]+?)\.?(?:$|[,;]\s*)",
+    re.IGNORECASE,
 )
 # "Spacing (X, Y)": its comma is not the one between key and value.
 _BOTH = re.compile(r"[\[(]\s*x\s*[,;/]\s*y\s*[\])]", re.IGNORECASE)
@@ -97,7 +99,8 @@ class Statements:
     steps: Lengths = field(default_factory=dict)
     lengths: Lengths = field(default_factory=dict)  #: without a unit perhaps a count
     counts: dict[str, int] = field(default_factory=dict)  #: "x", "y": number of points
-    unit: str | None = None  #: of the values
+    unit: str | None = None  #: of all lengths, those of the values as well
+    value_units: list[str] = field(default_factory=list)  #: stated of the values alone
     lateral_unit: str | None = None  #: of lengths without a unit of their own
     axes: set[str] = field(default_factory=set)  #: named by titles of some of the columns
     missing: list[float] = field(default_factory=list)  #: numbers that mark missing points
@@ -109,11 +112,13 @@ class Statements:
     def unit_of_values(self, columns: Iterable[int] = ()) -> str | None:
         """Unit of the heights, which stand in some of the titled columns or in all of a matrix."""
         titled = sorted({self.titles[k].unit for k in columns if self.titles} - {""})
-        if len(titled) > 1:
+        said = titled + self.value_units
+        if len(said) > 1 and len({in_si(unit, "m", "the heights") for unit in said}) > 1:
             raise InvalidInput(
-                f"the heights of one file are in {' and '.join(titled)}; convert them"
+                f"the file says that its heights are in {' and in '.join(dict.fromkeys(said))}; "
+                "correct its header, or convert them"
             )
-        return (*titled, self.unit)[0]
+        return (*said, self.unit)[0]
 
     @property
     def titled_as_points(self) -> bool:
@@ -158,8 +163,8 @@ def statements(table: TextTable, path: Path) -> Statements:
                     f"the header of {path} says {text!r}, a factor: multiply the heights by it "
                     "unless the file holds their products already, and delete the line"
                 )
-        if match := _SENTENCE.search(text):
-            statements.unit = statements.unit or _length_unit(match.group(1))
+        if (match := _SENTENCE.search(text)) and (unit := _length_unit(match.group(1))):
+            statements.value_units.append(unit)
         if _about_lengths(text):
             statements.about_lengths.append(text)
         text = _SENTENCE.sub("", text)
@@ -293,7 +298,9 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> N
     unit = _length_unit(value.strip())
     if words & UNITS or (unit and words & (VALUES | LATERAL)):
         # Without a word on either it is the unit of both.
-        if words & VALUES or not words & LATERAL:
+        if words & VALUES and unit:
+            statements.value_units.append(unit)
+        elif not words & (VALUES | LATERAL):
             statements.unit = statements.unit or unit
         if not words & VALUES:
             statements.lateral_unit = statements.lateral_unit or unit

@@ -176,7 +176,7 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
         if width in (None, length - empty):
             readings.append((frequency, length - empty, layout))
     if not readings:
-        number = next(k for k, line in enumerate(lines, 1) if line.strip())
+        number = lines.index(every[0]) + 1
         numbers = "numbers" if width is None else f"{width} numbers"
         raise InvalidInput(
             f"{path} holds no line of {numbers}; line {number} is {_quoted(lines[number - 1])}"

@@ -127,6 +127,9 @@ WHOLE = {
         "X resolution: 0.5 um/pixel\nY resolution: 0.25 um/pixel\nheights in um\n"
         + matrix(values=HEIGHTS.T)
     ),
+    "German words, and a unit of its own for the heights": (
+        "Einheit: mm\nHöhenwerte in µm\nBildgröße: 3 µm x 1 µm\n" + matrix(values=HEIGHTS.T)
+    ),
     "all in one line": ("# heights in um; pixel size 0.5 x 0.25 um\n" + matrix(values=HEIGHTS.T)),
     "points with titles": (f"x [um]; y [um]; z [um]\n{points(';', ',', '')}"),
     "titles in another order": ("y,x,z\nmm,mm,um\n" + points(",", order=(1, 0, 2), unit=1e-3)),
@@ -312,6 +315,10 @@ LENGTHS = "Unit: um\nHeight: 1 um\n"
         ("DSAA\n4 6\n0 1\n0 3\n" + matrix(), "do.* not say its lengths.*says '4 6' and '0 1'"),
         # A factor may be applied already or not.
         ("Z Scale: 0.001\n" + matrix(), "says 'Z Scale: 0.001', a factor"),
+        ("Höhenfaktor: 2,5\n" + matrix(";", ","), "a factor"),
+        ("Z-Skala: 0.1\n" + matrix(), "'Z-Skala: 0.1', a factor"),
+        ("# heights in nm\n# z-unit: um\n" + matrix(), "its heights are in nm and in um; correct"),
+        ("# by hand\n1.000,5;2.000,5\n", "no line of numbers; line 2 is '1.000,5;2"),
         ("Multiplier;0,001\n" + matrix(";", ","), "a factor"),
         ("Multiplier: 1'000\n" + matrix(), "a factor"),
         ("Zscale = 1e-6\nXscale = 5e-7\n" + matrix(), "'Zscale = 1e-6', a factor"),

@@ -242,7 +242,7 @@ def test_table_with_units(text, tmp_path):
         ("# all lengths in mm\n0 1\n1 2\n", "units of both columns"),
         ("Units: mm and MPa\nx, p\n0 1\n1 2\n", "units of both columns"),
         ("a\n0 1\n1 2\n", "units of both columns"),
-        ("0 1\n0 2\n", "ascend"),
+        ("0 1\n0 2\n", "ascend, and 0 m stands before 0 m"),
         ("0 nan\n1 2\n", "must be numbers"),
     ],
 )
