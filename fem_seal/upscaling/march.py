@@ -10,7 +10,7 @@ pressure at the inlet is below p_in.
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from functools import partial
-from math import e, exp, inf, log, sqrt
+from math import exp, inf, log, sqrt
 
 import numpy as np
 
@@ -33,12 +33,10 @@ def path_leak_rate(
     pressure: np.ndarray,
     lengths: np.ndarray,
     ends: EndPressures,
-    guess: tuple[float, float] | None = None,
 ) -> float:
     """Leak rate [m³/s] at which the fluid has the inlet's pressure at the inlet.
 
-    Each of n cells has a contact pressure P [Pa] and a length Δs. `guess` are two leak rates
-    between which it probably lies: fewer marches then find it.
+    Each of n cells has a contact pressure P [Pa] and a length Δs.
     """
     net = pressure.max() - ends.inlet
     if net <= 0:
@@ -48,11 +46,9 @@ def path_leak_rate(
     if K in (0.0, inf):
         return K
     march = March(steps, pressure, lengths, ends)
-    if guess is None:
-        finite = steps.conductivity[np.isfinite(steps.conductivity) & (steps.conductivity > 0)]
-        scale = ends.drop / lengths.sum()
-        guess = finite.min() * scale / e, finite.max() * scale * e
-    low, high = map(log, guess)
+    finite = steps.conductivity[np.isfinite(steps.conductivity) & (steps.conductivity > 0)]
+    scale = ends.drop / lengths.sum()
+    low, high = log(finite.min() * scale) - 1, log(finite.max() * scale) + 1
     return exp(bracketed_root(lambda log_rate: march.excess(exp(log_rate)), low, high))
 
 

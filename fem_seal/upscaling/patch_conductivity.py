@@ -53,9 +53,6 @@ if TYPE_CHECKING:
 BEYOND = 0.125  # (c - b)/(b - a), where c is the load that gives the line beyond b
 # Rounding of even heights by a change of their grid, relative to their range.
 HEIGHT_ROUNDING = 1e-12
-# Relative error of the energy at which CG stops. The usual 1e-8 balances inflow and outflow better,
-# takes a third more iterations, and narrows no bound.
-OF_ENERGY = 1e-6
 SAME_PRESSURE = 1e-6  # relative distance of two pressures that count as one
 # Most samples of all flows that are kept; the oldest flows are dropped first.
 KEPT = 1 << 25
@@ -224,7 +221,6 @@ class LoadedPatch:
 
     def _leak_rate(self, load: float, film: GridFilm, rtol: float) -> LeakRate:
         from fem_seal.flow import leak_rate
-        from fem_seal.flow.marking import Tuning
 
         scene = self.patch.scene
         nearby = film.representation == "linear" and scene.flow.method == "adaptive"
@@ -241,7 +237,6 @@ class LoadedPatch:
             film,
             settings,
             progress=flow_progress(self.patch.report),
-            tuning=Tuning(tolerance=OF_ENERGY),
             comm=self.patch.comm,
             start=start,
             keep=keep if nearby else None,

@@ -28,8 +28,6 @@ from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
 
 CELLS = 1000  # least number of cells of the leak path
 COARSE = 4  # one in so many of them is laid evenly, the others where the contact pressure matters
-# Usual ratios of leak rates: those with fine and with coarse cells, and a bound and the value.
-NEAR, APART = 1.01, 1.2
 PLACES = 8  # places in each cell at which the influence is computed
 # Parts of the influence before start, middle and end of the part that seals.
 INFLUENCE_BEFORE = (0.05, 0.5, 0.95)
@@ -136,15 +134,11 @@ def seal_flow(
     if not is_uniform(profile):
         x = _refined(laid.flow(table.interpolated, ends, value), cells)
         laid = _Cells.of(profile, path, x)
-        near = value / NEAR, value * NEAR
-        value = path_leak_rate(table.interpolated, laid.pressure, laid.lengths, ends, near)
+        value = path_leak_rate(table.interpolated, laid.pressure, laid.lengths, ends)
     P = profile(x)
     low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
-    # The value itself is off by up to SHOOTING.
-    below = value / APART, value * (1 + 4 * SHOOTING)
-    above = value * (1 - 4 * SHOOTING), value * APART
-    lower = path_leak_rate(table.lowest, high, laid.lengths, ends, below) * (1 - 2 * SHOOTING)
-    upper = path_leak_rate(table.highest, low, laid.lengths, ends, above) * (1 + 2 * SHOOTING)
+    lower = path_leak_rate(table.lowest, high, laid.lengths, ends) * (1 - 2 * SHOOTING)
+    upper = path_leak_rate(table.highest, low, laid.lengths, ends) * (1 + 2 * SHOOTING)
     value = float(np.clip(value, lower, upper))
     along = laid.flow(table.interpolated, ends, value)
     return SealFlow("leaking", value, lower, upper, along, along.sealing, table)
