@@ -114,3 +114,12 @@ class GridField:
             fine = fine[:-1, :-1]
         dx, dy = self.spacing
         return GridField(fine, (dx / 2, dy / 2), self.periodic)
+
+
+def require_grid_field(value: object, name: str) -> None:
+    """Raise InvalidInput unless a value, called `name`, is a GridField."""
+    if not isinstance(value, GridField):
+        raise InvalidInput(
+            f"the {name} is a {type(value).__name__}; make it a GridField(values, spacing, "
+            "periodic)"
+        )

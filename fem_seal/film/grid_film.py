@@ -9,7 +9,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import clusters
 from fem_seal.film.constriction import CriticalConstriction, critical_constriction
 from fem_seal.film.lattice import Lattice, lattice
-from fem_seal.grid import GridField, Representation, Sides
+from fem_seal.grid import GridField, Representation, Sides, require_grid_field
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +33,7 @@ class GridFilm:
     sites: Lattice = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.gap, GridField):
-            raise InvalidInput(
-                f"the gap is a {type(self.gap).__name__}; make it a "
-                "GridField(values, spacing, periodic)"
-            )
+        require_grid_field(self.gap, "gap")
         object.__setattr__(self, "sites", lattice(self.gap, self.sides, self.representation))
 
     @property

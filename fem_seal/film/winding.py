@@ -14,7 +14,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import clusters
 from fem_seal.film.constriction import highest_spanning
 from fem_seal.film.lattice import OPEN_CONNECTIVITY
-from fem_seal.grid import GridField
+from fem_seal.grid import GridField, require_grid_field
 from fem_seal.registry import require_known
 
 
@@ -80,6 +80,7 @@ def _windings(mask: np.ndarray, connectivity: str) -> np.ndarray:
 def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
     """Gap (nx, ny) [m] at the sites of a cell periodic both ways; every point is one site."""
     require_known(OPEN_CONNECTIVITY, representation, "representation")
+    require_grid_field(gap, "gap")
     if gap.periodic:
         return gap.values
     values = gap.values

@@ -181,7 +181,8 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
     sentence = (
         f"{sealed}; {may_cross}; under {100 * lowered.part:.0f} % of its load {lowered.leaking} of "
         f"{number} leak, and under its own load the seal leaks less than the upper end of the 95 % "
-        f"interval there (the error of the contact's grid is {known})"
+        f"interval there (the error of the contact's grid is {known}); more realizations "
+        "(seal.patches) may lower it"
     )
     rate = lowered.at_most
     return Uncertainty(PATCHES, "estimated", sentence, 1.0, None, upper_rate=rate)

@@ -72,7 +72,7 @@ def verdict(
     if leak.state == "lifted off" and doubts:
         decision = "undecided"
     if decision == "undecided" and doubts:
-        comparison = f"{'; '.join(doubts)}; {allowed}"
+        comparison = "; ".join((*doubts, comparison if head.upper else allowed))
     elif decision == "undecided":
         if advice is None:
             others = (*(entry for entry in budget if entry.key == SLIP_INTERVAL), *rest)

@@ -131,6 +131,7 @@ ROWS = [
     (partial(tensor, periodic=False, representation="constant"), "in both directions"),
     (partial(tensor, representation="cubic"), "choose from linear, constant"),
     (partial(tensor, viscosity=-1.0), "viscosity = -1.0 must be a positive number"),
+    (partial(conductivity_tensor, ONES, viscosity=1.0), "ndarray; make it a GridField"),
     (partial(tensor, rtol=0), "rtol = 0 must be a positive number"),
     # The gap of a shape is that of its own vertices: the words say which argument to leave out.
     (

@@ -170,6 +170,10 @@ def test_factors_near_one():
 def test_words_of_a_sealed_gap_that_may_open():
     words = "may leak all the same: fluid pressure, up to the upper end of the leak rate"
     assert budget_words((OPENS, GRID), "sealed") == words
+    assert (
+        "; it opens; 0 to 200 % of the 1e-10 m^3/s all"
+        in judged(1e-10, OPENS, leak=SEALED).sentence
+    )
 
 
 def rough(total=None, limit=None, **flow):
