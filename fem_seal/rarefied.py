@@ -121,12 +121,10 @@ def kinetic(accommodation: float) -> PoiseuilleCoefficient:
     rate = delta / 6 + CubicSpline(solved, beyond)(np.log(delta))
     t, c = delta / (3 * sqrt(pi) * slip), 2 / (sqrt(pi) * slip) * rate
     # Outside the table: the first chord, and a constant more than the flow without slip.
-    first = c[0] - (c[1] - c[0]) / (t[1] - t[0]) * t[0]
-    ends_of_table = first, c[-2] + 2 * t[-1] - t[-2]
-    return PoiseuilleCoefficient(
-        np.concatenate([[0.0], t[1:-1], [2 * t[-1]]]),
-        np.concatenate([[ends_of_table[0]], c[1:-1], [ends_of_table[1]]]),
-    )
+    c[0] -= (c[1] - c[0]) / (t[1] - t[0]) * t[0]
+    c[-1] = c[-2] + 2 * t[-1] - t[-2]
+    t[0], t[-1] = 0.0, 2 * t[-1]
+    return PoiseuilleCoefficient(t, c)
 
 
 LAWS: dict[str, Callable[[float], PoiseuilleCoefficient]] = {

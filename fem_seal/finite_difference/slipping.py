@@ -42,7 +42,7 @@ def film_without_slip(
         cubes = scale * gap**2 * c(gap * pressure / slip.product) / weight
         # Inlet and outlet of a periodic film have the same gap, but not the same pressure.
         whole = replace(film, gap=GridField(np.cbrt(cubes), film.gap.spacing))
-        part = node_pressure(whole, 1.0, links)
+        part = node_pressure(whole, links)
         before = pressure
         pressure = slip.pressure(start + (end - start) * np.nan_to_num(part), critical)
         changes.append(float(np.abs(pressure - before).max()) / p_in)
@@ -55,8 +55,8 @@ def film_without_slip(
     )
 
 
-def node_pressure(film: GridFilm, pressure_drop: float, links: str = "linear-gap") -> np.ndarray:
-    """Pressure [Pa] at the samples of a film, 0 at the outlet, by the five-point stencil.
+def node_pressure(film: GridFilm, links: str = "linear-gap") -> np.ndarray:
+    """Pressure at the samples of a film, 1 at the inlet and 0 at the outlet, by the stencil.
 
     NaN where chains of links do not join both ends.
     """
@@ -65,7 +65,7 @@ def node_pressure(film: GridFilm, pressure_drop: float, links: str = "linear-gap
     pressure = grid.stencil.pressure(grid.carrying, _solved)
     if film.representation == "constant":
         pressure = pressure[1:-1]  # the ends are nodes of their own
-    return film.sites.on_samples(pressure_drop * pressure)
+    return film.sites.on_samples(pressure)
 
 
 def _solved(matrix: csr_array, right_side: np.ndarray) -> np.ndarray:

@@ -64,17 +64,17 @@ def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
     axes.loglog(rings.wavenumber[shown], rings.density[shown], ".", color=RINGS, label="surface")
     name = f"H = {with_error(fit.hurst, fit.hurst_error)}"
     axes.loglog(fit.wavenumber, fit.density, color=FITTED, label=name)
-    for cut_off, wavelength in (
-        ("long cut-off", fit.long_wavelength),
-        ("roll-off", fit.rolloff_wavelength),
-        ("short cut-off", fit.short_wavelength),
+    for cut_off, style, wavelength in (
+        ("long cut-off", "--", fit.long_wavelength),
+        ("roll-off", ":", fit.rolloff_wavelength),
+        ("short cut-off", "-.", fit.short_wavelength),
     ):
         if wavelength is not None:
             scale, unit = readable(wavelength, "m")
             axes.axvline(
                 2 * np.pi / wavelength,
                 color=CUT_OFF,
-                linestyle={"long cut-off": "--", "roll-off": ":", "short cut-off": "-."}[cut_off],
+                linestyle=style,
                 linewidth=1,
                 label=f"{cut_off} {wavelength * scale:.3g} {unit}",
             )

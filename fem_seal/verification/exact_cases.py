@@ -5,6 +5,7 @@ Everywhere Δp = 1 and η = 1/12, so that the film conductivity is K = g³.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -45,24 +46,15 @@ def vertex_gap(
     return GridField(np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape), spacing)
 
 
-def _halved_pixels(gap: GridField) -> GridField:
-    """Cut each pixel of constant gap into four."""
-    values = gap.values.repeat(2, axis=0).repeat(2, axis=1)
-    dx, dy = gap.spacing
-    return GridField(values, (0.5 * dx, 0.5 * dy), gap.periodic)
-
-
-_FINER: dict[str, Callable[[GridField], GridField]] = {
-    "linear": GridField.refined,
-    "constant": _halved_pixels,
-}
-
-
 def finer_film(film: GridFilm, times: int = 1) -> GridFilm:
     """Sample a film on a grid 2^times as fine; the gap between the samples does not change."""
     gap = film.gap
+    if film.representation == "constant":
+        pixels, (dx, dy) = 2**times, gap.spacing
+        values = gap.values.repeat(pixels, axis=0).repeat(pixels, axis=1)
+        return replace(film, gap=GridField(values, (dx / pixels, dy / pixels), gap.periodic))
     for _ in range(times):
-        gap = _FINER[film.representation](gap)
+        gap = gap.refined()
     return replace(film, gap=gap)
 
 
@@ -92,10 +84,8 @@ def block_film(conductivity: np.ndarray, n: int) -> GridFilm:
 
 
 def _smooth_checkerboard(n: int) -> tuple[GridFilm, ...]:
-    def gap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return np.cbrt(closed_forms.smooth_checkerboard(x, y, SMOOTH))
-
-    return (GridFilm(vertex_gap(gap, (n, n))),)
+    conductivity = partial(closed_forms.smooth_checkerboard, amplitude=SMOOTH)
+    return (GridFilm(vertex_gap(lambda x, y: np.cbrt(conductivity(x, y)), (n, n))),)
 
 
 def _discs(n: int) -> tuple[GridFilm, ...]:

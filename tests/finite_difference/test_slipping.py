@@ -64,7 +64,7 @@ def test_gaps_whose_cubes_are_lost():
     gap[2:6, 2:6] = 1e-120
     film = GridFilm(GridField(gap, (1.0, 1.0)), "wall", "constant")
     with pytest.raises(NotConverged, match="beyond double precision at gaps that are almost"):
-        slipping.node_pressure(film, 1.0)
+        slipping.node_pressure(film)
 
 
 def test_pressures_that_do_not_settle(monkeypatch):

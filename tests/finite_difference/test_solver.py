@@ -142,7 +142,7 @@ def test_node_pressure_balances_the_conductance(sides, representation):
     leak = by_differences(film, FlowSettings(viscosity=1 / 12, pressure_drop=3.0))
     assert leak.value > 0
     grid = flow_grid(film, 1 / 12, "linear-gap")
-    pressure = node_pressure(film, 3.0)
+    pressure = 3.0 * node_pressure(film)
     if film.sites.seam:
         pressure = pressure[:, :-1]
     if representation == "constant":  # both ends are nodes of their own
