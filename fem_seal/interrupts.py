@@ -3,9 +3,10 @@
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType, TracebackType
+from types import FrameType
+from typing import Any
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # Seconds until a signal that arrived during an import, or was swallowed, is raised again.
@@ -39,28 +40,22 @@ def interruptible() -> Iterator[None]:
         raised.append(number)
         raise KeyboardInterrupt
 
-    def unraisable(error: "sys.UnraisableHookArgs") -> None:
-        """Repeat an interrupt that Python could not raise, as in a destructor."""
-        if isinstance(error.exc_value, KeyboardInterrupt) and raised:
-            again(raised[-1])
-        else:
-            hooks[0](error)
-
-    def printed(
-        kind: type[BaseException], error: BaseException, trace: TracebackType | None
-    ) -> None:
-        """Repeat an interrupt that compiled code has printed and swallowed."""
+    def unless_swallowed(kind: type[BaseException], hook: Callable[..., Any], *error: Any) -> None:
+        """Repeat an interrupt, else call the hook that prints the error."""
         if issubclass(kind, KeyboardInterrupt) and raised:
             again(raised[-1])
         else:
-            hooks[1](kind, error, trace)
+            hook(*error)
 
     hooks = sys.unraisablehook, sys.excepthook
     # A shell's background jobs ignore SIGINT; only the main thread receives signals.
     here = threading.current_thread() is threading.main_thread()
     taken = [number for number in _SIGNALS if here and signal.getsignal(number) != signal.SIG_IGN]
     before = {number: signal.signal(number, interrupt) for number in taken}
-    sys.unraisablehook, sys.excepthook = unraisable, printed
+    # Python calls the first for an error in a destructor, the second for one that compiled code has
+    # printed and swallowed.
+    sys.unraisablehook = lambda error: unless_swallowed(error.exc_type, hooks[0], error)
+    sys.excepthook = lambda kind, *error: unless_swallowed(kind, hooks[1], kind, *error)
     done = False
     try:
         yield

@@ -78,10 +78,11 @@ def sweep_figure(
     has a bar over its range with all counted errors, and an open marker if it has not settled.
     Sealed points stand in a strip below the axis, points lifted off above it.
     """
-    along, table = _along(keys), [_in_unit(point, shown.per_solved) for point in table]
+    along = next((key for key in keys if key not in SEEDS), keys[0])
+    table = [_in_unit(point, shown.per_solved) for point in table]
     names = list(dict.fromkeys(point.values[keys.index(along)] for point in table))
     places, unit = _places(names)
-    curves = _curves(keys, table, places)
+    curves = _curves(keys, along, table, places)
     path = folder / PICTURE_FILE
     with new_figure((6.4, 4.4), path) as figure:
         axes = figure.add_subplot()
@@ -102,14 +103,10 @@ def _in_unit(point: Point, per_solved: float) -> Point:
     return replace(point, **{name: rate and rate * per_solved for name, rate in rates.items()})
 
 
-def _along(keys: tuple[str, ...]) -> str:
-    """Field along the axis: the first that is no seed."""
-    return next((key for key in keys if key not in SEEDS), keys[0])
-
-
-def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, float]) -> list[Curve]:
+def _curves(
+    keys: tuple[str, ...], along: str, table: Sequence[Point], places: dict[str, float]
+) -> list[Curve]:
     """Curves of a table; NotDrawn if there are none or too many."""
-    along = _along(keys)
     of_label: dict[str, dict[float, list[Point]]] = {}
     for point in table:
         values = dict(zip(keys, point.values, strict=True))
