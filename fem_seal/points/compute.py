@@ -223,7 +223,8 @@ def points_of(
     """Points of a study whose tasks share nothing; None if some are left to other parts.
 
     They are of a `kind` that `PointFolder` keeps in points/ of `out`; no files are kept if that is
-    left out. Errors are those of `compute_study`.
+    left out. Without `work` they are computed one after the other. Errors are those of
+    `compute_study`.
     """
     work = work or Work()
     with ExitStack() as held:

@@ -92,17 +92,11 @@ def compare(
     Beside an exact leak rate the verdict is "high", "low" or "exact". The bounds hold for the
     sampled gap: on a coarse grid both may lie on one side of the exact leak rate.
 
+    The methods are names in `METHODS`; without an exact leak rate "uniform" or "adaptive" is among
+    them. Each is a point on each grid (`points_of`).
+
     Returns the rows of each gap by method and grid, and their reference; None if some points are
     left to other parts of the study.
-
-    Parameters
-    ----------
-    methods
-        Names in `METHODS`; without an exact leak rate "uniform" or "adaptive" among them.
-    out
-        Folder of points/, with a file for each method and grid; no files are kept if left out.
-    work
-        How the points are shared among workers; one after the other if left out.
     """
     tasks = [_tasks(gap, methods) for gap in gaps]
     every = [task for of_gap in tasks for _, task in of_gap]

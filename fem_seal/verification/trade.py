@@ -188,23 +188,13 @@ def trade(
 ) -> Trade | None:
     """Compute the dry contact of a scene over contact grids and flow methods.
 
-    Returns None if some solves are left to other parts of the study.
+    The scene has a surface and a contact; its flow method and rtol are not used. The factors are
+    multiples of its samples, at least three that give whole numbers; below 1 the surface loses the
+    waves shorter than two samples of the coarse grid. The tolerances are those of the adaptive
+    method. Each contact grid is a point (`points_of`); jobs that run at the same time slow each
+    other down, also in CPU time.
 
-    Parameters
-    ----------
-    scene
-        Scene with a surface and a contact; its flow method and rtol are not used.
-    factors
-        Multiples of the scene's samples, at least three that give whole numbers; below 1 the
-        surface loses the waves shorter than two samples of the coarse grid.
-    tolerances
-        Values of rtol for the adaptive method.
-    out
-        Folder of points/, with a file for each contact grid; those in the folder are not repeated.
-        No files are kept if left out.
-    work
-        How the grids are shared among workers; one after the other if left out. Jobs that run at
-        the same time slow each other down, also in CPU time.
+    Returns None if some points are left to other parts of the study.
     """
     grids = trade_grids(surface_of(scene, (work or Work()).comm).shape, factors)
     adaptive = [FlowMethod("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
