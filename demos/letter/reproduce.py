@@ -78,6 +78,8 @@ def reproduce(
 def _currents(case: RoughCase, points: list[Current], out: Path):
     """Write and draw Fig. 3 and the comparison with theory; the points over first contact."""
     currents = over_first_contact(points)
+    if not any(point.value for point in currents):
+        raise InvalidInput("no contact of --areas leaks; name a smaller area as well")
     first = {point.seed: point.value for point in points if point.wanted == 0}
     spectra = {seed: ring_spectrum(case, case.surface(seed)) for seed in first}
     curves = [

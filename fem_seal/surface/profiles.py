@@ -18,6 +18,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.registry import choose, require_positive
 from fem_seal.surface.cell import HANN_DEPENDENCE
+from fem_seal.surface.detrending import TREND_ROUNDING
 
 # Ratio of the wavenumbers at the ends of a bin. The constant then differs from the mean of a power
 # law with H = 0.8 by 2 %, and by 6 % in the bins next to its cut-offs.
@@ -98,13 +99,13 @@ def profile_spectrum(
     require_positive(step=step)
     degree, x = choose(LINE_DEGREES, detrend, "detrend"), np.linspace(-1, 1, n)
     basis = np.polynomial.legendre.legvander(x, degree)
-    heights = heights - (basis @ np.linalg.lstsq(basis, heights.T, rcond=None)[0]).T
+    trend = (basis @ np.linalg.lstsq(basis, heights.T, rcond=None)[0]).T
+    if np.ptp(heights - trend) <= TREND_ROUNDING * np.abs(heights).max():
+        raise InvalidInput("flat profiles have no spectrum")
     window = get_window("hann", n)
     window /= np.mean(window**2) ** 0.5
-    powers = np.abs(np.fft.rfft(heights * window)) ** 2 / n**2
+    powers = np.abs(np.fft.rfft((heights - trend) * window)) ** 2 / n**2
     C1 = np.mean(powers, axis=0) * n * step / (2 * np.pi)
-    if not C1[1:].any():
-        raise InvalidInput("flat profiles have no spectrum")
     bounds = _bounds(3, (n + 1) // 2)  # without the Nyquist wave, which has only a cosine
     unit = 2 * np.pi / (n * step)
     waves = tuple(np.arange(a, b) * unit for a, b in pairwise(bounds))

@@ -10,6 +10,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.surface.cell import HANN_DEPENDENCE, window
+from fem_seal.surface.detrending import TREND_ROUNDING
 from fem_seal.surface.profiles import DENSITY_ROUNDING
 from fem_seal.surface.segments import best_segments, power_law
 from fem_seal.surface.statistics import RadialSpectrum, radial_spectrum
@@ -96,6 +97,8 @@ def map_spectrum(field: GridField) -> RadialSpectrum:
 
 def _windowed(field: GridField) -> tuple[GridField, float]:
     """Map times a Hann window unless it is periodic, and the factor of the variance of means."""
+    if np.ptp(field.values) <= TREND_ROUNDING * np.abs(field.values).max():
+        raise InvalidInput("a flat surface has no spectrum")
     if field.periodic:
         return field, 1.0
     weights = window("hann", field.shape)
@@ -109,8 +112,7 @@ def _rings(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
     rings = radial_spectrum(field, exponent)
     complete = rings.wavenumber <= np.pi / max(field.spacing)
     if not rings.density[complete].any():
-        few = max(field.shape) <= 2
-        raise InvalidInput(f"a {'map of 2 x 2 samples' if few else 'flat surface'} has no spectrum")
+        raise InvalidInput("a map of {} x {} samples has no spectrum".format(*field.shape))
     return RadialSpectrum(
         rings.wavenumber[complete], rings.density[complete], rings.modes[complete]
     )

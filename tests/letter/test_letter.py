@@ -293,3 +293,9 @@ def test_a_run_draws_all_and_goes_on(others, tmp_path, capsys, monkeypatch):
     for before, after in zip(rows, again, strict=True):
         # The mesh may differ in the last digits of its indicators. Grids were left out.
         assert float(after["value"]) == pytest.approx(float(before["value"]), rel=1e-3)
+
+
+def test_areas_that_all_seal_are_refused(tmp_path, capsys):
+    sealed = TINY.replace("--areas 0.2", "--areas 0.9").split()
+    assert reproduce.main([*sealed, "--only", "currents", "--out", str(tmp_path)]) == 2
+    assert "no contact of --areas leaks" in capsys.readouterr().err
