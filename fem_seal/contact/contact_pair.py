@@ -1,7 +1,5 @@
 """A rough surface against an elastic solid: units, and states at one pressure or mean gap."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from fem_seal.contact.halfspace import HalfSpace
@@ -15,28 +13,12 @@ from fem_seal.grid import GridField
 LEAST_SPAN = 1e-100  # [m]; below it, or above its inverse, squares of heights leave float64
 
 
-@dataclass(frozen=True, eq=False)
 class ContactPair:
-    """A counter-face and a solid, ready to be loaded again and again."""
+    """A counter-face [m] and a solid, ready to be loaded again and again."""
 
-    height: GridField  #: counter-face [m], periodic
-    solid: ElasticSolid
-    arithmetic: Arithmetic  #: that of the half-space
-    half_space: HalfSpace  #: the solid on this grid
-    #: [m] unit of length of the normalised problem: the rms height, or a sample's spacing where
-    #: the surface is flat
-    unit_height: float
-    unit_pressure: float  #: [Pa], unit of pressure of the normalised problem
-    scaled_heights: np.ndarray  #: (nx, ny), heights in `unit_height`, zero mean, unit rms
-
-    @classmethod
-    def prepared(
-        cls,
-        height: GridField,
-        solid: ElasticSolid,
-        arithmetic: Arithmetic = USUAL_ARITHMETIC,
-    ) -> "ContactPair":
-        """Check the input, plan the transforms and normalise heights and pressures."""
+    def __init__(
+        self, height: GridField, solid: ElasticSolid, arithmetic: Arithmetic = USUAL_ARITHMETIC
+    ):
         if not isinstance(height, GridField):
             raise InvalidInput(
                 f"the surface is a {type(height).__name__}; make it a GridField(values, spacing, "
@@ -56,15 +38,19 @@ class ContactPair:
                 f"heights of the surface differ by {span:.1e} m; allowed is {LEAST_SPAN:.0e} m to "
                 f"{1 / LEAST_SPAN:.0e} m: check their unit, rms height or slope"
             )
+        self.height, self.solid, self.arithmetic = height, solid, arithmetic
         length = (height.spacing[0] * height.spacing[1]) ** 0.5
         heights = height.values - height.values.mean()
-        unit_height = float(heights.std()) if span > 0 else length
-        heights /= unit_height
-        half_space = HalfSpace(
+        #: [m] unit of length of the normalised problem: the rms height, or a sample's spacing where
+        #: the surface is flat
+        self.unit_height = float(heights.std()) if span > 0 else length
+        heights /= self.unit_height
+        self.scaled_heights = heights  #: (nx, ny), in `unit_height`, zero mean, unit rms
+        #: [Pa], unit of pressure of the normalised problem
+        self.unit_pressure = solid.contact_modulus * self.unit_height / (2 * length)
+        self.half_space = HalfSpace(
             height.shape, height.spacing, solid.layer, arithmetic.threads, arithmetic.precision
         )
-        unit_pressure = solid.contact_modulus * unit_height / (2 * length)
-        return cls(height, solid, arithmetic, half_space, unit_height, unit_pressure, heights)
 
     def complementary(self, start: np.ndarray) -> np.ndarray:
         """Pressure [Pa], set to zero where the gap that it causes is open.
@@ -120,19 +106,19 @@ class ContactPair:
         self, problem: Problem, pressure: np.ndarray, stopping: ContactStopping
     ) -> ContactState:
         """Solve, and make the state of the accepted pressure and the gap that it causes."""
-        end = converge(problem, pressure, stopping)
-        pressure, gap = end.iterate.pressure, present(end.iterate.gap, "gap of an iterate")
+        iterate, measures, residuals = converge(problem, pressure, stopping)
+        pressure, gap = iterate.pressure, present(iterate.gap, "gap of an iterate")
         gap = np.maximum(gap - problem.level(pressure, gap), 0)
         gap[pressure > 0] = 0
         return ContactState(
             gap=self._field(gap * self.unit_height),
             pressure=self._field(pressure * self.unit_pressure),
             contact_modulus=self.solid.contact_modulus,
-            certificate=end.measures.certificate,
-            pressed_gap=end.measures.pressed_gap,
-            penetration=end.measures.penetration,
-            iterations=end.iterate.iteration,
-            residuals=end.residuals,
+            certificate=measures.certificate,
+            pressed_gap=measures.pressed_gap,
+            penetration=measures.penetration,
+            iterations=iterate.iteration,
+            residuals=residuals,
         )
 
     def _field(self, values: np.ndarray) -> GridField:

@@ -90,15 +90,6 @@ class ContactStopping:
 USUAL_STOPPING = ContactStopping()
 
 
-@dataclass(frozen=True, eq=False)
-class Converged:
-    """Result of a converged iteration."""
-
-    iterate: Iterate  #: the accepted iterate
-    measures: Measures  #: its measures
-    residuals: tuple[float, ...]  #: certificate after each iterate
-
-
 def iterates(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) -> Iterates:
     """Iterates up to the limit of iterations, or to a certificate that is not a number."""
     method = CONTACT_METHODS[stopping.solver]
@@ -111,10 +102,13 @@ def iterates(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
             return
 
 
-def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) -> Converged:
+def converge(
+    problem: Problem, pressure: np.ndarray, stopping: ContactStopping
+) -> tuple[Iterate, Measures, tuple[float, ...]]:
     """Iterate until the certificate, the contact set and the mean gap meet their limits.
 
-    The other measures are computed only once the certificate has met its limit, to save time.
+    Returns the accepted iterate, its measures, and the certificate after each iterate. The other
+    measures are computed only once the certificate has met its limit, to save time.
     """
     residuals: list[float] = []
     best, best_excess, best_at = np.inf, np.inf, 0
@@ -127,7 +121,7 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) 
             measures = problem.measures(iterate.pressure, gap)
             missed = stopping.shortfalls(measures, problem.rounding(iterate.pressure))
             if not missed:
-                return Converged(iterate, measures, tuple(residuals))
+                return iterate, measures, tuple(residuals)
             excess = max(value / allowed for value, allowed in missed.values())
             if excess < 0.9 * best_excess:
                 best_excess, best_at = excess, len(residuals)

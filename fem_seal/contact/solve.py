@@ -62,7 +62,7 @@ def press(
         If the certificate does not reach the tolerance, if pressed samples do not touch or samples
         overlap by more than 1e-4 of the rms height, or if the mean gap is not the prescribed one.
     """
-    pair = ContactPair.prepared(height, solid, arithmetic)
+    pair = ContactPair(height, solid, arithmetic)
     first = _start_pressure(start, height.shape)
     if load.value == 0:
         return pair.touching()
@@ -97,7 +97,7 @@ def coarse_start(
         return None
     means = heights.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
     height = GridField(means, (2 * spacing[0], 2 * spacing[1]), periodic=True)
-    coarse = ContactPair.prepared(height, pair.solid, pair.arithmetic)
+    coarse = ContactPair(height, pair.solid, pair.arithmetic)
     start = coarse_start(coarse, mean_pressure, stopping)
     roughly = replace(stopping, tolerance=ROUGHLY, gap_tolerance=float("inf"), progress=None)
     try:

@@ -258,7 +258,7 @@ class LiftProblem:
         hold fluid.
         """
         nx, ny = self.height.shape
-        joined = self.film(contact.gap).joined_to("outlet")[:nx, :ny]
+        joined = self.film(contact.gap).joined_to_outlet[:nx, :ny]
         return np.where(joined, self.outlet, self.inlet)
 
     def field(self, values: np.ndarray) -> GridField:

@@ -85,11 +85,11 @@ class GridFilm:
         spanning = clusters.on_all_lines(labels, count, labels[0], labels[-1])
         return self.sites.on_samples(spanning)
 
-    def joined_to(self, end: str) -> np.ndarray:
-        """Mask, bool, of the samples that open paths join to the "inlet" or the "outlet"."""
+    @property
+    def joined_to_outlet(self) -> np.ndarray:
+        """Mask, bool, of the samples that open paths join to the outlet."""
         labels, count = self._labels
-        row = {"inlet": labels[0], "outlet": labels[-1]}[end]
-        return self.sites.on_samples(clusters.on_all_lines(labels, count, row))
+        return self.sites.on_samples(clusters.on_all_lines(labels, count, labels[-1]))
 
     @property
     def pockets(self) -> np.ndarray:

@@ -34,7 +34,7 @@ def test_start_is_near_and_counted():
     A uniform pressure lies further off. Pairs on a quarter of the samples count as quarters.
     """
     height = rough_surface((256, 256), short=8)
-    pair = ContactPair.prepared(height, SOLID)
+    pair = ContactPair(height, SOLID)
     pressure = 0.005 * E_STAR * SLOPE
     start = coarse_start(pair, pressure, USUAL_STOPPING)
     assert start.mean() == pytest.approx(pressure, rel=1e-12)
@@ -45,7 +45,7 @@ def test_start_is_near_and_counted():
     )
     assert near < ROUGHLY * rms_height(height) * pressure < uniform
     means = height.values.reshape(128, 2, 128, 2).mean(axis=(1, 3))
-    coarse = ContactPair.prepared(GridField(means, (2e-6, 2e-6), periodic=True), SOLID)
+    coarse = ContactPair(GridField(means, (2e-6, 2e-6), periodic=True), SOLID)
     coarse.under_pressure(pressure, ContactStopping(tolerance=ROUGHLY, gap_tolerance=np.inf))
     assert pair.half_space.fft_pairs == coarse.half_space.fft_pairs / 4
 
@@ -61,6 +61,6 @@ def test_start_is_near_and_counted():
 )
 def test_none_where_it_does_not_pay(shape, load, most):
     """Nor where it does not converge in as many iterations as the contact may have."""
-    pair = ContactPair.prepared(rough_surface(shape), SOLID)
+    pair = ContactPair(rough_surface(shape), SOLID)
     stopping = ContactStopping(max_iterations=most)
     assert coarse_start(pair, load * E_STAR * SLOPE, stopping) is None

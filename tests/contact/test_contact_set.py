@@ -99,7 +99,7 @@ def test_mean_gap_below_rounding_is_an_error():
 def test_rounding_refuses_no_correct_state(shape, load):
     """Under such a load the displacement's rounding passes 1e-4 of the rms height."""
     surface = rough_surface(shape)
-    pair = ContactPair.prepared(surface, ElasticSolid(E_STAR))
+    pair = ContactPair(surface, ElasticSolid(E_STAR))
     wanted = load * E_STAR / pair.unit_pressure
     problem = Problem(pair.scaled_heights, pair.half_space, mean_pressure=wanted)
     # This pressure flattens the surface exactly: any gap is rounding.

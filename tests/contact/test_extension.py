@@ -88,7 +88,7 @@ def iterated(
     height: GridField, pressure: float, start: np.ndarray | None = None, limit: int = 1000
 ) -> Iterate:
     """Iterate whose certificate is 1e-6, or the last within the limit; loads in Pa."""
-    pair = ContactPair.prepared(height, ElasticSolid(E_STAR))
+    pair = ContactPair(height, ElasticSolid(E_STAR))
     mean = pressure / pair.unit_pressure
     problem = Problem(pair.scaled_heights, pair.half_space, mean_pressure=mean)
     first = np.ones(height.shape) if start is None else start.copy()
@@ -211,7 +211,7 @@ def test_a_loose_contact_is_exact_as_well(monkeypatch):
 def test_iterates_are_those_of_the_pseudocode(settled, rule):
     """Whole arrays in double precision, without and with the extension, step by step."""
     height = rough_surface((32, 24), hurst=0.4, short=2)
-    pair = ContactPair.prepared(height, SOLID, Arithmetic(precision="double"))
+    pair = ContactPair(height, SOLID, Arithmetic(precision="double"))
     mean = PRESSURE / pair.unit_pressure
     problem = Problem(pair.scaled_heights, pair.half_space, mean_pressure=mean)
     rule(SETTLED=settled, SETTLED_AT_START=settled, MOST_RISES=10**6, MOST_SLOW=10**6)
