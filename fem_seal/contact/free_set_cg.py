@@ -17,7 +17,6 @@ On a large grid p and g are in the steering precision, single if `precision` is 
 certificate comes near the tolerance or their rounding.
 """
 
-from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
@@ -60,7 +59,7 @@ def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
     half_space, passes = problem.half_space, problem.half_space.passes
     state, z = _Pressed(problem, pressure), half_space.steer.values
     r, r_old, t, free = (np.zeros(z.shape, z.dtype) for _ in range(4))
-    extension, settling = Extension(free, passes=passes), _Settling.on_grid(pressure.size)
+    extension, settling = Extension(free, passes=passes), _Settling(pressure.size)
     rz_old, iteration, settled = inf, 0, False
     while True:
         certificate = state.displace()  # 1
@@ -91,7 +90,7 @@ def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
         slope = _centre(passes, t, _turn(passes, t, beta, free, z) / number, free, r)  # 6
         if slope <= 0:
             slope = _centre(passes, t, _turn(passes, t, 0.0, free, z) / number, free, r)
-        _copy(passes, t, out=z)  # 7
+        z[...] = t  # 7
         curvature = half_space.curvature()
         state.advance(slope / curvature if curvature > 0 else 0.0, t)  # 8
 
@@ -165,25 +164,19 @@ class _Pressed:
         )
 
 
-@dataclass
 class _Settling:
     """Whether the free set has settled, judged by the fall of the certificate."""
 
-    below: float  #: certificate below which the free set next counts as settled
-    later: float  #: largest value of `below` once the free set has settled for the first time
-    settled: bool = False  #: whether the free set counts as settled: the extension is then in use
-    #: smallest certificate since then, and its iteration
-    least: float = field(default=inf, init=False)
-    least_at: int = field(default=0, init=False)
-    #: the certificate when it last had fallen by half, and the iteration
-    halved: float = field(default=inf, init=False)
-    halved_at: int = field(default=0, init=False)
-
-    @classmethod
-    def on_grid(cls, samples: int) -> "_Settling":
-        """Scale the limits to a grid of so many samples."""
+    def __init__(self, samples: int):
         scale = min(1.0, LARGE / samples**0.5)
-        return cls(scale * SETTLED_AT_START, scale * SETTLED)
+        #: certificate below which the free set next counts as settled
+        self.below = scale * SETTLED_AT_START
+        #: largest value of `below` once the free set has settled for the first time
+        self.later = scale * SETTLED
+        self.settled = False  #: the extension is in use
+        #: since then: smallest certificate, and certificate when it last had fallen by half
+        self.least = self.halved = inf
+        self.least_at = self.halved_at = 0  #: their iterations
 
     def record(self, iteration: int, certificate: float) -> bool:
         """Judge by one more certificate whether the free set counts as settled."""
@@ -220,10 +213,6 @@ def _centre(
         return product(other[rows], block) if other is not None else 0.0
 
     return sum(passes.over(values.shape, subtract))
-
-
-def _copy(passes: RowPasses, values: np.ndarray, out: np.ndarray) -> None:
-    passes.over(values.shape, lambda rows: np.copyto(out[rows], values[rows]))
 
 
 def _scale(passes: RowPasses, p: np.ndarray, scale: float, out: np.ndarray) -> None:
@@ -276,7 +265,7 @@ def _precondition(
 ) -> None:
     """Write Eᵀ M E r into z, the half-space's steering array; M r without an extension."""
     if extension is None:
-        _copy(half_space.passes, r, out=z)
+        z[...] = r
         half_space.precondition()
         return
     extension.update()
