@@ -1,16 +1,11 @@
 """Data of each cell for the primal and the dual problem: averages, contact, resistivity."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow import traces
-from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.grouping import parts
-
-_AT_ONCE = 1 << 13  # cells of a batch
 
 ISOTROPIC = np.array([1.0, 0.0, 1.0])  # the unit tensor: xx, xy, yy
 
@@ -81,31 +76,9 @@ class CellData(CellContact):
             resistivity=tensor,
         )
 
-    @classmethod
-    def joined(
-        cls,
-        mesh: AnyMesh,
-        data_of: Callable[[np.ndarray, np.ndarray], "CellData"],
-    ) -> "CellData":
-        """Data of all cells of a mesh, computed in batches that fit into the cache.
-
-        `data_of` makes the data of n cells from their vertices (3, n) and their coordinates (3, n,
-        2).
-        """
-        of_batches = []
-        # A mesh without cells makes one empty batch.
-        for cells in parts(0, max(len(mesh.cells), 1), _AT_ONCE):
-            vertices = mesh.cells[cells].T
-            of_batches.append(data_of(vertices, mesh.xy.take(vertices, axis=0))._arrays())
-        return cls(*(np.concatenate(arrays) for arrays in zip(*of_batches, strict=True)))
-
     def subset(self, cells: np.ndarray | slice) -> "CellData":
         """Data of the cells of a mask (C,), of indices or of a slice."""
-        return CellData(*(array[cells] for array in self._arrays()))
-
-    def _arrays(self) -> tuple[np.ndarray, ...]:
-        contact = self.zero_gap, self.blocked, self.contact_vertex, self.equipotential
-        return *contact, self.K, self.resistivity
+        return CellData(*(array[cells] for array in vars(self).values()))
 
     def regularised(self, chi: float, cut: float) -> np.ndarray:
         """Resistivity R_χ (C, 3): in blocked cells 1/(χ K) is added, elsewhere it is unchanged.

@@ -49,7 +49,8 @@ class GapOnMesh(ABC):
 
         The values are the gap (V, 2) at the vertices, raised and lowered; (V, 0) if it jumps there.
         """
-        return CellData.joined(mesh, partial(self._data_of, values))
+        vertices = mesh.cells.T
+        return self._data_of(values, vertices, mesh.xy.take(vertices, axis=0))
 
     @abstractmethod
     def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
