@@ -7,7 +7,7 @@ other vertices keep theirs. With these values and the averages on the new cells,
 next solve would mark are halved at once.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,11 +15,8 @@ import numpy as np
 from fem_seal.flow.cell_data import CellData
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.marking import Marks
 from fem_seal.flow.solution import FlowEstimate, Start
-from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.grouping import parts
 
 # Part of the smallest marked indicator above which a new cell is marked. Without a pressure only a
 # lower limit of its indicator is known. Of 1, 0.5 and 0.25, 0.5 took the least time and the fewest
@@ -46,7 +43,8 @@ def refined_ahead(
         new = np.flatnonzero((start.mesh.cells >= before).any(axis=1))
         mesh = start.mesh.subset(new)
         data = gap.cell_data(mesh, start.values)
-        new_cells = _NewCells(mesh, gap.aspect, data, data.regularised(flows[0].chi, gap.cut))
+        shape = shape_gradients(mesh.corners(gap.aspect, mesh.cells))
+        new_cells = _NewCells(mesh.cells, data, data.regularised(flows[0].chi, gap.cut), *shape)
         # On walls ψ is prescribed or constant; on a seam two vertices share one value.
         free = (np.arange(len(start.mesh.xy)) >= before) & ~start.mesh.rim
         streams = np.stack([new_cells.relaxed(psi, free) for psi in start.streams])
@@ -75,28 +73,22 @@ def least_indicator(turned: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np
 
 @dataclass(frozen=True, eq=False)
 class _NewCells:
-    """The n cells at new vertices, visited in batches to save memory."""
+    """The n cells at new vertices."""
 
-    mesh: AnyMesh  #: mesh of these cells, with all vertices
-    aspect: np.ndarray | float  #: aspect of a pixel
-    data: CellData  #: data of the cells
+    cells: np.ndarray  #: (n, 3), vertices
+    data: CellData
     tensor: np.ndarray  #: (n, 3), resistivity of the regularised dual
-
-    def _parts(self) -> Iterator[tuple[slice, np.ndarray, np.ndarray, np.ndarray]]:
-        for part in parts(0, len(self.mesh.cells), AT_ONCE):
-            cells = self.mesh.cells[part]
-            yield part, cells, *shape_gradients(self.mesh.corners(self.aspect, cells))
+    slopes: np.ndarray  #: (n, 3, 2) and (n,), as of `shape_gradients`
+    areas: np.ndarray
 
     def relaxed(self, psi: np.ndarray, free: np.ndarray) -> np.ndarray:
         """ψ (V,) with each `free` vertex (V,) at its best value if all others stay."""
-        of_corner = np.empty((2, *self.mesh.cells.shape))
-        for part, cells, slopes, areas in self._parts():
-            xx, xy, yy = (areas * self.tensor[part].T)[:, :, None]
-            sx, sy = slopes[..., 0], slopes[..., 1]
-            jx, jy = xx * sx + xy * sy, xy * sx + yy * sy
-            gx, gy = gradients(slopes, psi[cells]).T[:, :, None]
-            of_corner[:, part] = jx * sx + jy * sy, jx * gx + jy * gy
-        corners = self.mesh.cells.ravel()
+        xx, xy, yy = (self.areas * self.tensor.T)[:, :, None]
+        sx, sy = self.slopes[..., 0], self.slopes[..., 1]
+        jx, jy = xx * sx + xy * sy, xy * sx + yy * sy
+        gx, gy = gradients(self.slopes, psi[self.cells]).T[:, :, None]
+        of_corner = jx * sx + jy * sy, jx * gx + jy * gy
+        corners = self.cells.ravel()
         own, slope = (np.bincount(corners, part.ravel(), len(psi)) for part in of_corner)
         return psi - np.divide(slope, own, out=np.zeros_like(psi), where=free & (own > 0))
 
@@ -104,14 +96,12 @@ class _NewCells:
         self, streams: np.ndarray, flows: Sequence[FlowEstimate], marks: Marks
     ) -> np.ndarray:
         """Cells (n,) bool that a solve with these stream functions (k, V) would mark."""
-        of_flow = [flow.weights @ streams for flow in flows]
-        again = np.empty(len(self.mesh.cells), dtype=bool)
-        for part, cells, slopes, areas in self._parts():
-            flux, indicator = np.zeros((2, len(cells)))
-            for flow, psi in zip(flows, of_flow, strict=True):
-                turned = flow.rate * gradients(slopes, psi[cells])
-                flux += flow.drop * np.hypot(*turned.T) * np.sqrt(2 * areas)
-                indicator += areas * least_indicator(turned, self.data.K[part], self.tensor[part])
-            again[part] = self.data.blocked[part] & (flux >= marks.least_flux)
-            again[part] |= indicator >= _PART * marks.least_indicator
+        flux, indicator = np.zeros((2, len(self.cells)))
+        for flow in flows:
+            psi = flow.weights @ streams
+            turned = flow.rate * gradients(self.slopes, psi[self.cells])
+            flux += flow.drop * np.hypot(*turned.T) * np.sqrt(2 * self.areas)
+            indicator += self.areas * least_indicator(turned, self.data.K, self.tensor)
+        again = self.data.blocked & (flux >= marks.least_flux)
+        again |= indicator >= _PART * marks.least_indicator
         return again & (self.data.K > 0)
