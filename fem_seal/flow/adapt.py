@@ -194,4 +194,6 @@ def _marked(
     expected = outlook.correction_ratio * problem.excess(pressure, regularised)
     reached = np.inf if stream is None else solution.level.bounds.width
     marks = strategy.marking(problem, flows, expected, reached, strategy)
+    # Looking ahead takes the functions from the start.
+    flows = [flow.without_functions() for flow in flows]
     return problem.start(pressure, regularised), marks, flows
