@@ -153,12 +153,12 @@ def contact_pressure_picture(film: GridFilm, pressure: GridField, path: str | Pa
 
 
 def draw_fluid_pressure(axes: "Axes", film: GridFilm, pressure: GridField, title: str = "") -> None:
-    """Draw the fluid's pressure [Pa], continued to contact, with isobars and a bar of its own.
+    """Draw the fluid's pressure above ambient [Pa], continued to contact, with isobars and a bar.
 
     Pockets have a colour of their own: no fluid moves there, and nothing determines its pressure.
     """
     samples = on_samples(film, pressure)
-    scale = pressure_scale("fluid pressure", samples)
+    scale = pressure_scale("fluid pressure above ambient", samples)
     frame_film(axes, film, None, title, marked=True)
     wet = (film.sites.on_samples(film.sites.gap) > 0) & ~film.pockets
     colours = scale.paint(samples, wet, CONTACT.colour)
