@@ -157,7 +157,10 @@ def draw_fluid_pressure(axes: "Axes", film: GridFilm, pressure: GridField, title
 
     Pockets have a colour of their own: no fluid moves there, and nothing determines its pressure.
     """
-    samples = on_samples(film, pressure)
+    samples = on_samples(film, pressure).copy()
+    if len(samples) > len(pressure.values):
+        # The last row repeats the samples at the inlet, but the outlet has the lowest pressure.
+        samples[-1] = samples.min()
     scale = pressure_scale("fluid pressure above ambient", samples)
     frame_film(axes, film, None, title, marked=True)
     wet = (film.sites.on_samples(film.sites.gap) > 0) & ~film.pockets
