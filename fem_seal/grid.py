@@ -47,9 +47,13 @@ class GridField:
                 f"{bad} of {values.size} grid values are not finite (NaN or infinite); "
                 "fill or cut them out first"
             )
-        spacing = tuple(float(s) for s in np.ravel(self.spacing))
-        if len(spacing) != 2 or not all(np.isfinite(s) and s > 0 for s in spacing):
-            raise InvalidInput(f"spacing must be two positive lengths in metres, got {spacing}")
+        given = np.ravel(self.spacing)
+        numbers = given.size == 2 and given.dtype.kind in "iuf" and np.isfinite(given).all()
+        if not (numbers and given.min() > 0):
+            raise InvalidInput(f"spacing must be two positive lengths in metres, got {given}")
+        if not isinstance(self.periodic, (bool, np.bool_)):
+            raise InvalidInput(f"periodic must be True or False, got {self.periodic!r}")
+        spacing = tuple(map(float, given))
         if max(spacing) > LONGEST_PIXEL * min(spacing):
             raise InvalidInput(
                 f"pixels of {spacing[0]:g} m by {spacing[1]:g} m are more than "

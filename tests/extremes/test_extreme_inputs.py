@@ -96,7 +96,8 @@ ROWS = [
         (partial(film, np.ones(shape)), "needs a two-dimensional array")
         for shape in [(0, 4), (4,), (2, 2, 2)]
     ),
-    *((partial(film, spacing=(1.0, bad)), "spacing must be .*positive") for bad in BAD),
+    *((partial(film, spacing=(1.0, bad)), "spacing must be .*positive") for bad in (*BAD, "1 um")),
+    (partial(film, periodic="no"), "periodic must be True or False, got 'no'"),
     (partial(film, sides="open"), r"sides = 'open'.*wall, periodic"),
     (partial(film, representation="cubic"), r"representation = 'cubic'.*linear, constant"),
     (partial(film, RANDOM, sides="periodic"), "periodic"),
