@@ -80,5 +80,6 @@ def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
             )
     axes.set(xlabel="wavenumber q [1/m]", ylabel="spectrum C(q) [m⁴]")
     label_axis(axes.xaxis)
-    # A spectrum falls, so that its upper right corner is free but for the lines of cut-offs.
-    axes.legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none")
+    # Lines of cut-offs may stand anywhere in the axes: the key stands below.
+    below = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14)}
+    axes.legend(fontsize=8, ncols=2, frameon=False, **below)
