@@ -185,9 +185,9 @@ def counting_error(patch: Patch) -> float | None:
     """|Δ ln Q| by the load that a prescribed area lacks, since samples on its edge count whole.
 
     The patch leaks. The load grows as the area does, of which the perimeter takes a part off
-    (`contact_area_corrected`). None unless the area is prescribed.
+    (`contact_area_corrected`). None unless the area of an elastic contact is prescribed.
     """
-    if patch.load.kind != "area_fraction":
+    if patch.load.kind != "area_fraction" or not isinstance(patch.film_contact, ContactState):
         return None
     by = by_load(patch, critical_gap(patch))
     counted = by.contact.contact_area_fraction / by.contact.contact_area_corrected

@@ -261,6 +261,18 @@ def test_a_smaller_cut_of_a_sealed_bearing_contact_only_opens():
     assert not sealed_under(sealed, seals * (1 - 1e-9))
 
 
+def test_a_bearing_contact_of_an_area_that_leaks(accurate_scene):
+    """Its area lacks no load. Held against 256² samples, whose own error is not counted."""
+    accurate_scene["contact"] = {"model": "bearing", "area_fraction": 0.2}
+    del accurate_scene["solid"]
+    accurate_scene["accuracy"] = {"total": 0.5}
+    patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
+    assert patch.leak_rate.converged
+    fine = patch.with_(surface=resample(patch.surface, (256, 256)))
+    assert abs(log(patch.leak_rate.value / fine.leak_rate.value)) <= log1p(0.5)
+    assert choice.contact_error > 0
+
+
 def test_the_lift_is_part_of_the_total(accurate_scene):
     """All entries of the budget together, the lift's too, keep the total that was asked for."""
     total = 0.1
