@@ -90,9 +90,10 @@ def environment() -> dict[str, str]:
 
 @contextmanager
 def beside(function: Callable[..., T], *arguments: object) -> Iterator[Callable[[], T]]:
-    """Call a function in a process of its own, beside the block; called, that gives its answer.
+    """Compute a function in a process of its own while the block runs.
 
-    If the process ends without one, most likely since memory is short, this process computes it.
+    The block gets a function that waits for the answer. If the process ends without one, most
+    likely since memory is short, this process computes it.
     """
     call, worker = partial(function, *arguments), Worker()
     with suppress(ConnectionError):
@@ -100,7 +101,7 @@ def beside(function: Callable[..., T], *arguments: object) -> Iterator[Callable[
 
     @cache
     def answer() -> T:
-        """Wait for the answer of the process."""
+        """Wait for the answer of the process, or compute it here."""
         try:
             reply: T = worker.answer()
         except EOFError:

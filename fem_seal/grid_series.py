@@ -131,16 +131,15 @@ def pays_beside(samples: float, lifted: bool, comm: parallel.Comm = None) -> boo
 
 
 def half_solver(patch: Patch) -> Callable[[], Interval | None]:
-    """Function of the leak rate on half of the samples; it is None if their solid is lifted off."""
+    """Function that solves half of the samples; it returns None if their solid is lifted off."""
     return partial(_solved_here, patch)
 
 
 @contextmanager
 def half_beside(patch: Patch) -> Iterator[None]:
-    """Solve half of the samples beside the block, where they are asked for and that saves time.
+    """Solve half of the samples while the block runs, where they are asked for and that saves time.
 
-    The flow of a patch uses one core; another process uses the second one where it is idle and the
-    samples are so many that this saves time.
+    The flow of a patch uses one core: another process uses the second one where it is idle.
     """
     asked = patch.scene.leak_rate_of == "patch" and is_estimated(patch.scene)
     if not asked or not _saves_time(patch):
@@ -161,6 +160,7 @@ def _saves_time(patch: Patch) -> bool:
 
 
 def _solved_here(patch: Patch) -> Interval | None:
+    """Leak rate on half of the samples [m³/s]; None if the fluid lifts their solid off."""
     coarse = present(on_half(patch), "coarser grid")
     return None if coarse.lifted_off else rate_interval(coarse)
 
@@ -184,8 +184,8 @@ def unresolved(height: GridField) -> float:
 def counting_error(patch: Patch) -> float | None:
     """|Δ ln Q| by the load that a prescribed area lacks, since samples on its edge count whole.
 
-    The patch leaks. The load grows as the area does, of which the perimeter takes a part off
-    (`contact_area_corrected`). None unless the area of an elastic contact is prescribed.
+    The patch must leak. The load grows as the area does, of which the perimeter takes a part
+    off (`contact_area_corrected`). None unless the area of an elastic contact is prescribed.
     """
     if patch.load.kind != "area_fraction" or not isinstance(patch.film_contact, ContactState):
         return None

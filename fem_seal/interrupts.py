@@ -40,8 +40,8 @@ def interruptible() -> Iterator[None]:
         raised.append(number)
         raise KeyboardInterrupt
 
-    def unless_swallowed(kind: type[BaseException], hook: Callable[..., Any], *error: Any) -> None:
-        """Repeat an interrupt, else call the hook that prints the error."""
+    def repeated_or_shown(kind: type[BaseException], hook: Callable[..., Any], *error: Any) -> None:
+        """Repeat an interrupt that nobody handles; let the hook print any other error."""
         if issubclass(kind, KeyboardInterrupt) and raised:
             again(raised[-1])
         else:
@@ -52,10 +52,10 @@ def interruptible() -> Iterator[None]:
     here = threading.current_thread() is threading.main_thread()
     taken = [number for number in _SIGNALS if here and signal.getsignal(number) != signal.SIG_IGN]
     before = {number: signal.signal(number, interrupt) for number in taken}
-    # Python calls the first for an error in a destructor, the second for one that compiled code has
-    # printed and swallowed.
-    sys.unraisablehook = lambda error: unless_swallowed(error.exc_type, hooks[0], error)
-    sys.excepthook = lambda kind, *error: unless_swallowed(kind, hooks[1], kind, *error)
+    # Python calls the first for an error that it cannot raise, as in a destructor, the second for
+    # one that compiled code prints and swallows.
+    sys.unraisablehook = lambda error: repeated_or_shown(error.exc_type, hooks[0], error)
+    sys.excepthook = lambda kind, *error: repeated_or_shown(kind, hooks[1], kind, *error)
     done = False
     try:
         yield

@@ -104,9 +104,9 @@ def _file_cache(statistics: Path) -> int:
 
 
 def refuse_too_large(size: float, what: str, limit: float | None = None) -> None:
-    """Refuse to make data, called `what`, of a size [bytes] above flow.max_memory, its limit.
+    """Refuse to make data, called `what`, of a size [bytes] above a limit [bytes].
 
-    Without one the limit is `available_memory()`.
+    The limit is flow.max_memory; without it, `available_memory()`.
     """
     most = available_memory() if limit is None else limit
     if size > most:

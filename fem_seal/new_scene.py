@@ -85,7 +85,7 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     """
     if path.suffix.lower() == ".toml":
         raise InvalidInput(f"{path} is a scene already; name a file of heights")
-    # TOML escapes as JSON does, and the letter "delete" as well.
+    # TOML escapes what JSON does, and the control character DEL as well.
     name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False).replace("\x7f", "\\u007f")
     of_profiles = path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path)
     new = (_profiles if of_profiles else _map)(path, name, stated)

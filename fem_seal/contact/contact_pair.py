@@ -8,7 +8,7 @@ from fem_seal.contact.problem import Problem
 from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput, present
-from fem_seal.grid import GridField
+from fem_seal.grid import GridField, require_grid_field
 
 LEAST_SPAN = 1e-100  # [m]; below it, or above its inverse, squares of heights leave float64
 
@@ -19,11 +19,7 @@ class ContactPair:
     def __init__(
         self, height: GridField, solid: ElasticSolid, arithmetic: Arithmetic = USUAL_ARITHMETIC
     ):
-        if not isinstance(height, GridField):
-            raise InvalidInput(
-                f"the surface is a {type(height).__name__}; make it a GridField(values, spacing, "
-                "periodic)"
-            )
+        require_grid_field(height, "surface")
         if not height.periodic:
             raise InvalidInput(
                 "elastic contact needs a periodic surface (the FFT repeats it); mark it periodic, "

@@ -80,7 +80,7 @@ class Extension:
 
 
 class _Level:
-    """A grid and the next coarser one; where a number of samples is odd, its last cell holds one.
+    """A grid and the next coarser one; of an odd number of samples the last coarse cell holds one.
 
     `outside` is the fraction of each point that is not free, over WHOLE; `values` and `scale`, on
     the coarser grid, are a work array and the weights of the means.

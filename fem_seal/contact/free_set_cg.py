@@ -173,10 +173,10 @@ class _Settling:
         self.below = scale * SETTLED_AT_START
         #: largest value of `below` once the free set has settled for the first time
         self.later = scale * SETTLED
-        self.settled = False  #: the extension is in use
-        #: since then: smallest certificate, and certificate when it last had fallen by half
+        self.settled = False  #: whether it has settled; then the extension is in use
+        #: since it has settled: smallest certificate, and the certificate when it last had halved
         self.least = self.halved = inf
-        self.least_at = self.halved_at = 0  #: their iterations
+        self.least_at = self.halved_at = 0  #: iterations of both
 
     def record(self, iteration: int, certificate: float) -> bool:
         """Judge by one more certificate whether the free set counts as settled."""

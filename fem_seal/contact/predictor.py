@@ -34,6 +34,7 @@ def extrapolated(load: float, states: Sequence[tuple[float, ContactState]]) -> n
 
 
 def _signed_pressure(state: ContactState) -> np.ndarray:
+    """Pressure [Pa] of samples that touch, and minus the one that open samples lack."""
     dx, dy = state.gap.spacing
     lacking = LACKING * state.contact_modulus / (dx * dy) ** 0.5 * state.gap.values
     return state.pressure.values - lacking

@@ -71,7 +71,7 @@ class _End(NamedTuple):
     fluid_pressure: GridField
     contact: ContactState
     network: Network
-    residuals: tuple[float, ...]  #: these and the next three as of `Steps`
+    residuals: tuple[float, ...]  #: this and the next three fields are those of `Steps`
     change: float
     error: float
     failure: str
@@ -130,7 +130,7 @@ def _may_be_another(problem: LiftProblem, steps: Steps, dry: ContactState) -> bo
 
 
 def _completed(problem: LiftProblem, end: _End) -> LiftedState:
-    """The state of an end, with its leak rate to the tolerance of the result, and their range."""
+    """The state of an end, its leak rate to the result's tolerance, and the range of leak rates."""
     change, error, allowed, steps = end.change, end.error, problem.allowed, len(end.residuals) - 1
     leak = problem.flow(problem.film(end.contact.gap), min(error, allowed))
     sealed = leak.state == "sealed"

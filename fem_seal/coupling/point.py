@@ -221,7 +221,7 @@ class LiftPoint:
         return self._adjoint.unstable
 
     def settled(self, tolerance: float) -> bool:
-        """Whether a step changes ln Q by a tolerance, and the load by what is allowed, at most."""
+        """Whether a step changes ln Q by at most a tolerance, and the load by at most its limit."""
         little = self.log_rate_error(self) <= tolerance and self.keeps_load
         return little and not self.unstable
 

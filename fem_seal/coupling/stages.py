@@ -56,15 +56,16 @@ def first_stage(
 
 @dataclass(frozen=True)
 class _Changes:
-    """Changes of ln Q, to first order, by the flow at the beginning of a stage."""
+    """Changes of ln Q, to first order, by the flows at the beginning of the stages."""
 
-    last: float = inf  #: in the last stage
-    by_network: float = inf  #: in the last stage with as many samples as the one before it
-    ratio: float = 0.5  #: of the last one to that by the network before, at most 0.9
+    last: float = inf  #: by that of the last stage
+    by_network: float = inf  #: by that of the last stage with as many samples as the one before
+    #: of the last two changes by finer networks, at most 0.9; 1/2 before there are two
+    ratio: float = 0.5
     grown: int = 0  #: finer networks in a row, each of which changed ln Q more than the one before
 
     def after(self, point: LiftPoint, start: LiftPoint) -> "_Changes":
-        """These changes with that from the last point of a stage to the first one of the next."""
+        """Add the change from the last point of a stage to the first one of the next."""
         change = point.log_rate_change_to(start)
         if start.problem is not point.problem:
             return replace(self, last=change, ratio=0.5)
@@ -82,9 +83,10 @@ class _Changes:
 def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
     """Go on from the equilibrium of the first stage.
 
-    After difficult steps a stage moves ln Q by more than its first order.
+    After difficult steps ln Q changes by more than its first order: the error is at least what the
+    steps of the stage before have `moved` ln Q, and the stage is solved `CLOSELY`.
     """
-    changes, error, moved = _Changes(), inf, 0.0  # moved: ln Q, by the steps of the stage before
+    changes, error, moved = _Changes(), inf, 0.0
     for _ in range(MOST_STAGES):
         began, point = perf_counter(), steps.point
         start = _next_start(problem, steps, error)
@@ -95,8 +97,8 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
         error = max(error, moved if steps.difficult else 0.0) + start.by_epsilon
         settled = error <= problem.allowed
         if changes.grown == MOST_GROWN and not settled:
-            grown = "each finer network changes the leak rate more than the one before"
-            return _ended(problem, steps, changes, error, grown)
+            reason = "each finer network changes the leak rate more than the one before"
+            return _ended(problem, steps, changes, error, reason)
         if settled and start.keeps_load and not (point.sealed or start.sealed or steps.failure):
             # The first point of the stage is an equilibrium without a step.
             steps = Steps(start, (start.size,), False, "").after(steps)
@@ -139,7 +141,7 @@ def _leaks_nothing(problem: LiftProblem, point: LiftPoint) -> bool:
 class _NoStage:
     """No further stage is needed, or none can be solved."""
 
-    reason: str = ""  #: why none can be solved
+    reason: str = ""  #: why none can be solved; empty if none is needed
 
 
 def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint | _NoStage:
@@ -173,7 +175,7 @@ def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint |
     if following is point.problem:
         return replace(point, network=network, epsilon=epsilon)
     pressure = following.interpolated(point.pressure)
-    # This start takes two thirds of the iterations of a contact from nothing.
+    # From this start a contact takes two thirds of the iterations that it takes without one.
     start = np.maximum(following.interpolated(point.contact.pressure.values), 0.0)
     pressed = following.contact_under(pressure, start)
     return LiftPoint(following, network, epsilon, pressure, pressed)

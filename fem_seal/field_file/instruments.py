@@ -66,9 +66,9 @@ def _readable(path: Path) -> Iterator[None]:
             warnings.simplefilter("ignore")  # deprecations inside the readers concern their authors
             yield
     except (*_BROKEN, ReadFileError, UnknownFileFormat) as error:
-        # Others name parts of the reader's program.
-        named = ReadFileError, UnknownFileFormat, OSError, ValueError
-        of_the_file = isinstance(error, named)
+        # The messages of all other errors name parts of the reader's program.
+        about_files = ReadFileError, UnknownFileFormat, OSError, ValueError
+        of_the_file = isinstance(error, about_files)
         reason = str(error).strip().split("\n")[0] if of_the_file else ""
         reason = reason or "it is damaged, or of another format than its name says"
         raise InvalidInput(f"{path} cannot be read by SurfaceTopography: {reason}") from None

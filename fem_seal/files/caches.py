@@ -1,4 +1,4 @@
-"""A folder for the caches of the libraries: compiled forms, maps, fonts."""
+"""A folder for caches: compiled forms and fonts of the libraries, arrays of heights."""
 
 import os
 import stat

@@ -131,9 +131,9 @@ def _solve(
 ) -> tuple[LevelSolution, Streams | None]:
     """Solve the primal and, if it may end the refinement, the true dual.
 
-    Unless that comes first, the regularised dual is solved before it, and returned: the true dual
-    then follows if the expected width is close to the tolerance, or if the next mesh would be too
-    large.
+    Unless the outlook asks for the true dual at once, the regularised one is solved before it. The
+    true dual then follows if the expected width is close to the tolerance, or if the next mesh
+    would be too large. Returns the solution, and the regularised dual if it was solved.
     """
     pressure = problem.pressure(guesses)
     log.lap("primal", pressure)
@@ -181,7 +181,7 @@ def _marked(
 ) -> tuple[Start, Marks, list[FlowEstimate]]:
     """Mark cells: all, or by the regularised dual and the flows that it shows.
 
-    Returns the start to be refined as well, and these flows.
+    Returns the start to be refined, the marks, and these flows.
     """
     problem, pressure, stream = solution.problem, solution.pressure, solution.stream
     if strategy.marking is None:

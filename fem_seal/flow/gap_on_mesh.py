@@ -87,7 +87,7 @@ class GridGap(GapOnMesh):
         have its conductivity in the dual. Both bounds stay valid.
     """
 
-    linear: ClassVar[bool]  #: whether the gap is linear between samples, or one fills each pixel
+    linear: ClassVar[bool]  #: whether the gap is linear between samples; else each fills a pixel
 
     def __init__(
         self,

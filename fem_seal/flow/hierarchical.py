@@ -37,11 +37,11 @@ QUARTERED_AT_ONCE = 1 << 13  # cells whose quarters are integrated at once
 def bubble_edges(
     mesh: AnyMesh, contact: CellContact, kept: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Edge (C, 3) at each side of a cell, and edges (2, E) with a bubble function for ψ, and for p.
+    """Edge (C, 3) at each side of a cell; whether (2, E) it has a bubble function for ψ, and for p.
 
-    All cells at the edge must admit it, and have integer coordinates at its midpoint. There is none
-    for ψ on side walls, in blocked cells and on power traces, none for p on inlet and outlet. A
-    zero-gap edge, which has none for ψ, has two for p, one per cell: it counts as two edges.
+    It has one if all its cells admit that, and have integer coordinates at its midpoint. There is
+    none for ψ on side walls, in blocked cells and on power traces, and none for p on inlet and
+    outlet. A zero-gap edge has none for ψ and two for p, one per cell: it counts as two edges.
     """
     ends, of_cell = mesh.edges.ends, mesh.edges.of_cell
     usable = kept & mesh.can_halve_twice()
@@ -91,9 +91,10 @@ def energy_drops(
 ) -> list[Drops]:
     """Drops of energies on one mesh, with the gap at its vertices.
 
-    All use the same averages on the quarters. The coefficients are chosen for the largest drops:
-    of energies for ψ and for p on these sides. Or they are those that made a drop of the same
-    functions in another gap: the new drop is then negative where the energy rises.
+    All use the same averages on the quarters. With sides as `bubbles` the energies are one for ψ
+    and one for p, and the coefficients are chosen for the largest drops. With a drop of the same
+    functions in another gap its coefficients are kept: the new drop is negative where the energy
+    rises.
     """
     applied = bubbles.coefficients if isinstance(bubbles, Drops) else None
     sides = bubbles.sides if isinstance(bubbles, Drops) else bubbles

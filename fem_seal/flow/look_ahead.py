@@ -78,8 +78,8 @@ class _NewCells:
     cells: np.ndarray  #: (n, 3), vertices
     data: CellData
     tensor: np.ndarray  #: (n, 3), resistivity of the regularised dual
-    slopes: np.ndarray  #: (n, 3, 2) and (n,), as of `shape_gradients`
-    areas: np.ndarray
+    slopes: np.ndarray  #: (n, 3, 2), gradients of the shape functions
+    areas: np.ndarray  #: (n,)
 
     def relaxed(self, psi: np.ndarray, free: np.ndarray) -> np.ndarray:
         """ψ (V,) with each `free` vertex (V,) at its best value if all others stay."""

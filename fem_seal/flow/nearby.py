@@ -48,7 +48,8 @@ class MeshedFlow:
         problem, stream = self.solution.problem, self.solution.stream
         if stream is None or self.solution.corrected is None:
             return np.full(2, np.inf)
-        (psi,), (own,), (gap, values, data) = stream.at_vertices, stream.totals, self._in(film, 1)
+        (psi,), (own,) = stream.at_vertices, stream.totals
+        gap, values, data = self._gap_of(film, 1)
         energy = problem.space.energy(
             lambda cells: data.resistivity[cells], lambda cells: psi[problem.cells[cells]]
         )
@@ -61,7 +62,7 @@ class MeshedFlow:
         In units of the conductance of a square with the largest gap of this film.
         """
         problem, (pressure,) = self.solution.problem, self.solution.pressure.minima
-        gap, values, data = self._in(film, -1)
+        gap, values, data = self._gap_of(film, -1)
         K = np.where(pressure.numbering.constant(), 0.0, data.K)
         energy = problem.space.energy(lambda cells: K[cells, None] * ISOTROPIC, pressure.corners)
         energies, corrected = (pressure.total, energy), self.solution.corrected
@@ -70,7 +71,7 @@ class MeshedFlow:
         correction = problem.pressure_correction([pressure.corners])
         return self._upper_bounds(energies, correction, corrected.lowered, gap, values)
 
-    def _in(self, film: GridFilm, sign: int) -> tuple[LinearGap, np.ndarray, CellData]:
+    def _gap_of(self, film: GridFilm, sign: int) -> tuple[LinearGap, np.ndarray, CellData]:
         """Another film on this mesh, its gap nowhere smaller (sign 1) or larger (sign -1).
 
         Returns its gap, the gap (V, 2) at the vertices, and the averages on the cells that carry

@@ -40,7 +40,7 @@ def find_edges(ends: np.ndarray) -> Edges:
     have the same vertices.
     """
     low, high = ends.min(axis=2).ravel(), ends.max(axis=2).ravel()
-    # Sorting keeps the order of the sides at one edge.
+    # The sort is stable: it keeps the order of the two sides of an edge.
     order = np.lexsort((high, low))
     low, high = low[order], high[order]
     first = np.ones(len(order), dtype=bool)

@@ -30,9 +30,10 @@ from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import refine
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at, uniform_mesh
 
-EDGE = 1e-9  # share of a corner above minus which a point lies inside a triangle
-RIGHT = 1e-9  # half cotangent of an angle below which the angle is right
-# Relative step of central differences: its square and rounding over it are errors of 1e-11.
+# A point lies in a triangle if no barycentric coordinate is below -EDGE; an angle is a right one if
+# half its cotangent is below RIGHT. Both are far above rounding.
+EDGE = RIGHT = 1e-9
+# Step of central differences at which their own error, its square, is that of rounding, ε/STEP.
 STEP = float_info.epsilon ** (1 / 3)
 # Relative error of a link one sample long in a uniform gap, over that of one whose gap varies.
 SMOOTH = 0.01

@@ -170,8 +170,8 @@ class Scene(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _pressed(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """A [surface] is pressed; [contact] has nothing to say if [seal] gives the load."""
+    def _with_contact(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Add an empty [contact] to a [surface]: enough where [seal] gives the load."""
         pressed = data.get("surface") is not None and data.get("contact") is None
         return data | {"contact": {}} if pressed else data
 

@@ -20,7 +20,7 @@ from fem_seal.scene.section import (
 )
 
 PROFILES = ("uniform", "hertz")
-LENGTHS = {
+LENGTHS = {  # and what each of them is the length of
     "circumference": "seal across the flow",
     "leak_path": "contact from inlet to outlet",
 }
@@ -97,8 +97,8 @@ class Seal(Section):
     def own_profile(self, contact_modulus: float, width: float | None = None) -> Profile | None:
         """Profile of the `own_load`; None without one.
 
-        A table and a line load have widths of their own, a maximum pressure takes that given [m],
-        or 1 m.
+        A table and a line load have widths of their own. Hertz's profile of a maximum pressure is
+        as wide as given [m]; without a width, whose choice does not change its mean, 1 m.
         """
         if self.table is not None:
             return read_profile(self.table)

@@ -35,7 +35,7 @@ def _plain_number(value: object) -> object:
 
 
 def _whole_number(value: object) -> object:
-    """A whole number of NumPy as one of Python, which the strict type takes alone."""
+    """Make a whole number of NumPy one of Python: the strict type takes no other."""
     return int(value) if isinstance(value, np.integer) else value
 
 

@@ -204,7 +204,7 @@ class LoadedPatch:
         return elastic_contact(patch.scene, surface, start, target, patch.report)
 
     def solved(self, load: float, rtol: float) -> tuple[float, float]:
-        """Bounds of K as above, from a flow of a tolerance that may be another one."""
+        """Bounds of K as those of `bounds`, from a flow to a tolerance; they are not kept."""
         state, film = self._state(load), self.film(load)
         if film.sealed:
             return 0.0, 0.0

@@ -154,7 +154,7 @@ def marked_loads(
 
 
 def _halved(table: ConductivityTable, span: tuple[float, float], k: int) -> list[float]:
-    """The middle of interval k, unless the table has it; the first interval is below its loads."""
+    """The middle of interval k, if it has a width; interval 0 lies below the loads of the table."""
     below, above = np.concatenate([span[:1], table.loads, span[1:]])[k : k + 2].tolist()
     return [] if below == above else [0.5 * (below + above)]
 

@@ -27,7 +27,9 @@ from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal_flow import SealFlow
 
 OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
-AGAIN = 2.0  # the same over flow.rtol, above which the flow that matters is solved again
+# Where that tolerance is above so many times flow.rtol, the flow at the load that matters is solved
+# again for the error of the contact's grid.
+AGAIN = 2.0
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class PatchTask(Task[SolvedPatch]):
         loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)
 
         def begin(state: str) -> None:
-            """Report a state of the conductivity table, and its stages under it."""
+            """Report a state of the conductivity table, and the stages that follow under it."""
             report(state, "")
             patch.report = under(state, report)
 
@@ -99,8 +101,8 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     thinned = on_half(loaded.patch, even=loaded.quartered)
     if thinned is None:
         return None
-    # The grids may differ by less than the flows of the table may be off. A flow that is off by
-    # less than AGAIN times as much moves the estimate by at most 4 % of itself.
+    # The grids may differ by less than the flows of the table may be off. A flow to AGAIN times
+    # flow.rtol moves the estimate by at most 4 % of itself.
     rtol = loaded.patch.scene.flow.rtol
     fine = loaded.bounds(load) if loaded.rtol <= AGAIN * rtol else loaded.solved(load, rtol)
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load)

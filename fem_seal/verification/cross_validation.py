@@ -92,8 +92,8 @@ def compare(
     Beside an exact leak rate the verdict is "high", "low" or "exact". The bounds hold for the
     sampled gap: on a coarse grid both may lie on one side of the exact leak rate.
 
-    The methods are names in `METHODS`; without an exact leak rate "uniform" or "adaptive" is among
-    them. Each is a point on each grid (`points_of`).
+    The methods are names in `METHODS`; without an exact leak rate "uniform" or "adaptive" must be
+    among them. Each method on each grid is a point of the study (`points_of`).
 
     Returns the rows of each gap by method and grid, and their reference; None if some points are
     left to other parts of the study.

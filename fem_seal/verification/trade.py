@@ -191,8 +191,8 @@ def trade(
     The scene has a surface and a contact; its flow method and rtol are not used. The factors are
     multiples of its samples, at least three that give whole numbers; below 1 the surface loses the
     waves shorter than two samples of the coarse grid. The tolerances are those of the adaptive
-    method. Each contact grid is a point (`points_of`); jobs that run at the same time slow each
-    other down, also in CPU time.
+    method. Each contact grid is a point of the study (`points_of`); jobs that run at the same time
+    slow each other down, also in CPU time.
 
     Returns None if some points are left to other parts of the study.
     """

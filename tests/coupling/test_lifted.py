@@ -130,7 +130,8 @@ def test_a_channel_that_coarse_networks_miss():
 def test_a_film_next_to_closing_settles():
     """Steps are difficult from the first ε on.
 
-    With later stages to the whole tolerance it opens and closes from one stage to the next.
+    If later stages are solved to the whole tolerance only, it opens and closes from one to the
+    next.
     """
     settings = ["surface.shape=[128, 128]", "surface.seed=3", "contact.pressure=0.30 MPa"]
     problem = problem_of(fs.Scene.from_file(FIRST, settings))
