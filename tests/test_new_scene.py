@@ -72,7 +72,7 @@ def test_mark_of_missing_points():
 
 
 def test_map_that_repeats():
-    """Its name needs quotes."""
+    """Its name needs quotes and escapes."""
     name = 'a "b" \\ µ \x7f.npz'
     np.savez(name, heights=HEIGHTS, spacing=[1e-6, 1e-6], periodic=True)
     assert new(name)["surface"] == {"kind": "file", "path": name, "detrend": "mean"}

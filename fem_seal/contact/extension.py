@@ -96,7 +96,8 @@ class _Level:
         np.subtract(1, fraction, out=self.outside)
         self.outside /= WHOLE
         self.restrict(fraction)
-        # The restriction of ones is 4 WHOLE: s + FADE (1 - s) in units of it.
+        # `values` are 4 WHOLE s with the free fractions s, as the restriction of ones is 4 WHOLE.
+        # The weights are 1 / (4 WHOLE (s + FADE (1 - s))).
         np.multiply(self.values, 1 - FADE, out=self.scale)
         self.scale += 4 * WHOLE * FADE
         np.reciprocal(self.scale, out=self.scale)

@@ -85,6 +85,8 @@ class GridGap(GapOnMesh):
     ceiling
         Cells with a mean conductivity above that of such a gap are equipotential in the primal, and
         have its conductivity in the dual. Both bounds stay valid.
+    law
+        Conductivity of a gap.
     """
 
     linear: ClassVar[bool]  #: whether the gap is linear between samples; else each fills a pixel

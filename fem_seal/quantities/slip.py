@@ -81,7 +81,7 @@ def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> 
         f"the gas differ from it by up to {per_cent(KINETIC_ERROR)} of what slip adds; Knudsen "
         f"number {knudsen:.2g} at the tightest place"
     )
-    # For the lower bound both, collisions and the ends of the film, end the flight of a molecule.
+    # In the lower bound the flight of a molecule ends by collisions, and at the ends of the film.
     t, flights = critical * law.mean_pressure / law.product, path / (FREE_FLIGHT * length)
     shorter = min(1.0, float(law.coefficient(t * (1 + flights)) / law.coefficient(t)))
     caution = flights > 1

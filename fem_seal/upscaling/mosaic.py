@@ -98,8 +98,8 @@ def drawn_seals(
 
     `rates` (N, 3) are lower bound, value and upper bound of the leak rate that the seal would have
     if all its patches were alike, for each realization. Returns their means (3,) over the draws,
-    and the standard deviation of a seal's leak rate over its mean. With one patch along the path
-    the mean needs no draws.
+    and the standard deviation of a seal's leak rate over its mean. One realization, and one patch
+    along the path, need no draws.
     """
     # Seals are drawn from these realizations: their own deviation is that of a draw.
     seals, independent, deviation = rates, float(count.across), np.std(rates[:, 1])

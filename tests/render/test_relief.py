@@ -22,7 +22,7 @@ def flat(pin=None, colour=(90, 140, 60)):
 
 @pytest.mark.parametrize("number", [1e-9, 3.3e-8, 2e-6, 5.1e3])
 def test_factors_and_ends_of_bars_are_round_numbers(number):
-    """The next 1, 2 or 5 times a power of ten: at most 2.5 times as much."""
+    """The next 1, 2 or 5 times a power of ten: at most 2.5 times as much, up to its rounding."""
     step = step_above(number)
     assert number <= step * (1 + 1e-9) <= 2.5 * number
     assert f"{step:.0e}"[0] in "125"
