@@ -151,9 +151,10 @@ def test_kinetic_slip(gap_scene, height, p_out, near):
 @pytest.mark.parametrize("aspect", [32, 160, 1e4])
 @pytest.mark.parametrize("p_in", [1e-2, 1.0, 1e2])
 def test_molecules_without_collisions_in_a_slot(gap_scene, aspect, p_in):
-    """Slots of length over height D carry W times what hits the inlet (A. S. Berman 1965).
+    """Of the molecules that hit the inlet of a slot a part passes it (A. S. Berman 1965).
 
-    The mean free path is at least eight times the length. An endless slot would carry more.
+    The aspect is length over height. The mean free path is at least eight times the length. The
+    kinetic law, that of an endless slot, gives more.
     """
     root, square = sqrt(1 + aspect**2), aspect**2
     blocked = 1.5 * (aspect - log(aspect + root)) ** 2
