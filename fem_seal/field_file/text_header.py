@@ -67,7 +67,7 @@ _SEVERAL = re.compile(r"[,;]\s*(?=[A-Za-z][\w ]*\s*[=:])")
 # "Heights in um", also with "; pixel size 2 um" behind it; headers of ContactMechanics
 # (CommandLineInterface/HardWall.py) end with "they are reported in units of m.".
 _SENTENCE = re.compile(
-    r"\b(?:in units of|(?:z|heights?|gaps?|höhen?(?:werte)?) in) ([^\s,;]+?)\.?(?:$|[,;]\s*)",
+    r"\b(?:in units of|(z|heights?|gaps?|höhen?(?:werte)?) in) ([^\s,;]+?)\.?(?:$|[,;]\s*)",
     re.IGNORECASE,
 )
 # "Spacing (X, Y)": its comma is not the one between key and value.
@@ -163,8 +163,11 @@ def statements(table: TextTable, path: Path) -> Statements:
                     f"the header of {path} says {text!r}, a factor: multiply the heights by it "
                     "unless the file holds their products already, and delete the line"
                 )
-        if (match := _SENTENCE.search(text)) and (unit := _length_unit(match.group(1))):
-            statements.value_units.append(unit)
+        if (match := _SENTENCE.search(text)) and (unit := _length_unit(match.group(2))):
+            if match.group(1):
+                statements.value_units.append(unit)
+            else:  # of what, the sentence may say anywhere
+                statements.unit = statements.unit or unit
         if _about_lengths(text):
             statements.about_lengths.append(text)
         text = _SENTENCE.sub("", text)
@@ -298,7 +301,7 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> N
     unit = _length_unit(value.strip())
     if words & UNITS or (unit and words & (VALUES | LATERAL)):
         # Without a word on either it is the unit of both.
-        if words & VALUES and unit:
+        if words & VALUES and unit and "resolution" not in words:
             statements.value_units.append(unit)
         elif not words & (VALUES | LATERAL):
             statements.unit = statements.unit or unit

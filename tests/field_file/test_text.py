@@ -130,6 +130,10 @@ WHOLE = {
     "German words, and a unit of its own for the heights": (
         "Einheit: mm\nHöhenwerte in µm\nBildgröße: 3 µm x 1 µm\n" + matrix(values=HEIGHTS.T)
     ),
+    "units of other things than heights": (
+        "coordinates in units of mm\nZ resolution unit: nm\n"
+        + f"x [um]; y [um]; z [um]\n{points(';', ',', '')}"
+    ),
     "all in one line": ("# heights in um; pixel size 0.5 x 0.25 um\n" + matrix(values=HEIGHTS.T)),
     "points with titles": (f"x [um]; y [um]; z [um]\n{points(';', ',', '')}"),
     "titles in another order": ("y,x,z\nmm,mm,um\n" + points(",", order=(1, 0, 2), unit=1e-3)),
