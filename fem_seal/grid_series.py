@@ -32,7 +32,7 @@ from fem_seal.sensitivity import ByLoad
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
 
-Interval = tuple[float, float]
+Interval = tuple[float, float]  # least and largest leak rate [m³/s], or conductivity
 
 LEAST_SAMPLES = 8  # along each side of a grid
 # The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.

@@ -112,13 +112,13 @@ class Statements:
     def unit_of_values(self, columns: Iterable[int] = ()) -> str | None:
         """Unit of the heights, which stand in some of the titled columns or in all of a matrix."""
         titled = sorted({self.titles[k].unit for k in columns if self.titles} - {""})
-        said = titled + self.value_units
-        if len(said) > 1 and len({in_si(unit, "m", "the heights") for unit in said}) > 1:
+        stated = titled + self.value_units
+        if len(stated) > 1 and len({in_si(unit, "m", "the heights") for unit in stated}) > 1:
             raise InvalidInput(
-                f"the file says that its heights are in {' and in '.join(dict.fromkeys(said))}; "
+                f"the file says that its heights are in {' and in '.join(dict.fromkeys(stated))}; "
                 "correct its header, or convert them"
             )
-        return (*said, self.unit)[0]
+        return (*stated, self.unit)[0]
 
     @property
     def titled_as_points(self) -> bool:

@@ -109,9 +109,8 @@ class MeshedFlow:
         The same bubble functions lower both. The bounds are widened for rounding errors.
         """
         problem = self.solution.problem
-        (drop,) = energy_drops(
-            gap, problem.mesh, values, [correction], problem.space.comm, own_drop
-        )
+        comm = problem.space.comm
+        (drop,) = energy_drops(gap, problem.mesh, values, [correction], comm, own_drop)
         return np.array(
             [
                 energy.upper_bound() - drop.energies.item() + energy.error_of_drop(*drop.terms[0])

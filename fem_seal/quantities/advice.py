@@ -77,7 +77,8 @@ def deciding_setting(
             "max_seconds, max_memory)"
         )
     counted = [entry for entry in fixed if entry.counted]
-    away = log(limit / middle_of(*leak.bounds))  # of the leak rate that is taken for the true one
+    # How far the limit is from the leak rate that is taken for the true one.
+    away = log(limit / middle_of(*leak.bounds))
     return (
         _by_total_error(scene, away, counted)
         or _by_inputs(head, limit, away > 0, counted)

@@ -73,10 +73,10 @@ def _root(k: np.ndarray, w: np.ndarray, contact: float, n: float, rtol: float) -
     # The part with k = 0 contributes -c/(n - 1) to the left side, whatever K is.
     contact_term = c / (n - 1) if n > 1 else np.where(c > 0, np.inf, 0.0)
     conducts = w_open.sum(axis=-1) > contact_term  # the left side is positive at K = 0
-    range_ = -np.log(np.finfo(float).tiny)
-    low, high = np.full(conducts.shape, -range_), np.zeros(conducts.shape)
+    widest = -np.log(np.finfo(float).tiny)  # ln K is bisected from that of the least double to 0
+    low, high = np.full(conducts.shape, -widest), np.zeros(conducts.shape)
     k_open = np.where(open_ & conducts[..., None], k, 1.0)
-    for _ in range(int(np.ceil(np.log2(range_ / rtol)))):
+    for _ in range(int(np.ceil(np.log2(widest / rtol)))):
         middle = 0.5 * (low + high)
         K = np.exp(middle)[..., None]
         too_low = (w_open * (k_open - K) / (k_open + (n - 1) * K)).sum(axis=-1) > contact_term

@@ -12,7 +12,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.accuracy import known_error
 from fem_seal.errors import present
-from fem_seal.grid_series import change_of, grid_error, on_half, unresolved
+from fem_seal.grid_series import Interval, change_of, grid_error, on_half, unresolved
 from fem_seal.leak_rate import middle_of
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
@@ -106,11 +106,16 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     rtol = loaded.patch.scene.flow.rtol
     fine = loaded.bounds(load) if loaded.rtol <= AGAIN * rtol else loaded.solved(load, rtol)
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load)
-    middles = ((middle_of(*ends), ends[0]) for ends in (coarse, fine))
-    change = change_of(*((middle if lower > 0 else 0.0, middle) for middle, lower in middles))
+    change = change_of(_interval(*coarse), _interval(*fine))
     left_out = unresolved(present(loaded.patch.surface, "surface"))
     part = left_out / present(loaded.critical_gap(load), "critical gap")
     return known_error(grid_error(change, part).log_error)
+
+
+def _interval(lower: float, upper: float) -> Interval:
+    """The middle of two bounds, as a least and a largest value; from 0 without a lower bound."""
+    middle = middle_of(lower, upper)
+    return (middle if lower > 0 else 0.0), middle
 
 
 def solved_patches(
