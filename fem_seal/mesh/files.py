@@ -215,6 +215,7 @@ def _array_and_tag(
 
 
 def _known_groups(mesh: "meshio.Mesh") -> str:
+    """End of a message: names of the groups of edges of a mesh, with the numbers of their tags."""
     known = [name for name, (_, dimension) in mesh.field_data.items() if dimension == 1]
     for key, parts in mesh.cell_data.items():
         blocks = zip(mesh.cells, parts, strict=True)
