@@ -75,7 +75,7 @@ class Drops:
 
     energies: np.ndarray  #: (k, k), decrease of ∫ c ∇v_a·∇v_b, each with its own bubble functions
     terms: np.ndarray  #: (k, 2), terms of the bubble functions, as of `Energy.error_of_drop`
-    sides: "BubbleSides"
+    sides: "BubbleSides"  #: edges of the bubble functions
     #: coefficients (edges + 1,) of the bubble functions, for each block of cells of this process
     #: and each function
     coefficients: list[list[np.ndarray]]
@@ -93,8 +93,8 @@ def energy_drops(
 
     All use the same averages on the quarters. With sides as `bubbles` the energies are one for ψ
     and one for p, and the coefficients are chosen for the largest drops. With a drop of the same
-    functions in another gap its coefficients are kept: the new drop is negative where the energy
-    rises.
+    functions in another gap there is one energy, and the coefficients are those of that drop: the
+    new one is negative where the energy rises.
     """
     applied = bubbles.coefficients if isinstance(bubbles, Drops) else None
     sides = bubbles.sides if isinstance(bubbles, Drops) else bubbles
