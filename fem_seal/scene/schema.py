@@ -43,7 +43,7 @@ def scene_schema() -> dict[str, Any]:
     return {"$schema": _Schema.schema_dialect, **schema, "title": "fem_seal scene"}
 
 
-# Beside a choice of types pydantic writes limits under its own names.
+# Beside a choice of types, and behind a validator, pydantic writes limits under its own names.
 _LIMITS = {
     "gt": "exclusiveMinimum",
     "ge": "minimum",
@@ -61,9 +61,10 @@ def _of_toml(node: Any) -> Any:
     if not isinstance(node, dict):
         return node
     node = {key: _of_toml(value) for key, value in node.items()}
+    if node.get("type") != "string":
+        node = {_LIMITS.get(key, key): value for key, value in node.items()}
     if "anyOf" not in node:
         return node
-    node = {_LIMITS.get(key, key): value for key, value in node.items()}
     node["anyOf"] = [item for item in node["anyOf"] if item != {"type": "null"}]
     if "default" in node and node["default"] is None:
         del node["default"]
