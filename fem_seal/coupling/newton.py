@@ -68,6 +68,9 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
             break
         point = min(tried, key=lambda other: other.size)
         residuals.append(point.size)
+    allowed = point.problem.allowed
+    if left <= allowed and point.settled(allowed):  # though not to a smaller tolerance
+        return Steps(point, tuple(residuals), True, "")
     failure = (
         f"Newton's steps have left {point.size:.1e} of the pressure drop, and the last one was to "
         f"change the logarithm of the leak rate by {step.log_rate:.2g}"

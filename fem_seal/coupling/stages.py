@@ -106,7 +106,11 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
                 return _ended(problem, steps, changes, error)
             continue
         tolerance = (CLOSELY if steps.difficult else 1.0) * problem.allowed
-        steps = equilibrium(start, tolerance).after(steps)
+        tried = equilibrium(start, tolerance).after(steps)
+        if tried.failure and not steps.failure and point.sealed and tried.point.sealed:
+            # The film is sealed with the larger ε, and no path has opened with this one.
+            return _ended(problem, replace(tried, point=point, failure=""), changes, error)
+        steps = tried
         moved = log_ratio(steps.point.flow.conductance, start.flow.conductance)
         if start.problem is problem:  # no state has fewer samples
             # The next network has four times the nodes.
