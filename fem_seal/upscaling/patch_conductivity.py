@@ -23,7 +23,7 @@ same holds for other powers of K. These bounds are narrower by one power of b - 
 conductivities at a and b.
 """
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import pairwise
@@ -51,6 +51,8 @@ if TYPE_CHECKING:
     from fem_seal.flow.solution import Start
 
 BEYOND = 0.125  # (c - b)/(b - a), where c is the load that gives the line beyond b
+# A flow is solved again if its tolerance was more than so many times the one that is asked for.
+AGAIN = 2.0
 # Rounding of even heights by a change of their grid, relative to their range.
 HEIGHT_ROUNDING = 1e-12
 SAME_PRESSURE = 1e-6  # relative distance of two pressures that count as one
@@ -61,8 +63,8 @@ KEPT = 1 << 25
 class LoadedPatch:
     """A patch of an elastic contact on a grid under any net load, each computed once.
 
-    The flow at each load is solved to `rtol`. The load of the scene is not used. As `Patch` it
-    keeps what it has computed, and so is not frozen.
+    The flow at each load is solved to a multiple of `rtol`. The load of the scene is not used. As
+    `Patch` it keeps what it has computed, and so is not frozen.
     """
 
     def __init__(self, patch: Patch, rtol: float):
@@ -72,23 +74,34 @@ class LoadedPatch:
         self.convex = True
         self._states: dict[float, ContactState] = {}
         self._bounds: dict[float, tuple[float, float]] = {}
+        self._multiples: dict[float, float] = {}
         self._flows: dict[float, MeshedFlow] = {}
         self._enclosures: dict[tuple[float, float], Enclosure | None] = {}
 
-    def bounds(self, load: float) -> tuple[float, float]:
+    def bounds(self, load: float, multiple: float = 1.0) -> tuple[float, float]:
         """Bounds of K [m³/(Pa s)] at a net load [Pa]; both 0 where the patch is sealed.
 
-        The contact starts from an extrapolation of the two states nearest in load, the flow from
-        the mesh and the functions of the nearest lower load.
+        The flow is solved to `multiple` times `rtol` at least. The contact starts from an
+        extrapolation of the two states nearest in load, the flow from the mesh and the functions of
+        the nearest lower load.
         """
-        if load not in self._bounds:
-            self._bounds[load] = self.solved(load, self.rtol)
+        if multiple < self._multiples.get(load, np.inf):
+            self._bounds[load] = self._conductivity(load, multiple)
+            self._multiples[load] = multiple
         return self._bounds[load]
 
-    def table(self, loads: Iterable[float] = ()) -> ConductivityTable:
-        """Compute loads [Pa]; table of all loads so far."""
-        for load in sorted(set(loads) - self._bounds.keys()):
-            self._compare(load)
+    def missing(self, loads: Mapping[float, float]) -> dict[float, float]:
+        """Loads [Pa], each with a multiple of `rtol`, that `table` has still to compute."""
+        return {
+            load: multiple
+            for load, multiple in loads.items()
+            if self._multiples.get(load, np.inf) > AGAIN * multiple
+        }
+
+    def table(self, loads: Mapping[float, float] | None = None) -> ConductivityTable:
+        """Compute loads [Pa], each to a multiple of `rtol`; table of all loads so far."""
+        for load, multiple in sorted(self.missing(loads or {}).items()):
+            self._compare(load, multiple)
         rows = sorted((load, *bounds) for load, bounds in self._bounds.items())
         between = tuple(
             self._enclosures.get(pair) if self.convex else None
@@ -179,9 +192,9 @@ class LoadedPatch:
         K = film_conductivity(flow.film.largest_gap, self.patch.scene.viscosity)
         return flow.slip_factor * K * length / width
 
-    def _compare(self, load: float) -> None:
+    def _compare(self, load: float, multiple: float) -> None:
         """Compute K at a load, and compare it with the enclosure of the interval that it cuts."""
-        lower, upper = self.bounds(load)
+        lower, upper = self.bounds(load, multiple)
         for (a, b), enclosure in self._enclosures.items():
             if enclosure is None or not a < load < b:
                 continue
@@ -203,12 +216,11 @@ class LoadedPatch:
         patch, target = self.patch, Load("pressure", load)
         return elastic_contact(patch.scene, surface, start, target, patch.report)
 
-    def solved(self, load: float, rtol: float) -> tuple[float, float]:
-        """Bounds of K as those of `bounds`, from a flow to a tolerance; they are not kept."""
+    def _conductivity(self, load: float, multiple: float) -> tuple[float, float]:
         state, film = self._state(load), self.film(load)
         if film.sealed:
             return 0.0, 0.0
-        leak = self._leak_rate(load, film, rtol)
+        leak = self._leak_rate(load, film, multiple)
         if not leak.converged:
             load_text = with_prefix(state.mean_pressure, "Pa")
             # The rest of the reason names the tolerance of this flow, which is not the seal's.
@@ -219,7 +231,7 @@ class LoadedPatch:
         lower, upper = leak.bounds
         return lower * per_rate, upper * per_rate
 
-    def _leak_rate(self, load: float, film: GridFilm, rtol: float) -> LeakRate:
+    def _leak_rate(self, load: float, film: GridFilm, multiple: float) -> LeakRate:
         from fem_seal.flow import leak_rate
 
         scene = self.patch.scene
@@ -231,7 +243,7 @@ class LoadedPatch:
                 del self._flows[next(iter(self._flows))]
 
         start = self._nearest(load) if nearby else None
-        slip = at_mean_pressure(scene.slip)
+        slip, rtol = at_mean_pressure(scene.slip), multiple * self.rtol
         settings = replace(scene.flow_settings, slip=slip, rtol=rtol, decide=None, field=False)
         return leak_rate(
             film,

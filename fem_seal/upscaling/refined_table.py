@@ -34,6 +34,11 @@ MOST_LOADS = 40
 WIDTH = 0.22
 # Part of a table's error that net loads below its first load and above its last one may have.
 REST = 0.1
+# The tolerance of a flow is that of the flow at the decisive load times STARTED to LOOSEST_LATER,
+# the more the less it matters. STARTED is above 1: many flows miss a tolerance by a tenth on the
+# mesh of another load, and the next mesh costs as much again.
+STARTED, LOOSEST_LATER = 1.15, 3.0
+OTHERS = 1.4  # the same for the other first loads
 # The load from which on a sealed patch is sealed is known to this part of the highest one.
 SEALED_LOAD_KNOWN = 1 / 16
 
@@ -61,13 +66,13 @@ def refined_flow(
     decisive = profile.highest - ends.inlet
     progress("whether it seals")
     if loaded.film(decisive).sealed:
-        table = loaded.table((_sealed_from(loaded, decisive), decisive))
+        table = loaded.table({_sealed_from(loaded, decisive): 1.0, decisive: 1.0})
         return seal_flow(table, profile, path, ends)
 
     started = perf_counter()
     # Under a uniform pressure no net load is below the decisive one.
     span = (decisive if is_uniform(profile) else 0.0), profile.highest - ends.outlet
-    first = {decisive, *(0.5 * (decisive + end) for end in span)}
+    first = {decisive: 1.0} | {0.5 * (decisive + end): OTHERS for end in span if end != decisive}
     progress(f"its first {len(first)} net loads")
     table = loaded.table(first)
     while True:
@@ -81,8 +86,9 @@ def refined_flow(
             if taken > max_seconds:
                 reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
                 return replace(flow, reason=reason)
-        loads = marked_loads(table, flow, loaded.enclosed(), tolerance, span, most_loads)
-        if loads and table.loads.size + len(loads) <= most_loads:
+        marked = marked_loads(table, flow, loaded.enclosed(), tolerance, span, most_loads)
+        loads = loaded.missing(marked)
+        if loads and len(loads.keys() | set(table.loads.tolist())) <= most_loads:
             table = loaded.table(loads)
         elif flow.lower > 0 and not loaded.enclosed().all():
             table = loaded.enclose()
@@ -120,8 +126,8 @@ def marked_loads(
     tolerance: float,
     span: tuple[float, float],
     most_loads: int = MOST_LOADS,
-) -> list[float]:
-    """Loads [Pa] to add to a table; none: enclose first.
+) -> dict[float, float]:
+    """Loads [Pa] to compute, each with a multiple of the flows' tolerance; none: enclose first.
 
     `enclosed` are the intervals that have their enclosures, `span` the smallest and the largest
     load along the path.
@@ -134,7 +140,7 @@ def marked_loads(
     error, of_flows = _errors(table, flow)
     room = (1 - REST) * (tolerance - of_flows)
     if room <= 0:
-        return []
+        return demand.multiples(loads, span)
     first, last = demand.extent(span, REST / (1 - REST) * room)
     if loads.size + 2 > most_loads:
         first, last = loads[[0, -1]]
@@ -147,16 +153,16 @@ def marked_loads(
     most = most_loads + nodes.size - 1 - np.unique(nodes).size
     while (left / pieces**2).sum() > room and pieces.sum() < most:
         pieces[np.argmax(left * (1 / pieces**2 - 1 / (pieces + 1) ** 2))] += 1
-    added: list[float] = np.setdiff1d(demand.cut(nodes, pieces), loads).tolist()
-    if added or not enclosed.all():
-        return added
-    return _halved(table, span, int(np.argmax(error)))
+    added = np.setdiff1d(demand.cut(nodes, pieces), loads)
+    if added.size:
+        return demand.multiples(np.union1d(loads, added), span)
+    return _halved(table, span, int(np.argmax(error))) if enclosed.all() else {}
 
 
-def _halved(table: ConductivityTable, span: tuple[float, float], k: int) -> list[float]:
+def _halved(table: ConductivityTable, span: tuple[float, float], k: int) -> dict[float, float]:
     """The middle of interval k, if it has a width; interval 0 lies below the loads of the table."""
     below, above = np.concatenate([span[:1], table.loads, span[1:]])[k : k + 2].tolist()
-    return [] if below == above else [0.5 * (below + above)]
+    return {} if below == above else {0.5 * (below + above): OTHERS}
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,19 +196,31 @@ class _Demand:
 
     def between(self, loads: np.ndarray) -> np.ndarray:
         """Demand between neighbouring loads."""
-        return np.diff(self._up_to(loads))
+        return np.diff(self._up_to(self.demand, loads))
 
     def cut(self, loads: np.ndarray, pieces: np.ndarray) -> np.ndarray:
         """Cut each interval between loads (n,) into pieces (n - 1,) of the same demand."""
         total = np.append(0.0, np.cumsum(self.demand))
         places = [loads]
         for below, above, many in zip(loads[:-1], loads[1:], pieces, strict=True):
-            first, last = self._up_to(np.array([below, above]))
+            first, last = self._up_to(self.demand, np.array([below, above]))
             places.append(np.interp(np.linspace(first, last, many + 1)[1:-1], total, self.edges))
         return np.unique(np.concatenate(places))
 
-    def _up_to(self, loads: np.ndarray) -> np.ndarray:
-        return np.interp(loads, self.edges, np.append(0.0, np.cumsum(self.demand)))
+    def multiples(self, loads: np.ndarray, span: tuple[float, float]) -> dict[float, float]:
+        """Each load with the multiple of the flows' tolerance that its influence allows.
+
+        With n loads of influences ρ_k the errors Σ ρ_k r_k are the same at the least cost Σ 1/r_k
+        for r_k ∝ ρ_k^(-1/2); a load of influence 1/n counts as a usual one.
+        """
+        nodes = np.concatenate([span[:1], loads, span[1:]])
+        share = np.diff(self._up_to(self.influence, nodes))
+        influence = np.maximum(0.5 * (share[1:] + share[:-1]), np.finfo(float).tiny)
+        multiples = np.clip((loads.size * influence) ** -0.5, STARTED, LOOSEST_LATER)
+        return dict(zip(loads.tolist(), multiples.tolist(), strict=True))
+
+    def _up_to(self, of_parts: np.ndarray, loads: np.ndarray) -> np.ndarray:
+        return np.interp(loads, self.edges, np.append(0.0, np.cumsum(of_parts)))
 
 
 def intervals_needed(table: ConductivityTable, flow: SealFlow, tolerance: float) -> float:

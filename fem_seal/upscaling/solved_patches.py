@@ -5,6 +5,7 @@ which the flow through the seal follows quickly.
 """
 
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -22,14 +23,11 @@ from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
-from fem_seal.upscaling.refined_table import refined_flow
+from fem_seal.upscaling.refined_table import STARTED, refined_flow
 from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal_flow import SealFlow
 
 OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
-# Where that tolerance is above so many times flow.rtol, the flow at the load that matters is solved
-# again for the error of the contact's grid.
-AGAIN = 2.0
 
 
 @dataclass(frozen=True)
@@ -101,10 +99,10 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     thinned = on_half(loaded.patch, even=loaded.quartered)
     if thinned is None:
         return None
-    # The grids may differ by less than the flows of the table may be off. A flow to AGAIN times
-    # flow.rtol moves the estimate by at most 4 % of itself.
-    rtol = loaded.patch.scene.flow.rtol
-    fine = loaded.bounds(load) if loaded.rtol <= AGAIN * rtol else loaded.solved(load, rtol)
+    # The grids may differ by less than the flows of the table may be off. A flow that is off by
+    # less than AGAIN times as much moves the estimate by at most 4 % of itself.
+    asked = {load: STARTED * min(1.0, loaded.patch.scene.flow.rtol / loaded.rtol)}
+    fine = loaded.bounds(load, loaded.missing(asked).get(load, inf))
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load)
     change = change_of(_interval(*coarse), _interval(*fine))
     left_out = unresolved(present(loaded.patch.surface, "surface"))

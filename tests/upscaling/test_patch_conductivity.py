@@ -107,11 +107,10 @@ def test_loads_share_the_error_evenly():
     c, tolerance = 2e4, 0.05
     table = exact_table([2e5, 2.5e5], np.exp([-10.0, -12.5]))
     flow = seal_flow(table, uniform(3e5, 2e-3), STRIP, EndPressures(1e5))
-    added = marked_loads(table, flow, np.zeros(1, dtype=bool), tolerance, (2e5, 3e5))
-    loads = sorted({2e5, 2.5e5, *added})
-    steps = -3 * np.diff(np.exp(-(np.array(loads) - 2e5) / (3 * c)))
+    loads = marked_loads(table, flow, np.zeros(1, dtype=bool), tolerance, (2e5, 3e5))
+    steps = -3 * np.diff(np.exp(-(np.array(list(loads)) - 2e5) / (3 * c)))
     error = WIDTH * steps**3 / -np.expm1(-5)
-    first = loads.index(2.5e5)
+    first = list(loads).index(2.5e5)
     assert steps[:first] == pytest.approx(steps[0], rel=5e-3)
     # Above the table a sixteenth is half an e-fold, in which the demand falls by 17 %.
     assert steps[first:] == pytest.approx(steps[first], rel=2.5e-2)
@@ -127,7 +126,7 @@ def test_without_a_lower_bound_the_sealing_load_is_sought(profile):
     flow = seal_flow(table, profile, STRIP, EndPressures(1e5))
     assert flow.lower == 0 < flow.upper
     loads = marked_loads(table, flow, np.zeros(4, dtype=bool), 0.1, (0.0, profile.highest))
-    assert loads == [2.5e5]
+    assert list(loads) == [2.5e5]
 
 
 def test_a_quarter_of_a_mirrored_patch_conducts_as_the_whole():
@@ -155,6 +154,7 @@ def test_bounds_that_leave_no_room_for_loads_ask_for_another_tolerance():
     patch, tolerance = rough(), 0.05
     for load in (2e5, 2.5e5):
         patch._bounds[load] = (1e-16, np.exp(1.1 * tolerance) * 1e-16)
+        patch._multiples[load] = 1.0
     outcome = refined_flow(patch, uniform(3e5, 2e-3), STRIP, EndPressures(1e5), tolerance=tolerance)
     assert outcome.reason.startswith("its bounds at the net loads are no narrower")
 
@@ -204,7 +204,7 @@ def test_enclosures_hold_loads_inside(rough):
     """
     patch, fresh = rough(0.03), rough(0.03)
     a, b = 1.5e5, 2.5e5
-    patch.table((a, b))
+    patch.table({a: 1.0, b: 1.0})
     (enclosure,) = patch.enclose().between
     upper_a, lower_b = patch.bounds(a)[1], patch.bounds(b)[0]
     for share in (0.1, 0.5):
@@ -232,7 +232,7 @@ def test_enclosures_of_a_kinetic_law():
             GridField(np.full(surface.shape, x), surface.spacing, periodic=True) for x in (gap, 0)
         )
         patch._states[w] = ContactState(uniform_gap, none, contact_modulus=1e7)
-    patch.table((a, b))
+    patch.table({a: 1.0, b: 1.0})
     (enclosure,) = patch.enclose().between
     for share in np.linspace(0.05, 0.95, 19):
         gap = gap_at[a] + share * (gap_at[b] - gap_at[a])
@@ -245,17 +245,17 @@ def test_a_load_against_its_enclosure_is_noticed():
     from fem_seal.upscaling.conductivity import Enclosure
 
     patch = rough(0.1)
-    patch.table((1e5, 2e5))
+    patch.table({1e5: 1.0, 2e5: 1.0})
     patch._enclosures[1e5, 2e5] = Enclosure((1.0, 1.0), (2.0, 2.0))
     assert patch.table().between != (None,)
-    assert set(patch.table((1.5e5,)).between) == {None}
+    assert set(patch.table({1.5e5: 1.0}).between) == {None}
     assert not patch.convex
 
 
 def test_bounds_that_cross_enclose_nothing():
     """A gap that falls faster above the higher load than below it is not convex in the load."""
     patch = rough(0.1)
-    patch.table((1e5, 2e5))
+    patch.table({1e5: 1.0, 2e5: 1.0})
     patch._states[2.125e5] = patch._state(1e6)
     assert patch.enclose().between == (None,)
 
