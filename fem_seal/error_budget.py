@@ -88,7 +88,7 @@ class Uncertainty:
         """Largest |ln| of true over computed leak rate; infinite if a side is open."""
         if not self.lower or self.upper is None:
             return inf
-        return max(log(1 / self.lower), log(self.upper))
+        return max(abs(log(self.lower)), log(self.upper))
 
 
 def estimate(

@@ -107,8 +107,8 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
             continue
         tolerance = (CLOSELY if steps.difficult else 1.0) * problem.allowed
         tried = equilibrium(start, tolerance).after(steps)
-        if tried.failure and not steps.failure and point.sealed and tried.point.sealed:
-            # The film is sealed with the larger ε, and no path has opened with this one.
+        if tried.failure and not steps.failure and _sealed(problem, point) and tried.point.sealed:
+            # This ε has no equilibrium, but no path has opened with it either.
             return _ended(problem, replace(tried, point=point, failure=""), changes, error)
         steps = tried
         moved = log_ratio(steps.point.flow.conductance, start.flow.conductance)
@@ -141,6 +141,12 @@ def _leaks_nothing(problem: LiftProblem, point: LiftPoint) -> bool:
     return point.problem is problem and point.flow.conductance <= problem.negligible
 
 
+def _sealed(problem: LiftProblem, point: LiftPoint) -> bool:
+    """Whether the film is sealed, on all samples and with a small ε."""
+    small = point.problem is problem and point.epsilon <= SEALED * problem.roughness
+    return small and point.sealed
+
+
 @dataclass(frozen=True)
 class _NoStage:
     """No further stage is needed, or none can be solved."""
@@ -161,16 +167,16 @@ def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint |
     point, chain = steps.point, problem.chain
     if _leaks_nothing(problem, point):
         return _NoStage()
-    least = SEALED * problem.roughness
     sealed = point.problem is problem and point.sealed
     stays_sealed = sealed and point.stays_sealed
-    if stays_sealed and (problem.never_opens or (point.epsilon <= least and not steps.failure)):
+    small = _sealed(problem, point) and not steps.failure
+    if stays_sealed and (small or problem.never_opens):
         return _NoStage()
     more = len(chain) if error <= LITTLE * problem.allowed else 1
     following = chain[min(chain.index(point.problem) + more, len(chain) - 1)]
     network, epsilon = point.finer(following)
     if stays_sealed:
-        epsilon = min(epsilon, least)
+        epsilon = min(epsilon, SEALED * problem.roughness)
     # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's steps.
     if sealed and epsilon**3 < float_info.epsilon * problem.roughness**3:
         return _NoStage()

@@ -172,6 +172,40 @@ def test_stages_end_with_the_least_epsilon(monkeypatch, failure):
         assert epsilons[-1] / 4 < rounding <= epsilons[-1] == min(epsilons)
 
 
+@pytest.mark.parametrize("last", [1 / 4, 4])
+def test_a_sealed_film_keeps_its_last_equilibrium(monkeypatch, last):
+    """No smaller ε than `last` times that with which a film must be sealed has an equilibrium.
+
+    With the larger one the fluid may not reach a channel that it would open: not settled.
+    """
+    module = import_module("fem_seal.coupling.stages")
+    problem = problem_of(scene(n=16, load=5e5, inlet=3e5, seed=2))
+    least = last * module.SEALED * problem.roughness
+
+    def lost(point, tolerance):
+        failure = "" if point.epsilon >= least else "no equilibrium"
+        return replace(equilibrium(point, tolerance), failure=failure, lost=bool(failure))
+
+    monkeypatch.setattr(module, "equilibrium", lost)
+    state = lifted(problem, start=np.full(problem.height.shape, problem.outlet))
+    assert state.state == "sealed"
+    assert state.is_range
+    assert state.highest > 0
+    assert state.converged is (last < 1)
+
+
+def test_steps_that_miss_a_small_tolerance_settle_to_what_is_allowed():
+    """No step changes ln Q by nothing at all; twenty are difficult."""
+    problem = problem_of(scene(n=16, load=1.2e5, inlet=6e4, seed=3))
+    pressure = np.full(problem.height.shape, problem.outlet)
+    contact, epsilon = problem.contact_under(pressure), 0.02 * problem.roughness
+    start = LiftPoint(problem, problem.first_network, epsilon, pressure, contact)
+    steps, allowed = newton(start, 0.0), newton(start, problem.allowed)
+    assert (steps.failure, steps.difficult, allowed.difficult) == ("", True, False)
+    apart = np.log(steps.point.flow.conductance / allowed.point.flow.conductance)
+    assert abs(apart) <= problem.allowed
+
+
 def test_networks_that_change_ever_more_end_the_search(monkeypatch):
     """The sum of what all finer networks would change is then not known."""
     module, changes, epsilons = import_module("fem_seal.coupling.stages"), [1.0], []
