@@ -226,8 +226,8 @@ def _seal_patch(
     if map_ is not None and map_.make_periodic == "mirror":
         # The flow of a mirrored map is that of a quarter of it.
         samples, channels = samples / 4, channels / 4 ** (OF_WAVES / 2)
-    # The more loads, the nearer the meshes on which their flows begin: they take the time of flows
-    # whose tolerance falls as the cube root of seal.rtol.
+    # The more loads, the looser are most of their flows, and the nearer the meshes on which these
+    # begin: they take the time of flows whose tolerance falls as the cube root of seal.rtol.
     rtol = USUAL_RTOL * (seal.rtol / USUAL_RTOL) ** (1 / 3)
     seconds += OF_LOAD * flow_seconds(samples, channels, rtol / 2)
     unknowns = unknowns_of(channels, seal.rtol / 2)

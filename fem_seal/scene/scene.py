@@ -170,8 +170,10 @@ class Scene(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _with_contact(cls, data: dict[str, Any]) -> dict[str, Any]:
+    def _with_contact(cls, data: Any) -> Any:
         """Add an empty [contact] to a [surface]: enough where [seal] gives the load."""
+        if not isinstance(data, dict):  # pydantic refuses it in a moment
+            return data
         pressed = data.get("surface") is not None and data.get("contact") is None
         return data | {"contact": {}} if pressed else data
 
