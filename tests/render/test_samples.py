@@ -178,6 +178,14 @@ def test_fluid_pressure_and_its_isobars(representation, length):
         assert line.vertices[:, 0] == pytest.approx(exact, rel=1e-6)
 
 
+def test_the_outlet_of_a_periodic_film_has_the_pressure_of_the_outlet():
+    """Its samples are those of the inlet, repeated."""
+    film = GridFilm(GridField(np.ones((20, 20)), (1e-6, 1e-6), True), "periodic")
+    pressure = GridField(np.linspace(1e5, 0, 20)[:, None].repeat(20, 1), (1e-6, 1e-6), True)
+    _, colours = colours_of(draw_fluid_pressure, film, pressure)
+    assert stand_for(colours[[0, -2, -1], 3], PRESSURE_COLOURS, np.array([1.0, 0.0, 0.0])).all()
+
+
 def test_uniform_fluid_pressure_has_no_isobars():
     gap = smooth_gap((20, 20), 0.3)
     pressure = GridField(np.full((20, 20), 8e4), gap.spacing, True)
