@@ -106,11 +106,9 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
                 return _ended(problem, steps, changes, error)
             continue
         tolerance = (CLOSELY if steps.difficult else 1.0) * problem.allowed
-        tried = equilibrium(start, tolerance).after(steps)
-        if tried.failure and not steps.failure and _sealed(problem, point) and tried.point.sealed:
-            # This ε has no equilibrium, but no path has opened with it either.
-            return _ended(problem, replace(tried, point=point, failure=""), changes, error)
-        steps = tried
+        tried = equilibrium(start, tolerance)
+        known = tried.point if _sealed(problem, tried.point) and not tried.failure else steps.sealed
+        steps = replace(tried.after(steps), sealed=known if tried.point.sealed else None)
         moved = log_ratio(steps.point.flow.conductance, start.flow.conductance)
         if start.problem is problem:  # no state has fewer samples
             # The next network has four times the nodes.
@@ -124,7 +122,12 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
 def _ended(
     problem: LiftProblem, steps: Steps, changes: _Changes, error: float, reason: str = ""
 ) -> Steps:
-    """The steps of all stages with the error that they leave, and why no further one follows."""
+    """The steps of all stages with the error that they leave, and why no further one follows.
+
+    A film that the last stages leave sealed, without an equilibrium, is that of the stage before.
+    """
+    if steps.failure and steps.sealed is not None:
+        steps = replace(steps, point=steps.sealed, failure="")
     on_all_samples = steps.point.problem is problem
     unfinished = error > problem.allowed or not on_all_samples
     if _leaks_nothing(problem, steps.point) or not on_all_samples:
