@@ -27,7 +27,7 @@ from fem_seal.error_budget import CONTACT_AREA, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
-from fem_seal.grid_series import by_load, error_beyond
+from fem_seal.grid_series import by_load, critical_gap, error_beyond
 from fem_seal.patch import Patch
 
 # Factor on the larger of both changes of ln Q, for what the network and the first order leave out.
@@ -51,10 +51,9 @@ def area_error(patch: Patch) -> Uncertainty | None:
     closing = floor(asked) - touching + 1 if touching <= asked else 0
     opening = touching - ceil(asked) + 1 if touching >= asked else 0
     words = f"{touching} of {samples} samples touch, and {asked:.7g} were asked for"
-    sealed, film = patch.sealed, patch.film
-    critical = 0.0 if sealed else present(film.constriction, "constriction").gap
+    sealed = patch.sealed
     try:
-        reached = partial(_reach, patch, closing, opening, critical)
+        reached = partial(_reach, patch, closing, opening)
         reach = patch.timed_on_root("contact area", reached)
     except NotConverged as error:
         return estimate(CONTACT_AREA, f"{words}; {error}")
@@ -79,15 +78,12 @@ class _Reach:
     sealed_with_fewer: bool  #: whether the samples that open leave a sealed film sealed
 
 
-def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
-    """Reach to the load at which so many samples have closed or opened.
-
-    The gap of the critical constriction [m] is 0 if the film is sealed.
-    """
+def _reach(patch: Patch, closing: int, opening: int) -> _Reach:
+    """Reach to the load at which so many samples have closed or opened."""
     contact, height = patch.film_contact, present(patch.surface, "surface")
     gap, by = present(contact, "contact").gap.values, None
     if isinstance(contact, ContactState):
-        by = by_load(patch, critical)
+        by = patch.once(by_load)
         narrowing, kept, easing = np.maximum(-by.gap, 0.0), contact.pressure.values, by.pressure
     else:
         shift = narrowed(contact, BearingState, "bearing").shift
@@ -100,16 +96,16 @@ def _reach(patch: Patch, closing: int, opening: int, critical: float) -> _Reach:
     def film_of(values: np.ndarray) -> GridFilm | MeshFilm:
         return patch.film_of(GridField(values, height.spacing, height.periodic))
 
-    if critical == 0:
+    if patch.sealed:
         free = (gap > 0) | (opens & (kept <= AREA_SAFETY * opened * easing))
         return _Reach(closed, opened, 0.0, film_of(free.astype(float)).sealed)
-    film, narrows = patch.film, film_of(narrowing)
+    film, narrows, critical = patch.film, film_of(narrowing), critical_gap(patch)
     narrowest = _values(narrows)[_values(film) == critical]
-    alone = 3 * float(narrowest.max()) / critical
-    rate = WITHOUT_NETWORK * alone
-    much = patch.lifted is not None or rate * max(closed, opened) > LITTLE
-    if much and by is not None and isinstance(film, GridFilm):
-        rate = AREA_SAFETY * max(alone, abs(by.log_rate))
+    of_constriction = 3 * float(narrowest.max()) / critical
+    rate = WITHOUT_NETWORK * of_constriction
+    matters = patch.lifted is not None or rate * max(closed, opened) > LITTLE
+    if matters and by is not None and isinstance(film, GridFilm):
+        rate = AREA_SAFETY * max(of_constriction, abs(by.log_rate))
     return _Reach(closed, opened, rate, False)
 
 

@@ -189,7 +189,7 @@ def counting_error(patch: Patch) -> float | None:
     """
     if patch.load.kind != "area_fraction" or not isinstance(patch.film_contact, ContactState):
         return None
-    by = by_load(patch, critical_gap(patch))
+    by = patch.once(by_load)
     counted = by.contact.contact_area_fraction / by.contact.contact_area_corrected
     load = present(patch.carried_load, "load")
     return parallel.on_root(lambda: abs(by.log_rate) * load * log(counted), patch.comm)
@@ -200,8 +200,9 @@ def critical_gap(patch: Patch) -> float:
     return present(patch.film.constriction, "constriction").gap
 
 
-def by_load(patch: Patch, critical: float) -> ByLoad:
-    """Derivatives of an elastic contact by its load, beside a critical gap [m]; 0 if sealed."""
+def by_load(patch: Patch) -> ByLoad:
+    """Derivatives of an elastic contact by its load."""
+    critical = 0.0 if patch.sealed else critical_gap(patch)
     contact = narrowed(patch.film_contact, ContactState, "contact")
     height = present(patch.surface, "surface")
     problem = lifting_problem(patch.scene, patch.load, patch.flow_settings, height, silent)

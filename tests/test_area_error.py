@@ -190,10 +190,26 @@ def test_two_ends_of_one_search():
     assert claims < apart < claims + sum(error.log_error for error in errors)
 
 
+BY_AREA = ["contact.pressure=", "contact.area_fraction=0.3", "flow.lift=none"]
+
+
+def test_derivatives_by_the_load_are_solved_once(monkeypatch):
+    """The errors of area and contact grid both need them."""
+    made = []
+
+    def counted(*arguments: object) -> ByLoad:
+        made.append(ByLoad(*arguments))
+        return made[-1]
+
+    monkeypatch.setattr("fem_seal.grid_series.ByLoad", counted)
+    budget = error_budget(Patch(scene(*BY_AREA, "accuracy.contact_grid=true")))
+    assert {"contact_area", "contact_grid"} <= {entry.key for entry in budget if entry.counted}
+    assert len(made) == 1
+
+
 def test_it_counts_together_with_all_others():
     """The headline of a scene by its area has the entry, one under a pressure has none."""
-    by_area = ["contact.pressure=", "contact.area_fraction=0.3", "flow.method=adaptive"]
-    solved = solve(scene(*by_area, "flow.lift=none"))
+    solved = solve(scene(*BY_AREA, "flow.method=adaptive"))
     entry = next(entry for entry in solved.budget if entry.key == "contact_area")
     assert entry.kind == "estimated"
     assert (entry.lower, entry.upper) != (1, 1)
