@@ -26,7 +26,7 @@ from fem_seal.grid_series import (
     of_sealed,
     rate_interval,
 )
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import LeakRate, require_enclosed
 from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
@@ -47,6 +47,9 @@ class Trial:
     leak_rate: float
     lower: float
     upper: float
+
+    def __post_init__(self) -> None:
+        require_enclosed(self.leak_rate, self.lower, self.upper)
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,7 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice]:
     grid's own.
     """
     allowed = log1p(total)
+    # Each grid is tried with the whole total as its tolerance; the last one keeps what they leave.
     first = first.with_(flow_settings=replace(first.flow_settings, rtol=total))
     patch, trials = _refined(first, allowed)
     lifts, left = patch.lifted is not None, allowed - _contact_part(patch)

@@ -72,6 +72,8 @@ class Uncertainty:
         low = 0.0 if self.lower is None else self.lower
         if not 0 <= low <= (low if self.upper is None else self.upper):
             raise Inconsistent(f"factors of {self.key}: {self.lower} and {self.upper}")
+        if self.kind == "guaranteed" and not self.counted:
+            raise Inconsistent(f"{self.key} is guaranteed without factors")
         if not self.name:
             object.__setattr__(self, "name", self.key.replace("_", " "))
 

@@ -373,6 +373,12 @@ def test_a_sweep_of_no_points(scene_file):
         sweep(scene_file, (("surface.seed",), []), Path("out"), work=Work(2))
 
 
+@pytest.mark.parametrize("jobs", [0, 1.5])
+def test_a_number_of_jobs_that_cannot_be_is_refused(jobs):
+    with pytest.raises(InvalidInput, match=f"^jobs = {jobs} must be a whole number of at least 1"):
+        Work(jobs)
+
+
 def test_memory_of_jobs_keeps_within_the_limit(tmp_path, monkeypatch):
     """300 MB and the libraries a process, times 1.2: two fit into 1000 MB.
 

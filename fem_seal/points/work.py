@@ -3,6 +3,7 @@
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from math import inf
+from numbers import Integral
 
 from fem_seal import parallel
 from fem_seal.errors import InvalidInput
@@ -51,8 +52,8 @@ class Work:
 
     def __post_init__(self) -> None:
         (k, n), jobs = self.part, 1 if self.jobs is None else self.jobs
-        if jobs < 1:
-            raise InvalidInput(f"jobs = {self.jobs} must be at least 1 (--jobs)")
+        if not isinstance(jobs, Integral) or jobs < 1:
+            raise InvalidInput(f"jobs = {self.jobs} must be a whole number of at least 1 (--jobs)")
         if not 1 <= k <= n:
             raise InvalidInput(f"part = {k}/{n} must be K/N with 1 <= K <= N (--part)")
         if self.memory is not None and not 0 < self.memory < inf:
