@@ -23,6 +23,7 @@ from fem_seal.results.arrays import (
 from fem_seal.results.folder import holds_another_scene
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
+from fem_seal.scene.shape import Sector
 
 
 def draw(
@@ -61,7 +62,8 @@ def _film_of(result: Result, folder: Path, contact: ContactArrays | None) -> Gri
 
         # As recorded: rebuilding the scene would ask for its files, which the arrays stand for.
         shape = result.provenance.scene.get("shape", {})
-        text, middle = shape.get("gap_expression"), shape.get("angle", 0.0) / 2
+        text = shape.get("gap_expression")
+        middle = Sector(**shape).middle_angle if shape.get("kind") == "sector" else 0.0
         return replace(read_mesh(folder), formula=None if text is None else Formula(text, middle))
     if contact is not None:
         return result.flow().film_of(contact.gap)

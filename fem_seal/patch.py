@@ -178,10 +178,10 @@ class Patch:
         map_, seal = self.scene.measured_map, self.scene.seal
         if map_ is None:
             return None
-        steps = map_.preparation
+        preparation = map_.preparation
         if seal is not None and seal.window is not None:
-            steps = replace(steps, crop=map_.window((0, 0), seal.window))
-        read = partial(measured_surface, map_.path, map_.stated, steps)
+            preparation = replace(preparation, crop=map_.window((0, 0), seal.window))
+        read = partial(measured_surface, map_.path, map_.stated, preparation)
         return self.timed_on_root("surface", read)
 
     def with_(
