@@ -15,7 +15,6 @@
 # %%
 import argparse
 from dataclasses import dataclass
-from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -110,8 +109,8 @@ def show(saddles: list[Saddle], path: Path) -> None:
     """Draw leak rates and local exponents against the distance in load; print the exponents."""
     with new_figure((10, 4.4), path) as figure:
         rates, slopes = figure.subplots(1, 2)
-        for one, marker in zip(saddles, cycle("osD^v")):
-            style = {"marker": marker, "ms": 4, "lw": 1, "label": f"{one.samples} samples a period"}
+        for one in saddles:
+            style = {"marker": "o", "ms": 4, "lw": 1, "label": f"{one.samples} samples a period"}
             rates.plot(DISTANCES, one.rates, **style)
             slopes.errorbar(CENTRES, one.exponents, one.errors, capsize=2, **style)
         finest = saddles[-1]

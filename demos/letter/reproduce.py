@@ -75,7 +75,7 @@ def reproduce(
     return found
 
 
-def _currents(case: RoughCase, points: list[Current], out: Path):
+def _currents(case: RoughCase, points: list[Current], out: Path) -> list[Current]:
     """Write and draw Fig. 3 and the comparison with theory; the points over first contact."""
     currents = over_first_contact(points)
     if not any(point.value for point in currents):

@@ -119,5 +119,4 @@ class Case:
         film = gap if isinstance(gap, MeshFilm) else GridFilm(gap, self.sides, self.on)
         flow = bracketed(film, rtol, unknowns, method=self.method)
         assert_enclosed(flow, exact * (1 - ROUNDING), exact * (1 + ROUNDING))
-        assert flow.converged or flow.reason
         return flow

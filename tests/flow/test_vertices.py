@@ -26,23 +26,24 @@ def random_decades(seed: int) -> GridField:
     return GridField(values, (1.0, 1.0))
 
 
-def width(gap: GridField, most: int, **options) -> float:
-    flow = leak_rate(GridFilm(gap), rtol=0.1, limits=Limits(unknowns=most), **FLUID | options)
-    return flow.upper / flow.lower if flow.lower > 0 else np.inf
+def within(unknowns: int, gap: GridField, rtol: float = 0.1, **options) -> bool:
+    """Whether the bounds agree on meshes of so many unknowns."""
+    limits = Limits(unknowns=unknowns)
+    return leak_rate(GridFilm(gap), rtol=rtol, limits=limits, **FLUID | options).converged
 
 
 def test_flow_through_a_vertex_is_resolved():
     """Upper/lower stays above a thousand where only the shares are looked at."""
     gap = random_decades(17)
-    assert width(gap, 4000) < 1.106
-    assert width(gap, 1500, tuning=Tuning(theta_residual=0.0)) > 2
+    assert within(4000, gap)
+    assert not within(1500, gap, rtol=1.0, tuning=Tuning(theta_residual=0.0))
 
 
-@pytest.mark.parametrize(("seed", "most"), [(7, 1.106), (44, 1.5)])
-def test_random_decades(seed, most):
+@pytest.mark.parametrize(("seed", "rtol"), [(7, 0.1), (44, 0.4)])
+def test_random_decades(seed, rtol):
     """Of these brackets two spanned a factor of 2e4 and 1e8 at 35 000 unknowns: equipotential
     cells that touch at low vertices were of one pressure for good."""
-    assert width(random_decades(seed), 20_000) < most
+    assert within(20_000, random_decades(seed), rtol)
 
 
 def test_low_vertex_between_wide_parts_is_a_joint():
