@@ -95,8 +95,7 @@ class ContactPair:
 
     def _open(self, gap: np.ndarray) -> ContactState:
         """Exact state of a surface that carries no load."""
-        no_pressure = self._field(np.zeros_like(gap))
-        return ContactState(self._field(gap), no_pressure, self.solid.contact_modulus)
+        return ContactState.without_load(self._field(gap), self.solid.contact_modulus)
 
     def _converged(
         self, problem: Problem, pressure: np.ndarray, stopping: ContactStopping

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 
 import numpy as np
 
@@ -87,11 +88,11 @@ class ContactState(GapState):
     #: pressure alone in float64. It proves that the energy per area lies within certificate × mean
     #: pressure × h_rms above the minimum. Under a prescribed mean gap it is at least
     #: ``|Σ p g|`` / (h_rms Σ p), and proves this up to the factor 2 r - 1, with r >= 1 the ratio of
-    #: the exact mean pressure to this one
-    certificate: float = 0.0
+    #: the exact mean pressure to this one; inf if nobody measured this state, as the next two
+    certificate: float = inf
     #: largest ``|g|`` of the computed gap where the pressure is positive, in units of h_rms
-    pressed_gap: float = 0.0
-    penetration: float = 0.0  #: deepest overlap of the computed gap, in units of h_rms
+    pressed_gap: float = inf
+    penetration: float = inf  #: deepest overlap of the computed gap, in units of h_rms
     iterations: int = 0
     fft_pairs: float = 0.0  #: forward and backward transforms spent, start and certificate included
     #: certificate at each iteration for which it was computed (damped and fista: every 20)
@@ -109,6 +110,12 @@ class ContactState(GapState):
         # Of values that are not negative, the sum of products is 0 only if each product is.
         if np.vdot(pressure, self.gap.values) != 0:
             raise Inconsistent("a contact has pressure where its gap is open")
+
+    @classmethod
+    def without_load(cls, gap: GridField, contact_modulus: float) -> "ContactState":
+        """Exact state of a surface on which the counter-face presses nowhere."""
+        none = GridField(np.zeros_like(gap.values), gap.spacing, gap.periodic)
+        return cls(gap, none, contact_modulus, certificate=0.0, pressed_gap=0.0, penetration=0.0)
 
     @cached_property
     def mean_pressure(self) -> float:

@@ -279,8 +279,7 @@ class FloatingPoint(LiftPoint):
         if not gap.min() > 0:  # a NaN is no gap either
             return None
         problem = point.problem
-        none = problem.field(np.zeros_like(gap))
-        contact = ContactState(problem.field(gap), none, problem.solid.contact_modulus)
+        contact = ContactState.without_load(problem.field(gap), problem.solid.contact_modulus)
         return cls(problem, point.network, point.epsilon, pressure, contact)
 
     @property
