@@ -23,6 +23,7 @@ from fem_seal.fenicsx import (
 )
 from fem_seal.film import MeshFilm
 from fem_seal.leak_rate import FacetTag, FlowField
+from fem_seal.mesh.mesh import ends_of_sides
 
 SOURCE = "the DOLFINx mesh"
 
@@ -122,7 +123,7 @@ def _gathered(msh: mesh.Mesh, facet_tags: MeshTags, gap: fem.Function) -> list[n
     vertices = in_whole[dofs].astype(np.int64)
     tagged = np.isin(facets, facet_tags.indices)
     tags = facet_tags.values[np.searchsorted(facet_tags.indices, facets[tagged])]
-    edges = np.sort(vertices[:, [[1, 2], [2, 0], [0, 1]]][tagged], axis=1)
+    edges = np.sort(ends_of_sides(vertices)[tagged], axis=1)
     # Send each cell once, from the rank that owns it, but the tagged edges of ghost cells too:
     # perhaps only one of the ranks knows the tag.
     own = slice(msh.topology.index_map(2).size_local)

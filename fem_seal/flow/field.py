@@ -8,7 +8,7 @@ from fem_seal.flow.families import Pressures
 from fem_seal.flow.level import LevelProblem, LevelSolution
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.leak_rate import FacetTag, FlowField
-from fem_seal.mesh.mesh import find_edges, side_ends
+from fem_seal.mesh.mesh import ends_of_sides, find_edges, side_ends
 
 
 def flow_field(solution: LevelSolution, film: Film, pressure_drop: float, rate: float) -> FlowField:
@@ -77,7 +77,7 @@ def facet_tags(problem: LevelProblem, points: np.ndarray) -> np.ndarray:
     tags[side] = np.select([at_inlet, at_outlet], [FacetTag.INLET, FacetTag.OUTLET], FacetTag.WALL)
     tags = tags.reshape(-1, 3)[problem.kept]
     # A contact line of a single side has the same two points on both of its sides.
-    edges = find_edges(points[:, [[1, 2], [2, 0], [0, 1]]]).of_cell
+    edges = find_edges(ends_of_sides(points)).of_cell
     tags[np.bincount(edges.ravel())[edges] == 2] = FacetTag.INSIDE
     return tags
 

@@ -5,6 +5,7 @@ from scipy.spatial import cKDTree
 
 from fem_seal.errors import InvalidInput
 from fem_seal.mesh.files import Triangles
+from fem_seal.mesh.mesh import ends_of_sides
 from fem_seal.mesh.triangles import INLET, INSIDE, ISLAND, OUTLET
 
 COINCIDENT = 1e-9  # points closer than this part of the extent are taken for duplicates
@@ -19,7 +20,7 @@ def labelled(mesh: Triangles, source: str) -> tuple[np.ndarray, np.ndarray, np.n
     used, cells = np.unique(mesh.cells, return_inverse=True)
     xy, cells = mesh.xy[used], cells.reshape(-1, 3)
     cells = _counterclockwise(xy, cells, source)
-    ends = cells[:, [[1, 2], [2, 0], [0, 1]]]
+    ends = ends_of_sides(cells)
     keys = _keys(ends.reshape(-1, 2), len(xy))
     values, first, of_side, count = np.unique(
         keys, return_index=True, return_inverse=True, return_counts=True

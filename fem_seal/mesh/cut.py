@@ -5,7 +5,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from fem_seal.mesh.grouping import components
-from fem_seal.mesh.mesh import corner_links, find_edges, side_ends
+from fem_seal.mesh.mesh import corner_links, ends_of_sides, find_edges, side_ends
 from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP
 
 
@@ -52,7 +52,7 @@ def cut_open(
     index[path] = np.arange(len(path))
     adjacent = np.flatnonzero((index[cells] >= 0).any(axis=1))
     corner = cells[adjacent]
-    ends = corner[:, [[1, 2], [2, 0], [0, 1]]]
+    ends = ends_of_sides(corner)
     along = index[ends[:, :, 1]] - index[ends[:, :, 0]]
     on_path = (index[ends] >= 0).all(axis=2) & (np.abs(along) == 1)
     left, right = on_path & (along == 1), on_path & (along == -1)

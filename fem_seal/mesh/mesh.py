@@ -50,6 +50,11 @@ def find_edges(ends: np.ndarray) -> Edges:
     return Edges(np.stack([low[first], high[first]], axis=1), sides.reshape(-1, 3))
 
 
+def ends_of_sides(cells: np.ndarray) -> np.ndarray:
+    """Vertices (C, 3, 2) at the ends of the sides opposite the three corners of cells (C, 3)."""
+    return cells[:, [[1, 2], [2, 0], [0, 1]]]
+
+
 def side_ends(slots: np.ndarray) -> np.ndarray:
     """(n, 2) corner slots at the two ends of each side slot."""
     cell, side = slots // 3, slots % 3
@@ -132,10 +137,6 @@ class Mesh(ABC):
         """Whether the mesh has a seam, whose two sides are the same line."""
         return not np.array_equal(self.twin, np.arange(len(self.twin)))
 
-    def ends_of_sides(self) -> np.ndarray:
-        """(C, 3, 2) vertices at the ends of the sides opposite corners 0, 1 and 2."""
-        return self.cells[:, [[1, 2], [2, 0], [0, 1]]]
-
     @cached_property
     def edges(self) -> Edges:
         """Edges; the edges on the far side of a seam are those on the near side."""
@@ -147,7 +148,7 @@ class Mesh(ABC):
 
     def _ends_of_edges(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides; on the far side of a seam those of the twin."""
-        ends = self.ends_of_sides()
+        ends = ends_of_sides(self.cells)
         if self.periodic:
             on_top = self.sides_on_top()
             ends[on_top] = self.twin[ends[on_top]]

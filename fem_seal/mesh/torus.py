@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from fem_seal.mesh.bisection import coarse_mesh, refine
+from fem_seal.mesh.mesh import ends_of_sides
 from fem_seal.mesh.nested import NestedMesh, opposite
 
 # Squares across the smallest first mesh. With one square, both ends of a side on a seam would be
@@ -39,7 +40,7 @@ class Torus(NestedMesh):
 
     def _ends_of_edges(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides; at x = mx and at y = my those of the same edge opposite."""
-        ends = self.ends_of_sides()
+        ends = ends_of_sides(self.cells)
         for axis in (0, 1):
             on_side = self.copy[:, axis][ends].all(axis=2)
             ends[on_side] = opposite(self, axis)[ends[on_side]]

@@ -18,6 +18,7 @@ from scipy.sparse.linalg import spsolve
 from fem_seal.flow import hierarchical
 from fem_seal.flow.hierarchical import bubble_edges
 from fem_seal.grid import GridField
+from fem_seal.mesh.mesh import ends_of_sides
 from fem_seal.mesh.nested import DEPTH
 
 
@@ -186,7 +187,7 @@ def test_no_bubbles_where_quarters_cannot_be_represented(representation):
     mesh, values = meshed(gap, markings=[at_the_origin] * 2 * DEPTH)
     data = gap.cell_data(mesh, values)
     kept = np.ones(len(mesh.cells), dtype=bool)
-    odd = (mesh.xy[mesh.ends_of_sides()].sum(axis=2) % 2).any(axis=2)
+    odd = (mesh.xy[ends_of_sides(mesh.cells)].sum(axis=2) % 2).any(axis=2)
     assert odd.any()
     edge, free = bubble_edges(mesh, data, kept)
     assert not free[:, edge[odd.any(axis=1)]].any()

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_seal.mesh.bisection import AnyMesh, Refinement, bisect
+from fem_seal.mesh.mesh import ends_of_sides
 from fem_seal.mesh.torus import Torus
 from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP, TriangleMesh
 
@@ -32,7 +33,7 @@ def assert_conforming(mesh: AnyMesh) -> None:
         on_cut = np.isin(mesh.sides, (BOTTOM, TOP)) & mesh.periodic
         rim, across = (mesh.sides != INSIDE) & ~on_cut, 0
     else:
-        ends, seams = mesh.xy[mesh.ends_of_sides()], [isinstance(mesh, Torus), mesh.periodic]
+        ends, seams = mesh.xy[ends_of_sides(mesh.cells)], [isinstance(mesh, Torus), mesh.periodic]
         on_line = [(ends == place).all(axis=2) & ~np.array(seams) for place in (0, mesh.extent)]
         rim = np.logical_or(*on_line).any(axis=2)
         across = (mesh.xy == mesh.extent) * mesh.extent * seams
