@@ -51,10 +51,12 @@ def _gap_of(ratio: float, gap: float, slip: Slip | None) -> float:
     # Slip only raises the leak rate: h is at most the gap without slip.
     most = gap * float(np.cbrt(ratio * slip.mean_gain(gap)))
     least = 1e-50  # over that
+
     # Halving takes 167 iterations; Brent's method takes at most the square of that.
-    return most * brentq(
-        lambda t: t**3 * slip.mean_gain(t * most) - 1, least, 1.0, (), least, 1e-14, 28_000
-    )
+    def excess(part: float) -> float:
+        return part**3 * slip.mean_gain(part * most) - 1
+
+    return most * brentq(excess, least, 1.0, xtol=least, rtol=1e-14, maxiter=28_000)
 
 
 def uniform_rectangle(
