@@ -139,8 +139,8 @@ def mark(
     # The flux that blocked cells withhold from the lower bound shows in `reached`, but neither in
     # the indicators nor in `expected`: take the size of its step from `reached`.
     part, part_reached = part_of_a_step(expected, strategy), part_of_a_step(reached, strategy)
-    large = doerfler(indicators, part * tuning.theta)
-    through = doerfler(blocked_flux, part_reached * tuning.theta_blocked)
+    by_error = doerfler(indicators, part * tuning.theta)
+    by_flux = doerfler(blocked_flux, part_reached * tuning.theta_blocked)
     # Where the linear pressure leaks (see `flux_residuals`), the leaking cells have small
     # indicators, and all cells along the false flow have large ones however small they become. So
     # the leaking cells are refined first. Elsewhere the residuals sum up to no more than the
@@ -148,23 +148,23 @@ def mark(
     residuals = flux_residuals(problem, flows)
     unexplained = max(residuals.sum() - indicators.sum(), 0.0)
     required = part_reached * tuning.theta_residual * unexplained
-    held = residuals[large | through].sum()
-    joints = wrongly_joined_cells(problem, max(flow.conductance for flow in flows))
-    step = LEAST_STEP if joints.any() else 1.0
+    held = residuals[by_error | by_flux].sum()
+    by_joint = wrongly_joined_cells(problem, max(flow.conductance for flow in flows))
+    step = LEAST_STEP if by_joint.any() else 1.0
     if held < required:
         step = min(step, max(held / required, LEAST_STEP))
     if step < 1:
-        large = doerfler(indicators, step * part * tuning.theta)
-    leaks = completed(large | through, residuals, required)
-    halved = halvings(indicators, large)
+        by_error = doerfler(indicators, step * part * tuning.theta)
+    by_residual = completed(by_error | by_flux, residuals, required)
+    halved = halvings(indicators, by_error)
     times = np.zeros(len(problem.kept), dtype=np.int8)
     times[problem.kept] = np.max(
-        [halved, through, LEAK_HALVINGS * leaks, JOINT_HALVINGS * joints], axis=0
+        [halved, by_flux, LEAK_HALVINGS * by_residual, JOINT_HALVINGS * by_joint], axis=0
     )
     # A step smaller than a full one (part < 1) is the last and has the size that is needed: do not
     # look ahead by indicators.
     least_indicator = indicators[halved > 0].min(initial=np.inf) if part == 1 else np.inf
-    return Marks(times, float(least_indicator), float(blocked_flux[through].min(initial=np.inf)))
+    return Marks(times, float(least_indicator), float(blocked_flux[by_flux].min(initial=np.inf)))
 
 
 Marking = Callable[[LevelProblem, Sequence[FlowEstimate], float, float, Strategy], Marks]

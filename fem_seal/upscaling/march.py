@@ -111,7 +111,7 @@ class March:
 
         If Q is too small, the pressure at the inlet is below p_in: the excess is the difference
         over the pressure drop. If Q is too large, the pressure reaches p_in before the inlet: the
-        excess is the part of ∫ ds that is left. It is nearly linear in ln Q on either side of the
+        excess is the part of ∫ ds that remains. It is nearly linear in ln Q on either side of the
         leak rate.
         """
         # If the first load of the table is P - p_in, p stops at p_in for all larger Q, and the leak
@@ -119,10 +119,10 @@ class March:
         # p_in.
         drop = self._ends.inlet - self._ends.outlet
         target = self._ends.inlet - PRESSURE_ROUNDING * drop
-        p, left = self._marched(rate, target, [])
+        p, remaining = self._marched(rate, target, [])
         if p < target:
             return (p - target) / drop
-        return (left - self._open) / self._length
+        return (remaining - self._open) / self._length
 
     def pressures(self, rate: float) -> np.ndarray:
         """Fluid pressure [Pa] at the ends of the cells, the inlet first."""
@@ -138,38 +138,40 @@ class March:
         """
         loads, K, per_square = self._loads, self._K, self._ends.per_square
         potential, offset = self._ends.potential, self._ends.offset
-        p, left = self._ends.outlet, self._length
+        p, remaining = self._ends.outlet, self._length
         for P, length in self._cells:
-            step = max(bisect_right(loads, p - P) - 1, 0)
-            if step < len(K):
-                since, flux = p, rate * length
-                rest = flux
-                if K[step] * (potential(P + loads[step + 1]) - potential(p)) < flux:
-                    passed, end = partial(self._passed, P), self._passed_at(P, p) + flux
-                    step = bisect_left(range(len(loads)), end, step + 1, key=passed) - 1
-                    since, rest = P + loads[step], end - passed(step)
-                next_p = since  # where the film is open
-                if step < len(K):
-                    reached = potential(since) + rest / K[step]
-                    next_p = sqrt(reached / per_square) - offset if per_square else reached
-                if next_p >= target:
-                    passed_there = self._passed_at(P, target) - self._passed_at(P, p)
-                    return target, left - length * passed_there / flux
-                p = next_p
+            # Step k of K lies between loads k and k + 1; the film is open beyond the last load.
+            k = max(bisect_right(loads, p - P) - 1, 0)
+            if k < len(K):
+                # ∫K dΦ rises by Q Δs, the flux: in step k by the rest, from the pressure p_k on.
+                flux = rate * length
+                p_k, rest = p, flux
+                if K[k] * (potential(P + loads[k + 1]) - potential(p)) < flux:
+                    integral, end = partial(self._integral, P), self._integral_at(P, p) + flux
+                    k = bisect_left(range(len(loads)), end, k + 1, key=integral) - 1
+                    p_k, rest = P + loads[k], end - integral(k)
+                p_end = p_k  # where the film is open
+                if k < len(K):
+                    reached = potential(p_k) + rest / K[k]
+                    p_end = sqrt(reached / per_square) - offset if per_square else reached
+                if p_end >= target:
+                    to_target = self._integral_at(P, target) - self._integral_at(P, p)
+                    return target, remaining - length * to_target / flux
+                p = p_end
             visited.append(p)
-            left -= length
-        return p, left
+            remaining -= length
+        return p, remaining
 
-    def _passed(self, P: float, step: int) -> float:
+    def _integral(self, P: float, step: int) -> float:
         """∫K dΦ at a contact pressure P [Pa] from the highest load down to a step."""
         if not self._ends.per_square:
             return self._areas[step]
         moved = (P + self._ends.offset) * self._areas[step] - self._moments[step]
         return 2 * self._ends.per_square * moved
 
-    def _passed_at(self, P: float, p: float) -> float:
+    def _integral_at(self, P: float, p: float) -> float:
         """The same down to the load P - p [Pa]."""
         step = min(max(bisect_right(self._loads, p - P) - 1, 0), len(self._K) - 1)
         potential = self._ends.potential
         risen = potential(p) - potential(P + self._loads[step])
-        return self._passed(P, step) + self._K[step] * risen
+        return self._integral(P, step) + self._K[step] * risen

@@ -138,6 +138,7 @@ def marked_loads(
         return _halved(table, span, int(np.argmax(np.append(table.lower, 0.0) == 0)))
     demand = _Demand.of(table, flow)
     error, of_flows = _errors(table, flow)
+    # Error that may stay in the intervals between the loads.
     room = (1 - REST) * (tolerance - of_flows)
     if room <= 0:
         return demand.multiples(loads, span)
@@ -147,12 +148,14 @@ def marked_loads(
     nodes = np.concatenate([[min(first, loads[0])], loads, [max(last, loads[-1])]])
     expected = WIDTH * demand.between(nodes) ** 3
     expected[1:-1] = np.minimum(expected, error)[1:-1]
-    left = np.where(np.pad(enclosed, 1), error, expected)
-    left[[0, -1]] = expected[[0, -1]]
-    pieces = np.ones(left.size, dtype=int)
+    whole = np.where(np.pad(enclosed, 1), error, expected)
+    whole[[0, -1]] = expected[[0, -1]]
+    # An interval cut into n pieces of the same demand keeps 1/n² of its error. Cut where one more
+    # piece gains most, until the errors fit into the room.
+    pieces = np.ones(whole.size, dtype=int)
     most = most_loads + nodes.size - 1 - np.unique(nodes).size
-    while (left / pieces**2).sum() > room and pieces.sum() < most:
-        pieces[np.argmax(left * (1 / pieces**2 - 1 / (pieces + 1) ** 2))] += 1
+    while (whole / pieces**2).sum() > room and pieces.sum() < most:
+        pieces[np.argmax(whole * (1 / pieces**2 - 1 / (pieces + 1) ** 2))] += 1
     added = np.setdiff1d(demand.cut(nodes, pieces), loads)
     if added.size:
         return demand.multiples(np.union1d(loads, added), span)
