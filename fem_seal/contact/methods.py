@@ -68,6 +68,8 @@ class ContactStopping:
             )
         if self.max_iterations is not None:
             require_count(max_iterations=self.max_iterations)
+        if not self.gap_tolerance >= 0:
+            raise InvalidInput(f"gap_tolerance = {self.gap_tolerance!r} must not be negative")
 
     def shortfalls(self, measures: Measures, rounding: float) -> dict[str, tuple[float, float]]:
         """Value and limit of each measure that misses its limit.

@@ -51,6 +51,13 @@ class IsotropicSpectrum:
     values: np.ndarray  #: (m,), C(q) [m⁴] >= 0
     error: np.ndarray  #: (m,), its standard deviation; those of neighbours are correlated
 
+    def __post_init__(self) -> None:
+        ascending = self.edges[0] >= 0 and (np.diff(self.edges) > 0).all()
+        if not (ascending and self.values.shape == (len(self.edges) - 1,)):
+            raise InvalidInput("the edges of m rings are m + 1 ascending wavenumbers >= 0")
+        if not self.values.min() >= 0:
+            raise InvalidInput(f"a spectrum is not negative, got {self.values.min():g} m^4")
+
     def density(self, q: np.ndarray) -> np.ndarray:
         """C(q) [m⁴] at wavenumbers [1/m]; 0 below the first edge and above the last."""
         return np.pad(self.values, 1)[np.searchsorted(self.edges, q, side="right")]

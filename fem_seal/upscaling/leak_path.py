@@ -8,7 +8,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import Drive, GasDrive, Slip
-from fem_seal.registry import require_positive
+from fem_seal.registry import require_not_negative, require_positive
 
 T = TypeVar("T", float, np.ndarray)
 
@@ -77,6 +77,7 @@ class EndPressures:
                 f"the inlet's pressure, {self.inlet:g} Pa, must be above the outlet's, "
                 f"{self.outlet:g} Pa"
             )
+        require_not_negative(per_square=self.per_square, slip=self.slip)
 
     @classmethod
     def of(cls, drive: Drive, gauge_pressures: tuple[float, float]) -> "EndPressures":

@@ -16,6 +16,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.links import harmonic_mean
 from fem_seal.finite_difference.star_mesh import star_mesh
+from fem_seal.registry import require_count
 
 NODES = 2  # nodes along a side of a patch
 # Most patches of a drawn mosaic along the path and across it. More patches along the path change
@@ -75,6 +76,9 @@ class PatchCount:
     #: patches along the part of the leak path that seals, and around the seal; at least 1
     along: int
     across: int
+
+    def __post_init__(self) -> None:
+        require_count(along=self.along, across=self.across)
 
     @classmethod
     def of(
