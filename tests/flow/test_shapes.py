@@ -152,7 +152,8 @@ def test_inlet_and_outlet_on_any_stretch(outlet, inner, contact):
     assert shares.sum() == pytest.approx(difference, abs=1e-9 * pressure.energies.item())
     lower, upper = bounds_on(gap, 3000)
     assert stream.conductance < lower < upper < pressure.energies.item()
-    assert upper < 1.4 * lower
+    # Where a wall begins p goes as √r, and the energy's error as h: it halves with each mesh.
+    assert upper - lower < difference / 2
 
 
 def test_a_channel_once_around_the_ring_meets_the_cut():
@@ -166,8 +167,7 @@ def test_a_channel_once_around_the_ring_meets_the_cut():
     spiral = along <= 3
     gap = MeshFilm(mesh, spiral.astype(float))
     assert gap.constriction.gap == 1.0
-    lower, upper = bounds_on(gap, 5000)
-    assert 0 < lower < upper < 1.2 * lower
+    assert bracketed(gap, 0.2, 5000, method="uniform").converged
     cut_through = spiral & ~((i == 3) & (along == 1))
     assert MeshFilm(mesh, cut_through.astype(float)).constriction is None
 
@@ -180,7 +180,10 @@ def test_an_island_has_one_value_of_the_stream_function():
     on_island = np.unique(mesh.side_ends(mesh.sides == ISLAND))
     assert len(on_island)
     assert np.ptp(psi[on_island]) < 1e-14
-    assert psi[on_island].mean() == pytest.approx(0.5, abs=0.1)
-    lower, upper = bounds_on(uniform(mesh), 20000)
-    assert upper / lower - 1 < 0.02
-    assert upper < 0.95  # a square without a hole leaks 1
+    # Channels 1/3 wide, of which the shaking moves one wall by 1/36: shares in proportion.
+    assert psi[on_island].mean() == pytest.approx(0.5, abs=1 / 24)
+    flow = bracketed(uniform(mesh), 0.02, 20000, method="uniform")
+    assert flow.converged
+    # A square hole of 1/3 - 2/36 fits in: no more flows than if p were uniform at both its ends.
+    hole = 5 / 18
+    assert flow.lower <= 1 / (1 - hole + hole / (1 - hole))
