@@ -152,6 +152,7 @@ def pressed(height=ROUGH, start=None):
         (partial(pressed, height=periodic([[1.0]])), "more than one sample"),
         (partial(ContactStopping, "newton"), "free-set-cg, damped, fista, polonsky-keer"),
         (partial(ContactStopping, tolerance=1e-15), "tolerance must lie in"),
+        (partial(ContactStopping, gap_tolerance=np.nan), "gap_tolerance = nan must not be"),
         (partial(ContactStopping, max_iterations=0), "max_iterations"),
         (partial(Arithmetic, 0), "threads"),
         (partial(pressed, start=np.ones((3, 3))), "start"),
