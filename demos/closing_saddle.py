@@ -84,12 +84,13 @@ def saddle(samples: int) -> Saddle:
 def limit(coarse: Saddle, fine: Saddle) -> tuple[float, float]:
     """Exponent at closing, β of β + a x^ω, on infinitely fine grids, with its error.
 
-    The change from n to 2n samples is made once more; the error is that of fit and extrapolation.
+    The change from n to 2n samples is made once more; an exponent counts less the more it changes.
+    The error is that of fit and extrapolation.
     """
     change = fine.exponents - coarse.exponents
-    kept = abs(change) < 0.05
+    width = np.hypot(fine.errors, change)
     (on_fine, _), (best, covariance) = (
-        curve_fit(lambda x, b, a, w: b + a * x**w, CENTRES[kept], y[kept], p0=(y[kept][-1], 1, 0.5))
+        curve_fit(lambda x, b, a, w: b + a * x**w, CENTRES, y, p0=(y[-1], 1, 0.5), sigma=width)
         for y in (fine.exponents, fine.exponents + change)
     )
     return float(best[0]), float(np.hypot(covariance[0, 0] ** 0.5, best[0] - on_fine[0]))
