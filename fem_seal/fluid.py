@@ -127,9 +127,17 @@ class Slip(TwoPressures):
 
     def mean_gain(self, gap: float) -> float:
         """Leak rate of a uniform gap [m] over its leak rate without slip; to first order `gain`."""
-        low, high = (self.potential(p, gap) for p in (self.outlet_pressure, self.inlet_pressure))
-        without = (self.inlet_pressure - self.outlet_pressure) * self.mean_pressure
-        return float(high - low) / without * (self.product / gap)
+        # A difference of two potentials would lose the digits that both pressures share.
+        pressures = self.kinks_and_ends(gap)
+        c = self.coefficient(gap * pressures / self.product)
+        mean = np.diff(pressures) @ (c[1:] + c[:-1]) / 2 / (pressures[-1] - pressures[0])
+        return float(mean) / self.mean_pressure * (self.product / gap)
+
+    def kinks_and_ends(self, gap: float) -> np.ndarray:
+        """Outlet pressure, pressures at which c(g p/B) of a gap [m] has kinks, inlet pressure."""
+        p_out, p_in = self.pressures
+        kinks = self.coefficient.kinks * (self.product / gap)
+        return np.concatenate([[p_out], kinks[(kinks > p_out) & (kinks < p_in)], [p_in]])
 
     def potential(self, pressure: np.ndarray | float, gap: float) -> np.ndarray:
         """Potential φ = ∫ c(g p/B) dp [Pa]: the flux through a uniform gap [m] is linear in ∇φ.

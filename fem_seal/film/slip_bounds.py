@@ -38,11 +38,9 @@ class PressureWeight:
         ends = np.array(slip.pressures)
         if np.isinf(reference):
             return cls(reference, ends, ends)
-        per_pascal = largest_gap * reference / slip.product
-        kinks = slip.coefficient.kinks / per_pascal
-        inside = kinks[(kinks > ends[0]) & (kinks < ends[1])]
-        pressures = np.concatenate([ends[:1], inside, ends[1:]])
-        return cls(reference, pressures, slip.coefficient(per_pascal * pressures))
+        gap = largest_gap * reference
+        pressures = slip.kinks_and_ends(gap)
+        return cls(reference, pressures, slip.coefficient(gap * pressures / slip.product))
 
     def times(self, pressures: np.ndarray, logarithm: np.ndarray) -> "PressureWeight":
         """Multiply by the exponential of a function that is linear between pressures."""

@@ -68,6 +68,13 @@ def test_uniform_channel(law, representation, p_out, B):
 
 
 @LAWS
+def test_nearly_equal_pressures(law):
+    """c is a line between them: its mean is that at the mean pressure, to a dozen roundings."""
+    slip = Slip(1e5 * (1 + 1e-8), 1e5, 0.04, law)
+    assert slip.mean_gain(1e-6) == pytest.approx(slip.gain(1e-6), rel=12 * np.finfo(float).eps)
+
+
+@LAWS
 @pytest.mark.parametrize(("B", "p_out"), [(1e-7, 0.0), (0.1, 0.0), (10.0, 1.9), (1e9, 0.0)])
 def test_layers_in_series(law, p_out, B):
     """Enclosed at all Knudsen numbers. To first order nothing is open in both limits, where the
