@@ -84,8 +84,8 @@ def saddle(samples: int) -> Saddle:
 def limit(coarse: Saddle, fine: Saddle) -> tuple[float, float]:
     """Exponent at closing, β of β + a x^ω, on infinitely fine grids, with its error.
 
-    The change from n to 2n samples is made once more; an exponent counts less the more it changes.
-    The error is that of fit and extrapolation.
+    The change from n to 2n samples is added once more to each exponent; an exponent that changes
+    more counts less in the fit. The error is that of fit and extrapolation.
     """
     change = fine.exponents - coarse.exponents
     width = np.hypot(fine.errors, change)

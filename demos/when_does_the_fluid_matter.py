@@ -135,7 +135,7 @@ def main(out: Path = Path("out"), n: int = 64, shares: tuple[float, ...] = SHARE
     for p in points:
         print(f"{p.share:7.3g}   {p.factor:12.4g}   {p.low / p.dry:.3g} to {p.high / p.dry:.3g}")
     print(f"may be forgotten up to p_in = {forgettable_share(points):.2g} P0")
-    # A higher pressure lifts more; up to a hundredth of the load by less than both flows' errors.
+    # A higher pressure lifts more; a hundredth of the load lifts by less than both flows may err.
     factors = [p.factor for p in points]
     assert factors == sorted(factors)
     forgettable = [p for p in points if p.share <= 0.01]

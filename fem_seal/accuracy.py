@@ -81,7 +81,8 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice]:
     grid's own.
     """
     allowed = log1p(total)
-    # Each grid is tried with the whole total as its tolerance; the last one keeps what they leave.
+    # On every grid the flow is solved with rtol = total. On the chosen one it is solved again if
+    # its error is more than the contact leaves of the total.
     first = first.with_(flow_settings=replace(first.flow_settings, rtol=total))
     patch, trials = _refined(first, allowed)
     lifts, left = patch.lifted is not None, allowed - _contact_part(patch)

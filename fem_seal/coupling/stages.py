@@ -124,7 +124,7 @@ def _ended(
 ) -> Steps:
     """The steps of all stages with the error that they leave, and why no further one follows.
 
-    A film that the last stages leave sealed, without an equilibrium, is that of the stage before.
+    If the last stages have no equilibrium, but leave the film sealed, the point is `Steps.sealed`.
     """
     if steps.failure and steps.sealed is not None:
         steps = replace(steps, point=steps.sealed, failure="")

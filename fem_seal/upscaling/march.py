@@ -143,7 +143,8 @@ class March:
             # Step k of K lies between loads k and k + 1; the film is open beyond the last load.
             k = max(bisect_right(loads, p - P) - 1, 0)
             if k < len(K):
-                # ∫K dΦ rises by Q Δs, the flux: in step k by the rest, from the pressure p_k on.
+                # Over the cell ∫K dΦ rises by the flux Q Δs: by the rest of it in step k, in which
+                # p rises from p_k to p_end.
                 flux = rate * length
                 p_k, rest = p, flux
                 if K[k] * (potential(P + loads[k + 1]) - potential(p)) < flux:
