@@ -9,9 +9,10 @@ number may be used for any format.
 import binascii
 import contextlib
 import io
+import re
 import struct
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,9 +31,11 @@ TAGS = "gmsh:physical"
 FLAT = 1e-9  # largest distance of points from a plane of constant z, over the extent of the mesh
 _PLANE_CELLS = {"triangle", "line", "vertex"}
 _GROUPS = ("inlet", "outlet", "wall")
+# Commands of gmsh that read another file, with its name.
+_OTHER_FILE = re.compile(rb'\b(?:Include|Merge|Open|ShapeFromFile)\b[\s(]*"([^"\x00-\x1f]+)"')
 # Errors that meshio and the libraries below it raise for truncated files and other formats.
 _UNREADABLE = (
-    *(ValueError, IndexError, KeyError, TypeError, AttributeError, AssertionError, EOFError),
+    *(ValueError, LookupError, TypeError, AttributeError, AssertionError, EOFError),
     *(OverflowError, struct.error, zlib.error, binascii.Error),
     *(ElementTree.ParseError, RuntimeError),
 )
@@ -136,14 +139,41 @@ def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
         raise InvalidInput(f"{source} is not a whole {ending} mesh; write it again") from None
 
 
+def files_within(path: Path) -> set[Path]:
+    """Files that an .xdmf takes its arrays from, or that a .geo reads by their names.
+
+    Those that do not exist are left out, as are all of a file that cannot be read.
+    """
+    found: set[Path] = set()
+    left = [path]
+    with contextlib.suppress(OSError, *_UNREADABLE):
+        while left:
+            file = left.pop()
+            names: list[str] = []
+            if file.suffix.lower() == ".xdmf":
+                names = [name for form, name in _data_items(file) if form == "HDF"]
+            elif file.suffix.lower() == ".geo":
+                named = _OTHER_FILE.findall(file.read_bytes())
+                names = [name.decode(errors="replace") for name in named]
+            inner = {(file.parent / name).resolve() for name in names} - found - {path}
+            new = [file for file in inner if file.is_file()]
+            found.update(new)
+            left += new
+    return found
+
+
+def _data_items(path: Path) -> Iterator[tuple[str | None, str]]:
+    """Formats of the arrays of an .xdmf, and the files that hold them."""
+    for item in ElementTree.parse(path).iter("DataItem"):
+        yield item.get("Format"), (item.text or "").strip().partition(":")[0]
+
+
 def _refuse_data_elsewhere(path: Path) -> None:
     """Refuse an .xdmf whose arrays are neither in it nor in an HDF5 file beside it.
 
     Otherwise it could name any file of the reader's machine.
     """
-    for item in ElementTree.parse(path).iter("DataItem"):
-        form, text = item.get("Format"), (item.text or "").strip()
-        name = text.partition(":")[0]
+    for form, name in _data_items(path):
         if form == "Binary" or (form == "HDF" and name != Path(name).name):
             raise InvalidInput(
                 f"{path} takes data from {name}; only an HDF5 file in the same folder is read"

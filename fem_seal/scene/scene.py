@@ -24,7 +24,7 @@ from fem_seal.scene.readable import rows_of_mapping
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.section import Lift, Section
 from fem_seal.scene.sections import PRODUCTS, Accuracy, Flow, Limit, Output
-from fem_seal.scene.shape import AnyShape
+from fem_seal.scene.shape import AnyShape, MeshFile
 from fem_seal.scene.surface import SelfAffine, SurfaceSection
 from fem_seal.scene.tolerances import Tolerances
 from fem_seal.tables import html_table
@@ -184,14 +184,22 @@ class Scene(Section):
 
     @property
     def input_files(self) -> list[tuple[str, Path]]:
-        """Files that the scene reads, each with the field that names it, such as "surface.path"."""
-        return [
+        """Files that the scene reads, each with the field that names it, such as "surface.path".
+
+        After a mesh file come those that it names itself.
+        """
+        named = [
             (f"{name}.{key}", path)
             for name, section in self
             for key, value in section or ()
             for path in (value if isinstance(value, tuple) else (value,))
             if isinstance(path, Path)
         ]
+        if isinstance(self.shape, MeshFile):
+            from fem_seal.mesh.files import files_within
+
+            named += [("shape.path", path) for path in sorted(files_within(self.shape.path))]
+        return named
 
     @property
     def measured_map(self) -> FileSurface | None:

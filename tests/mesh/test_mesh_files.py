@@ -92,6 +92,23 @@ def test_a_point_that_the_file_does_not_hold(point, tmp_path, monkeypatch):
         gap_of(path, **NUMBERED)
 
 
+def test_what_a_mesh_takes_from_other_files_is_an_input(tmp_path):
+    """A point is named by the content of all files; a geometry may name one that names another."""
+    mesh = by_meshio(tmp_path / "a.xdmf", {"boundary": NUMBERS})
+    (tmp_path / "a.geo").write_text('Include "b.geo"; Merge("gone.msh");')
+    (tmp_path / "b.geo").write_text('Include "a.geo"; Merge "c.geo"; Merge "x\0y";')
+    (tmp_path / "c.geo").write_text("r = 1;")
+    for path, within in ((mesh, {"a.h5"}), (tmp_path / "a.geo", {"b.geo", "c.geo"})):
+        scene = Scene.from_mapping(scene_of(path))
+        assert {file.name for _, file in scene.input_files} == {path.name} | within
+        names = {scene.fingerprint()}
+        for name in within:
+            with (tmp_path / name).open("ab") as file:
+                file.write(b" ")
+            names.add(scene.fingerprint())
+        assert len(names) == 1 + len(within)
+
+
 def test_xdmf_needs_h5py(tmp_path, monkeypatch):
     path = xdmf(tmp_path / "a.xdmf")
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
@@ -194,6 +211,12 @@ def test_files_cut_off_anywhere(name, tmp_path):
         assert "\n" not in said
         refused += bool(said)
     assert refused >= len(ends) - 3  # only the end mark of a section may be missing
+
+
+@pytest.mark.parametrize("name", ["a.vtu", "a.xdmf"])
+def test_an_encoding_that_nobody_knows(name, tmp_path):
+    (tmp_path / name).write_text('<?xml version="1.0" encoding="x-nobody"?><VTKFile/>')
+    assert f"{name} is not a whole {name[1:]} mesh" in refusal(tmp_path / name, {})
 
 
 def refusal(path, numbers) -> str:
