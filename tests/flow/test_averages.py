@@ -1,8 +1,5 @@
 """Area means of g³ and 1/g³: closed forms, the pyramid above the pixel, and what never changes."""
 
-from fractions import Fraction
-from itertools import combinations_with_replacement
-
 import numpy as np
 import pytest
 from gaps import meshed, represented
@@ -24,13 +21,6 @@ from fem_seal.mesh.nested import PIXEL, uniform_mesh
 
 EPS = np.finfo(float).eps
 POSITIVE = st.floats(1e-6, 1e6)
-
-
-@given(st.tuples(*[st.just(0.0) | POSITIVE] * 3))
-def test_mean_of_the_cube(gaps):
-    """(1/10) Σ a^i b^j c^k in rational arithmetic; the code sums a dozen positive terms."""
-    exact = sum(np.prod(term) for term in combinations_with_replacement(map(Fraction, gaps), 3))
-    assert float(cube_of_corners(*gaps)) == pytest.approx(float(exact / 10), rel=20 * EPS)
 
 
 def mean_over_triangle(function, gaps) -> float:

@@ -47,28 +47,31 @@ def test_over_several_batches(kind, exact):
 
 
 @pytest.mark.parametrize(
-    ("aspect", "on", "contact", "slip"),
+    ("count", "aspect", "on", "contact", "slip"),
     [
-        *product([1e-6, 1e6], ["linear", "constant"], [False, True], [None]),
-        (1.0, "linear", True, Slip(3.0, 1.0, 2e-3)),
-        *product([1.0], ["constant"], [False, True], [Slip(3.0, 1.0, 2e4)]),
+        # Cells of two and three samples begin with triangles smaller than a pixel.
+        *product([2, 3], [1.0], ["linear", "constant"], [False], [None]),
+        *product([8], [1e-6, 1e6], ["linear", "constant"], [False, True], [None]),
+        (8, 1.0, "linear", True, Slip(3.0, 1.0, 2e-3)),
+        *product([8], [1.0], ["constant"], [False, True], [Slip(3.0, 1.0, 2e4)]),
     ],
 )
-def test_conductivity_tensor_of_stripes(aspect, on, contact, slip):
+def test_conductivity_tensor_of_stripes(count, aspect, on, contact, slip):
     """A periodic cell of stripes conducts the mean of K along them and 1/mean(1/K) across; with
     slip K = g³ + l g² at the mean pressure, whose mean over a linear gap from a to b is that of g³
     and l (a² + ab + b²)/3."""
-    heights = 10 ** (-3 * np.random.default_rng(7).random(8))
-    heights[[2, 3, 6]] *= not contact
+    heights = 10 ** (-3 * np.random.default_rng(7).random(count))
+    if contact:
+        heights[[2, 3, 6]] = 0.0
     gap = GridField(np.repeat(heights[None, :], 4, axis=0), (aspect, 1.0), periodic=True)
     linear, length = on == "linear", slip.product / slip.mean_pressure if slip else 0.0
     profile = np.append(heights, heights[0]) if linear else heights
     a, b = (profile[:-1], profile[1:]) if linear else (heights, heights)
     slipping = length * np.mean(a * a + a * b + b * b) / 3
-    exact = np.diag([along(profile, 1.0, linear) / 8 + slipping, 0.0])
+    exact = np.diag([along(profile, 1.0, linear) / count + slipping, 0.0])
     if not contact:
         K = heights**3 + length * heights**2
-        exact[1, 1] = 8 / across(profile, 1.0, linear) if slip is None else 1 / np.mean(1 / K)
+        exact[1, 1] = count / across(profile, 1.0, linear) if slip is None else 1 / np.mean(1 / K)
     found = conductivity_tensor(
         gap,
         viscosity=1 / 12,
@@ -77,7 +80,7 @@ def test_conductivity_tensor_of_stripes(aspect, on, contact, slip):
         rtol=0.05,
         limits=Limits(unknowns=UNKNOWNS),
     )
-    assert slip is None or found.converged
+    assert found.converged or (slip is None and count == 8)
     # As quadratic forms, in units of what each direction conducts.
     unit = np.sqrt(np.diag(found.upper)) + (np.diag(found.upper) == 0)
     for difference in (found.upper - exact, exact - found.lower):

@@ -1,7 +1,6 @@
 """Energies of slender cells against exact arithmetic: rounding errors stay within their bound."""
 
 from fractions import Fraction
-from functools import cache
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from fem_seal.film import GridFilm
 from fem_seal.flow.energy import SUM_ROUNDING, Energy
 from fem_seal.flow.hierarchical import BubbleForm, bubble_rows
 from fem_seal.flow.quarters import QuarterShape
-from fem_seal.flow.traces import one_contact_tensor
+from fem_seal.flow.traces import POWER, one_contact_tensor, segment_moments
 from fem_seal.grid import GridField
 
 
@@ -119,43 +118,28 @@ def test_rounding_of_drops(aspect):
     assert max(share) > 1e-3
 
 
-@cache
-def weights(b, c):
-    """∫ P/(b + (c - b) t)³ dt from 0 to 1 for the quadratics P that are 1 at t = 0, 1/2 or 1."""
-    mp = pytest.importorskip("mpmath")
+def exact_tensor(edges, moments):
+    """Resistivity (xx, xy, yy) at a contact vertex, from numbers as they are stored.
 
-    def integral(P):
-        # The pole of a gap that falls to less than half lies well outside: 25 digits or more.
-        return mp.quad(lambda t: P(t) / (b + (c - b) * t) ** 3, [0, 0.5, 1])
+    ∫ |m D d - D' r|²/g³ dτ along the opposite side r, with D = G·r and D' = G·d, for gradients G
+    along x and y; r is linear in τ, and the moments are those of (1-τ)², τ(1-τ) and τ².
+    """
+    b, c = [[Fraction(x) for x in edge] for edge in edges]
+    d, twice = [y - x for x, y in zip(b, c, strict=True)], b[0] * c[1] - b[1] * c[0]
+    outer_b, mixed, outer_c = map(Fraction, moments)
 
-    first, middle = (lambda t: (2 * t - 1) * (t - 1)), (lambda t: 4 * t * (1 - t))
-    return integral(first), integral(middle), integral(lambda t: t * (2 * t - 1))
+    def vector(k, r):
+        return [POWER * r[k] * d[i] - d[k] * r[i] for i in (0, 1)]
 
+    def integral(k, m):
+        terms = (b, b, outer_b), (b, c, mixed), (c, b, mixed), (c, c, outer_c)
+        return sum(
+            moment * sum(x * y for x, y in zip(vector(k, r), vector(m, s), strict=True))
+            for r, s, moment in terms
+        )
 
-def exact_tensor(e_b, e_c, b, c):
-    """Resistivity at a contact vertex from energies: (1/|T|) Σ E_ij e_i e_j, in 40 digits."""
-    mp = pytest.importorskip("mpmath")
-    with mp.workdps(40):
-        (bx, by), (cx, cy) = (tuple(map(mp.mpf, e)) for e in (e_b, e_c))
-        m, d, twice = 4, (cx - bx, cy - by), abs(bx * cy - by * cx)
-
-        def vector(D_b, D_c, t):
-            D, r = D_b + (D_c - D_b) * t, (bx + t * d[0], by + t * d[1])
-            return [m * D * d[k] - (D_c - D_b) * r[k] for k in (0, 1)]
-
-        def energy(u, v):
-            total = 0
-            for weight, t in zip(weights(mp.mpf(b), mp.mpf(c)), (0, mp.mpf(0.5), 1), strict=True):
-                pairs = zip(vector(*u, t), vector(*v, t), strict=True)
-                total += weight * sum(x * y for x, y in pairs)
-            return total / ((2 * m - 3) * twice)
-
-        E_bb, E_bc, E_cc = energy((1, 0), (1, 0)), energy((1, 0), (0, 1)), energy((0, 1), (0, 1))
-        area = twice / 2
-        xx = (E_bb * bx**2 + 2 * E_bc * bx * cx + E_cc * cx**2) / area
-        yy = (E_bb * by**2 + 2 * E_bc * by * cy + E_cc * cy**2) / area
-        xy = (E_bb * bx * by + E_bc * (bx * cy + by * cx) + E_cc * cx * cy) / area
-        return [float(x) for x in (xx, xy, yy)]
+    scale = 2 / ((2 * POWER - 3) * twice**2)
+    return [float(scale * integral(k, m)) for k, m in ((0, 0), (0, 1), (1, 1))]
 
 
 @pytest.mark.parametrize("aspect", [1e-8, 1e-3, 1.0, 1e3, 1e8])
@@ -164,12 +148,12 @@ def exact_tensor(e_b, e_c, b, c):
 )
 def test_traces_of_slender_cells(aspect, edges):
     """Each component to 40 roundings, the mixed one beside the root of the other two."""
-    (bx, by), (cx, cy) = edges
-    e_b, e_c = np.array([bx * aspect, by]), np.array([cx * aspect, cy])
-    found = one_contact_tensor(e_b[:, None], e_c[:, None], np.array([0.7]), np.array([0.3]))[:, 0]
-    xx, xy, yy = exact_tensor(e_b, e_c, 0.7, 0.3)
-    assert found[[0, 2]] == pytest.approx([xx, yy], rel=1e-14)
-    assert found[1] == pytest.approx(xy, rel=0, abs=1e-14 * np.sqrt(xx * yy))
+    edges, gaps = np.array(edges) * (aspect, 1.0), (np.array([0.7]), np.array([0.3]))
+    found = one_contact_tensor(*edges[..., None], *gaps)[:, 0]
+    xx, xy, yy = exact_tensor(edges, segment_moments(*gaps)[:, 0])
+    rounding = 40 * np.finfo(float).eps / 2
+    assert found[[0, 2]] == pytest.approx([xx, yy], rel=rounding)
+    assert found[1] == pytest.approx(xy, rel=0, abs=rounding * np.sqrt(xx * yy))
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])

@@ -33,20 +33,27 @@ def test_a_number_of_halvings_or_squares_is_whole(name):
         Tuning(**{name: 2.5})
 
 
-@pytest.mark.parametrize("theta", [0.05, 0.5, 0.8, 0.99, 1.0])
+@pytest.mark.parametrize("part", [0.05, 0.5, 0.8, 0.99, 1.0])
 @pytest.mark.parametrize("spread", [0.0, 0.1, 3.0, 20.0])
-def test_the_fewest_cells_that_hold_enough(theta, spread):
-    """Shares of any spread, a fifth of them zero or negative by rounding: what is marked holds the
-    part asked for, nothing else is larger, and without the least of it it would not be enough."""
+@pytest.mark.parametrize("before", [0.0, 0.2])
+def test_the_fewest_cells_that_hold_enough(part, spread, before):
+    """Shares of any spread, a fifth of them zero or negative by rounding: together with what was
+    marked before, those added hold the part asked for, no other is larger, and without the least of
+    them it would not be enough. The sums take 500 steps of half an eps each."""
     rng = np.random.default_rng(1)
     indicators = np.exp(spread * rng.normal(size=500))
     indicators[::5] = rng.choice([0.0, -1e-30], 100)
-    marked = doerfler(indicators, theta)
-    total = indicators[indicators > 0].sum()
-    rounding = 1e-12 * total
-    assert indicators[marked].sum() >= theta * total - rounding
-    assert indicators[marked].min() >= indicators[~marked].max()
-    assert indicators[marked].sum() - indicators[marked].min() <= theta * total + rounding
+    total, marked = indicators[indicators > 0].sum(), rng.random(500) < before
+    rounding = 250 * np.finfo(float).eps * total
+    added = completed(marked, indicators, part * total) if before else doerfler(indicators, part)
+    held = indicators[marked | added].sum()
+    assert not (added & marked).any()
+    assert held >= part * total - rounding
+    assert added.any() == (indicators[marked].sum() < part * total)
+    if added.any():
+        least = indicators[added].min()
+        assert least >= indicators[~(marked | added)].max(initial=0)
+        assert held - least <= part * total + rounding
 
 
 @pytest.mark.parametrize("indicators", [np.empty(0), np.zeros(4), np.full(3, -1e-20)])
@@ -59,22 +66,6 @@ def test_a_cell_is_halved_once_more_for_each_factor_of_four():
     indicators = np.array([1.0, 3.9, 4.1, 17.0, 65.0, 1e9, 0.5])
     marked = np.array([True] * 6 + [False])
     assert halvings(indicators, marked).tolist() == [1, 1, 1, 2, 3, 4, 0]
-
-
-@pytest.mark.parametrize("part", [0.2, 0.6, 1.0])
-def test_what_is_missing_is_added(part):
-    """Marked cells and those added hold the part, and no fewer added ones would."""
-    rng = np.random.default_rng(2)
-    indicators, marked = np.exp(3 * rng.normal(size=200)), rng.random(200) < 0.2
-    total, rounding = indicators.sum(), 1e-12 * indicators.sum()
-    added = completed(marked, indicators, part * total)
-    assert not (added & marked).any()
-    assert indicators[marked | added].sum() >= part * total - rounding
-    if added.any():
-        least = indicators[added].min()
-        assert least >= indicators[~(marked | added)].max(initial=0)
-        assert indicators[marked | added].sum() - least <= part * total + rounding
-    assert added.any() == (indicators[marked].sum() < part * total)
 
 
 def test_the_rule_of_a_name_marks(monkeypatch):

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from gaps import Random, bracketed, level_problem, represented, solved
+from gaps import bracketed, level_problem, represented, solved
 from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 
@@ -118,18 +118,6 @@ def test_a_start_of_any_energy(representation, height):
     steep = problem.stream(height * rng.normal(size=(1, len(problem.mesh.xy))))
     assert high.energies == pytest.approx(pressure.energies, rel=4e-8)
     assert steep.conductance == pytest.approx(stream.conductance, rel=4e-8)
-
-
-@pytest.mark.parametrize("periodic", [False, True])
-@pytest.mark.parametrize("seed", range(3))
-def test_gap_at_the_vertices_of_any_mesh(seed, periodic):
-    """As carried along from bisection to bisection, to rounding; contact is exactly contact."""
-    gap = represented(rough_gap((12, 8), 0.4, seed), cut=0.02, floor=0.05)
-    problem = level_problem(gap, 1, periodic, markings=[Random(seed)] * 5)
-    assert (problem.mesh.xy % (1 << 24)).any()  # vertices between the samples are meant
-    values = gap.vertex_values(problem.mesh)
-    np.testing.assert_allclose(values, problem.values, rtol=0, atol=1e-15)
-    assert np.array_equal(values == 0, problem.values == 0)
 
 
 @pytest.mark.parametrize(

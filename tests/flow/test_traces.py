@@ -8,7 +8,6 @@ from scipy.integrate import quad
 from fem_seal.film.law import Conductivity
 from fem_seal.flow.traces import (
     POWER,
-    mean_gradient_values,
     resistivity,
     segment_moments,
 )
@@ -95,31 +94,6 @@ def edge_trace(corners, values):
         return psi, np.multiply.outer(to_lambda[1], D * POWER * l_c ** (POWER - 1))
 
     return at
-
-
-def mean_gradient(at, corners) -> np.ndarray:
-    """Mean over the triangle of the gradient of a trace (polynomial: Gauss points are exact)."""
-    return 2 * integrate(lambda l_b, l_c: at(l_b, l_c)[1], 12)
-
-
-@pytest.mark.parametrize("corners", TRIANGLES)
-@pytest.mark.parametrize("first", [0, 1, 2])
-@pytest.mark.parametrize("kind", ["none", "vertex", "edge"])
-def test_mean_gradient(corners, first, kind):
-    """The linear function returned has the mean gradient of the trace, wherever the contact is."""
-    corners = np.array(corners, dtype=float)
-    values = np.array([0.4, 0.4, 1.3] if kind == "edge" else [0.4, -0.8, 1.3])
-    contact = {"none": [0, 0, 0], "vertex": [1, 0, 0], "edge": [1, 1, 0]}[kind]
-    turn = np.roll(np.arange(3), first)
-    to_lambda = np.linalg.inv(np.stack([corners[1] - corners[0], corners[2] - corners[0]], axis=1))
-    found = mean_gradient_values(values[None, turn], np.array([contact], dtype=bool)[:, turn])
-    found = found[0][np.argsort(turn)]
-    if kind == "none":
-        assert np.array_equal(found, values)
-        return
-    trace = {"vertex": power_trace, "edge": edge_trace}[kind](corners, values)
-    exact = mean_gradient(trace, corners)
-    assert (found[1:] - found[0]) @ to_lambda == pytest.approx(exact, rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("tiny", [3e-104, 1e-80])

@@ -32,18 +32,15 @@ def within(unknowns: int, gap: GridField, rtol: float = 0.1, **options) -> bool:
     return leak_rate(GridFilm(gap), rtol=rtol, limits=limits, **FLUID | options).converged
 
 
-def test_flow_through_a_vertex_is_resolved():
-    """Upper/lower stays above a thousand where only the shares are looked at."""
-    gap = random_decades(17)
-    assert within(4000, gap)
-    assert not within(1500, gap, rtol=1.0, tuning=Tuning(theta_residual=0.0))
-
-
-@pytest.mark.parametrize(("seed", "rtol"), [(7, 0.1), (44, 0.4)])
-def test_random_decades(seed, rtol):
-    """Of these brackets two spanned a factor of 2e4 and 1e8 at 35 000 unknowns: equipotential
-    cells that touch at low vertices were of one pressure for good."""
-    assert within(20_000, random_decades(seed), rtol)
+@pytest.mark.parametrize(
+    ("seed", "unknowns", "rtol"), [(17, 4000, 0.1), (7, 20_000, 0.1), (44, 20_000, 0.4)]
+)
+def test_random_decades(seed, unknowns, rtol):
+    """Brackets that spanned factors of 1e3 (17), 2e4 and 1e8 at more unknowns: by the shares alone,
+    and where equipotential cells that touch at low vertices were of one pressure for good."""
+    assert within(unknowns, random_decades(seed), rtol)
+    if seed == 17:  # where only the shares are looked at
+        assert not within(1500, random_decades(seed), rtol=1.0, tuning=Tuning(theta_residual=0.0))
 
 
 def test_low_vertex_between_wide_parts_is_a_joint():
