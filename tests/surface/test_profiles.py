@@ -181,16 +181,3 @@ def test_scene_of_profiles(tmp_path, capsys, here):
     products = "output.products=['leak_rate']"
     assert cli.main(["run", str(path), "--set", products, "--out", "out"]) == 0
     assert "isotropic surface" in " ".join(capsys.readouterr().out.split())
-
-
-@pytest.mark.parametrize(
-    ("edges", "values", "message"),
-    [
-        ([2.0, 1.0], [1.0], "ascending wavenumbers"),
-        ([1.0, 2.0], [1.0, 1.0], "m \\+ 1 ascending"),
-        ([1.0, 2.0], [-1.0], "not negative, got -1 m"),
-    ],
-)
-def test_rings_that_are_no_spectrum_are_refused(edges, values, message):
-    with pytest.raises(InvalidInput, match=message):
-        IsotropicSpectrum(np.array(edges), np.array(values), np.array(values))

@@ -9,6 +9,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file import FieldMap
 from fem_seal.grid import GridField
 from fem_seal.surface import (
+    IsotropicSpectrum,
     Preparation,
     Spectrum,
     cropped,
@@ -69,6 +70,14 @@ REFUSED = [
     (partial(profile_spectrum, 3.3 + np.arange(64).reshape(2, 32), 1.0), "flat profiles"),
     (partial(profile_spectrum, np.full((2, 32), NAN), 1.0), "64 samples of the profiles are missi"),
     (partial(profile_spectrum, np.ones((2, 32)), 0.0), "step = 0.0 must be a positive number"),
+    *(
+        (partial(IsotropicSpectrum, np.array(edges), np.array(values), np.array(values)), words)
+        for edges, values, words in (
+            ([2.0, 1.0], [1.0], "ascending wavenumbers"),
+            ([1.0, 2.0], [1.0, 1.0], r"m \+ 1 ascending"),
+            ([1.0, 2.0], [-1.0], "not negative, got -1 m"),
+        )
+    ),
     *((partial(fitted, np.full((33, 31), z)), "a flat surface has no spec") for z in (0.0, 3.3e-6)),
     (partial(fitted, NOISE[:2, :2]), "a map of 2 x 2 samples has no spectrum"),
     (partial(fitted, NOISE), "shows no power law"),
