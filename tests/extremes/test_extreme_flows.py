@@ -6,44 +6,10 @@ tests/flow/drawn_stripes.py. Knudsen numbers: tests/flow/test_slip.py.
 
 import numpy as np
 import pytest
-from drawn_stripes import Case
 from gaps import bracketed
-from sample_gaps import rough_gap
 
-from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-
-
-@pytest.mark.parametrize("contrast", [1e15, 1e120, 1e180, 1e300])
-@pytest.mark.parametrize("kind", ["along", "across"])
-def test_contrast_of_stripes(kind, contrast):
-    """The cube of a gap below 1e-60 of the largest one is beyond double precision.
-
-    Side by side it does not matter.
-    """
-    heights = np.cbrt(np.where(np.arange(8) % 4 < 2, 1.0, 1 / contrast))
-    case = Case(kind, heights, 8, (1.0, 1.0), "wall", "constant", "adaptive")
-    if contrast > 1e180 and kind == "across":
-        with pytest.raises(InvalidInput, match="critical constriction is 1e-100"):
-            case.solve(700)
-        return
-    assert case.solve(700).converged  # and its bounds hold the closed form
-
-
-def test_percolation():
-    """The critical constriction keeps a smaller and smaller part of its gap, at last nothing: the
-    leak rate falls (Dirichlet's principle), and is not zero before."""
-    gap, before = rough_gap((16, 16), 0.3, 1), np.inf
-    width = GridFilm(gap, "periodic").constriction.gap
-    for part in (1.0, 1e-12, 0.0):
-        values = np.maximum(0.0, gap.values - width)
-        values[gap.values == width] = part * width
-        film = GridFilm(GridField(values, gap.spacing, periodic=True), "periodic")
-        leak = bracketed(film, 0.3, 1500)
-        assert leak.lower <= before
-        assert (leak.state, leak.upper > 0) == (("leaking", True) if part else ("sealed", False))
-        before = leak.upper
 
 
 def test_one_pixel_channel():

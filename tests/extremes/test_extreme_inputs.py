@@ -59,8 +59,9 @@ def film(values=ONES, spacing=(1.0, 1.0), periodic=False, **choices):
     return GridFilm(GridField(np.array(values), spacing, periodic), **choices)
 
 
-def leak(values=ONES, spacing=(1.0, 1.0), **options):
-    return leak_rate(film(values, spacing), **FLUID | options)
+def leak(values=ONES, spacing=(1.0, 1.0), representation="linear", **options):
+    gap = film(values, spacing, representation=representation)
+    return leak_rate(gap, **FLUID | options)
 
 
 def tensor(values=ONES, periodic=True, **options):
@@ -127,6 +128,7 @@ ROWS = [
         for solver in (flow_leak_rate, by_differences)
         for size in SIZES
     ),
+    (partial(leak, [[1.0], [1e-61], [1.0]], representation="constant"), "constriction is 1e-61 of"),
     *((partial(tensor, size * ONES), BEYOND) for size in SIZES),
     (partial(tensor, np.eye(8) + 1, periodic=False), "periodic in both directions"),
     (partial(tensor, periodic=False, representation="constant"), "in both directions"),

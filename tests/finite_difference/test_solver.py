@@ -13,7 +13,6 @@ from fem_seal.finite_difference.slipping import node_pressure
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.theory.closed_forms import cosine_channel
 
 approx = partial(pytest.approx, rel=1e-12)
 
@@ -40,39 +39,9 @@ def test_layers_in_series_are_exact(sides, representation, links):
     assert found == approx(case.exact, rel=1e-13)
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_gap_of_y_only_is_the_sum_of_its_columns(representation):
-    """Parallel channels: columns do not exchange; vertices on walls have half the width."""
-    g = np.random.default_rng(2).uniform(0.1, 1, 12)
-    values = np.repeat(g[None], 5, axis=0)
-    weights = np.ones(12)
-    if representation == "linear":
-        weights[[0, -1]] = 0.5
-    length = 4 if representation == "linear" else 5
-    exact = weights @ g**3 / length
-    assert leak(values, representation=representation) == approx(exact, rel=1e-13)
-
-
-def cosine_channel_error(links, a, n):
-    """Relative error for g = 1 + a cos 2πx on n squares, in a channel one long and wide."""
-    g = 1 + a * np.cos(2 * np.pi * np.arange(n + 1) / n)
-    exact = cosine_channel(a, across=True)
-    return abs(leak(np.repeat(g[:, None], 2, 1), (1 / n, 1.0), links=links) / exact - 1)
-
-
 def observed_orders(errors):
     """Orders of convergence, where each grid has half the spacing of the one before."""
     return np.log2(np.array(errors[:-1]) / errors[1:])
-
-
-@pytest.mark.parametrize(("links", "order"), [(rule, 2) for rule in RULES if rule != "harmonic"])
-def test_order_in_the_cosine_channel(links, order):
-    """Each rule adds a term in g'² of second order to the mean of g^-3, which is spectral here.
-
-    The next term is of the order of (2π/128)² of it, 0.0024: 0.0035 of an order.
-    """
-    errors = [cosine_channel_error(links, 0.9, n) for n in (128, 256, 512)]
-    assert observed_orders(errors) == approx([order, order], abs=0.0035)
 
 
 def checkerboard_errors(links, sides):

@@ -123,22 +123,22 @@ def test_clockwise_triangles_are_turned(clockwise, tmp_path):
     assert side_lengths(gap_of(write_msh(tmp_path / "a.msh", cells=cells))) == WHOLE
 
 
-def halved(point):
-    """The square with an extra point and the last cell cut in two."""
-    points = np.vstack([CORNERS, point])
-    return {"points": points, "cells": [*CELLS[:3], [3, 5, 4], [5, 0, 4]]}
-
-
 HANGING = {
     "points": np.vstack([CORNERS, [0.75, 0.75]]),
     "cells": [CELLS[0], CELLS[1], [2, 3, 5], [5, 3, 4], CELLS[3]],
 }
 DOUBLED = {
-    "points": np.vstack([CORNERS, CORNERS[4]]),
+    "points": np.vstack([CORNERS, CORNERS[4] + 1e-12]),
     "cells": [CELLS[0], CELLS[1], [2, 3, 5], [3, 0, 5]],
+}
+# The last cell, halved at a point next to a corner.
+HARDLY = {
+    "points": np.vstack([CORNERS, [1e-13, 1.0]]),
+    "cells": [*CELLS[:3], [3, 5, 4], [5, 0, 4]],
 }
 MIDDLES = np.array([[0.5, 0], [0.75, 0.25], [0.25, 0.25]])
 CURVED = {"points": np.vstack([CORNERS, MIDDLES]), "cells": [[0, 1, 4, 5, 6, 7]]}
+FOLDED = np.array([[0, 0], [1, 0], [0, 1], [0.2, 0.9]])
 BROKEN = {
     "no groups": ({"edges": {}}, "it has no group of edges, such as a physical curve of gmsh"),
     "no inlet": ({"edges": {"outlet": [[1, 2]], "wall": [[0, 1], [2, 3], [3, 0]]}}, "'inlet'"),
@@ -162,27 +162,20 @@ BROKEN = {
         "1 edges belong to more than two triangles",
     ),
     "hanging node": (HANGING, "a node hangs in the middle of an edge at x = 0.75 m, y = 0.75 m"),
-    "points twice": (DOUBLED, "1 points stand twice, the first at x = 0.5 m, y = 0.5 m"),
-    "points nearly twice": (
-        DOUBLED | {"points": np.vstack([CORNERS, CORNERS[4] + 1e-12])},
-        "1 points stand twice, the first at x = 0.5 m, y = 0.5 m",
-    ),
-    "no area": (halved([0.0, 1.0]), "1 of 5 triangles have no area"),
-    "hardly an area": (halved([1e-13, 1.0]), "1 of 5 triangles have no area"),
+    "points nearly twice": (DOUBLED, "1 points stand twice, the first at x = 0.5 m, y = 0.5 m"),
+    "hardly an area": (HARDLY, "1 of 5 triangles have no area"),
     "not plane": ({"heights": [0, 0, 0, 0, 0.1]}, "is not plane: z varies by 0.1"),
-    "folded": (
-        {"points": np.vstack([CORNERS, [0.6, 0.5]]), "cells": [*CELLS[:3], [3, 0, 4], [1, 5, 4]]},
-        "1 edges belong to more than two triangles",
-    ),
-    "turned over": (
-        {"points": np.vstack([CORNERS[:4], [0.5, -0.5]])},
-        "the mesh is folded: two triangles lie on the same side",
-    ),
-    # Both counterclockwise, and on the same side of their common edge.
-    "fold of two neighbours": (
-        {"points": np.array([[0, 0], [1, 0], [0, 1], [0.2, 0.9]]), "cells": [[0, 1, 2], [0, 1, 3]]},
-        "the mesh is folded: two triangles lie on the same side",
-    ),
+    # Both counterclockwise, and on the same side of their common edge, whichever way that runs.
+    **{
+        f"folded at the edge {first} {second}": (
+            {
+                "points": FOLDED[[first, second, 2, 3]],
+                "cells": [[first, second, k] for k in (2, 3)],
+            },
+            "the mesh is folded: two triangles lie on the same side",
+        )
+        for first, second in ((0, 1), (1, 0))
+    },
     "point missing": ({"cells": [*CELLS, [0, 1, 11]]}, "is not a whole .msh mesh; write"),
     "not finite": ({"points": np.where(CORNERS == 0.5, np.nan, CORNERS)}, "not finite"),
 }
