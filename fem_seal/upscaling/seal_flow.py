@@ -221,7 +221,8 @@ def _refined(along: PathFlow, cells: int) -> np.ndarray:
     """
     apart = np.sqrt(along.influence * np.abs(np.diff(along.contact_pressure)))
     apart = np.convolve(apart, np.ones(3), "same")  # the bounds matter a little beside the value
-    parts = 1 + (cells * apart / apart.sum()).astype(int)
+    # All are 0 where the influence of every cell with a ΔP rounds to 0.
+    parts = 1 + (cells * apart / max(apart.sum(), np.finfo(float).tiny)).astype(int)
     return np.interp(np.arange(parts.sum() + 1), np.append(0, np.cumsum(parts)), along.x)
 
 

@@ -23,7 +23,7 @@ from fem_seal.upscaling import (
     uniform,
 )
 from fem_seal.upscaling.conductivity import SLIPPING, ConductivitySteps, Enclosure
-from fem_seal.upscaling.march import bracketed_root, path_leak_rate
+from fem_seal.upscaling.march import SHOOTING, bracketed_root, path_leak_rate
 
 ETA = 1e-3
 STRIP = StraightPath(2e-3, 0.15)
@@ -209,6 +209,17 @@ def test_influence(kind, P, e_fold, ends, loads):
     assert along.sealing_length <= 2e-3 * (1 + 1e-9)
     if is_uniform(profile):
         assert along.sealing_length == pytest.approx(2e-3, rel=1e-9)
+
+
+@pytest.mark.parametrize("width", [1e-6, 1e-5])
+def test_a_steep_flank_conducts_too_well_to_matter(width):
+    """K of the flank is 1e15 times that of the plateau, along which P is constant."""
+    table = exact_table([0, 1.5e5, 2e5], [1e-10, 1e-14, 1e-30])
+    profile = TabulatedProfile(np.array([0.0, width, 2e-3]), np.array([0.0, 3e5, 3e5]))
+    flow = seal_flow(table, profile, STRIP, BAR)
+    plateau = seal_flow(table, uniform(3e5, 2e-3 - width), StraightPath(2e-3 - width, 0.15), BAR)
+    for name in ("value", "upper"):
+        assert getattr(flow, name) == pytest.approx(getattr(plateau, name), rel=3 * SHOOTING)
 
 
 def test_lifted_off():
