@@ -174,10 +174,11 @@ def _solved_beside(
 def unresolved(height: GridField) -> float:
     """Height that a grid leaves out between its samples [m], rms: (h(x-dx) - 2 h(x) + h(x+dx)) / 8.
 
-    It is the error of linear interpolation in the middle of two samples, of both directions.
+    It is the error of linear interpolation in the middle of two samples, of both directions. Only
+    samples with neighbours on all sides count.
     """
-    h = height.values
-    second = [np.roll(h, -1, axis) + np.roll(h, 1, axis) - 2 * h for axis in (0, 1)]
+    h = np.pad(height.values, 1, mode="wrap") if height.periodic else height.values
+    second = np.diff(h, 2, axis=0)[:, 1:-1], np.diff(h, 2, axis=1)[1:-1]
     return float(np.sqrt(sum(np.mean(np.square(part)) for part in second)) / 8)
 
 

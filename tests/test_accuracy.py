@@ -91,6 +91,9 @@ def test_a_small_error_of_a_grid_goes_with_the_square_of_its_spacing():
     assert unresolved(height) == pytest.approx(np.sqrt(5) * x[1] ** 2 / 8, rel=2e-3)
     finer = resample(height, (128, 128))
     assert unresolved(finer) == pytest.approx(unresolved(height) / 4, rel=2e-3)
+    # Without the step from its end to its beginning a plane is linear.
+    plane = GridField(np.add.outer(np.arange(8.0), np.arange(5.0)), (1.0, 1.0))
+    assert unresolved(plane) == 0
     parts = [grid_error(4 * c, c).log_error for c in (1e-3, 4e-3)]
     epsilon = OF_UNRESOLVED * 1e-3 + OF_CHANGE * 4e-3
     assert parts[0] == pytest.approx(epsilon * (1 + 4 * epsilon), rel=1e-12)

@@ -8,6 +8,7 @@ from scipy.stats import norm
 
 from fem_seal.contact import bearing
 from fem_seal.contact.settings import Load
+from fem_seal.contact.state import PERIMETER_FACTOR
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
@@ -48,6 +49,14 @@ def test_ties_touch_together():
     steps = GridField(np.repeat([0.0, 1.0, 2.0], 4).reshape(3, 4), (1.0, 1.0))
     assert bearing(steps, area_fraction=0.1).contact_area_fraction == pytest.approx(1 / 3)
     assert bearing(steps, area_fraction=0.0).contact_area_fraction == pytest.approx(1 / 3)
+
+
+@pytest.mark.parametrize(("periodic", "edges"), [(False, 4), (True, 8)])
+def test_the_edge_of_a_contact_at_a_border(periodic, edges):
+    """The last row touches: it meets the first one only if the surface repeats."""
+    steps = GridField(np.repeat([0.0, 1.0, 2.0], 4).reshape(3, 4), (1.0, 1.0), periodic)
+    corrected = bearing(steps, area_fraction=0.1).contact_area_corrected
+    assert corrected == pytest.approx(1 / 3 - PERIMETER_FACTOR * edges / 12)
 
 
 def test_another_load_of_a_patch():
