@@ -32,13 +32,12 @@ TRIAL_CERTIFICATE = 0.1
 MOST_TRIALS = 8
 # Relative width of the pressure bracket at which the area is taken to jump over the target.
 SMALLEST_STEP = 1e-6
-# If the area is too large even at this part of the first guess, the search ends at the contact with
-# the nearest area.
-LEAST_PRESSURE = 1e-12
-HIGHEST = 1e12  # pressure over the first guess at which the search gives up
-# First guess of the pressure over that of Persson's area law, at light load; it rises by a third of
-# the area. At light load the law's area is 1.6 times p/(E* h'rms), that of simulations 2.1 to
-# 2.2 times, and that of the samples that touch, which are counted whole, up to 3 times.
+# Both over the pressure at which the search begins. Where the area is too large even at the least
+# one, the search returns the contact with the nearest area; above the highest one it gives up.
+LEAST_PRESSURE, HIGHEST_PRESSURE = 1e-12, 1e12
+# First pressure over that of Persson's area law, at light load. At light load the law's area is 1.6
+# times p/(E* h'rms), that of simulations 2.1 to 2.2 times, and that of the samples that touch,
+# which are counted whole, up to 3 times.
 FIRST_GUESS = 0.7
 
 
@@ -139,7 +138,7 @@ def _search(
 
     low, high, beyond = 0.0, pressure, 1.02
     while (short := miss(high)) < 0:
-        if high > HIGHEST * pressure:
+        if high > HIGHEST_PRESSURE * pressure:
             raise NotConverged(
                 f"contact area fraction {area_fraction} is not reached at {high:.6e} Pa; ask for a "
                 "smaller one"
@@ -174,6 +173,7 @@ def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | No
     """Mean pressure [Pa] of the start; without one `FIRST_GUESS` times that of Persson's law."""
     if start is not None and start.any():
         return float(start.mean())
+    # The law comes closer to simulations as the area grows: the factor rises by a third of it.
     part = FIRST_GUESS * (1 + area_fraction / 3)
     strain = part * _linear(area_fraction) * rms_slope(pair.height) / 2**0.5
     # A flat surface touches everywhere under any pressure.

@@ -247,7 +247,8 @@ def _restrict_gap(
 
     def restrict(rows: slice) -> tuple[int, float]:
         """Free samples of some rows, and the sum of their residual."""
-        # Subtract in float64, so that the small residuals of pressed samples keep their digits.
+        # Subtract in the precision of g, before that of r: once g is in double precision, the small
+        # residuals of pressed samples keep their digits.
         above, residual = g[rows] - level, r[rows]
         mask = above < 0
         mask |= p[rows] > 0
