@@ -84,8 +84,8 @@ class GridField:
         return (nx * dx, ny * dy) if self.periodic else ((nx - 1) * dx, (ny - 1) * dy)
 
     @property
-    def sides(self) -> tuple[float, float]:
-        """Lengths along both axes [m], each sample counted as one pixel."""
+    def covered(self) -> tuple[float, float]:
+        """Lengths [m] that the samples cover, each counted as one pixel."""
         (nx, ny), (dx, dy) = self.shape, self.spacing
         return nx * dx, ny * dy
 

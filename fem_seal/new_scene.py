@@ -128,10 +128,10 @@ def _map(path: Path, name: str, stated: Stated) -> NewScene:
     if needed:
         return NewScene(_text(path, lines, TWINS), facts, needed)
     heights = in_metres(recorded, stated, path)
-    (dx, dy), sides = heights.spacing, heights.sides
+    (dx, dy), lengths = heights.spacing, heights.covered
     facts.append(f"{length_text(dx, 6)} by {length_text(dy, 6)} apart")
     if max(nx, ny) > FEW_SAMPLES:
-        ends = ", ".join(f'["0 um", "{1e6 * side / 2:.6g} um"]' for side in sides)
+        ends = ", ".join(f'["0 um", "{1e6 * length / 2:.6g} um"]' for length in lengths)
         lines.append(f"# crop = [{ends}]   # a part of the map; a large contact takes long")
     lines.append("# transpose = true              # the flow runs along x; this sends it along y")
     window = "" if recorded.periodic else _window(heights)
@@ -167,12 +167,12 @@ def _window(heights: FieldMap) -> str:
         return f"## no window: {error}\n"
     if longest is None:
         return "## no window: the longest wavelength is longer than the map; they would lose it\n"
-    part = [rounded_down(1e6 * side / WINDOWS, 3) for side in heights.sides]
-    ratio = min(heights.sides) / WINDOWS / longest
+    part = [rounded_down(1e6 * length / WINDOWS, 3) for length in heights.covered]
+    ratio = min(heights.covered) / WINDOWS / longest
     waves = f"{ratio:.2g} of the longest wavelengths, {length_text(longest, 3)}, wide"
     if ratio < WAVES:
         return f"## no window: a third of the map is {waves}; at least {WAVES:g} are needed\n"
-    lengths = ", ".join(f'"{side} um"' for side in part)
+    lengths = ", ".join(f'"{length} um"' for length in part)
     return _line(WINDOW_LINE.removesuffix(" ="), f"[{lengths}]", waves) + "\n"
 
 
@@ -189,8 +189,8 @@ def _unit_and_size(recorded: Recorded, stated: Stated) -> tuple[list[str], list[
     if recorded.spacing is not None:
         lines.append("# size: the file says the steps")
     elif stated.size is not None:
-        sides = ", ".join(f'"{1e6 * side:.9g} um"' for side in stated.size)
-        lines.append(_line("size", f"[{sides}]", "nx dx and ny dy"))
+        lengths = ", ".join(f'"{1e6 * length:.9g} um"' for length in stated.size)
+        lines.append(_line("size", f"[{lengths}]", "nx dx and ny dy"))
     else:
         needed.append("size")
         lines.append(_line("# size", '["1 mm", "1 mm"]', "needed: nx dx and ny dy"))

@@ -158,7 +158,7 @@ def _map_rows(prepared: "PreparedSurface") -> Rows:
     """Rows on the sides, the slopes and the lay of the map before it was made periodic."""
     from fem_seal.quantities.cautions import LAY
 
-    yield "sides", " by ".join(map(length_text, prepared.measured.sides))  # as in surface.size
+    yield "sides", " by ".join(map(length_text, prepared.measured.covered))  # as in surface.size
     without = " (without the spikes)" if prepared.outliers.any() else ""
     lay = prepared.lay
     yield "slopes", f"{lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y{without}"

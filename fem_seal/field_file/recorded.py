@@ -47,8 +47,8 @@ class FieldMap:
     periodic: bool | None
 
     @property
-    def sides(self) -> Pair:
-        """Lengths along both axes [m], each sample counted as one pixel."""
+    def covered(self) -> Pair:
+        """Lengths [m] that the samples cover, each counted as one pixel."""
         (nx, ny), (dx, dy) = self.values.shape, self.spacing
         return nx * dx, ny * dy
 

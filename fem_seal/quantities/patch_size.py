@@ -32,7 +32,7 @@ def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertai
 
 
 def _scales(heights: GridField, longest: float | None, leak_path: float) -> Uncertainty:
-    length = longest or min(heights.sides)
+    length = longest or min(heights.covered)
     ratio = length / leak_path
     its = f", {length_text(length)}, is"
     if longest is None:
@@ -46,21 +46,21 @@ def _scales(heights: GridField, longest: float | None, leak_path: float) -> Unce
 
 def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertainty:
     map_, window = patch.scene.measured_map, present(patch.scene.seal, "[seal]").window
-    sides, loss, lost = heights.sides, "", False
-    patches, remedy = f"patches {length_text(min(sides))} wide, between straight ends,", ""
+    lengths, loss, lost = heights.covered, "", False
+    patches, remedy = f"patches {length_text(min(lengths))} wide, between straight ends,", ""
     if map_ is not None and window is not None:
         patches = f"patches made of windows, {' by '.join(map(length_text, window))},"
-        sides, kept = window, kept_roughness(heights, window, map_.detrend or "mean")
+        lengths, kept = window, kept_roughness(heights, window, map_.detrend or "mean")
         loss = f"; levelled, they keep {per_cent(kept)} of the rms height of the map"
         lost = 1 - kept > MOST_LOST
         remedy = "leave seal.window out: the patches are then the map and its twins"
     elif map_ is not None:
         # The mirror images of a map contain no more of the surface.
-        patches = f"patches made of the map, {' by '.join(map(length_text, sides))},"
+        patches = f"patches made of the map, {' by '.join(map(length_text, lengths))},"
         remedy = "take a larger map"
     wide = "do not show the longest wavelength, which is longer than the map"
     if longest is not None:
-        ratio = min(sides) / longest
+        ratio = min(lengths) / longest
         wide = f"are {ratio:.2g} of the longest wavelengths wide, {length_text(longest)} each"
     small = longest is None or ratio < WAVES
     if lost:

@@ -137,14 +137,14 @@ def mesh_picture(field: FlowField, film: GridFilm, path: str | Path) -> None:
             x, y = field.points.T
             place.triplot(x, y, field.cells, color="black", linewidth=line, rasterized=True)
             place.set(xlim=window[:2], ylim=window[2:])
-        mark = Rectangle((part.x0, part.y0), *part.sides, fill=False, lw=1.5, ec=INLET.rgb)
+        mark = Rectangle((part.x0, part.y0), *part.lengths, fill=False, lw=1.5, ec=INLET.rgb)
         axes[0, 0].add_patch(mark)
 
 
 def peak_window(field: FlowField, whole: Window) -> Window:
     """Window around the triangle of strongest flow, inside the whole one."""
     strongest = field.cells[np.argmax(flow_density(field))]
-    half = 0.5 * DETAIL * np.array(whole.sides)
-    centre = np.clip(field.points[strongest].mean(axis=0), half, np.array(whole.sides) - half)
+    half = 0.5 * DETAIL * np.array(whole.lengths)
+    centre = np.clip(field.points[strongest].mean(axis=0), half, np.array(whole.lengths) - half)
     (x0, y0), (x1, y1) = centre - half, centre + half
     return Window(float(x0), float(x1), float(y0), float(y1))

@@ -107,7 +107,7 @@ def draw_layers(layers: Sequence[DrawnTriangles], window: Window) -> np.ndarray:
     width, height = (round(LONG_SIDE * part) for part in window.shape)
     with off_screen(width, height) as (vista, plotter):
         for depth, layer in enumerate(layers):
-            pixels = (layer.points - (window.x0, window.y0)) / window.sides * (width, height)
+            pixels = (layer.points - (window.x0, window.y0)) / window.lengths * (width, height)
             points = np.column_stack([pixels, np.full(len(pixels), float(depth))])
             surface = vista.PolyData.from_regular_faces(points, np.asarray(layer.cells))
             colours: dict[str, Any] = {"color": layer.colour}

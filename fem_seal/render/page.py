@@ -41,14 +41,14 @@ class Window(NamedTuple):
     y1: float
 
     @property
-    def sides(self) -> tuple[float, float]:
+    def lengths(self) -> tuple[float, float]:
         """Lengths along x and y [m]."""
         return self.x1 - self.x0, self.y1 - self.y0
 
     @property
     def shape(self) -> tuple[float, float]:
         """Width and height of the drawing over its longer side; a narrow strip is stretched."""
-        wide, high = (max(side / max(self.sides), NARROWEST) for side in self.sides)
+        wide, high = (max(length / max(self.lengths), NARROWEST) for length in self.lengths)
         return wide, high
 
 
@@ -93,7 +93,7 @@ def page(
 
 def frame(axes: "Axes", window: Window, title: str = "", along_x: str = "") -> None:
     """Give axes the limits of a window, lengths in a readable unit, a title and words beside x."""
-    (wide, high), (width, height) = window.sides, window.shape
+    (wide, high), (width, height) = window.lengths, window.shape
     axes.set(xlim=(window.x0, window.x1), ylim=(window.y0, window.y1))
     axes.set_box_aspect(height / width)
     stretch = height / high / (width / wide)

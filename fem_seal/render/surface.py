@@ -46,7 +46,7 @@ def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:
     heights = field.values - field.values.mean()
     low, high = np.quantile(heights, [CLIPPED, 1 - CLIPPED])
     scale, unit = readable(float(max(-low, high)), "m")
-    along_x, along_y = field.sides
+    along_x, along_y = field.covered
     window = Window(0.0, along_x, 0.0, along_y)
     frame(axes, window, along_x=", flow →")
     image = axes.imshow(

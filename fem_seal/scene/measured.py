@@ -112,7 +112,7 @@ class FileSurface(FieldFile, SurfaceSection):
         """The steps that prepare the map."""
         return Preparation(**{step.name: getattr(self, step.name) for step in fields(Preparation)})
 
-    def window(self, place: tuple[int, int], sides: tuple[float, float]) -> Crop:
+    def window(self, place: tuple[int, int], lengths: tuple[float, float]) -> Crop:
         """One of the windows [m] into which `crop` is divided, as a rectangle like that.
 
         Its place is its number along x and along y, from 0.
@@ -120,8 +120,8 @@ class FileSurface(FieldFile, SurfaceSection):
         corner = [0.0, 0.0] if self.crop is None else [start for start, _ in self.crop]
         x, y = (
             # The sample at the end is the first one of the next window.
-            (start + number * side, start + (number + 1 - WINDOW_END) * side)
-            for start, number, side in zip(corner, place, sides, strict=True)
+            (start + number * length, start + (number + 1 - WINDOW_END) * length)
+            for start, number, length in zip(corner, place, lengths, strict=True)
         )
         return x, y
 

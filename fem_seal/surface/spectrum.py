@@ -60,9 +60,9 @@ class Spectrum:
                 "apart; raise it or shape"
             )
         if self.long_wavelength > max(size) * (1 + 1e-9):
-            long, *sides = (length_text(length, 6) for length in (self.long_wavelength, *size))
+            long, *cell = (length_text(length, 6) for length in (self.long_wavelength, *size))
             raise InvalidInput(
-                f"long_wavelength = {long} does not fit into the cell of size {' by '.join(sides)}"
+                f"long_wavelength = {long} does not fit into the cell of size {' by '.join(cell)}"
             )
 
     @property

@@ -50,7 +50,7 @@ def kept_roughness(heights: GridField, window: tuple[float, float], trend: str) 
     """Rms height of the windows of a map, each levelled, over that of the levelled map.
 
     The windows lie side by side from the first corner of the map on, as many as it holds.
-    The sides of a window [m] are at most those of the map, the trend is one of `detrended`.
+    The lengths of a window [m] are at most those of the map, the trend is one of `detrended`.
     """
     whole = FieldMap(heights.values, heights.spacing, False)
     nx, ny = (max(round(side / d), 2) for side, d in zip(window, heights.spacing, strict=True))

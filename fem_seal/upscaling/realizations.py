@@ -38,48 +38,48 @@ def _places(
 ) -> list[tuple[int, int]]:
     """Places of the windows, spread evenly over the map; the first one is at its corner."""
     if surface.crop is None:
-        sides = read_map(surface.path, HEIGHT_NAMES, surface.stated, heights=True).sides
+        lengths = read_map(surface.path, HEIGHT_NAMES, surface.stated, heights=True).covered
     else:
         (x0, x1), (y0, y1) = surface.crop
-        sides = x1 - x0, y1 - y0
+        lengths = x1 - x0, y1 - y0
     along, across = (
-        int(side / part + WINDOW_ROUNDING) for side, part in zip(sides, window, strict=True)
+        int(length / part + WINDOW_ROUNDING) for length, part in zip(lengths, window, strict=True)
     )
     if along * across < patches:
-        raise InvalidInput(_too_few(surface, sides, window, patches, (along, across)))
+        raise InvalidInput(_too_few(surface, lengths, window, patches, (along, across)))
     chosen = np.linspace(0, along * across - 1, patches).round().astype(int)
     return [(int(number) // across, int(number) % across) for number in chosen]
 
 
 def _too_few(
     surface: FileSurface,
-    sides: Sequence[float],
+    lengths: Sequence[float],
     window: tuple[float, float],
     patches: int,
     held: tuple[int, int],
 ) -> str:
     """Message on windows that do not fit, with the largest windows that fit."""
     whole = surface.path if surface.crop is None else f"surface.crop of {surface.path}"
-    scale = largest_scale(sides, window, patches)
+    scale = largest_scale(lengths, window, patches)
     # Round down: the windows must fit. With 1 + 1e-9 rounding errors do not cost a digit.
-    fitting = [float(rounded_down(1e6 * scale * side * (1 + 1e-9), 3)) for side in window]
+    fitting = [float(rounded_down(1e6 * scale * length * (1 + 1e-9), 3)) for length in window]
     uncropped = "" if surface.crop is None else ", take surface.crop out"
     return (
-        f"seal.patches = {patches}, but {whole}, {_lengths_text(sides)} um, holds {held[0]} x "
+        f"seal.patches = {patches}, but {whole}, {_lengths_text(lengths)} um, holds {held[0]} x "
         f"{held[1]} windows of {_lengths_text(window)} um (seal.window); as many fit with "
         f'seal.window = ["{fitting[0]:g} um", "{fitting[1]:g} um"]{uncropped}, or '
         "leave seal.window out: the patches are then the map and random twins with its spectrum"
     )
 
 
-def _lengths_text(sides: Sequence[float]) -> str:
+def _lengths_text(lengths: Sequence[float]) -> str:
     """Two lengths as text in um, "150 x 150"."""
-    return " x ".join(f"{1e6 * side:.4g}" for side in sides)
+    return " x ".join(f"{1e6 * length:.4g}" for length in lengths)
 
 
-def largest_scale(sides: Sequence[float], window: Sequence[float], patches: int) -> float:
+def largest_scale(lengths: Sequence[float], window: Sequence[float], patches: int) -> float:
     """Largest factor by which a window can be scaled so that a map holds `patches` of them."""
-    ratios = [side / part for side, part in zip(sides, window, strict=True)]
+    ratios = [length / part for length, part in zip(lengths, window, strict=True)]
     # At the largest factor a whole number of windows fills one side of the map.
     scales = sorted((ratio / n for ratio in ratios for n in range(1, patches + 1)), reverse=True)
     return next(
