@@ -102,9 +102,8 @@ class GridField:
     def refined(self) -> "GridField":
         """Samples of the same piecewise linear function on a grid of half the spacing.
 
-        The function is linear on the pixel triangles, whose diagonals join vertices (i, j) with i +
-        j even. Each pixel triangle of the finer grid is part of one of these: the function does not
-        change.
+        The function is linear on the pixel triangles. Each one of the finer grid is part of one of
+        these: the function does not change.
         """
         v = self.vertices()
         fine = np.empty((2 * v.shape[0] - 1, 2 * v.shape[1] - 1))
@@ -113,11 +112,20 @@ class GridField:
         fine[::2, 1::2] = (v[:, :-1] + v[:, 1:]) / 2
         i, j = np.indices((v.shape[0] - 1, v.shape[1] - 1), sparse=True)
         rising, falling = v[:-1, :-1] + v[1:, 1:], v[1:, :-1] + v[:-1, 1:]
-        fine[1::2, 1::2] = np.where((i + j) % 2 == 0, rising, falling) / 2
+        fine[1::2, 1::2] = np.where(diagonal_rises(i, j), rising, falling) / 2
         if self.periodic:
             fine = fine[:-1, :-1]
         dx, dy = self.spacing
         return GridField(fine, (dx / 2, dy / 2), self.periodic)
+
+
+def diagonal_rises(i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """Whether pixels (i, j) are cut from (i, j) to (i+1, j+1), and not from (i+1, j) to (i, j+1).
+
+    So the diagonals alternate; each joins two vertices (i, j) with i + j even.
+    """
+    rises: np.ndarray = (i + j) % 2 == 0
+    return rises
 
 
 def require_grid_field(value: object, name: str) -> None:

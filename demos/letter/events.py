@@ -7,6 +7,7 @@ import numpy as np
 from fem_seal.contact import GapState
 from fem_seal.contact.state import PERIMETER_FACTOR
 from fem_seal.film.clusters import joins_ends
+from fem_seal.grid import diagonal_rises
 
 # Connectivities of contact and of open. All but the last are dual pairs. In the last one neither
 # phase is connected through corners, and both may fail to span.
@@ -58,10 +59,10 @@ def euler_characteristic(mask: np.ndarray) -> int:
 
     a, b, c = mask, np.roll(mask, -1, axis=0), np.roll(mask, -1, axis=1)
     d = np.roll(b, -1, axis=1)
-    even = np.indices(mask.shape).sum(axis=0) % 2 == 0
-    edges = count(a, b) + count(a, c) + count(a, d, even) + count(b, c, ~even)
-    rising = count(a, b, d, even) + count(a, c, d, even)
-    falling = count(a, b, c, ~even) + count(b, c, d, ~even)
+    rises = diagonal_rises(*np.indices(mask.shape))
+    edges = count(a, b) + count(a, c) + count(a, d, rises) + count(b, c, ~rises)
+    rising = count(a, b, d, rises) + count(a, c, d, rises)
+    falling = count(a, b, c, ~rises) + count(b, c, d, ~rises)
     return count(a) - edges + rising + falling
 
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
+from fem_seal.grid import diagonal_rises
 from fem_seal.mesh.grouping import components
 
 
@@ -27,8 +27,8 @@ def label(
     Parameters
     ----------
     connectivity
-        "4", "8" or "triangulation": the triangulation has the 4 neighbours and, in pixel (i, j),
-        the diagonal (i, j)-(i+1, j+1) if i + j is even, (i+1, j)-(i, j+1) if it is odd.
+        "4", "8" or "triangulation": the triangulation has the 4 neighbours and the diagonals of the
+        pixels (`grid.diagonal_rises`).
     periodic
         Along each axis, whether the last sample neighbours the first.
     """
@@ -88,11 +88,11 @@ def _diagonals(labels: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     Where one of the other two corners of the pixel is inside as well, it has joined them already.
     """
     inside = labels > 0
-    for i, j in product((0, 1), repeat=2):
+    for (i, j), rises in np.ndenumerate(diagonal_rises(*np.indices((2, 2)))):
         left, right = slice(i, -1, 2), slice(i + 1, None, 2)
         below, above = slice(j, -1, 2), slice(j + 1, None, 2)
         rising, falling = ((left, below), (right, above)), ((right, below), (left, above))
-        ends, others = (rising, falling) if i == j else (falling, rising)
+        ends, others = (rising, falling) if rises else (falling, rising)
         joins = inside[ends[0]] & inside[ends[1]] & ~(inside[others[0]] | inside[others[1]])
         yield labels[ends[0]][joins], labels[ends[1]][joins]
 
@@ -118,11 +118,11 @@ def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool
     # Pixels (i, j) of the last row and column. Row nx stands for row 0 across the seam.
     i = np.concatenate([np.full(ny, nx - 1), np.arange(nx - 1)])
     j = np.concatenate([np.arange(ny), np.full(nx - 1, ny - 1)])
-    corner, even, every = np.stack([i, j], axis=1), (i + j) % 2 == 0, np.ones(i.size, dtype=bool)
+    corner, rises, every = np.stack([i, j], axis=1), diagonal_rises(i, j), np.ones(i.size, bool)
     rising, falling = {
         "4": (~every, ~every),
         "8": (every, every),
-        "triangulation": (even, ~even),
+        "triangulation": (rises, ~rises),
     }[connectivity]
     edges = (
         (every, (0, 0), (1, 0)),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.grid import GridField, Representation, Sides
+from fem_seal.grid import GridField, Representation, Sides, diagonal_rises
 from fem_seal.registry import choose
 
 # For each connectivity of a phase that of its complement, so that exactly one of the two spans.
@@ -47,10 +47,10 @@ class Lattice:
         if self.connectivity != "triangulation":
             return np.ones((mx, my))
         pixels = (mx - 1, my if self.seam else my - 1)
-        even = np.add.outer(np.arange(pixels[0]), np.arange(pixels[1])) % 2 == 0
+        rises = diagonal_rises(*np.indices(pixels, sparse=True))
         # A corner on the pixel's diagonal belongs to both of its triangles, each half a pixel.
-        rising = np.where(even, 1 / 3, 1 / 6)
-        falling = np.where(even, 1 / 6, 1 / 3)
+        rising = np.where(rises, 1 / 3, 1 / 6)
+        falling = np.where(rises, 1 / 6, 1 / 3)
         area = np.zeros((mx, pixels[1] + 1))
         area[:-1, :-1] += rising
         area[1:, 1:] += rising

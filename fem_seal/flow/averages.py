@@ -19,6 +19,7 @@ import numpy as np
 
 from fem_seal.film.law import Conductivity
 from fem_seal.flow.quarters import thrice_centroids
+from fem_seal.grid import diagonal_rises
 from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import DEPTH, covering
 from fem_seal.parallel import cores
@@ -127,11 +128,9 @@ def linear_pixel_means(
 ) -> np.ndarray:
     """`mean` of the two triangles of every pixel, (mx, my, 2), from vertex samples (mx+1, my+1)."""
     sw, se, nw, ne = gap[:-1, :-1], gap[1:, :-1], gap[:-1, 1:], gap[1:, 1:]
-    i, j = np.indices(sw.shape, sparse=True)
-    even = (i + j) % 2 == 0
-    # The diagonal joins sw and ne where i + j is even, se and nw elsewhere.
-    first, second = np.where(even, sw, se), np.where(even, ne, nw)
-    rest = np.where(even, se, sw), np.where(even, nw, ne)
+    rises = diagonal_rises(*np.indices(sw.shape, sparse=True))
+    first, second = np.where(rises, sw, se), np.where(rises, ne, nw)
+    rest = np.where(rises, se, sw), np.where(rises, nw, ne)
     return np.stack([mean(third, first, second) for third in rest], axis=-1)
 
 
@@ -200,11 +199,10 @@ def _summed(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     south, north = sw[..., 0] + se[..., 0], nw[..., 1] + ne[..., 1]
     west, east = sw[..., 1] + nw[..., 0], se[..., 1] + ne[..., 0]
     axial = np.stack([south, east, north, west], axis=-1) / 2
-    i, j = np.indices(south.shape[1:], sparse=True)
-    even = (i + j) % 2 == 0
+    rises = diagonal_rises(*np.indices(south.shape[1:], sparse=True))
     south, east, north, west = np.moveaxis(axial, -1, 0)
-    low = south + np.where(even, east, west)
-    high = north + np.where(even, west, east)
+    low = south + np.where(rises, east, west)
+    high = north + np.where(rises, west, east)
     return np.stack([low, high], axis=-1) / 2, axial
 
 

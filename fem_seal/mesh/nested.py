@@ -1,11 +1,10 @@
 """The nested family: right isosceles triangles on and between the samples of a grid.
 
-Every square of the grid is cut along one diagonal. The diagonals alternate and join the vertices
-(i, j) with i + j even. Halving every triangle twice, each time from the right angle to the middle
-of the hypotenuse, gives the same pattern on squares half as wide. Therefore the meshes of squares
-2^k pixels wide are nested, for k > 0, for the pixel triangulation (k = 0) and below it, and so are
-the mixtures of them that bisection makes. A gap that is linear on the pixel triangles is linear on
-all triangles at or below pixel size.
+Every square of the grid is cut along one diagonal (`grid.diagonal_rises`). Halving every triangle
+twice, each time from the right angle to the middle of the hypotenuse, gives the same pattern on
+squares half as wide. Therefore the meshes of squares 2^k pixels wide are nested, for k > 0, for the
+pixel triangulation (k = 0) and below it, and so are the mixtures of them that bisection makes. A
+gap that is linear on the pixel triangles is linear on all triangles at or below pixel size.
 
 Vertices have integer coordinates in units of 2^-DEPTH pixels, so that the pixel of a triangle
 follows from integer arithmetic, without a search.
@@ -17,6 +16,7 @@ from typing import Self
 import numpy as np
 
 from fem_seal.errors import NotConverged
+from fem_seal.grid import diagonal_rises
 from fem_seal.mesh.mesh import Edges, Halvings, Mesh
 
 DEPTH = 24  # bisection is possible down to 2^-24 pixels
@@ -150,7 +150,7 @@ def triangle_at(
     """
     # Mirror the pixels whose diagonal does not begin at their first vertex. Each point then lies in
     # the triangle of the first vertex, the opposite one and a third.
-    mirrored = (i + j) % 2 == 1
+    mirrored = ~diagonal_rises(i, j)
     x = np.where(mirrored, 1 - x, x)
     near, far = np.where(mirrored, (i + 1, i), (i, i + 1))
     third = np.where(x > y, far, near), np.where(x > y, j, j + 1)
@@ -169,9 +169,9 @@ def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> 
     xy = np.stack([i, j], axis=-1).reshape(-1, 2).astype(np.int64) * (width * PIXEL)
     vertex = np.arange((nx + 1) * (ny + 1), dtype=np.int32).reshape(nx + 1, ny + 1)
     sw, se, nw, ne = vertex[:-1, :-1], vertex[1:, :-1], vertex[:-1, 1:], vertex[1:, 1:]
-    even = ((i + j) % 2 == 0)[:-1, :-1]
-    low = np.where(even[..., None], np.stack([se, sw, ne], -1), np.stack([sw, se, nw], -1))
-    high = np.where(even[..., None], np.stack([nw, ne, sw], -1), np.stack([ne, nw, se], -1))
+    rises = diagonal_rises(i, j)[:-1, :-1, None]
+    low = np.where(rises, np.stack([se, sw, ne], -1), np.stack([sw, se, nw], -1))
+    high = np.where(rises, np.stack([nw, ne, sw], -1), np.stack([ne, nw, se], -1))
     cells = np.stack([low, high], axis=2).reshape(-1, 3)
     twin = vertex.copy()
     if periodic_sides:
