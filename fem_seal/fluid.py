@@ -92,11 +92,6 @@ class Slip(TwoPressures):
         super().__post_init__()
         require_positive(product=self.product)
 
-    @property
-    def pressures(self) -> tuple[float, float]:
-        """Pressures [Pa] of outlet and inlet."""
-        return self.outlet_pressure, self.inlet_pressure
-
     def per_square_gap(self, gap: np.ndarray | float) -> np.ndarray:
         """12 η K/g² = c(g p/B) B/p [m] at the mean pressure p, of a gap g [m].
 
@@ -135,7 +130,7 @@ class Slip(TwoPressures):
 
     def kinks_and_ends(self, gap: float) -> np.ndarray:
         """Outlet pressure, pressures at which c(g p/B) of a gap [m] has kinks, inlet pressure."""
-        p_out, p_in = self.pressures
+        p_out, p_in = self.outlet_pressure, self.inlet_pressure
         kinks = self.coefficient.kinks * (self.product / gap)
         return np.concatenate([[p_out], kinks[(kinks > p_out) & (kinks < p_in)], [p_in]])
 
@@ -237,5 +232,6 @@ def pressure_of(solved: np.ndarray, drive: Drive, slip: Slip | None, critical: f
     """
     if slip is None:
         return drive.pressure(solved)
-    start, end = (slip.potential(p, critical) for p in slip.pressures)
-    return slip.pressure(start + (end - start) * (solved / drive.pressure_drop), critical)
+    at_outlet = slip.potential(slip.outlet_pressure, critical)
+    drop = slip.potential(slip.inlet_pressure, critical) - at_outlet
+    return slip.pressure(at_outlet + drop * (solved / drive.pressure_drop), critical)

@@ -110,9 +110,9 @@ class GridField:
         fine[::2, ::2] = v
         fine[1::2, ::2] = (v[:-1] + v[1:]) / 2
         fine[::2, 1::2] = (v[:, :-1] + v[:, 1:]) / 2
-        i, j = np.indices((v.shape[0] - 1, v.shape[1] - 1), sparse=True)
         rising, falling = v[:-1, :-1] + v[1:, 1:], v[1:, :-1] + v[:-1, 1:]
-        fine[1::2, 1::2] = np.where(diagonal_rises(i, j), rising, falling) / 2
+        rises = diagonal_rises(*np.indices(rising.shape, sparse=True))
+        fine[1::2, 1::2] = np.where(rises, rising, falling) / 2
         if self.periodic:
             fine = fine[:-1, :-1]
         dx, dy = self.spacing

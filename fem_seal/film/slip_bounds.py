@@ -35,7 +35,7 @@ class PressureWeight:
 
         g₀ = ∞ stands for w(p) = p; the outlet pressure must then be positive.
         """
-        ends = np.array(slip.pressures)
+        ends = np.array([slip.outlet_pressure, slip.inlet_pressure])
         if np.isinf(reference):
             return cls(reference, ends, ends)
         gap = largest_gap * reference
@@ -99,7 +99,7 @@ def _extremes(
     """Gaps of a table, and the largest or the smallest κ/g² over all pressures at each."""
     gaps = gap_table(slip, largest_gap, weight.reference)
     kinks = slip.coefficient.kinks * (slip.product / largest_gap)
-    p_out, p_in = slip.pressures
+    p_out, p_in = slip.outlet_pressure, slip.inlet_pressure
     values = np.empty(len(gaps))
     for k, gap in enumerate(gaps):
         of_gap = kinks / gap if gap > 0 else kinks[:0]

@@ -30,10 +30,11 @@ def film_without_slip(
     Beside it the largest change of the pressures in each step, over the inlet's.
     """
     critical = present(film.constriction, "constriction").gap
-    p_out, p_in = slip.pressures
-    start, end = (slip.potential(p, critical) for p in (p_out, p_in))
+    p_out, p_in = slip.outlet_pressure, slip.inlet_pressure
+    at_outlet = slip.potential(p_out, critical)
+    drop = slip.potential(p_in, critical) - at_outlet
     # Scale the cubed gaps: without slip the drop of φ is the mean pressure times the difference.
-    scale = slip.product * (end - start) / (slip.mean_pressure * (p_in - p_out))
+    scale = slip.product * drop / (slip.mean_pressure * (p_in - p_out))
     gap, c = film.samples, slip.coefficient
     pressure = np.full(gap.shape, slip.mean_pressure)
     changes: list[float] = []
@@ -44,7 +45,7 @@ def film_without_slip(
         whole = replace(film, gap=GridField(np.cbrt(cubes), film.gap.spacing))
         part = node_pressure(whole, links)
         before = pressure
-        pressure = slip.pressure(start + (end - start) * np.nan_to_num(part), critical)
+        pressure = slip.pressure(at_outlet + drop * np.nan_to_num(part), critical)
         changes.append(float(np.abs(pressure - before).max()) / p_in)
         if changes[-1] <= TOLERANCE:
             return whole, tuple(changes)

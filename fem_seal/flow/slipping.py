@@ -52,7 +52,7 @@ class SlippingFilm:
         if slip.outlet_pressure > 0:
             candidates = np.append(candidates, np.inf)
         self._candidates = [PressureWeight.of_gap(slip, largest_gap, g_0) for g_0 in candidates]
-        p_out, p_in = slip.pressures
+        p_out, p_in = slip.outlet_pressure, slip.inlet_pressure
         above_vacuum = np.geomspace(max(p_out, _LEAST_PRESSURE * p_in), p_in, _PRESSURES)
         self._pressures = np.union1d(p_out, above_vacuum)
         per_pascal = _GAPS[:, None] * (largest_gap / slip.product)

@@ -154,7 +154,7 @@ def _near_lift_off(patch: Patch) -> str | None:
 
 def _seal_near_lift_off(patch: Patch, seal: SealLeak) -> str | None:
     """Warn if the contact pressure of a seal is hardly above the fluid's at the inlet."""
-    along, inlet = median_patch(seal.patches).path, patch.scene.flow.gauge_pressures[0]
+    along, inlet = median_patch(seal.patches).path, patch.scene.flow.gauge_pressures.inlet
     if seal.state == "lifted off" or along is None:
         return None
     highest = float(along.contact_pressure.max())

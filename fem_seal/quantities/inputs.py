@@ -113,7 +113,7 @@ def _times(leak: LeakRate, factor: float) -> LeakRate:
 def _may_float(patch: Patch) -> bool:
     """Whether the fluid may carry all of a load of [tolerances] on a solid that is uncertain."""
     opened = corner(patch.scene, 1, Probe())
-    load, (inlet, _) = opened.load, opened.flow.gauge_pressures
+    load, inlet = opened.load, opened.flow.gauge_pressures.inlet
     uncertain = not patch.scene.tolerated.keys().isdisjoint(STIFFNESSES)
     return uncertain and load.kind == "pressure" and load.value <= inlet
 

@@ -104,7 +104,7 @@ def _closed(patch: Patch, load: float, outlet: float) -> tuple[list[str], float 
 def _resolved(patch: Patch) -> Uncertainty:
     """Entry of the equilibrium of contact and flow."""
     state, value = present(patch.lifted, "lifted state"), patch.leak_rate.value
-    inlet = _pressure(patch.scene.flow.gauge_pressures[0])
+    inlet = _pressure(patch.scene.flow.gauge_pressures.inlet)
     if state.state == "lifted off":
         load = _pressure(present(patch.carried_load, "load"))
         why = (
@@ -180,7 +180,8 @@ def lift_range(patch: Patch) -> tuple[LeakRate, LeakRate]:
 def _range_ends(patch: Patch) -> list[tuple[LeakRate, tuple[float, float | None]]]:
     """Both leak rates of `lift_range`, each with the factors of `error_beyond`."""
     ends = list[tuple[LeakRate, tuple[float, float | None]]]()
-    for pressure in patch.scene.flow.gauge_pressures[::-1]:
+    inlet, outlet = patch.scene.flow.gauge_pressures
+    for pressure in (outlet, inlet):
         left = patch.load.value - pressure
         if left <= 0:
             ends.append((LeakRate.lifted_off(patch.scene.flow.method), (1.0, 1.0)))

@@ -324,7 +324,8 @@ class Scene(Section):
         if not pressed or self.shape is not None or self.seal is not None:
             return "none"
         # Without load the solids only touch, unless the fluid lifts them off.
-        touches = present(contact, "[contact]").pressure == 0 and self.flow.gauge_pressures[0] <= 0
+        unloaded = present(contact, "[contact]").pressure == 0
+        touches = unloaded and self.flow.gauge_pressures.inlet <= 0
         return "none" if touches else "resolved"
 
     @property

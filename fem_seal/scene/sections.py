@@ -28,6 +28,13 @@ if TYPE_CHECKING:
     from fem_seal.film.grid_film import GridFilm
 
 
+class GaugePressures(NamedTuple):
+    """Pressures of the fluid above that on the back of the solid [Pa]."""
+
+    inlet: float
+    outlet: float
+
+
 class Flow(Section):
     """Pressures that drive the flow, and the method for its leak rate."""
 
@@ -91,16 +98,16 @@ class Flow(Section):
         return any(pressure is not None for pressure in pressures)
 
     @property
-    def gauge_pressures(self) -> tuple[float, float]:
-        """Pressures of inlet and outlet above that on the back of the solid [Pa].
+    def gauge_pressures(self) -> GaugePressures:
+        """Pressures of inlet and outlet above ambient.
 
         If the ambient pressure is left out, it is that of the outlet.
         """
         if self.pressure_drop is not None:
-            return self.pressure_drop, 0.0
+            return GaugePressures(self.pressure_drop, 0.0)
         inlet, outlet = self.both_pressures("a leak rate")
         ambient = outlet if self.ambient_pressure is None else self.ambient_pressure
-        return inlet - ambient, outlet - ambient
+        return GaugePressures(inlet - ambient, outlet - ambient)
 
     @property
     def limits(self) -> Limits:

@@ -201,7 +201,7 @@ def _slip_factors(slip: Slip, gap: float, along: EndPressures) -> tuple[float, f
     constriction, a gap [m]. A wider gap changes less: where the constriction conducts k(p) times as
     much as at the mean pressure, it conducts between 1 and k(p) times as much.
     """
-    lowest, highest = slip.pressures
+    lowest, highest = slip.outlet_pressure, slip.inlet_pressure
     pressures = np.geomspace(max(lowest, NEXT_TO_VACUUM * highest), highest, PRESSURES)
     k = slip.change(pressures, gap)
     taken = (1 + along.slip / pressures) / (1 + along.slip / slip.mean_pressure)

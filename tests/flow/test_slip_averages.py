@@ -124,7 +124,8 @@ def weight_of(slip, g_0, tilt):
     weight = PressureWeight.of_gap(slip, 1.0, g_0)
     if tilt == 0:
         return weight
-    return weight.times(np.linspace(*slip.pressures, 4), tilt * np.array([0.0, 0.5, 0.6, 1.0]))
+    pressures = np.linspace(slip.outlet_pressure, slip.inlet_pressure, 4)
+    return weight.times(pressures, tilt * np.array([0.0, 0.5, 0.6, 1.0]))
 
 
 @settings(max_examples=20)
