@@ -12,21 +12,12 @@ def airy_compliance(q, thickness, nu, base):
     σ_zz = -q² f, σ_xz = -iq f', u_x ∝ (1-ν) f'' + ν q² f, 2μ q² u_z = (1-ν) f''' - (2-ν) q² f'.
     """
 
+    roots, powers = np.array([q, q, -q, -q]), np.array([0, 1, 0, 1])
+
     def derivatives(z):
-        grow, fall = np.exp(q * z), np.exp(-q * z)
-        rows = [np.array([grow, z * grow, fall, z * fall])]
-        for k in range(1, 4):
-            rows.append(
-                np.array(
-                    [
-                        q**k * grow,
-                        (q**k * z + k * q ** (k - 1)) * grow,
-                        (-q) ** k * fall,
-                        ((-q) ** k * z + k * (-q) ** (k - 1)) * fall,
-                    ]
-                )
-            )
-        return rows
+        # Of z^m exp(s z), m = 0 or 1: (s^k z^m + m k s^(k-1)) exp(s z).
+        k = np.arange(4.0)[:, None]
+        return (roots**k * z**powers + powers * k * roots ** (k - 1)) * np.exp(roots * z)
 
     def vertical(f):
         return ((1 - nu) * f[3] - (2 - nu) * q**2 * f[1]) * (1 + nu) / q**2

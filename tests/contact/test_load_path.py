@@ -20,15 +20,6 @@ def test_warm_starts_save_work():
     assert sum(warm) < 0.8 * sum(cold)
 
 
-def test_states_come_one_by_one(rough):
-    path = load_path(rough, SOLID, under([1e4, -0.0, 1e4]))
-    assert next(path).mean_pressure == pytest.approx(1e4)
-    assert next(path).mean_pressure == 0
-    assert next(path).mean_pressure == pytest.approx(1e4)
-    with pytest.raises(StopIteration):
-        next(path)
-
-
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
 @pytest.mark.parametrize("solver", ["free-set-cg", "polonsky-keer"])
 def test_mean_of_two_states_is_no_contact(rough, tolerance, solver):
