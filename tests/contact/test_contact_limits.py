@@ -31,8 +31,9 @@ def test_one_sample_in_contact(rough):
 
 
 @pytest.mark.parametrize("load", [Load("pressure", 0), Load("area_fraction", 0)])
-def test_first_touch(rough, load):
-    state = press(rough, SOLID, load)
+@pytest.mark.parametrize("start", [None, np.ones((64, 64))], ids=["alone", "on a path"])
+def test_first_touch(rough, load, start):
+    state = press(rough, SOLID, load, start=start)
     assert state.mean_pressure == 0
     assert np.array_equal(state.gap.values, rough.values.max() - rough.values)
 
