@@ -18,6 +18,7 @@ from collections import Counter
 from dataclasses import dataclass
 from math import log
 from pathlib import Path
+from statistics import median
 from time import process_time
 
 import numpy as np
@@ -162,38 +163,20 @@ def _outside(scene: Scene, patch: Patch, state: LiftedState) -> float:
     return max(below, above)
 
 
-def line_of(number: int, one: Outcome) -> str:
-    """A scene in one line."""
-    exact, both = ("-" if x is None else f"{x:.2g}" for x in (one.exact, one.apart))
-    mark = "WRONG" if one.wrong else one.reason
-    return (
-        f"{number:4} {one.state:10} steps {one.steps:3} exact {exact:>8} apart {both:>8} "
-        f"claimed {one.claimed:8.2g} outside {one.outside:8.2g} "
-        f"{one.seconds:6.2f} s of {one.all_seconds:6.2f} s {mark}"
-    )
-
-
-def print_counts(outcomes: dict[int, Outcome]) -> int:
-    """Print the counts; 1 if a settled state is wrong."""
-    every = list(outcomes.values())
-    settled = [one for one in every if one.converged]
-    reasons = Counter(one.reason.split(":")[0].split(" after ")[0] for one in every)
+def print_all(outcomes: dict[int, Outcome]) -> int:
+    """Print each scene and the counts; 1 if a settled state is wrong."""
+    for number, one in outcomes.items():
+        print(number, "WRONG" if one.wrong else "", one)
+    every = outcomes.values()
     wrong = [number for number, one in outcomes.items() if one.wrong]
-    outside = [number for number, one in outcomes.items() if one.outside > one.claimed]
     print(f"{len(every)} scenes: {dict(Counter(one.state for one in every))}")
-    print(f"settled {len(settled)}; not settled or failed {len(every) - len(settled)}:")
-    for reason, count in reasons.items():
-        if reason:
-            print(f"    {count:4} {reason}")
-    print(f"both starts settled {sum(one.apart is not None for one in every)}")
-    print(f"wrong {len(wrong)} {wrong}; outside the range {len(outside)} {outside}")
-    steps = sorted(one.steps for one in settled)
-    if steps:
-        print(f"steps: median {steps[len(steps) // 2]}, most {steps[-1]}")
-    print(
-        f"CPU {sum(one.seconds for one in every):.0f} s, with checks "
-        f"{sum(one.all_seconds for one in every):.0f} s"
-    )
+    print(f"settled {sum(one.converged for one in every)}, the others:")
+    print(dict(Counter(one.reason.split(":")[0].split(" after ")[0] for one in every)))
+    print(f"both starts settled {sum(one.apart is not None for one in every)}, wrong {wrong}")
+    print("outside the range", [n for n, one in outcomes.items() if one.outside > one.claimed])
+    print("steps, median", median(one.steps for one in every))
+    seconds = sum(one.seconds for one in every), sum(one.all_seconds for one in every)
+    print("CPU {:.0f} s, with checks {:.0f} s".format(*seconds))
     return 1 if wrong else 0
 
 
@@ -210,9 +193,7 @@ def main() -> int:
     chains = [Chain(folder, (task,)) for task in tasks]
     compute_points(chains, Work(part=part), report=lambda *words: print(*words, flush=True))
     found = {n: folder.load(str(n)) for n in numbers if folder.finished(str(n))}
-    for number, one in found.items():
-        print(line_of(number, one))
-    return print_counts(found)
+    return print_all(found)
 
 
 if __name__ == "__main__":

@@ -166,12 +166,6 @@ def test_range_in_the_result():
         assert unit == "ml/h"
 
 
-def test_range_with_an_inlet_above_the_load_is_open():
-    result = solve(scene(load=0.9e5, lift="range")).result()
-    assert result.lift.highest is None
-    assert (entry(result).kind, entry(result).upper) == ("not covered", None)
-
-
 @pytest.mark.parametrize("load", [2e4, 0.0])
 def test_lifted_off_is_above_any_limit(load):
     """Also where there is no load, and flow.lift is left out."""
@@ -232,19 +226,3 @@ def test_a_load_that_is_the_pressure_of_the_fluid_to_rounding():
     pressures = {"inlet_pressure": 327227.0905968879, "ambient_pressure": 2e5}
     on = scene(127227.09059688794, n=16, outlet_pressure=1.6e5, **pressures)
     assert Patch(on).leak_rate.state == "leaking"
-
-
-def test_a_flat_face_under_a_gas_that_slips_is_sealed(tmp_path):
-    """It has no gap by which to judge the slip, and none through which anything flows."""
-    np.save(tmp_path / "flat.npy", np.zeros((12, 12)))
-    heights = {"kind": "file", "path": str(tmp_path / "flat.npy"), "unit": "m", "periodic": True}
-    gas = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.028, "temperature": 293.0}
-    sections = {
-        "surface": heights | {"size": (12e-6, 12e-6)},
-        "solid": {"contact_modulus": 1e7},
-        "contact": {"pressure": 1e4},
-        "fluid": gas,
-        "flow": {"inlet_pressure": 1.05e5, "outlet_pressure": 1e5},
-        "output": {"products": ["leak_rate"]},
-    }
-    assert solve(Scene.from_mapping(sections)).state == "sealed"

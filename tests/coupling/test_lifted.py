@@ -1,8 +1,11 @@
 """Contact and flow in one equilibrium, against closed forms, theorems and other solvers."""
 
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
+from itertools import count
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -12,7 +15,7 @@ from scipy import sparse
 import fem_seal as fs
 from fem_seal.accuracy import flow_log_error
 from fem_seal.contact import ElasticSolid, Load, press
-from fem_seal.coupling import lifted
+from fem_seal.coupling import lifted, stages
 from fem_seal.coupling.krylov import gmres
 from fem_seal.coupling.lifted import _merged
 from fem_seal.coupling.linearised import Linearised, summed_by_parts
@@ -28,6 +31,32 @@ from fem_seal.quantities.lift import lift_range
 FIRST = Path(__file__).parents[2] / "demos" / "scenes" / "first.toml"
 
 
+def from_pressure(problem, pressure):
+    """The state from a uniform fluid pressure."""
+    return lifted(problem, start=np.full(problem.height.shape, pressure))
+
+
+@pytest.fixture
+def steps_of_stages(monkeypatch):
+    """Function that lets a rule change the steps of each stage; it gives the stages' first points.
+
+    The rule takes the first point and the steps, and returns the fields to be replaced.
+    """
+
+    def changed_by(rule):
+        points = []
+
+        def changed(point, tolerance):
+            points.append(point)
+            steps = equilibrium(point, tolerance)
+            return replace(steps, **rule(point, steps))
+
+        monkeypatch.setattr(stages, "equilibrium", changed)
+        return points
+
+    return changed_by
+
+
 def test_uniform_fluid_pressure_is_a_dry_contact_under_the_rest_of_the_load():
     """Inlet a millionth above the outlet, both far above ambient: dry contact under P₀ - p_f."""
     load, fluid = 2e5, 8e4
@@ -41,16 +70,6 @@ def test_uniform_fluid_pressure_is_a_dry_contact_under_the_rest_of_the_load():
     np.testing.assert_allclose(patch.film.gap.values, dry.gap.values, atol=atol)
     assert patch.lifted.converged
     assert patch.lifted.contact.mean_pressure == pytest.approx(load - fluid, rel=1e-5)
-
-
-def test_vanishing_fluid_pressure_gives_the_dry_answer():
-    """p_in → ambient: the dry contact to the last digits, and its leak rate."""
-    patch, dry = (Patch(scene(inlet=1e-15, lift=lift)) for lift in ("resolved", "none"))
-    assert patch.film.contact_area_fraction == dry.film.contact_area_fraction
-    # The contact is solved again from itself, which moves gaps by rounding.
-    atol = 1e-14 * patch.surface.values.std()
-    np.testing.assert_allclose(patch.film.gap.values, dry.film.gap.values, rtol=0, atol=atol)
-    assert patch.leak_rate.value == pytest.approx(dry.leak_rate.value, rel=1e-9)
 
 
 GAS = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
@@ -100,8 +119,7 @@ def test_an_almost_sealed_film(n, load, inlet, shares):
     assert low.state == "sealed"
     assert state.leak_rate.value < 1e-3 * high.value
     assert state.lowest <= state.leak_rate.value <= state.highest
-    starts = (np.full(problem.height.shape, share * problem.inlet) for share in shares)
-    states = state, *(lifted(problem, start=start) for start in starts)
+    states = state, *(from_pressure(problem, share * problem.inlet) for share in shares)
     assert {one.state for one in states if one.converged} == {"sealed"}
 
 
@@ -126,46 +144,25 @@ def test_a_channel_that_coarse_networks_miss():
     assert lifted(problem).state == "leaking"
 
 
-@pytest.mark.slow
-def test_a_film_next_to_closing_settles():
-    """Steps are difficult from the first ε on.
-
-    If later stages are solved to the whole tolerance only, it opens and closes from one to the
-    next.
-    """
-    settings = ["surface.shape=[128, 128]", "surface.seed=3", "contact.pressure=0.30 MPa"]
-    problem = problem_of(fs.Scene.from_file(FIRST, settings))
-    both = [
-        lifted(problem, start=np.full(problem.height.shape, end))
-        for end in (problem.outlet, problem.inlet)
-    ]
-    assert all(state.converged for state in both)
-    apart = np.log(both[0].leak_rate.value / both[1].leak_rate.value)
-    assert abs(apart) <= sum(state.error + flow_log_error(state.leak_rate) for state in both)
+SEALED_AT_LAST = {"n": 16, "load": 5e5, "inlet": 3e5, "seed": 2}
 
 
 @pytest.mark.parametrize("failure", ["", "no equilibrium"])
-def test_stages_end_with_the_least_epsilon(monkeypatch, failure):
+def test_stages_end_with_the_least_epsilon(steps_of_stages, monkeypatch, failure):
     """Sealed until a quarter of ε has a cube below the rounding of g³: it may leak all the same.
 
     With three stages allowed after the first, the search ends after the third: not settled.
     """
-    module = import_module("fem_seal.coupling.stages")
     if failure:
-        monkeypatch.setattr(module, "MOST_STAGES", 3)
-    problem = problem_of(scene(n=16, load=5e5, inlet=3e5, seed=2))
-    epsilons = []
-
-    def recorded(point, tolerance):
-        epsilons.append(point.epsilon)
-        return replace(equilibrium(point, tolerance), failure=failure, lost=bool(failure))
-
-    monkeypatch.setattr(module, "equilibrium", recorded)
-    state = lifted(problem, start=np.full(problem.height.shape, problem.outlet))
+        monkeypatch.setattr(stages, "MOST_STAGES", 3)
+    problem = problem_of(scene(**SEALED_AT_LAST))
+    points = steps_of_stages(lambda *_: {"failure": failure, "lost": bool(failure)})
+    state = from_pressure(problem, problem.outlet)
     assert state.converged is not bool(failure)
     assert state.state == "sealed"
     assert state.is_range
     rounding = np.cbrt(np.finfo(float).eps) * problem.height.values.std()
+    epsilons = [point.epsilon for point in points]
     if failure:
         assert len(epsilons) == 4
     else:
@@ -173,21 +170,16 @@ def test_stages_end_with_the_least_epsilon(monkeypatch, failure):
 
 
 @pytest.mark.parametrize("last", [1 / 4, 4])
-def test_a_sealed_film_keeps_its_last_equilibrium(monkeypatch, last):
+def test_a_sealed_film_keeps_its_last_equilibrium(steps_of_stages, last):
     """No smaller ε than `last` times that with which a film must be sealed has an equilibrium.
 
     With the larger one the fluid may not reach a channel that it would open: not settled.
     """
-    module = import_module("fem_seal.coupling.stages")
-    problem = problem_of(scene(n=16, load=5e5, inlet=3e5, seed=2))
-    least = last * module.SEALED * problem.roughness
-
-    def lost(point, tolerance):
-        failure = "" if point.epsilon >= least else "no equilibrium"
-        return replace(equilibrium(point, tolerance), failure=failure, lost=bool(failure))
-
-    monkeypatch.setattr(module, "equilibrium", lost)
-    state = lifted(problem, start=np.full(problem.height.shape, problem.outlet))
+    problem = problem_of(scene(**SEALED_AT_LAST))
+    least = last * stages.SEALED * problem.roughness
+    lost = {"failure": "no equilibrium", "lost": True}
+    steps_of_stages(lambda point, steps: {} if point.epsilon >= least else lost)
+    state = from_pressure(problem, problem.outlet)
     assert state.state == "sealed"
     assert state.is_range
     assert state.highest > 0
@@ -206,62 +198,55 @@ def test_steps_that_miss_a_small_tolerance_settle_to_what_is_allowed():
     assert abs(apart) <= problem.allowed
 
 
-def test_networks_that_change_ever_more_end_the_search(monkeypatch):
+def test_networks_that_change_ever_more_end_the_search(steps_of_stages, monkeypatch):
     """The sum of what all finer networks would change is then not known."""
-    module, changes, epsilons = import_module("fem_seal.coupling.stages"), [1.0], []
-
-    def changed(point, other):
-        changes.append(2 * changes[-1])
-        return changes[-1]
-
-    def recorded(point, tolerance):
-        epsilons.append(point.epsilon)
-        return equilibrium(point, tolerance)
-
-    monkeypatch.setattr(LiftPoint, "log_rate_change_to", changed)
-    monkeypatch.setattr(module, "equilibrium", recorded)
+    powers = count(1)
+    monkeypatch.setattr(LiftPoint, "log_rate_change_to", lambda *_: 2.0 ** next(powers))
+    points = steps_of_stages(lambda *_: {})
     problem = problem_of(scene(n=16, load=1.2e5, inlet=6e4, seed=3))
-    state = lifted(problem, start=np.full(problem.height.shape, problem.outlet))
+    state = from_pressure(problem, problem.outlet)
     assert not state.converged
     assert "changes the leak rate more than the one before" in state.reason
     # Of four networks with one ε the third and fourth change ln Q by more: that is not solved.
+    epsilons = [point.epsilon for point in points]
     assert epsilons.count(epsilons[-1]) == 3
 
 
-def test_difficult_stages_claim_no_less_than_they_have_changed(monkeypatch):
+def test_difficult_stages_claim_no_less_than_they_have_changed(steps_of_stages):
     """What a stage changes to first order is then no measure: its solution has to tell."""
     problem = problem_of(scene(n=32, load=1.2e5, inlet=7.2e4, seed=4))
     changes = []
 
-    def difficult(point, tolerance):
-        steps = equilibrium(point, tolerance)
+    def difficult(point, steps):
         changes.append(abs(np.log(steps.point.flow.conductance / point.flow.conductance)))
-        return replace(steps, difficult=True)
+        return {"difficult": True}
 
-    monkeypatch.setattr(import_module("fem_seal.coupling.stages"), "equilibrium", difficult)
-    state = lifted(problem, start=np.full(problem.height.shape, problem.outlet))
+    steps_of_stages(difficult)
+    state = from_pressure(problem, problem.outlet)
     assert state.converged
     assert len(changes) > 1
     assert state.error >= changes[-1]
 
 
-@pytest.mark.parametrize("lost", [False, True])
-def test_the_second_start_goes_on_if_the_first_has_lost_its_equilibrium(monkeypatch, lost):
-    """The next stages of both are then not the same, although their first ones are."""
-    module, ends = import_module("fem_seal.coupling.lifted"), []
-    further = module.further_stages
+@pytest.mark.parametrize(
+    ("pressures", "lost", "first", "further"),
+    [((5e6, 1e5), False, 1, 1), ((3e5, 2.5e5), False, 2, 1), ((3e5, 2.5e5), True, 2, 2)],
+    ids=["never opens", "the same first stages", "lost"],
+)
+def test_how_far_the_second_start_goes(
+    steps_of_stages, monkeypatch, pressures, lost, first, further
+):
+    """A film that never opens needs none, and one like the first goes on only if that was lost.
 
-    def marked(point, tolerance):
-        return replace(equilibrium(point, tolerance), lost=lost)
-
-    def counted(*arguments):
-        ends.append(further(*arguments))
-        return ends[-1]
-
-    monkeypatch.setattr(import_module("fem_seal.coupling.stages"), "equilibrium", marked)
-    monkeypatch.setattr(module, "further_stages", counted)
-    lifted(problem_of(scene(3e5, 2.5e5, n=16)))
-    assert len(ends) == 1 + lost
+    The next stages of both are then not the same, although their first ones are.
+    """
+    module = import_module("fem_seal.coupling.lifted")
+    begun, gone_on = Mock(wraps=stages.first_stage), Mock(wraps=stages.further_stages)
+    monkeypatch.setattr(module, "first_stage", begun)
+    monkeypatch.setattr(module, "further_stages", gone_on)
+    steps_of_stages(lambda *_: {"lost": lost})
+    lifted(problem_of(scene(*pressures, n=16)))
+    assert (begun.call_count, gone_on.call_count) == (first, further)
 
 
 def test_a_thinned_problem_leads_to_the_same_state(monkeypatch):
@@ -273,13 +258,10 @@ def test_a_thinned_problem_leads_to_the_same_state(monkeypatch):
     states, contacts = [], []
     for nodes in (4096, 300):
         monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", nodes)
-        problem, shapes = problem_of(fine), []
-
-        def pressed(heights, *arguments, press=problem.press, shapes=shapes):
-            shapes.append(heights.shape)
-            return press(heights, *arguments)
-
-        states.append(lifted(replace(problem, press=pressed)))
+        problem = problem_of(fine)
+        press = Mock(wraps=problem.press)
+        states.append(lifted(replace(problem, press=press)))
+        shapes = [heights.shape for (heights, *_), _ in press.call_args_list]
         contacts.append(shapes.count((64, 64)))
     every, thinned = states
     assert every.converged
@@ -350,17 +332,26 @@ def test_changes_in_several_places_do_not_cancel():
     assert summed_by_parts(np.ones((2, 3))) == 6  # each sample once, also of few
 
 
-def test_both_starts_come_to_one_state():
+NEXT_TO_CLOSING = ["surface.shape=[128, 128]", "surface.seed=3", "contact.pressure=0.30 MPa"]
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        partial(scene, seed=3, load=1.2e5, inlet=6e4, rtol=0.02),
+        # Steps are difficult from the first ε on. If later stages are solved to the whole tolerance
+        # only, it opens and closes from one to the next.
+        pytest.param(partial(fs.Scene.from_file, FIRST, NEXT_TO_CLOSING), marks=pytest.mark.slow),
+    ],
+    ids=["open", "next to closing"],
+)
+def test_both_starts_come_to_one_state(made):
     """From the outlet's and from the inlet's pressure: the same to what is claimed."""
-    problem = problem_of(scene(seed=3, load=1.2e5, inlet=6e4, rtol=0.02))
-    shape = problem.height.shape
-    low, high = (
-        lifted(problem, start=np.full(shape, pressure))
-        for pressure in (problem.outlet, problem.inlet)
-    )
+    problem = problem_of(made())
+    low, high = (from_pressure(problem, end) for end in (problem.outlet, problem.inlet))
     assert low.converged
     assert high.converged
-    claimed = low.error + high.error + 0.02  # and the flows' own bounds
+    claimed = sum(state.error + flow_log_error(state.leak_rate) for state in (low, high))
     assert abs(np.log(low.leak_rate.value / high.leak_rate.value)) <= claimed
 
 
@@ -436,12 +427,6 @@ def test_the_fluids_pressure_is_that_of_the_flow_through_the_gap():
     assert size(reported - flow) <= allowed * size(flow)
 
 
-def test_load_below_the_outlet_lifts_off_at_once():
-    flow = {"inlet_pressure": 4e5, "outlet_pressure": 3e5, "ambient_pressure": 1e5}
-    state = Patch(scene(load=1.9e5, **flow)).lifted
-    assert (state.state, state.steps) == ("lifted off", 0)
-
-
 LAYER = {"youngs_modulus": 0.75 * E_STAR, "poisson_ratio": 0.5, "layer_thickness": 1e-4}
 
 
@@ -463,24 +448,6 @@ def test_where_gaps_are_not_ordered_a_sealed_film_may_open(settings):
     if "load" not in settings or settings["load"] > problem.inlet:
         assert problem.film(problem.contact_under(everywhere).gap).sealed
     assert problem.never_opens == (settings == {"load": 5e6})
-
-
-def test_a_film_that_never_opens_needs_no_second_start(monkeypatch):
-    module, starts, ends = import_module("fem_seal.coupling.lifted"), [], []
-    first, further = module.first_stage, module.further_stages
-
-    def started(*arguments):
-        starts.append(first(*arguments))
-        return starts[-1]
-
-    def counted(*arguments):
-        ends.append(further(*arguments))
-        return ends[-1]
-
-    monkeypatch.setattr(module, "first_stage", started)
-    monkeypatch.setattr(module, "further_stages", counted)
-    assert lifted(problem_of(scene(load=5e6))).state == "sealed"
-    assert (len(starts), len(ends)) == (1, 1)
 
 
 @pytest.mark.parametrize("contact", [{"area_fraction": 0.2}, {"mean_gap": 2.5e-7}])
@@ -612,22 +579,24 @@ def test_a_singular_operator_is_not_solved(matrix, b):
     assert solution.iterations <= 2
 
 
-@pytest.mark.parametrize("load", [5.35e4, 1.2e5])
-def test_a_flat_counter_face(load):
+@pytest.mark.parametrize(
+    ("load", "others"),
+    [
+        *((load, {}) for load in (5.35e4, 1.2e5)),
+        # The slip has no gap by which to be judged.
+        (1.2e5, {"fluid": GAS, "inlet_pressure": 2e5, "outlet_pressure": 1e5}),
+    ],
+)
+def test_a_flat_counter_face(load, others):
     """Without roughness the solid's own displacement says what a small gap is.
 
     Above the inlet's pressure no fluid pressure opens it: p_c = P₀ - p_f > 0 everywhere.
     """
     n = 16
     surface = GridField(np.zeros((n, n)), (1e-4 / n, 1e-4 / n), True)
-    state = lifted(problem_of(scene(load, n=n), surface))
+    state = lifted(problem_of(scene(load, n=n, **others), surface))
     assert state.contact.mean_pressure + state.fluid_load == pytest.approx(load, rel=1e-9)
     assert (state.state == "sealed") == (load > 1e5)
-
-
-def uniform_film_carries(n):
-    """Mean pressure in an even film on n rows of vertices, in units of the inlet's."""
-    return (1 + 1 / n) / 2
 
 
 def test_a_solid_that_floats():
@@ -772,7 +741,7 @@ def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load():
 
 def test_no_load_below_that_of_a_uniform_film_is_carried():
     """However thick the film, its pressure carries more."""
-    limit = 1e5 * uniform_film_carries(32)
+    limit = 1e5 * (1 + 1 / 32) / 2  # the mean of p in an even film on 32 rows of vertices
     off, floating = Patch(scene(0.999 * limit)), Patch(scene(1.005 * limit))
     assert (off.lifted_off, off.leak_rate.state) == (True, "lifted off")
     assert off.lifted.fluid_load >= 0.999 * limit
