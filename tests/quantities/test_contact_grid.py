@@ -41,24 +41,6 @@ def test_four_times_the_samples_lie_within_the_factors():
     assert grid.lower < finer.leak_rate.value / patch.leak_rate.value < grid.upper
 
 
-def test_twice_the_samples_claim_about_a_quarter():
-    """Both parts of the claim fall as the square of the spacing, where the film is open.
-
-    First order would give a half, third order an eighth: it is nearer to second than to either.
-    """
-    coarse, fine = (log(entry(Patch(scene("0.03 MPa", n, 0.02))).upper) for n in (64, 128))
-    assert 2**-2.5 < fine / coarse < 2**-1.5
-
-
-@pytest.mark.parametrize(("pressure", "upper"), [("0.3 MPa", 1.0), ("0.24 MPa", None)])
-def test_a_sealed_patch_may_open_only_next_to_closing(pressure, upper):
-    patch = Patch(scene(pressure, 64))
-    assert patch.leak_rate.state == "sealed"
-    grid = entry(patch)
-    assert (grid.lower, grid.upper) == (1.0, upper)
-    assert grid.caution == (upper is None)
-
-
 @pytest.mark.parametrize(
     ("n", "samples", "hurst", "waves", "seed", "pressure"),
     [
