@@ -64,17 +64,15 @@ def test_a_part_of_the_load_is_that_part_everywhere(profile):
     assert profile.times(0.4)(x) == pytest.approx(0.4 * profile(x))
 
 
-@pytest.mark.parametrize("profile", [uniform(1e6, 2e-3), Hertz(1e6, 2e-3)])
-def test_smooth_strip(profile):
-    """A constant K takes no notice of the profile where P > p: Q = K W (p_in - p_out)/L there."""
+def test_smooth_strip():
+    """A constant K takes no notice of the profile where P > p: Q = K W (p_in - p_out)/L there.
+
+    P = p_in at the distance a √(1 - (p_in/P_max)²) before the middle.
+    """
     inlet = 0.2e6
-    open_part = 0.0
-    if isinstance(profile, Hertz):
-        # P = p_in at the distance a √(1 - (p_in/P_max)²) before the middle.
-        open_part = 1e-3 * (1 - np.sqrt(1 - 0.2**2))
-    flow = seal_flow(constant(), profile, STRIP, EndPressures(inlet))
-    exact = SMOOTH * 0.15 * inlet / (2e-3 - open_part)
-    # At each end of Hertz's profile one cell of 1000, of which the open part is not known.
+    flow = seal_flow(constant(), Hertz(1e6, 2e-3), STRIP, EndPressures(inlet))
+    exact = SMOOTH * 0.15 * inlet / (1e-3 * (1 + np.sqrt(1 - 0.2**2)))
+    # At each end of the profile one cell of 1000, of which the open part is not known.
     encloses(flow, exact, 2.1e-3)
 
 
@@ -137,15 +135,6 @@ def test_exponential_conductivity(profile, e_fold, width, off, gas):
     # of the search. A cell has the contact pressure of its middle: (400/1e5)²/24 of even cells,
     # and less of those that are finer where it matters.
     assert flow.value == pytest.approx(exact, rel=off)
-
-
-def test_gas():
-    """K constant: Q = K W/L T0/(2 T p0) (p_in² - p_out²), the LiquidDrive of a gas."""
-    flow = seal_flow(constant(), uniform(1e6, 2e-3), STRIP, GAS)
-    encloses(flow, SMOOTH * 0.15 * GAS_DRIVE.pressure_drop / 2e-3, 1e-8)
-    # Half-way p_abs² is half-way: the pressure falls faster towards the outlet.
-    middle = np.interp(1e-3, flow.path.x, flow.path.fluid_pressure)
-    assert middle == pytest.approx(np.sqrt(5e10) - 1e5, rel=1e-9)
 
 
 def test_two_humps_and_an_open_valley():

@@ -32,7 +32,7 @@ from fem_seal.solved import solve
 from fem_seal.surface import resample
 from fem_seal.sweep.point import Point
 from fem_seal.sweep.summary import COLUMNS, Group
-from fem_seal.upscaling import StraightPath, mosaic
+from fem_seal.upscaling import RingPath, StraightPath, mosaic
 from fem_seal.upscaling import seal as seal_module
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
@@ -357,21 +357,13 @@ def ring(**fields):
     return data
 
 
-def test_ring_leaks_as_its_closed_form():
-    """Under a uniform pressure a ring leaks 2π/ln(r2/r1) where a strip leaks W/L."""
-    flat = scene(seal={"patches": 1})
-    round_ = Scene.from_mapping(ring(patches=1))
-    strip, around = (solve_seal(Patch(one)) for one in (flat, round_))
-    ratio = 2 * np.pi / np.log(2.1 / 2) / (10 / 0.1)
-    assert around.value / strip.value == pytest.approx(ratio, rel=1e-12)
-
-
 def test_table_on_a_ring(tmp_path):
-    path = tmp_path / "profile.csv"
-    path.write_text("x [mm], pressure [MPa]\n0, 0\n0.05, 0.3\n0.1, 0\n")
-    fields = {"pressure_profile": str(path)}
-    profile = leak_path_of(Scene.from_mapping(ring(**fields) | {"contact": {}}))[0]
+    table = tmp_path / "profile.csv"
+    table.write_text("x [mm], pressure [MPa]\n0, 0\n0.05, 0.3\n0.1, 0\n")
+    fields = {"pressure_profile": str(table)}
+    profile, path, _ = leak_path_of(Scene.from_mapping(ring(**fields) | {"contact": {}}))
     assert profile.length == pytest.approx(1e-4)
+    assert path == RingPath(2e-3, 2.1e-3)
     short = Scene.from_mapping(ring(**fields, outlet_radius="2.2 mm") | {"contact": {}})
     with pytest.raises(InvalidInput, match=r"0\.0001 m long, but from seal\.inlet_radius"):
         leak_path_of(short)
