@@ -127,10 +127,10 @@ def marked_loads(
     span: tuple[float, float],
     most_loads: int = MOST_LOADS,
 ) -> dict[float, float]:
-    """Loads [Pa] to compute, each with a multiple of the flows' tolerance; none: enclose first.
+    """Loads [Pa] that the table should have, each with a multiple of the flows' tolerance.
 
-    `enclosed` are the intervals that have their enclosures, `span` the smallest and the largest
-    load along the path.
+    None if first all intervals should be enclosed, or if no load helps. `enclosed` are the
+    intervals that have their enclosures, `span` the smallest and the largest load along the path.
     """
     loads = table.loads
     if flow.lower == 0:
@@ -139,23 +139,22 @@ def marked_loads(
     demand = _Demand.of(table, flow)
     error, of_flows = _errors(table, flow)
     # Error that may stay in the intervals between the loads.
-    room = (1 - REST) * (tolerance - of_flows)
-    if room <= 0:
+    allowed = (1 - REST) * (tolerance - of_flows)
+    if allowed <= 0:
         return demand.multiples(loads, span)
-    first, last = demand.extent(span, REST / (1 - REST) * room)
+    first, last = demand.extent(span, REST / (1 - REST) * allowed)
     if loads.size + 2 > most_loads:
         first, last = loads[[0, -1]]
     nodes = np.concatenate([[min(first, loads[0])], loads, [max(last, loads[-1])]])
-    expected = WIDTH * demand.between(nodes) ** 3
-    expected[1:-1] = np.minimum(expected, error)[1:-1]
-    whole = np.where(np.pad(enclosed, 1), error, expected)
-    whole[[0, -1]] = expected[[0, -1]]
+    # Errors of the intervals with enclosures: as they are, or as expected where one is not made yet.
+    uncut = WIDTH * demand.between(nodes) ** 3
+    uncut[1:-1] = np.where(enclosed, error[1:-1], np.minimum(uncut, error)[1:-1])
     # An interval cut into n pieces of the same demand keeps 1/n² of its error. Cut where one more
-    # piece gains most, until the errors fit into the room.
-    pieces = np.ones(whole.size, dtype=int)
+    # piece gains most, until the errors are small enough.
+    pieces = np.ones(uncut.size, dtype=int)
     most = most_loads + nodes.size - 1 - np.unique(nodes).size
-    while (whole / pieces**2).sum() > room and pieces.sum() < most:
-        pieces[np.argmax(whole * (1 / pieces**2 - 1 / (pieces + 1) ** 2))] += 1
+    while (uncut / pieces**2).sum() > allowed and pieces.sum() < most:
+        pieces[np.argmax(uncut * (1 / pieces**2 - 1 / (pieces + 1) ** 2))] += 1
     added = np.setdiff1d(demand.cut(nodes, pieces), loads)
     if added.size:
         return demand.multiples(np.union1d(loads, added), span)
