@@ -140,10 +140,10 @@ def _solve(
     best = problem.upper_bound(pressure)
     if stopping.levels:
         best = best.tightened(stopping.levels[-1].bounds)
+    regularised = None if outlook.true_dual else _regularised_dual(problem, psi, strategy, log)
     level = SolvedLevel(problem.unknowns, problem.space.count, best, log.residuals, log.seconds)
-    solution, regularised = LevelSolution(level, problem, pressure), None
-    if not outlook.true_dual:
-        regularised = _regularised_dual(problem, psi, strategy, log)
+    solution = LevelSolution(level, problem, pressure)
+    if regularised is not None:
         psi = regularised.psi
         # Near a tolerance (u - l)/l is nearly the width (u - l)/√(l u).
         expected = outlook.correction_ratio * problem.excess(pressure, regularised)

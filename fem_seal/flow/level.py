@@ -282,11 +282,14 @@ class LevelSolution:
         begun = time.perf_counter()
         stream = self.problem.stream(self.problem.mesh.first_guess()[1] if guess is None else guess)
         solved = time.perf_counter()
-        self.level.seconds["dual"] = solved - begun
+        level = replace(self.level, seconds=self.level.seconds | {"dual": solved - begun})
         if stream is None:
-            return self
-        self.level.residuals["dual"] = stream.residuals
+            return replace(self, level=level)
         corrected = self.problem.corrected(self.pressure, stream)
-        self.level.seconds["correction"] = time.perf_counter() - solved
-        level = replace(self.level, bounds=corrected.tightened(self.level.bounds))
+        level = replace(
+            level,
+            bounds=corrected.tightened(level.bounds),
+            residuals=level.residuals | {"dual": stream.residuals},
+            seconds=level.seconds | {"correction": time.perf_counter() - solved},
+        )
         return replace(self, level=level, stream=stream, corrected=corrected)
