@@ -30,7 +30,7 @@ from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.level import LevelProblem, LevelSolution
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Marks, Strategy, mark_all
-from fem_seal.flow.solution import FlowEstimate, SolvedLevel, Start
+from fem_seal.flow.solution import Flux, SolvedLevel, Start
 from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.nested import TooFine
 
@@ -84,11 +84,11 @@ def refined(
             stopping.stop(_too_many(max_unknowns))
             return
         log = _Log()
-        start, marks, flows = _marked(solution, regularised, psi, strategy, outlook, log)
+        start, marks, fluxes = _marked(solution, regularised, psi, strategy, outlook, log)
         # Two meshes together may not fit into memory: of this one only what is refined stays.
         del problem, guesses, psi, solution, regularised
         try:
-            start = refined_ahead(start, gap, marks, flows, strategy.tuning.ahead)
+            start = refined_ahead(start, gap, marks, fluxes, strategy.tuning.ahead)
         except TooFine as limit:
             stopping.stop(str(limit))
             return
@@ -178,10 +178,10 @@ def _marked(
     strategy: Strategy,
     outlook: _Outlook,
     log: _Log,
-) -> tuple[Start, Marks, list[FlowEstimate]]:
+) -> tuple[Start, Marks, list[Flux]]:
     """Mark cells: all, or by the regularised dual and the flows that it shows.
 
-    Returns the start to be refined, the marks, and these flows.
+    Returns the start to be refined, the marks, and the fluxes of these flows.
     """
     problem, pressure, stream = solution.problem, solution.pressure, solution.stream
     if strategy.marking is None:
@@ -194,6 +194,4 @@ def _marked(
     expected = outlook.correction_ratio * problem.excess(pressure, regularised)
     reached = np.inf if stream is None else solution.level.bounds.width
     marks = strategy.marking(problem, flows, expected, reached, strategy)
-    # Looking ahead takes the functions from the start.
-    flows = [flow.without_functions() for flow in flows]
-    return problem.start(pressure, regularised), marks, flows
+    return problem.start(pressure, regularised), marks, [flow.flux for flow in flows]

@@ -21,10 +21,10 @@ def error_indicators(problem: LevelProblem, flows: Sequence[FlowEstimate]) -> np
     indicators = np.zeros(problem.space.count)
     for cells, slopes, areas in problem.batches():
         K, contact = problem.data.K[cells], problem.data.contact_vertex[cells]
-        xx, xy, yy = problem.resistivity(flows[0].chi, cells).T
+        xx, xy, yy = problem.resistivity(flows[0].flux.chi, cells).T
         for flow in flows:
             px, py = gradients(slopes, flow.pressure(cells)).T
-            psi, Q = flow.stream[problem.cells[cells]], flow.rate
+            psi, Q = flow.stream[problem.cells[cells]], flow.flux.rate
             sx, sy = gradients(slopes, psi).T
             mx, my = gradients(slopes, mean_gradient_values(psi, contact)).T
             primal = K * (px * px + py * py)
@@ -40,7 +40,7 @@ def blocked_fluxes(problem: LevelProblem, flows: Sequence[FlowEstimate]) -> np.n
     slopes, areas = shape_gradients(problem.corners(blocked))
     for flow in flows:
         steepness = np.linalg.norm(gradients(slopes, flow.stream[problem.cells[blocked]]), axis=1)
-        flux[blocked] += flow.drop * flow.rate * steepness * np.sqrt(2 * areas)
+        flux[blocked] += flow.flux.drop * flow.flux.rate * steepness * np.sqrt(2 * areas)
     return flux
 
 
@@ -67,5 +67,5 @@ def flux_residuals(problem: LevelProblem, flows: Sequence[FlowEstimate]) -> np.n
         # No condition on the flux through sides of prescribed pressure.
         a, b, c = (problem.primal_numbering.of_corner < 0).T
         jump[np.stack([b & c, c & a, a & b], axis=1)] = 0.0
-        residuals += (jump * jump).sum(axis=1) / np.maximum(problem.data.K, flow.conductance)
+        residuals += (jump * jump).sum(axis=1) / np.maximum(problem.data.K, flow.flux.conductance)
     return residuals

@@ -44,7 +44,7 @@ from fem_seal.flow.hierarchical import BubbleSides, Correction, Drops, energy_dr
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.numbering import Jumps
-from fem_seal.flow.solution import CornerValues, FlowEstimate, SolvedLevel, Start
+from fem_seal.flow.solution import CornerValues, FlowEstimate, Flux, SolvedLevel, Start
 from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
@@ -243,15 +243,11 @@ class LevelProblem:
         for weights in orthonormal(pressure):
             jump = weights @ pressure.jumps
             drop = float(np.linalg.norm(jump))
-            # Fluid flows down the pressure.
-            flux = -(best_flux(stream) @ jump) @ stream.jumps
             rate = float(jump @ lower_matrix(stream) @ jump) / drop
-            psi = flux / rate
-            flows.append(
-                FlowEstimate(
-                    pressure.combined(weights), psi @ stream.psi, psi, rate, stream.chi, drop
-                )
-            )
+            # Fluid flows down the pressure.
+            psi = -(best_flux(stream) @ jump) @ stream.jumps / rate
+            flux = Flux(psi, rate, drop, stream.chi)
+            flows.append(FlowEstimate(pressure.combined(weights), flux, psi @ stream.psi))
         return flows
 
 

@@ -16,7 +16,7 @@ from fem_seal.flow.cell_data import CellData
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.marking import Marks
-from fem_seal.flow.solution import FlowEstimate, Start
+from fem_seal.flow.solution import Flux, Start
 
 # Part of the smallest marked indicator above which a new cell is marked. Without a pressure only a
 # lower limit of its indicator is known. Of 1, 0.5 and 0.25, 0.5 took the least time and the fewest
@@ -28,28 +28,28 @@ def refined_ahead(
     start: Start,
     gap: GapOnMesh,
     marks: Marks,
-    flows: Sequence[FlowEstimate],
+    fluxes: Sequence[Flux],
     times: int,
 ) -> Start:
     """Refine by marks, and so many times further ahead of the next solve.
 
     At new vertices each ψ of the result is better than its linear interpolation. The stream
-    functions of the flows, from which the marks come, are those of the start, or combinations of
-    them. Without flows, as where all cells are marked, nothing shows what lies ahead.
+    functions of the fluxes, from which the marks come, are those of the start, or combinations of
+    them. Without fluxes, as where all cells are marked, nothing shows what lies ahead.
     """
     before = len(start.mesh.xy)
     start = start.refined(gap, marks.times)
-    for _ in range(times if flows else 0):
+    for _ in range(times if fluxes else 0):
         new = np.flatnonzero((start.mesh.cells >= before).any(axis=1))
         mesh = start.mesh.subset(new)
         data = gap.cell_data(mesh, start.values)
         shape = shape_gradients(mesh.corners(gap.aspect, mesh.cells))
-        new_cells = _NewCells(mesh.cells, data, data.regularised(flows[0].chi, gap.cut), *shape)
+        new_cells = _NewCells(mesh.cells, data, data.regularised(fluxes[0].chi, gap.cut), *shape)
         # On walls ψ is prescribed or constant; on a seam two vertices share one value.
         free = (np.arange(len(start.mesh.xy)) >= before) & ~start.mesh.rim
         streams = np.stack([new_cells.relaxed(psi, free) for psi in start.streams])
         once = np.zeros(len(start.mesh.cells), dtype=np.int8)
-        once[new] = new_cells.marked(streams, flows, marks)
+        once[new] = new_cells.marked(streams, fluxes, marks)
         start, before = replace(start, streams=streams), len(start.mesh.xy)
         if not once.any():
             break
@@ -92,16 +92,14 @@ class _NewCells:
         own, slope = (np.bincount(corners, part.ravel(), len(psi)) for part in of_corner)
         return psi - np.divide(slope, own, out=np.zeros_like(psi), where=free & (own > 0))
 
-    def marked(
-        self, streams: np.ndarray, flows: Sequence[FlowEstimate], marks: Marks
-    ) -> np.ndarray:
+    def marked(self, streams: np.ndarray, fluxes: Sequence[Flux], marks: Marks) -> np.ndarray:
         """Cells (n,) bool that a solve with these stream functions (k, V) would mark."""
-        flux, indicator = np.zeros((2, len(self.cells)))
-        for flow in flows:
-            psi = flow.weights @ streams
-            turned = flow.rate * gradients(self.slopes, psi[self.cells])
-            flux += flow.drop * np.hypot(*turned.T) * np.sqrt(2 * self.areas)
+        total, indicator = np.zeros((2, len(self.cells)))
+        for flux in fluxes:
+            psi = flux.weights @ streams
+            turned = flux.rate * gradients(self.slopes, psi[self.cells])
+            total += flux.drop * np.hypot(*turned.T) * np.sqrt(2 * self.areas)
             indicator += self.areas * least_indicator(turned, self.data.K, self.tensor)
-        again = self.data.blocked & (flux >= marks.least_flux)
+        again = self.data.blocked & (total >= marks.least_flux)
         again |= indicator >= _PART * marks.least_indicator
         return again & (self.data.K > 0)

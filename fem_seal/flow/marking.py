@@ -149,7 +149,7 @@ def mark(
     unexplained = max(residuals.sum() - indicators.sum(), 0.0)
     required = part_reached * tuning.theta_residual * unexplained
     held = residuals[by_error | by_flux].sum()
-    by_joint = wrongly_joined_cells(problem, max(flow.conductance for flow in flows))
+    by_joint = wrongly_joined_cells(problem, max(flow.flux.conductance for flow in flows))
     step = LEAST_STEP if by_joint.any() else 1.0
     if held < required:
         step = min(step, max(held / required, LEAST_STEP))

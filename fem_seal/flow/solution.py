@@ -16,25 +16,27 @@ CornerValues = Callable[[slice | np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
-class FlowEstimate:
-    """Estimates of one flow through the film: a pressure p, and a flux J that should be -K∇p."""
+class Flux:
+    """A flux J = Q (∂ψ/∂y, -∂ψ/∂x) through the film, with a stream function ψ of unit flux."""
 
-    pressure: CornerValues  #: corner values (n, 3) of p on a slice of n cells
-    #: (V,), stream function ψ of unit flux at the vertices: J = Q (∂ψ/∂y, -∂ψ/∂x), Q the `rate`
-    stream: np.ndarray
     weights: np.ndarray  #: (d,), ψ as a combination of the stream functions of unit jumps
-    rate: float  #: flow rate
+    rate: float  #: flow rate Q
+    drop: float  #: pressure drop
     chi: float  #: factor χ of the regularised dual that ψ solves; zero for the true dual
-    drop: float = 1.0  #: pressure drop
 
     @property
     def conductance(self) -> float:
         """Flow rate at unit pressure drop."""
         return self.rate / self.drop
 
-    def without_functions(self) -> "FlowEstimate":
-        """The flow without p and ψ, which would keep the numbering of their mesh in memory."""
-        return replace(self, pressure=lambda cells: np.empty((0, 3)), stream=np.empty(0))
+
+@dataclass(frozen=True, eq=False)
+class FlowEstimate:
+    """Estimates of one flow on a mesh: a pressure p, and a flux that should be -K∇p."""
+
+    pressure: CornerValues  #: corner values (n, 3) of p on a slice of n cells
+    flux: Flux
+    stream: np.ndarray  #: (V,), ψ of the flux at the vertices
 
 
 @dataclass(frozen=True, eq=False)

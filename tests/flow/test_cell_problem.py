@@ -63,8 +63,8 @@ def test_cells_of_a_mirror_cell_are_marked_as_for_its_leak_rate(representation):
     np.testing.assert_array_equal(leak.kept, cell.kept)
     assert cell.data.blocked.any()
     (flow,), (same,) = leak.flows(*of_leak), cell.flows(*of_cell)
-    assert flow.drop == same.drop == 1
-    assert same.rate == pytest.approx(flow.rate, rel=SOLVER)
+    assert flow.flux.drop == same.flux.drop == 1
+    assert same.flux.rate == pytest.approx(flow.flux.rate, rel=SOLVER)
     for measure in (error_indicators, blocked_fluxes, flux_residuals):
         expected = measure(leak, [flow])
         np.testing.assert_allclose(
@@ -103,25 +103,26 @@ def test_both_flows_count_in_what_is_halved_ahead(kind):
     problem, pressures, streams = solved_on(gap, uniform_torus(gap.squares, 8), CHI)
     flows, start = problem.flows(pressures, streams), problem.start(pressures, streams)
     for flow in flows:
-        np.testing.assert_allclose(flow.weights @ start.streams, flow.stream, atol=1e-12)
+        np.testing.assert_allclose(flow.flux.weights @ start.streams, flow.stream, atol=1e-12)
+    fluxes = [flow.flux for flow in flows]
     times = (np.arange(len(start.mesh.cells)) % 5 == 0).astype(np.int8)
-    blind = refined_ahead(start, gap, Marks(times, np.inf, np.inf), flows, 1)
+    blind = refined_ahead(start, gap, Marks(times, np.inf, np.inf), fluxes, 1)
     mesh, data = blind.mesh, gap.cell_data(blind.mesh, blind.values)
     slopes, areas = shape_gradients(mesh.corners(gap.aspect, mesh.cells))
     R = data.regularised(CHI, gap.cut)
-    indicators, flux = np.zeros((2, len(mesh.cells)))
-    for flow in flows:
-        J = flow.rate * gradients(slopes, (flow.weights @ blind.streams)[mesh.cells])
+    indicators, total = np.zeros((2, len(mesh.cells)))
+    for flux in fluxes:
+        J = flux.rate * gradients(slopes, (flux.weights @ blind.streams)[mesh.cells])
         indicators += areas * least_indicator(J, data.K, R)
-        flux += flow.drop * np.hypot(*J.T) * np.sqrt(2 * areas)
-    sums = indicators if kind == "indicators" else np.where(data.blocked, flux, -np.inf)
+        total += flux.drop * np.hypot(*J.T) * np.sqrt(2 * areas)
+    sums = indicators if kind == "indicators" else np.where(data.blocked, total, -np.inf)
     new = (mesh.cells >= len(start.mesh.xy)).any(axis=1) & (data.K > 0)
     sums = np.where(new, sums, -np.inf)
     for rank in (1, 5, 15):
         least = np.sort(sums)[-rank] * (1 - 1e-9)
         # A new cell is marked from half the smallest marked indicator on.
         marks = Marks(times, *((2 * least, np.inf) if kind == "indicators" else (np.inf, least)))
-        ahead = refined_ahead(start, gap, marks, flows, 1)
+        ahead = refined_ahead(start, gap, marks, fluxes, 1)
         once = (sums >= least).astype(np.int8)
         assert once.sum() == rank
         np.testing.assert_array_equal(ahead.mesh.cells, blind.refined(gap, once).mesh.cells)

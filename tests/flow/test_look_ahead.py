@@ -29,9 +29,10 @@ MESHES = {
 
 
 def looked(gap, mesh):
-    """Problem, flows by the regularised dual, and the start after it."""
+    """Problem, flows by the regularised dual, their fluxes, and the start after it."""
     problem, pressures, streams = solved_on(gap, mesh, CHI, 1e-8)
-    return problem, problem.flows(pressures, streams), problem.start(pressures, streams)
+    flows = problem.flows(pressures, streams)
+    return problem, flows, [flow.flux for flow in flows], problem.start(pressures, streams)
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -41,10 +42,10 @@ def test_new_vertices_take_the_best_value(representation, kind):
     as DOLFINx integrates it, is rounding. Cells share no new vertices where one in seven is cut
     but for those that follow, so those with a new neighbour are left out."""
     gap = represented(rough_gap((32, 32), 0.3, 3), representation, cut=0.05, width=2)
-    _, flows, start = looked(gap, MESHES[kind](gap.squares, 2))
+    _, _, fluxes, start = looked(gap, MESHES[kind](gap.squares, 2))
     before = len(start.mesh.xy)
     every_seventh = (np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8)
-    ahead = refined_ahead(start, gap, Marks(every_seventh, np.inf, np.inf), flows, 2)
+    ahead = refined_ahead(start, gap, Marks(every_seventh, np.inf, np.inf), fluxes, 2)
     mesh, data = ahead.mesh, gap.cell_data(ahead.mesh, ahead.values)
     new = (mesh.cells >= before).sum(axis=1)
     crowded = mesh.rim.copy()
@@ -67,10 +68,10 @@ def test_new_vertices_take_the_best_value(representation, kind):
 def test_no_indicator_is_smaller(width):
     """Of a mesh that was solved: e_T, with its pressure, is nowhere below what ψ alone allows."""
     gap = represented(rough_gap((32, 32), 0.3, 5), cut=1e-3, width=width)
-    problem, (flow,), _ = looked(gap, MESHES["seam"](gap.squares, width))
+    problem, (flow,), _, _ = looked(gap, MESHES["seam"](gap.squares, width))
     cells = problem.mesh.cells[problem.kept]
     slopes, areas = shape_gradients(problem.mesh.points(gap.aspect)[cells])
-    J = flow.rate * gradients(slopes, flow.stream[cells])
+    J = flow.flux.rate * gradients(slopes, flow.stream[cells])
     tensor = problem.data.regularised(CHI, gap.cut)
     indicators = error_indicators(problem, [flow])
     least = areas * least_indicator(J, problem.data.K, tensor)
@@ -104,9 +105,9 @@ def test_walls_seams_and_islands_stay(kind):
     else:
         gap = represented(rough_gap((32, 32), 0.3, 3), cut=0.05, width=8)
         mesh = MESHES[kind](gap.squares, 8)
-    _, flows, start = looked(gap, mesh)
+    _, _, fluxes, start = looked(gap, mesh)
     marks = Marks(np.full(len(start.mesh.cells), 2, dtype=np.int8), np.inf, np.inf)
-    ahead, plain = refined_ahead(start, gap, marks, flows, 1), start.refined(gap, marks.times)
+    ahead, plain = refined_ahead(start, gap, marks, fluxes, 1), start.refined(gap, marks.times)
     rim = np.flatnonzero(plain.mesh.rim)
     assert np.count_nonzero(rim >= len(start.mesh.xy)) > (10 if kind == "island" else 3)
     assert np.array_equal(ahead.streams[:, rim], plain.streams[:, rim])
