@@ -87,17 +87,16 @@ def energy_drops(
     values: np.ndarray,
     energies: Sequence[Correction],
     comm: MPI.Comm,
-    bubbles: "BubbleSides | Drops",
+    sides: "BubbleSides",
+    applied: list[list[np.ndarray]] | None = None,
 ) -> list[Drops]:
     """Drops of energies on one mesh, with the gap at its vertices.
 
-    All use the same averages on the quarters. With sides as `bubbles` the energies are one for ψ
-    and one for p, and the coefficients are chosen for the largest drops. With a drop of the same
-    functions in another gap there is one energy, and the coefficients are those of that drop: the
-    new one is negative where the energy rises.
+    All use the same averages on the quarters. The energies are one for ψ and one for p, and the
+    coefficients are chosen for the largest drops; or there is one energy, with the coefficients
+    `applied`, those of `Drops` of the same functions in another gap: the drop is negative where
+    they raise the energy.
     """
-    applied = bubbles.coefficients if isinstance(bubbles, Drops) else None
-    sides = bubbles.sides if isinstance(bubbles, Drops) else bubbles
     sums = [[np.zeros((energy.count, n)) for n in (energy.count, 2)] for energy in energies]
     coefficients: list[list[list[np.ndarray]]] = [[] for _ in energies]
     # Process the cells in blocks: the data of all bubble functions at once would take more memory

@@ -54,8 +54,8 @@ from fem_seal.mesh.grouping import parts
 class CorrectedBounds(Bounds):
     """Bounds after the hierarchical correction."""
 
-    lowered: Drops  #: of the energies of the pressures
-    raised: Drops  #: of the energies of the stream functions
+    of_pressures: Drops  #: of the energies of the pressures
+    of_streams: Drops  #: of the energies of the stream functions
 
 
 class LevelProblem:
@@ -223,14 +223,14 @@ class LevelProblem:
         dual = self.stream_correction([*stream.at_vertices])
         primal = self.pressure_correction([v.corners for v in pressure.minima])
         sides = BubbleSides.of(self.mesh, self._cell_contact, self.kept)
-        raised, lowered = energy_drops(
+        of_streams, of_pressures = energy_drops(
             self.gap, self.mesh, self.values, (dual, primal), self.space.comm, sides
         )
         return CorrectedBounds(
-            lower_matrix(stream, stream.upper_bound(raised)),
-            upper_matrix(pressure, pressure.upper_bound(lowered)),
-            lowered,
-            raised,
+            lower_matrix(stream, stream.upper_bound(of_streams)),
+            upper_matrix(pressure, pressure.upper_bound(of_pressures)),
+            of_pressures,
+            of_streams,
         )
 
     def flows(self, pressure: Pressures, stream: Streams) -> list[FlowEstimate]:

@@ -53,7 +53,7 @@ class MeshedFlow:
         energy = problem.space.energy(
             lambda cells: data.resistivity[cells], lambda cells: psi[problem.cells[cells]]
         )
-        correction, drop = problem.stream_correction([psi]), self.solution.corrected.raised
+        correction, drop = problem.stream_correction([psi]), self.solution.corrected.of_streams
         return self._upper_bounds((own, energy), correction, drop, gap, values)
 
     def conductances_below(self, film: GridFilm) -> np.ndarray:
@@ -69,7 +69,7 @@ class MeshedFlow:
         if corrected is None:
             return np.array([energy.upper_bound() for energy in energies])
         correction = problem.pressure_correction([pressure.corners])
-        return self._upper_bounds(energies, correction, corrected.lowered, gap, values)
+        return self._upper_bounds(energies, correction, corrected.of_pressures, gap, values)
 
     def _gap_of(self, film: GridFilm, sign: int) -> tuple[LinearGap, np.ndarray, CellData]:
         """Another film on this mesh, its gap nowhere smaller (sign 1) or larger (sign -1).
@@ -110,7 +110,8 @@ class MeshedFlow:
         """
         problem = self.solution.problem
         comm = problem.space.comm
-        (drop,) = energy_drops(gap, problem.mesh, values, [correction], comm, own_drop)
+        bubbles = own_drop.sides, own_drop.coefficients
+        (drop,) = energy_drops(gap, problem.mesh, values, [correction], comm, *bubbles)
         return np.array(
             [
                 energy.upper_bound() - drop.energies.item() + energy.error_of_drop(*drop.terms[0])

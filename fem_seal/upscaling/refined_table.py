@@ -146,7 +146,7 @@ def marked_loads(
     if loads.size + 2 > most_loads:
         first, last = loads[[0, -1]]
     nodes = np.concatenate([[min(first, loads[0])], loads, [max(last, loads[-1])]])
-    # Errors of the intervals with enclosures: as they are, or as expected where one is not made yet.
+    # Error of each interval with an enclosure: its own, or what is expected before one is made.
     uncut = WIDTH * demand.between(nodes) ** 3
     uncut[1:-1] = np.where(enclosed, error[1:-1], np.minimum(uncut, error)[1:-1])
     # An interval cut into n pieces of the same demand keeps 1/n² of its error. Cut where one more
