@@ -35,6 +35,7 @@ class RowPasses:
     """
 
     def __init__(self, threads: int = 1):
+        self.threads = threads
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
     def over(self, shape: tuple[int, ...], work: Callable[[slice], T]) -> list[T]:

@@ -142,7 +142,7 @@ class HalfSpace:
     @cached_property
     def _steering_compliance(self) -> list[np.ndarray]:
         """1/k(q) over the number of samples in the steering precision; only the lift needs it."""
-        compliance = np.concatenate(self._compliance, axis=1)
+        compliance = np.concatenate(self._compliance).T
         return self.steer.in_blocks(compliance.astype(self.steering))
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
