@@ -13,8 +13,7 @@ from triangulations import scattered_square
 
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.finite_difference import by_differences
-from fem_seal.flow import FlowSettings, Limits
-from fem_seal.flow.marking import Tuning
+from fem_seal.flow import FlowSettings
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, Slip
 from fem_seal.grid import GridField
 from fem_seal.rarefied import FIRST_ORDER, LEAST_ACCOMMODATION, kinetic
@@ -214,20 +213,3 @@ def test_decision(part):
         assert "within the uncertainty of the slip" in found.reason
     else:
         assert (found.lower > part * free.value) if part < 1 else found.upper <= part * free.value
-
-
-def test_stopped_before_there_is_a_lower_bound():
-    """Every cell of the first mesh holds contact: it has an upper bound alone, which holds."""
-    gap = np.ones((64, 64))
-    for row in range(4, 60, 8):
-        gap[row, 3:] = 0.0
-        gap[row + 4, :-3] = 0.0
-    slip = Slip(2.0, 0.0, 0.3)
-    stopped, lower, upper = mass_bounds(
-        gap, slip, limits=Limits(unknowns=1), tuning=Tuning(coarsest=4)
-    )
-    _, finer_lower, finer_upper = mass_bounds(gap, slip)
-    assert not stopped.converged
-    assert lower <= finer_lower
-    assert upper >= finer_upper
-    assert lower == 0
