@@ -16,7 +16,6 @@ from fem_seal.finite_difference.solver import by_differences
 from fem_seal.flow.multigrid import by_multigrid
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.mesh.nested import PIXEL
 from fem_seal.network.film_pressure import PRESSURE_TOLERANCE, FilmPressure, eliminated
 from fem_seal.network.network import Network
 from fem_seal.progress import NOTE
@@ -79,16 +78,6 @@ def test_uniform_film(sides, representation, make):
 def test_a_network_with_a_part_of_its_mesh_is_refused(part):
     with pytest.raises(Inconsistent, match="not both"):
         replace(Network.uniform(film_of(rough(), "wall", "linear"), 0), **{part: None})
-
-
-def test_finer_networks_see_the_film_between_the_samples():
-    """Gaps at the new vertices are those of `GridField.refined`, on the triangles of the pixels."""
-    film = film_of(rough(), "wall", "linear")
-    network = Network.uniform(film, 2)
-    exact = film.gap.refined().refined().vertices()
-    found = network.to_places @ film.gap.values.ravel()
-    i, j = (4 * network.mesh.xy // PIXEL).T
-    np.testing.assert_allclose(found, exact[i, j], rtol=1e-14)
 
 
 def gate(spacing):

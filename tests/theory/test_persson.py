@@ -17,7 +17,6 @@ from fem_seal.theory.persson import (
     GAMMA,
     cumulative,
     effective_film_conductivity,
-    inner_integral,
     ladder,
     persson_state,
 )
@@ -72,21 +71,6 @@ def test_the_energy_of_wang_and_mueser_solves_its_equation(strain):
     # The area that leaves contact at all magnifications together is what is not in contact.
     assert state.opened_area.sum() + state.area[-1] == approx(1)
     assert (state.area >= state_at(strain).area * (1 - 1e-6)).all()
-
-
-@pytest.mark.parametrize("y", [0.5, 3.0, 1e4])
-def test_inner_integral_by_adaptive_quadrature(y):
-    """Its tables have steps of 2·10⁻⁴; between them they are linear, which is good to 10⁻⁷."""
-
-    def integrand(t):
-        t = np.exp(t)  # dt / t = d ln t
-        return (GAMMA + 3 * (1 - GAMMA) * erf(t) ** 2) * np.exp(-(t**2))
-
-    def inner(z):
-        return quad(integrand, -np.log(z), np.log(8.0), epsabs=0, epsrel=1e-10, limit=200)[0]
-
-    exact = quad(inner, 1 / 8, y, epsrel=1e-8, limit=200)[0]
-    assert inner_integral(np.array([y]))[0] == approx(exact, rel=1e-6)
 
 
 def elastic_energy(spectrum, strain):
@@ -151,17 +135,6 @@ def test_resolution_in_magnification_is_sufficient(monkeypatch):
     assert states[1].mean_gap[0] == approx(states[2].mean_gap[0], rel=1e-5)
     K = [effective_film_conductivity(state, viscosity=1e-3) for state in states]
     assert abs(K[2] - K[1]) < 0.5 * abs(K[1] - K[0]) < 0.01 * K[2]
-
-
-def test_scaling_of_lengths_and_moduli():
-    """Lengths × 10 and moduli × 7 leave areas, multiply gaps by 10 and conductivities by 1000."""
-    large = of_slope(Spectrum(0.8, 1e-3, 1e-5), 0.1)
-    state = state_at(3e-3)
-    scaled = persson_state(large, pressure=7 * 3e-3 * E_STAR, contact_modulus=7 * E_STAR)
-    assert scaled.area == approx(state.area, rel=1e-9)
-    assert scaled.mean_gap == approx(10 * state.mean_gap, rel=1e-9)
-    K, K_large = (effective_film_conductivity(s, viscosity=1e-3) for s in (state, scaled))
-    assert K_large == approx(1000 * K, rel=1e-6)
 
 
 def test_light_load_gives_parallel_plates():
