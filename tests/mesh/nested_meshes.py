@@ -14,6 +14,14 @@ def areas(mesh: AnyMesh) -> np.ndarray:
     return np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
 
 
+def side_lengths(mesh: TriangleMesh) -> dict[str, float]:
+    """Total length of the boundary edges of each group."""
+    return {
+        name: np.linalg.norm(np.diff(mesh.xy[ends], axis=1), axis=2).sum()
+        for name, ends in mesh.groups()
+    }
+
+
 def refined(
     mesh: AnyMesh, seed: int, steps: int = 5, part: float = 0.2
 ) -> list[tuple[AnyMesh, np.ndarray, Refinement]]:

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nested_meshes import areas, assert_conforming, refined
+from nested_meshes import areas, assert_conforming, refined, side_lengths
 from triangulations import ring, scattered_square, square_with_hole
 
 from fem_seal.mesh.bisection import bisect, coarse_mesh, refine
 from fem_seal.mesh.nested import DEPTH, TooFine, coarsest_width, uniform_mesh
 from fem_seal.mesh.torus import LEAST_SQUARES, squares_across, uniform_torus
-from fem_seal.mesh.triangles import INLET, ISLAND, TriangleMesh
+from fem_seal.mesh.triangles import TriangleMesh
 
 FAMILIES = {
     "walls": lambda: uniform_mesh((4, 3), 1, periodic_sides=False),
@@ -36,15 +36,6 @@ def parents(step) -> np.ndarray:
     return step.halvings.carried(np.arange(count), lambda cells: (cells, cells))
 
 
-def lengths(mesh) -> dict[int, float]:
-    """Total length of the sides of each label of a shape but INSIDE."""
-    ends = {label: mesh.side_ends(mesh.sides == label) for label in range(INLET, ISLAND + 1)}
-    return {
-        k: np.linalg.norm(mesh.xy[e[:, 0]] - mesh.xy[e[:, 1]], axis=1).sum()
-        for k, e in ends.items()
-    }
-
-
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("seed", range(2))
 def test_refined_meshes_are_conforming(family, seed):
@@ -57,7 +48,7 @@ def test_refined_meshes_are_conforming(family, seed):
         )
         if isinstance(first, TriangleMesh):
             assert step.mesh.doubled_areas().min() > 0
-            assert lengths(step.mesh) == pytest.approx(lengths(first), rel=1e-13)
+            assert side_lengths(step.mesh) == pytest.approx(side_lengths(first), rel=1e-13)
         halves = np.bincount(parents(step), minlength=len(mesh.cells))
         assert (halves[marked] >= 2).all()
         # One step halves a triangle and possibly its halves, but no further.

@@ -4,6 +4,7 @@ import meshio
 import numpy as np
 import pytest
 from mesh_files import CELLS, CORNERS, EDGES, scene_of, write_msh
+from nested_meshes import side_lengths
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.scene import Scene
@@ -12,14 +13,6 @@ from fem_seal.shaped import shaped_film
 
 def gap_of(path, **fields):
     return shaped_film(Scene.from_mapping(scene_of(path, **fields)).shape, None)
-
-
-def side_lengths(gap) -> dict[str, float]:
-    xy = gap.mesh.xy
-    return {
-        name: np.linalg.norm(xy[e[:, 0]] - xy[e[:, 1]], axis=1).sum()
-        for name, e in gap.mesh.groups()
-    }
 
 
 WHOLE = {"inlet": 1.0, "outlet": 1.0, "wall": 2.0}
@@ -61,14 +54,14 @@ def test_whole_files(name, tmp_path):
     write, groups = FILES[name]
     write(tmp_path / name)
     gap = gap_of(tmp_path / name, **groups)
-    assert side_lengths(gap) == WHOLE
+    assert side_lengths(gap.mesh) == WHOLE
     assert gap.mesh.doubled_areas().sum() == 2.0
 
 
 def test_unit_of_the_file(tmp_path):
     """Formats of meshes have no unit: the scene must say it."""
     path = write_msh(tmp_path / "a.msh", points=1000 * CORNERS)
-    assert side_lengths(gap_of(path, unit="mm")) == pytest.approx(WHOLE, rel=1e-15)
+    assert side_lengths(gap_of(path, unit="mm").mesh) == pytest.approx(WHOLE, rel=1e-15)
     scene = scene_of(path)
     del scene["shape"]["unit"]
     with pytest.raises(InvalidInput, match=r"shape.unit is missing .unit of its lengths"):
@@ -120,7 +113,7 @@ def test_xdmf_needs_h5py(tmp_path, monkeypatch):
 def test_clockwise_triangles_are_turned(clockwise, tmp_path):
     """A mesh may be right and only its points in another order."""
     cells = [c[::-1] if k < clockwise else c for k, c in enumerate(CELLS)]
-    assert side_lengths(gap_of(write_msh(tmp_path / "a.msh", cells=cells))) == WHOLE
+    assert side_lengths(gap_of(write_msh(tmp_path / "a.msh", cells=cells)).mesh) == WHOLE
 
 
 HANGING = {
@@ -215,7 +208,7 @@ def test_an_encoding_that_nobody_knows(name, tmp_path):
 def refusal(path, numbers) -> str:
     """What is said of a file, nothing if it is whole."""
     try:
-        assert side_lengths(gap_of(path, **numbers)) == WHOLE
+        assert side_lengths(gap_of(path, **numbers).mesh) == WHOLE
     except InvalidInput as error:
         return str(error)
     return ""
@@ -232,4 +225,4 @@ def test_written_mesh_is_read_back(tmp_path):
     again = gap_of(tmp_path / "mesh.vtu")
     assert again.mesh.periodic
     assert len(again.mesh.xy) == len(gap.mesh.xy)
-    assert side_lengths(again) == pytest.approx(side_lengths(gap), rel=1e-15)
+    assert side_lengths(again.mesh) == pytest.approx(side_lengths(gap.mesh), rel=1e-15)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from project import scene_of_samples
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import FieldMap
@@ -104,6 +105,9 @@ def test_an_unsaid_map_repeats_if_its_seam_does(rise, repeats):
     assert prepared.field.periodic is repeats
     # The tilt was all that did not repeat.
     assert prepare(found, Preparation(detrend="plane")).field.periodic
+    # Made to repeat, the spectrum is taken as that of a piece, through a window.
+    cell = prepare(found, Preparation(make_periodic="hann"))
+    assert (cell.field.periodic, cell.measured.periodic) == (True, False)
     # Who says that it repeats is believed. Nothing is done unless it is named.
     said = prepare(FieldMap(found.values, CELL.spacing, True), Preparation())
     assert said.field.periodic
@@ -113,36 +117,23 @@ def test_an_unsaid_map_repeats_if_its_seam_does(rise, repeats):
 
 def pressed(folder, model="gfmd", **fields):
     np.savez(folder / "a.npz", heights=tilted(3) * 1e-7, spacing=[1e-6, 1e-6])
-    load = {"area_fraction": 0.1}
-    return Scene.from_mapping(
-        {
-            "surface": {"kind": "file", "path": str(folder / "a.npz"), **fields},
-            "solid": {"contact_modulus": 1e7},
-            "contact": {"model": model, **load},
-            "output": {"products": ["contact"]},
-        }
-    )
+    surface = {"kind": "file", "path": str(folder / "a.npz"), **fields}
+    contact = {"model": model, "area_fraction": 0.1}
+    return Patch(Scene.from_mapping(scene_of_samples(8) | {"surface": surface, "contact": contact}))
 
 
 def test_a_map_that_does_not_repeat_is_not_pressed(tmp_path):
     """Refused with three ways out, each of which is one; the bearing model repeats nothing."""
     with pytest.raises(InvalidInput) as refused:
-        Patch(pressed(tmp_path)).contact  # noqa: B018
+        pressed(tmp_path).contact  # noqa: B018
     ways = ({"periodic": True}, {"detrend": "plane"}, {"make_periodic": "mirror"})
     for way in ways:
         [(name, value)] = way.items()
         assert f"{name} = {str(value).lower() if value is True else repr(value)}" in str(
             refused.value
         )
-        assert Patch(pressed(tmp_path, **way)).contact.gap.periodic
-    assert not Patch(pressed(tmp_path, model="bearing")).contact.gap.periodic
-
-
-def test_unsaid_map_may_be_made_periodic():
-    """And its spectrum is then taken as that of a piece, through a window."""
-    prepared = prepare(FieldMap(CELL.values, CELL.spacing, None), Preparation(make_periodic="hann"))
-    assert prepared.field.periodic
-    assert not prepared.measured.periodic
+        assert pressed(tmp_path, **way).contact.gap.periodic
+    assert not pressed(tmp_path, model="bearing").contact.gap.periodic
 
 
 def test_errors_name_the_file(tmp_path):

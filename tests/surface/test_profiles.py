@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from known_answers import of_slope
-from project import write_toml
+from project import scene_of_samples, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
@@ -164,14 +164,8 @@ def test_scene_of_profiles(tmp_path, capsys, here):
     """From a stylus's file to a contact: the spectrum as a table, and the assumption in words."""
     rough = self_affine(SPECTRUM, (N, N), SIZE, rms_slope=0.1, seed=1).values[:, ::64]
     write(tmp_path / "a.txt", (rough * 1e6).tolist(), step=STEP * 1e3)
-    scene = {
-        "surface": {"kind": "profiles", "path": "a.txt", "shape": [64, 64], "size": [5e-5, 5e-5]},
-        "solid": {"youngs_modulus": 1e7, "poisson_ratio": 0.5},
-        "contact": {"area_fraction": 0.2},
-        "fluid": {"viscosity": 1e-3},
-        "flow": {"pressure_drop": 1e3, "method": "finite-difference"},
-    }
-    path = write_toml(tmp_path / "scene.toml", scene)
+    profiles = {"kind": "profiles", "path": "a.txt", "shape": [64, 64], "size": [5e-5, 5e-5]}
+    path = write_toml(tmp_path / "scene.toml", scene_of_samples(64) | {"surface": profiles})
     assert cli.main(["surface", str(path), "--csv", "a.csv"]) == 0
     assert "the surface is isotropic and Gaussian" in capsys.readouterr().out
     head = (tmp_path / "a.csv").read_text().splitlines()[:3]

@@ -18,38 +18,43 @@ SEEDS = range(12)
 MEAN, SPREAD = 4 / len(SEEDS) ** 0.5, (0.35, 1.9)
 
 
-def made(n, seed, hurst, rolloff=None):
-    spectrum = Spectrum(hurst, n / 4, 4.0, rolloff)
-    return self_affine(spectrum, (n, n), (n, n), rms_slope=0.1, seed=seed)
+def fitted(n, piece, seed, *band):
+    """Fit to a piece of a surface of n samples a side whose waves end at 4 samples."""
+    heights = self_affine(Spectrum(*band), (n, n), (n, n), rms_slope=0.1, seed=seed)
+    return fit_spectrum(GridField(heights.values[:piece, :piece], (1.0, 1.0), piece == n))
 
 
-def deviations(fits, hurst):
-    return np.array([(fit.hurst - hurst) / fit.hurst_error for fit in fits])
-
-
-def assert_standard_normal(z):
-    assert abs(z.mean()) < MEAN
-    assert SPREAD[0] < np.sqrt(np.mean(z**2)) < SPREAD[1]
-
-
-def test_hurst_and_cut_offs():
-    """H = 0.8: the other tests."""
-    n, hurst = 128, 0.3
-    fits = [fit_spectrum(made(n, seed, hurst)) for seed in SEEDS]
-    assert_standard_normal(deviations(fits, hurst))
-    for fit in fits:
-        assert fit.rolloff_wavelength is None
-        # The bin that holds the cut-off: 6 % of wavelength, at long waves one ring of the grid.
-        assert abs(np.log(fit.short_wavelength / 4.0)) < np.log(BIN_RATIO)
-        assert abs(n / fit.long_wavelength - 4) <= 1
+@pytest.mark.parametrize(
+    ("n", "piece", "hurst", "long", "rolloff"),
+    [(128, 128, 0.3, 32, None), (256, 256, 0.8, 64, 16.0), (512, 128, 0.8, 512, None)],
+)
+def test_hurst_and_cut_offs(n, piece, hurst, long, rolloff):
+    """A window correlates the waves of a piece; its long cut-off is longer than the piece."""
+    fits = [fitted(n, piece, seed, hurst, long, 4.0, rolloff) for seed in SEEDS]
+    errors = [[(fit.hurst - hurst) / fit.hurst_error for fit in fits]]
+    if rolloff:
+        errors.append([(fit.rolloff_wavelength - rolloff) / fit.rolloff_error for fit in fits])
+    for z in map(np.array, errors):
+        assert abs(z.mean()) < MEAN
+        assert SPREAD[0] < np.sqrt(np.mean(z**2)) < SPREAD[1]
+    for seed, fit in zip(SEEDS, fits, strict=True):
+        assert (fit.rolloff_wavelength is None) == (rolloff is None), seed
+        # The bin that holds the cut-off: 6 % of wavelength. A window smears it over two waves of
+        # the piece, there as wide as a bin.
+        bins = 1 if piece == n else 2
+        assert abs(np.log(fit.short_wavelength / 4.0)) < bins * np.log(BIN_RATIO), seed
+        if piece < n:
+            assert fit.long_wavelength is None, seed
+        else:  # within one ring of the grid
+            assert abs(n / fit.long_wavelength - n / long) <= 1, seed
 
 
 def test_reported_error_is_the_scatter_over_seeds():
     """The rms of 64 standard normal numbers scatters by 1/√128."""
     n, hurst = 64, 0.8
-    fits = [fit_spectrum(made(n, 100 + seed, hurst)) for seed in range(64)]
-    z = deviations(fits, hurst)
-    assert np.sqrt(np.mean(z**2)) == pytest.approx(1, abs=4 / 128**0.5)
+    fits = [fitted(n, n, 100 + seed, hurst, n / 4, 4.0) for seed in range(64)]
+    z = [(fit.hurst - hurst) / fit.hurst_error for fit in fits]
+    assert np.sqrt(np.mean(np.square(z))) == pytest.approx(1, abs=4 / 128**0.5)
 
 
 def test_bins_have_no_bias_and_the_reported_variance():
@@ -68,29 +73,6 @@ def test_bins_have_no_bias_and_the_reported_variance():
     values = np.array(values)
     assert np.all(np.abs(values.mean(axis=0)) < 4 * np.sqrt(variance / seeds))
     np.testing.assert_allclose(values.var(axis=0), variance, rtol=5 * (2 / seeds) ** 0.5)
-
-
-def test_rolloff():
-    n, rolloff = 256, 16.0
-    fits = [fit_spectrum(made(n, seed, 0.8, rolloff)) for seed in SEEDS]
-    assert_standard_normal(deviations(fits, 0.8))
-    z = [(fit.rolloff_wavelength - rolloff) / fit.rolloff_error for fit in fits]
-    assert_standard_normal(np.array(z))
-
-
-def test_piece_of_a_larger_surface():
-    """A window correlates its waves; the long cut-off is longer than the piece."""
-    fits = []
-    for seed in SEEDS:
-        large = self_affine(
-            Spectrum(0.8, 512, 4.0), (512, 512), (512, 512), rms_slope=0.1, seed=seed
-        )
-        fits.append(fit_spectrum(GridField(large.values[:128, :128], (1.0, 1.0))))
-    assert_standard_normal(deviations(fits, 0.8))
-    for fit in fits:
-        assert fit.long_wavelength is None
-        # The window smears the cut-off over two wave numbers, here as wide as a bin.
-        assert abs(np.log(fit.short_wavelength / 4.0)) < 2 * np.log(BIN_RATIO)
 
 
 def test_density_is_that_of_the_ensemble():
