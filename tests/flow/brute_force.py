@@ -31,7 +31,7 @@ def bounds_by_brute_force(
         g = _between(samples, cells, pixel, parts, ny)
     else:
         g = np.repeat(samples[tuple(pixel.T)][:, None], 3, axis=1)
-    local = _stiffness(cells, ny, np.array(spacing) / parts)
+    local = stiffness(np.stack(np.divmod(cells, ny + 1), axis=2) * spacing / parts)
     i, j = np.divmod(np.arange((nx + 1) * (ny + 1)), ny + 1)
     seam = np.flatnonzero(j == ny), np.flatnonzero(j == 0)
 
@@ -39,7 +39,7 @@ def bounds_by_brute_force(
     if sides == "periodic":
         node[seam[0]] = node[seam[1]]
     prescribed = (i == 0) | (i == nx)
-    upper = _least_energy(local * _mean(g**3), cells, node, 1.0 * (i == 0), prescribed)
+    upper = least_energy(local * _mean(g**3), cells, node, 1.0 * (i == 0), prescribed)
 
     open_cells = (g > 0).all(axis=1)
     closed = cells[~open_cells]
@@ -57,7 +57,7 @@ def bounds_by_brute_force(
     if sealed:
         return 0.0, upper
     dual = local[open_cells] * _mean(g[open_cells] ** -3.0)
-    return 1 / _least_energy(dual, cells[open_cells], patch, offset, prescribed), upper
+    return 1 / least_energy(dual, cells[open_cells], patch, offset, prescribed), upper
 
 
 def _mean(of_corners: np.ndarray) -> np.ndarray:
@@ -95,9 +95,8 @@ def _between(samples, cells, pixel, parts: int, ny: int) -> np.ndarray:
     return np.maximum(np.where(((i + j) % 2 == 0)[:, None], rising, falling), 0.0)
 
 
-def _stiffness(cells: np.ndarray, ny: int, spacing: np.ndarray) -> np.ndarray:
-    """∫∇λ_k·∇λ_l (C, 3, 3) from the edges e_k opposite to the corners: e_k·e_l / 4|T|."""
-    x = np.stack(np.divmod(cells, ny + 1), axis=2) * spacing
+def stiffness(x: np.ndarray) -> np.ndarray:
+    """∫∇λ_k·∇λ_l (C, 3, 3) from the edges e_k opposite to the corners (C, 3, 2): e_k·e_l / 4|T|."""
     e = x[:, [2, 0, 1]] - x[:, [1, 2, 0]]
     area = abs(e[:, 0, 0] * e[:, 1, 1] - e[:, 0, 1] * e[:, 1, 0]) / 2
     return e @ e.transpose(0, 2, 1) / (4 * area[:, None, None])
@@ -131,7 +130,7 @@ def _potentials(patch: np.ndarray, top: np.ndarray, bottom: np.ndarray):
     return root[patch], height[patch], False
 
 
-def _least_energy(local, cells, node, offset, prescribed) -> float:
+def least_energy(local, cells, node, offset, prescribed) -> float:
     """Energy of offset + x, by a direct solver; x is a number for each node not prescribed."""
     free = node[~prescribed]
     number = np.full(node.max() + 1, -1)

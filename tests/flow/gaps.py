@@ -3,7 +3,6 @@
 import numpy as np
 from project import leak_rate
 from sample_gaps import FLUID
-from scipy.sparse import coo_matrix, csc_matrix
 
 from fem_seal.fenicsx import MPI
 from fem_seal.film import Film
@@ -107,18 +106,6 @@ class Random:
 
     def __call__(self, mesh: NestedMesh) -> np.ndarray:
         return self._rng.random(len(mesh.cells)) < 0.2
-
-
-def stiffness(mesh: NestedMesh, coefficient: np.ndarray) -> csc_matrix:
-    """Matrix (V, V) of ∫ c ∇u·∇v over P1 functions on the mesh."""
-    x = mesh.points((1.0, 1.0))[mesh.cells]
-    to_corner = np.stack([x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]], axis=2)
-    slopes = np.linalg.inv(to_corner)  # rows: ∇λ_1, ∇λ_2
-    slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)
-    weight = coefficient * np.abs(np.linalg.det(to_corner)) / 2
-    local = weight[:, None, None] * slopes @ slopes.transpose(0, 2, 1)
-    rows, columns = np.repeat(mesh.cells, 3, axis=1), np.tile(mesh.cells, 3)
-    return coo_matrix((local.ravel(), (rows.ravel(), columns.ravel()))).tocsc()
 
 
 def areas_and_slopes(field: FlowField) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,9 @@ from itertools import product
 import numpy as np
 import pytest
 from drawn_stripes import ROUNDING, Case, across, along
+from gaps import bracketed
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits
 from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.flow.integrals import AT_ONCE
@@ -31,6 +33,22 @@ def test_in_series_until_the_bounds_agree():
     heights = 10 ** (-12 * np.random.default_rng(5).random(8))
     case = Case("across", heights, 3, (1e-6, 1e-6), "wall", "linear", "adaptive")
     assert case.solve(60_000).converged
+
+
+def test_one_pixel_channel():
+    """Through contact, straight and with two turns.
+
+    A corner of a channel counts 0.5590 of a square (conformal map, as in sheet resistance:
+    F. W. Grover's corner square; four digits). Its bounds hold that rounded number to 1e-3.
+    """
+    straight, bent = np.zeros((2, 9, 9))
+    straight[:, 4] = bent[:5, 2] = bent[4, 2:7] = bent[4:, 6] = 0.3
+    for values, squares, slack in ((straight, 9, 0), (bent, 11 + 2 * 0.5590, 1e-3)):
+        film = GridFilm(GridField(values, (1.0, 1.0)), representation="constant")
+        leak = bracketed(film, 0.05, 6000)
+        exact = 0.3**3 / squares
+        assert leak.lower * (1 - slack) <= exact <= leak.upper * (1 + slack)
+        assert leak.converged
 
 
 @pytest.mark.parametrize(("kind", "exact"), [("along", "upper"), ("across", "lower")])

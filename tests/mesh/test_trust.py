@@ -1,17 +1,14 @@
 """A .geo file from elsewhere is a program: it runs only if the user trusts it."""
 
-import os
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import get_args
 
 import pytest
 from mesh_files import scene_of
-from project import ROOT, write_toml
+from project import ROOT, alone, started, write_toml
 
 from fem_seal import run
 from fem_seal.cli import main
@@ -152,19 +149,16 @@ def test_interrupted_within_gmsh(folder):
 
     Ctrl-C takes the same way: test_files.py.
     """
-    scratch, started = folder / "scratch", folder / "started"
+    scratch, begun = folder / "scratch", folder / "begun"
     scratch.mkdir()
     (folder / "stranger.geo").write_text(
-        f'SystemCall "echo $$ > {started}.part; mv {started}.part {started}; exec sleep 600";\n'
+        f'SystemCall "echo $$ > {begun}.part; mv {begun}.part {begun}; exec sleep 600";\n'
     )
-    with subprocess.Popen(
-        [sys.executable, "-m", "fem_seal", *command("mesh", folder), "--trust"],
-        env=os.environ | {"TMPDIR": str(scratch), "PYTHONPATH": str(ROOT)},
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
+    environment = alone() | {"TMPDIR": str(scratch), "PYTHONPATH": str(ROOT)}
+    arguments = "-m", "fem_seal", *command("mesh", folder), "--trust"
+    with started(*arguments, env=environment) as process:
         deadline = time.monotonic() + 60
-        while not started.exists():
+        while not begun.exists():
             assert time.monotonic() < deadline
             assert process.poll() is None
             time.sleep(0.05)
@@ -174,7 +168,7 @@ def test_interrupted_within_gmsh(folder):
     assert message.splitlines() == ["fem-seal: interrupted; nothing half-written is left"]
     assert list(scratch.iterdir()) == []
     assert not (folder / "out").exists()
-    sleeper = int(started.read_text())
+    sleeper = int(begun.read_text())
     while alive(sleeper):
         assert time.monotonic() < deadline
         time.sleep(0.05)
