@@ -71,14 +71,10 @@ def test_leak_of_a_wedge(wedge, tmp_path, method, capsys):
         assert leak["lower"] <= exact * (1 + 1e-9)
         assert leak["upper"] >= exact * (1 - 1e-9)
         assert leak["upper"] - leak["lower"] <= 0.01 * np.sqrt(leak["upper"] * leak["lower"])
-        assert leak["value"] == pytest.approx(np.sqrt(leak["lower"] * leak["upper"]), rel=1e-14)
     else:
         # The default links are exact for a linear gap in series; eliminated to rounding.
         assert leak["value"] == pytest.approx(exact, rel=1e-12)
-    assert result["method"] == method
-    assert (result["state"], result["converged"]) == ("leaking", True)
-    # CG stops at 1e-8 of the energy, right within a factor of two; flows are off by its root.
-    assert result["inflow"] == pytest.approx(result["outflow"], rel=np.sqrt(2e-8))
+    assert (result["state"], result["method"]) == ("leaking", method)
 
 
 @pytest.mark.parametrize("limit", [("--max-unknowns", "2e1"), ("--max-seconds", "1 ns")])
@@ -331,16 +327,10 @@ def test_leak_says_what_it_assumes(wedge, capsys):
     assert "assumed" not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("factor", "status"), [(2.0, 0), (0.5, 4), (1.0, 4)])
-def test_strict(wedge, factor, status, capsys):
-    """Within limit, above limit, and a limit between the bounds."""
-    assert run("leak", wedge, "--json") == 0
-    rate = json.loads(capsys.readouterr().out)["leak_rate"]
-    limit = f"{factor * rate['value'] * 3.6e9!r} ml/h"
-    assert rate["lower"] < rate["value"] < rate["upper"]
-    assert run("leak", wedge, "--limit", limit, "--strict") == status
-    assert ("(--strict)" in capsys.readouterr().err) == (status != 0)
-    assert run("leak", wedge, "--limit", limit) == 0
+def test_strict(wedge, capsys):
+    """Above the limit; undecided, and within one: test_accuracy.py."""
+    assert run("leak", wedge, "--limit", "1 ml/h", "--strict") == 4
+    assert "above limit (--strict)" in capsys.readouterr().err
 
 
 def test_result_keeps_scene_and_command_as_written(small_scene, tmp_path):

@@ -140,6 +140,8 @@ def of_table(*lines):
         (of_table, ["a.b,a.b", "1,2"], "different keys"),
         (of_table, ["a.b", "1,2"], "has 2 values for 1 field$"),
         (of_table, ["a.b", "1", "1"], "names a point twice"),
+        (lambda *points: sweep(Path("scene.toml"), points, Path("out")), ["a.b", []], "no points"),
+        (Work, [1.5], "^jobs = 1.5 must be a whole number of at least 1"),
     ],
 )
 def test_what_are_no_points(read, texts, message):
@@ -366,17 +368,6 @@ def test_a_point_is_expected_to_take_no_more_than_its_numbers(jobs, scene_file, 
     sweep(scene_file, points, Path("out"), work=Work(jobs))
     scene = Scene.from_file(scene_file, ["output.products=['leak_rate']"])
     assert compute.call_args.kwargs["each"].memory == predicted(scene).memory < PICTURE_IMPORTS[1]
-
-
-def test_a_sweep_of_no_points(scene_file):
-    with pytest.raises(InvalidInput, match="no points"):
-        sweep(scene_file, (("surface.seed",), []), Path("out"), work=Work(2))
-
-
-@pytest.mark.parametrize("jobs", [0, 1.5])
-def test_a_number_of_jobs_that_cannot_be_is_refused(jobs):
-    with pytest.raises(InvalidInput, match=f"^jobs = {jobs} must be a whole number of at least 1"):
-        Work(jobs)
 
 
 def test_memory_of_jobs_keeps_within_the_limit(tmp_path, monkeypatch):

@@ -58,6 +58,8 @@ def test_changed_copies_are_those_of_changed_files():
     )
     assert plain.with_({"fluid": fs.Fluid(viscosity=2.0)}).viscosity == 2
     assert plain.with_({"flow.rtol": 0.1}).with_({"flow.rtol": 0.2}) == plain
+    with pytest.raises(AttributeError, match="with_"):
+        plain.contact.pressure = 1.0
 
 
 @pytest.mark.parametrize(
@@ -84,11 +86,6 @@ def test_errors_are_one_sentence(wrong, message):
         wrong()
     assert "\n" not in str(caught.value)
     assert "pydantic" not in str(caught.value)
-
-
-def test_a_section_cannot_be_set():
-    with pytest.raises(AttributeError, match="with_"):
-        in_python().contact.pressure = 1.0
 
 
 def test_heights_of_an_array_are_those_of_the_surface_they_were_taken_from(tmp_path, monkeypatch):
@@ -179,12 +176,9 @@ def test_numbers_have_their_units(patch):
     assert contact["samples"] == "32 x 32"
     assert leak["leak rate"] in str(patch.leak_rate)
     assert "leak rate" not in rows(fs.LeakRate.sealed("adaptive"))
-
-
-def test_a_text_of_a_stranger_is_text():
-    """A reason may quote the name of a file."""
-    leak = fs.LeakRate("leaking", "adaptive", 1.0, reason="<script>")
-    assert "<script>" not in leak._repr_html_()
+    # A reason may quote the name of a file.
+    strange = fs.LeakRate("leaking", "adaptive", 1.0, reason="<script>")
+    assert "<script>" not in strange._repr_html_()
 
 
 def test_save_writes_what_run_writes(solved, tmp_path):
