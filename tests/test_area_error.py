@@ -19,7 +19,6 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
 from fem_seal.sensitivity import LOAD_TOLERANCE, ByLoad
-from fem_seal.solved import solve
 
 LOAD, STEP = 1.4e5, 1e-4  # Pa, and its relative step
 FIRST = Path(__file__).parents[1] / "demos" / "scenes" / "first.toml"
@@ -205,16 +204,3 @@ def test_derivatives_by_the_load_are_solved_once(monkeypatch):
     budget = error_budget(Patch(scene(*BY_AREA, "accuracy.contact_grid=true")))
     assert {"contact_area", "contact_grid"} <= {entry.key for entry in budget if entry.counted}
     assert len(made) == 1
-
-
-def test_it_counts_together_with_all_others():
-    """The headline of a scene by its area has the entry, one under a pressure has none."""
-    solved = solve(scene(*BY_AREA, "flow.method=adaptive"))
-    entry = next(entry for entry in solved.budget if entry.key == "contact_area")
-    assert entry.kind == "estimated"
-    assert (entry.lower, entry.upper) != (1, 1)
-    lower, upper = solved.leak_rate.bounds
-    head = solved.headline
-    ends = lower * entry.lower, upper * entry.upper
-    assert (head.lower, head.upper) == pytest.approx(ends, rel=1e-6)
-    assert "contact_area" not in {entry.key for entry in error_budget(Patch(scene()))}

@@ -55,6 +55,7 @@ def test_inlet_and_outlet_are_coloured_and_named_where_they_are_shown():
         (Window(1e-6, 2e-6, 0, 3e-6), []),
     ):
         axes = framed(film(), window)
+        assert (*axes.get_xlim(), *axes.get_ylim()) == window
         assert [text.get_text() for text in axes.texts] == names
         for swatch, side in ((INLET, "left"), (OUTLET, "right")):
             drawn = np.allclose(axes.spines[side].get_edgecolor()[:3], swatch.rgb)

@@ -8,7 +8,6 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT
-from fem_seal.render.page import Window
 from fem_seal.render.plot import DPI
 from fem_seal.render.samples import (
     CONTACT_KEY,
@@ -70,25 +69,28 @@ def test_clusters_join_across_periodic_sides_only():
         assert set(np.flatnonzero(classes == 3)) == orange
 
 
-def test_a_window_shows_the_same_samples_larger():
-    film = GridFilm(smooth_gap((64, 64), 0.4, seed=5, periodic=False))
-    window = Window(0, 21e-6, 21e-6, 42e-6)
-    whole, colours = colours_of(draw_contact, film)
-    part, same = colours_of(draw_contact, film, window=window)
-    np.testing.assert_array_equal(colours, same)
-    assert (*part.get_xlim(), *part.get_ylim()) == pytest.approx(window)
-    assert whole.get_xlim() == pytest.approx((0, 63e-6))
+def pressed(gap):
+    """Contact pressure up to 2 MPa where a gap is 0."""
+    random = np.random.default_rng(1).random(gap.shape)
+    values = np.where(gap.values == 0, 2e6 * random, 0.0)
+    return GridField(values, gap.spacing, gap.periodic)
 
 
-def test_gap_can_be_recovered_from_its_colours():
+def test_gap_and_contact_pressure_can_be_recovered_from_their_colours():
     gap = smooth_gap((40, 24), 0.3, periodic=False)
-    scale = gap_scale(gap.values)
-    _, colours = colours_of(draw_gap, GridFilm(gap), scale)
-    contact = gap.values == 0
+    scale, film, contact = gap_scale(gap.values), GridFilm(gap), gap.values == 0
+    _, colours = colours_of(draw_gap, film, scale)
     assert (colours[contact] == CONTACT.colour).all()
     parts = np.maximum(gap.values * scale.per_si / scale.low, 1)
     exact = np.log(parts) / np.log(scale.high / scale.low)
     assert stand_for(colours, scale.colours, exact)[~contact].all()
+    pressure = pressed(gap)
+    axes, colours = colours_of(draw_contact_pressure, film, pressure)
+    (bar,) = axes.child_axes
+    assert bar.get_ylabel() == "contact pressure [MPa]"
+    assert bar.get_ylim() == pytest.approx((0, 2))
+    assert (colours[~contact] == OPEN.colour).all()
+    assert stand_for(colours, CONTACT_PRESSURE_COLOURS, pressure.values / 2e6)[contact].all()
 
 
 @pytest.mark.parametrize(
@@ -113,25 +115,6 @@ def test_closed_gap_is_all_contact(tmp_path):
     assert (drawn_pixels(tmp_path / "gap.png") == CONTACT.colour).all(axis=2).mean() > 0.6
     with pytest.raises(InvalidInput, match="zero everywhere"):
         gap_scale(closed.values)
-
-
-def pressed(gap):
-    """Contact pressure up to 2 MPa where a gap is 0."""
-    random = np.random.default_rng(1).random(gap.shape)
-    values = np.where(gap.values == 0, 2e6 * random, 0.0)
-    return GridField(values, gap.spacing, gap.periodic)
-
-
-def test_contact_pressure_can_be_recovered_from_the_colours():
-    gap = smooth_gap((40, 24), 0.3, periodic=False)
-    pressure = pressed(gap)
-    axes, colours = colours_of(draw_contact_pressure, GridFilm(gap), pressure)
-    (bar,) = axes.child_axes
-    assert bar.get_ylabel() == "contact pressure [MPa]"
-    assert bar.get_ylim() == pytest.approx((0, 2))
-    solid = pressure.values > 0
-    assert (colours[~solid] == OPEN.colour).all()
-    assert stand_for(colours, CONTACT_PRESSURE_COLOURS, pressure.values / 2e6)[solid].all()
 
 
 def test_single_samples_of_high_pressure_do_not_set_the_bar():

@@ -14,7 +14,6 @@ from fem_seal.flow import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import Bounded
 from fem_seal.limits import Limits
-from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification.cross_validation import StudiedGap, compare, judge
 from fem_seal.verification.exact_cases import CASES, finer_film
@@ -30,10 +29,9 @@ def on_case(case, squares, methods):
     return compare([StudiedGap.of_case(case, squares)], methods)[0][0]
 
 
-def on_film(film, setting, grids, methods=tuple(METHODS), **kept):
-    """Rows and bracket of one film; None if points are left to other parts."""
-    compared = compare([StudiedGap.of_film(film, setting, grids)], methods, **kept)
-    return compared and compared[0]
+def on_film(film, setting, grids, methods=tuple(METHODS)):
+    """Rows and bracket of one film."""
+    return compare([StudiedGap.of_film(film, setting, grids)], methods)[0]
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -165,20 +163,6 @@ def test_a_rough_gap_is_judged_by_the_certified_bracket():
             )
     # Nobody's number takes part in the bracket but the bounds'.
     assert bracket.lower in [row.value for row in rows if row.method.endswith("lower")]
-
-
-def test_rows_are_the_same_for_jobs_and_parts(tmp_path):
-    """But for the time that they took; a point that is there is not computed again."""
-    asked = (FILM, SETTING, 2, ("linear-gap", "uniform"))
-    rows, bracket = on_film(*asked)
-    parts = [Work(part=(2, 2)), Work(gather=True), Work(part=(1, 2), jobs=2)]
-    computed = [on_film(*asked, out=tmp_path, work=work) for work in parts]
-    assert computed[:2] == [None, None]
-    others, other_bracket = computed[2]
-    assert other_bracket == bracket
-    for row, other in zip(rows, others, strict=True):
-        assert replace(other, seconds=row.seconds) == row
-    assert on_film(*asked, out=tmp_path, work=Work(gather=True)) == computed[2]
 
 
 def test_limits_of_the_flow_end_the_adaptive_method():
