@@ -10,6 +10,7 @@ version printed is no reference for a test.
 
 import argparse
 import json
+import shutil
 import sys
 from collections.abc import Iterator
 from math import isclose
@@ -17,7 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from project import scene_of_samples, write_toml
+from project import ROOT, leak_scene, scene_of_samples, write_toml
 
 from fem_seal import run
 from fem_seal.results.words import summary_of
@@ -27,109 +28,78 @@ from fem_seal.sweep import sweep
 RTOL = 1e-9
 # Different in each run, or a matter of the machine.
 LEFT_OUT = {"seconds", "peak_memory_bytes", "provenance", "cost", "version", "finished"}
-GAS = {
-    "fluid": {
-        "kind": "gas",
-        "viscosity": "18 uPa s",
-        "molar_mass": "28 g/mol",
-        "temperature": "20 degC",
-        "slip": "kinetic",
-    },
-    "flow": {
-        "inlet_pressure": "1.2 bar",
-        "outlet_pressure": "1 bar",
-        "sides": "periodic",
-        "rtol": 0.03,
-    },
+PATCH = scene_of_samples(64)
+PATCH["flow"] = {"pressure_drop": "0.2 bar", "sides": "periodic", "rtol": 0.03}
+PRESSED = "contact.area_fraction= & contact.pressure=0.11 MPa"
+DRY = f"{PRESSED} & flow.lift=none"
+LIMIT = "limit.leak_rate=1e-6 ml/h"
+GAS = (
+    "fluid.kind=gas & fluid.viscosity=18 uPa s & fluid.molar_mass=28 g/mol & fluid.slip=kinetic & "
+    "fluid.temperature=20 degC & flow.pressure_drop= & flow.inlet_pressure=1.2 bar & "
+    "flow.outlet_pressure=1 bar"
+)
+SEAL = (
+    "seal.leak_path=0.5 mm & seal.circumference=150 mm & seal.pressure_profile=hertz & "
+    "seal.patches=2 & seal.rtol=0.2 & flow.rtol="
+)
+MEASURED = {
+    **{"kind": "file", "path": "heights.npy", "unit": "m", "size": ["48 um", "40 um"]},
+    **{"periodic": False, "detrend": "quadratic", "fill": "harmonic", "make_periodic": "mirror"},
 }
-ROUND = {
-    "shape": {
-        "kind": "face-seal",
-        "inner_radius": "20 mm",
-        "outer_radius": "25 mm",
-        "mesh_size": "2 mm",
-        "gap_expression": "2e-6 * (1 + 0.3 * cos(3 * theta)) + 2e-5 * (x + 0.025)",
-    },
-    "fluid": {"viscosity": "1 mPa s"},
-    "flow": {"pressure_drop": "2 bar", "rtol": 0.02},
-    "output": {"products": ["leak_rate"]},
+# Scenes by name: file, and what is set in it. All files are written together.
+SCENES = {
+    "patch": ("patch", f"{DRY} & {LIMIT}"),
+    "area": ("patch", "output.products=[contact, leak_rate, constriction, trapped_volume]"),
+    "gap": ("gap", ""),
+    "bearing": ("patch", "contact.model=bearing & contact.area_fraction=0.2"),
+    "lift": ("patch", PRESSED),
+    "range": ("patch", f"{PRESSED} & flow.lift=range"),
+    "gas with slip": ("patch", f"{PRESSED} & {GAS} & output.products=[leak_rate, constriction]"),
+    "seal": ("patch", f"{PRESSED} & {SEAL} & {LIMIT} & output.products=[seal]"),
+    "shape": ("face-seal", "flow.rtol=0.02"),
+    "tolerances": ("patch", f"{DRY} & tolerances.contact.pressure=10 % & tolerances.heights=5 %"),
+    "tensor": ("patch", "output.products=[conductivity_tensor, hydraulic_aperture, leak_rate]"),
+    "threshold": ("patch", "output.products=[contact, threshold]"),
+    "accuracy": ("patch", "accuracy.total=0.4 & accuracy.max_refinement=2 & flow.rtol="),
+    "measured map": ("map", ""),
+    "finite differences": ("patch", "flow.method=finite-difference"),
+    "sweep": ("patch", ""),
 }
 
 
-def rough(**sections: dict) -> dict:
-    """Scene of a rough periodic surface of 64 x 64 samples, with other fields in some sections."""
-    scene = scene_of_samples(64)
-    scene["flow"] = {"pressure_drop": "0.2 bar", "sides": "periodic"}
-    if not sections.keys() & {"accuracy", "seal"}:
-        scene["flow"]["rtol"] = 0.03
-    return {name: scene.get(name, {}) | sections.get(name, {}) for name in {**scene, **sections}}
-
-
-def products(*names: str) -> dict:
-    return {"products": list(names)}
-
-
-def pressed(pressure: str, **sections: dict) -> dict:
-    """The rough scene under a pressure in place of a contact area."""
-    return rough(**sections) | {"contact": {"pressure": pressure}}
-
-
-def scenes(folder: Path) -> dict[str, dict]:
-    """Scenes by name; files that they read are written into a folder."""
+def write_files(folder: Path) -> None:
+    """Write the files that the scenes read."""
     x, y = np.meshgrid(np.linspace(0, 1, 48), np.linspace(0, 1, 40), indexing="ij")
     heights = 1e-6 * (np.sin(9 * x + 4 * y) + np.cos(14 * y - 5 * x * x) + 3 * x)
     np.save(folder / "heights.npy", np.where((x - 0.3) ** 2 + y**2 < 0.005, np.nan, heights))
-    np.save(folder / "gap.npy", np.maximum(0, 1e-6 + heights - 3e-6 * x))
-    stated = {"unit": "m", "size": ["48 um", "40 um"], "periodic": False}
-    measured = {"kind": "file", "path": folder / "heights.npy", **stated, "detrend": "quadratic"}
-    measured |= {"fill": "harmonic", "make_periodic": "mirror"}
-    gap = rough(gap={"path": folder / "gap.npy", **stated}, flow={"sides": "wall"})
-    gas = pressed("0.11 MPa") | GAS
-    limit = {"leak_rate": "1e-6 ml/h"}
-    known = {"contact": {"pressure": "10 %"}, "heights": "5 %"}
-    seal = {"leak_path": "0.5 mm", "circumference": "150 mm", "pressure_profile": "hertz"}
-    seal |= {"patches": 2, "rtol": 0.2}
-    return {
-        "patch": pressed("0.11 MPa", flow={"lift": "none"}, limit=limit),
-        "area": rough(output=products("contact", "leak_rate", "constriction", "trapped_volume")),
-        "gap": {name: gap[name] for name in ("gap", "fluid", "flow", "output")},
-        "bearing": rough(contact={"model": "bearing", "area_fraction": 0.2}),
-        "lift": pressed("0.11 MPa"),
-        "range": pressed("0.11 MPa", flow={"lift": "range"}),
-        "gas with slip": {**gas, "output": products("contact", "leak_rate", "constriction")},
-        "seal": pressed("0.11 MPa", seal=seal, limit=limit, output=products("seal")),
-        "shape": ROUND,
-        "tolerances": pressed("0.11 MPa", flow={"lift": "none"}, tolerances=known),
-        "tensor": rough(output=products("conductivity_tensor", "hydraulic_aperture", "leak_rate")),
-        "threshold": rough(output=products("contact", "threshold")),
-        "accuracy": rough(accuracy={"total": 0.4, "max_refinement": 2}),
-        "measured map": rough() | {"surface": measured},
-        "finite differences": rough(flow={"method": "finite-difference"}),
-        "sweep": rough(),
-    }
+    gap = np.maximum(0, 1e-6 + heights - 3e-6 * x)
+    np.savez(folder / "gap.npz", gap=gap, spacing=(1e-6, 1e-6))
+    shutil.copy(ROOT / "demos/scenes/face-seal.toml", folder)
+    write_toml(folder / "patch.toml", PATCH)
+    write_toml(folder / "map.toml", PATCH | {"surface": MEASURED})
+    write_toml(folder / "gap.toml", leak_scene(gap={"path": "gap.npz"}))
 
 
-def answer(name: str, scene: Path, folder: Path) -> dict:
+def answer(name: str, folder: Path) -> dict:
     """Numbers of a scene, and its sentences by their labels."""
+    file, settings = SCENES[name]
+    path, out = folder / f"{file}.toml", folder / name
     if name == "sweep":
         fractions = [("0.05",), ("0.2",), ("0.5",)]
-        table = sweep(scene, (("contact.area_fraction",), fractions), folder).table
+        table = sweep(path, (("contact.area_fraction",), fractions), out).table
         return {"points": [point.row for point in table]}
-    result = run(Scene.from_file(scene), folder)
+    result = run(Scene.from_file(path, list(filter(None, settings.split(" & ")))), out)
     words: dict[str, list[str]] = {}
     for label, text in summary_of(result):
         words.setdefault(label, []).append(text)
-    return {"numbers": json.loads((folder / "result.json").read_text()), "words": words}
+    return {"numbers": json.loads((out / "result.json").read_text()), "words": words}
 
 
 def write(path: Path) -> None:
     """Compute all scenes and write their answers into one JSON file."""
-    answers = {}
     with TemporaryDirectory() as name:
-        folder = Path(name)
-        for number, (title, sections) in enumerate(scenes(folder).items()):
-            scene = write_toml(folder / f"{number}.toml", sections)
-            answers[title] = answer(title, scene, folder / str(number))
+        write_files(Path(name))
+        answers = {title: answer(title, Path(name)) for title in SCENES}
     path.write_text(json.dumps(answers, indent=1))
 
 

@@ -119,7 +119,7 @@ def leaves(model, path=""):
             yield from leaves(inner, f"{path}{name}.")
 
 
-def test_every_key_of_a_result_is_explained():
+def test_every_key_of_a_result_is_explained_and_every_key_explained_exists():
     """By its last name, in the row of its first one or of its own path."""
     table = PAGES["docs/reference/results.md"].partition("## result.json")[2].partition("## ")[0]
     rows = re.findall(r"^\| (`.*?) \| (.*) \|$", table, re.MULTILINE)
@@ -127,22 +127,18 @@ def test_every_key_of_a_result_is_explained():
         first, last = leaf.partition(".")[0], leaf.rpartition(".")[2]
         texts = (f"{keys} {text}" for keys, text in rows if re.search(rf"`{first}[`.]", keys))
         assert any(re.search(rf"\b{last}\b", text) for text in texts), leaf
+    known = set(leaves(Result))
+    for keys, _ in rows:
+        first, *more = re.findall(r"`([\w.]+)`", keys)
+        stem = first.rpartition(".")[0]
+        assert first in known
+        assert {stem + name if name.startswith(".") else name for name in more} <= known
 
 
 def test_every_file_of_a_run_and_every_format_has_a_row():
     files = re.findall(r"`(\w+\.png)`", PAGES["docs/reference/results.md"])
     assert set(PICTURES) <= set(files)
     assert all(f"`{ending}`" in PAGES["docs/guide/surfaces.md"] for ending in READERS)
-
-
-def test_results_page_names_only_keys_that_exist():
-    table = PAGES["docs/reference/results.md"].partition("## result.json")[2].partition("## ")[0]
-    known = set(leaves(Result))
-    for keys in re.findall(r"^\| (`.*?) \|", table, re.MULTILINE):
-        first, *more = re.findall(r"`([\w.]+)`", keys)
-        stem = first.rpartition(".")[0]
-        assert first in known
-        assert {stem + name if name.startswith(".") else name for name in more} <= known
 
 
 def test_columns_of_a_sweep_are_those_of_its_page():
@@ -165,6 +161,9 @@ PARSERS = dict(commands(cli.parser()))
 
 
 def test_commands_and_options_that_the_pages_name_exist():
+    """And README.md names all commands."""
+    names = {words[1] for words in PARSERS if len(words) == 2}
+    assert {name for name in names if f"fem-seal {name}" not in PAGES["README.md"]} == set()
     for line in re.findall(r"fem-seal(?: [^\s`|,;:.)]+)+", EVERYTHING):
         words = line.split()
         if not re.fullmatch(r"--\w+|[a-z-]+", words[1]):
@@ -178,11 +177,6 @@ def test_commands_and_options_that_the_pages_name_exist():
         for word in words:
             if word.startswith("--"):
                 assert word.partition("=")[0] in options, line
-
-
-def test_every_command_is_in_the_readme():
-    names = {words[1] for words in PARSERS if len(words) == 2}
-    assert {name for name in names if f"fem-seal {name}" not in PAGES["README.md"]} == set()
 
 
 def anchors(page):
@@ -214,8 +208,11 @@ def test_files_that_the_pages_name_are_there():
     assert not [name for name in names if not list(ROOT.glob(name))]
 
 
-def test_every_picture_of_the_pages_has_its_command():
+def test_every_picture_is_explained_and_every_one_of_the_pages_has_its_command():
     """Those of docs/images in make.py, which is named beside them; others by a command of ours."""
+    assert all(
+        f"`{name}(" in PAGES["docs/guide/pictures.md"] for name in {*pictures} - {"require_gl"}
+    )
     made = runpy.run_path(str(ROOT / "docs/images/make.py"))["PICTURES"]
     images = ROOT / "docs/images"
     assert {path.name for path in images.glob("*.png")} == {n for n in made if "/" not in n}
@@ -227,11 +224,6 @@ def test_every_picture_of_the_pages_has_its_command():
         for name in re.findall(r"letter/(\w+)\.png", text):
             command = r"demos[./](letter\.reproduce|closing_saddle\.py) -"
             assert re.search(command, text), (page, name)
-
-
-def test_every_picture_is_explained():
-    for name in set(pictures) - {"require_gl"}:
-        assert f"`{name}(" in PAGES["docs/guide/pictures.md"]
 
 
 def names_in(tree):

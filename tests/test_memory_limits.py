@@ -1,7 +1,6 @@
 """Available memory: the machine's, and limits of control groups as batch systems set them."""
 
 import os
-from pathlib import Path
 
 import pytest
 
@@ -13,75 +12,46 @@ from fem_seal.scene import Scene
 MACHINE = 8_000_000 * 1024
 
 
-def machine(root: Path, groups: str | None, files: dict[str, str]) -> Path:
-    """Write a /proc and /sys with 8 GB available and some files below /sys/fs/cgroup."""
-    (root / "proc/self").mkdir(parents=True)
-    (root / "proc/meminfo").write_text("MemTotal: 9000000 kB\nMemAvailable: 8000000 kB\n")
-    if groups is not None:
-        (root / "proc/self/cgroup").write_text(groups)
-    for name, text in files.items():
-        path = root / "sys/fs/cgroup" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text + "\n")
-    return root
-
-
-VERSION_2 = "0::/slurm/job_1/step_0\n"
-VERSION_1 = "12:cpuset:/\n5:cpu,memory:/slurm/job_1\n1:name=systemd:/\n"
-V1 = "memory/slurm/job_1/memory."
+# Names of limit, usage and statistics of a group in version 2 of control groups, and in version 1.
+NAMES = {
+    2: ("memory.max", "memory.current", "memory.stat"),
+    1: ("memory.limit_in_bytes", "memory.usage_in_bytes", "memory.stat"),
+}
+LINES = {2: "0::/slurm/job/step\n", 1: "12:cpuset:/\n5:cpu,memory:/slurm/job\n1:name=systemd:/\n"}
+# Of version 1 the entry without "total_" leaves out the groups below.
+CACHE = {2: "anon 2000\ninactive_file 700", 1: "inactive_file 1\ntotal_inactive_file 700"}
 
 
 @pytest.mark.parametrize(
-    ("groups", "files", "expected"),
+    ("version", "groups", "expected"),
     [
         (None, {}, MACHINE),
-        ("", {}, MACHINE),
-        (VERSION_2, {}, MACHINE),
-        (VERSION_2, {"slurm/job_1/step_0/memory.max": "max"}, MACHINE),
+        (2, {}, MACHINE),
+        (2, {"slurm/job/step": ("max",)}, MACHINE),
         # Its own limit, less its usage, of which unused file pages do not count.
-        (
-            VERSION_2,
-            {
-                "slurm/job_1/step_0/memory.max": "5000",
-                "slurm/job_1/step_0/memory.current": "3000",
-                "slurm/job_1/step_0/memory.stat": "anon 2000\ninactive_file 700",
-            },
-            2700,
-        ),
+        (2, {"slurm/job/step": (5000, 3000, CACHE[2])}, 2700),
+        (1, {"memory/slurm/job": (6000, 2000, CACHE[1])}, 4700),
         # That of a group above it.
-        (
-            VERSION_2,
-            {
-                "slurm/job_1/step_0/memory.max": "max",
-                "slurm/job_1/step_0/memory.current": "3000",
-                "slurm/memory.max": "5000",
-                "slurm/memory.current": "4000",
-            },
-            1000,
-        ),
-        # Over its limit, while pages are written out.
-        ("0::/\n", {"memory.max": "5000", "memory.current": "6000"}, 0),
-        # A container that sees its own group as the mount.
-        (VERSION_2, {"memory.max": "5000", "memory.current": "1000"}, 4000),
-        (
-            VERSION_1,
-            {
-                V1 + "limit_in_bytes": "6000",
-                V1 + "usage_in_bytes": "2000",
-                V1 + "stat": "inactive_file 1\ntotal_inactive_file 500",
-            },
-            4500,
-        ),
+        (2, {"slurm/job/step": ("max", 3000), "slurm": (5000, 4000)}, 1000),
+        # Over its limit, while pages are written out; a container sees its own group as the mount.
+        (2, {"": (5000, 6000)}, 0),
+        (2, {"": (5000, 1000)}, 4000),
         # Version 1 writes no limit as a number above all memory.
-        (
-            VERSION_1,
-            {V1 + "limit_in_bytes": "9223372036854771712", V1 + "usage_in_bytes": "2000"},
-            MACHINE,
-        ),
+        (1, {"memory/slurm/job": (2**63 - 4096, 2000)}, MACHINE),
     ],
 )
-def test_limits_of_control_groups(tmp_path, groups, files, expected):
-    assert available_memory(machine(tmp_path, groups, files)) == expected
+def test_limits_of_control_groups(tmp_path, version, groups, expected):
+    """Of a machine with 8 GB available: limit, usage and statistics of groups by their folders."""
+    (tmp_path / "proc/self").mkdir(parents=True)
+    (tmp_path / "proc/meminfo").write_text("MemTotal: 9000000 kB\nMemAvailable: 8000000 kB\n")
+    if version is not None:
+        (tmp_path / "proc/self/cgroup").write_text(LINES[version])
+    for name, values in groups.items():
+        folder = tmp_path / "sys/fs/cgroup" / name
+        folder.mkdir(parents=True, exist_ok=True)
+        for file, value in zip(NAMES[version], values, strict=False):
+            (folder / file).write_text(f"{value}\n")
+    assert available_memory(tmp_path) == expected
 
 
 @pytest.mark.parametrize("most", [1.0, 1e9])

@@ -15,15 +15,11 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.fixture
-def fast(monkeypatch):
-    """Show lines at once."""
-    for times in ("ON_TERMINAL", "ELSEWHERE"):
-        monkeypatch.setattr(progress, times, (0.05, 0.01))
-
-
-def watch(stream, monkeypatch, until, root=True):
+def watch(stream, monkeypatch, until, *, root=True, times=(0.05, 0.01)):
     """Text that a display writes while a stage reports, until it has written or time is up."""
+    if times is not None:
+        for name in ("ON_TERMINAL", "ELSEWHERE"):
+            monkeypatch.setattr(progress, name, times)
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setattr("fem_seal.parallel.is_root", lambda: root)
     with Display() as report:
@@ -34,28 +30,22 @@ def watch(stream, monkeypatch, until, root=True):
     return stream.getvalue()
 
 
-def test_shown_on_a_terminal(monkeypatch, fast):
+def test_shown_on_a_terminal_and_as_plain_lines_elsewhere(monkeypatch):
     """One line, cut at the edge of the terminal, drawn over itself and erased at the end."""
     monkeypatch.setenv("COLUMNS", "27")
     start, *drawn, end = watch(Terminal(), monkeypatch, until=30).split(progress.CLEAR)
     assert drawn[0].startswith("contact: iteration 3  [0:0")
     assert {len(line) for line in drawn} == {26}
     assert (start, end) == ("", "")
+    plain = watch(io.StringIO(), monkeypatch, until=30)
+    assert set(plain.splitlines()) == {"fem-seal: contact: iteration 3"}
 
 
-def test_plain_lines_where_there_is_no_terminal(monkeypatch, fast):
-    text = watch(io.StringIO(), monkeypatch, until=30)
-    assert set(text.splitlines()) == {"fem-seal: contact: iteration 3"}
-
-
-def test_only_the_first_process_shows_its_progress(monkeypatch, fast):
-    assert watch(Terminal(), monkeypatch, until=0.5, root=False) == ""
-
-
-@pytest.mark.parametrize("stream", [io.StringIO(), Terminal()])
-def test_silent_on_quick_computations(monkeypatch, stream):
+def test_silent_on_quick_computations_and_on_all_processes_but_the_first(monkeypatch):
     """It shows nothing before two seconds have passed, and 30 where there is no terminal."""
-    assert watch(stream, monkeypatch, until=0.2) == ""
+    for stream in (io.StringIO(), Terminal()):
+        assert watch(stream, monkeypatch, until=0.2, times=None) == ""
+    assert watch(Terminal(), monkeypatch, until=0.5, root=False) == ""
 
 
 @pytest.mark.parametrize(
