@@ -344,18 +344,10 @@ def check(kind, draw):
         return status
 
 
-def campaign(examples, kinds=tuple(KINDS), judge=check):
+def campaign(examples, kinds=tuple(KINDS)):
     """Run the cases of each kind; gives how often each kind has ended with each status."""
     tally = Counter()
-    for kind in kinds:
-        tally.update({(kind, status): count for status, count in _of_kind(kind, examples, judge)})
-    return tally
-
-
-def _of_kind(kind, examples, judge):
-    tally = Counter()
-
-    @settings(
+    repeated = settings(
         max_examples=examples,
         derandomize=True,
         database=None,
@@ -363,12 +355,15 @@ def _of_kind(kind, examples, judge):
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
-    @given(st.data())
-    def cases(data):
-        tally[judge(kind, data.draw)] += 1
+    for kind in kinds:
 
-    cases()
-    return tally.items()
+        @repeated
+        @given(st.just(kind), st.data())
+        def cases(kind, data):
+            tally[kind, check(kind, data.draw)] += 1
+
+        cases()
+    return tally
 
 
 def main():

@@ -2,21 +2,19 @@
 
 import argparse
 import ast
+import json
 import re
 import runpy
 import tomllib
-from types import UnionType
-from typing import Annotated, Literal, Union, get_args, get_origin
 
 from project import ROOT, trees
-from pydantic import BaseModel
 
 from fem_seal import cli
 from fem_seal.field_file.read import READERS
 from fem_seal.render import __all__ as pictures
 from fem_seal.render.patch import PICTURES
 from fem_seal.results import Result
-from fem_seal.scene import Scene
+from fem_seal.scene.schema import scene_schema
 from fem_seal.sweep.point import COLUMNS
 
 WRITTEN = [
@@ -32,26 +30,21 @@ ENDINGS = {"csv", "html", "md", "npy", "npz", "png", "py", "toml", "vtu"}
 EVERYTHING = "\n".join(PAGES.values())
 
 
-def models(annotation):
-    """Pydantic models and dataclasses in an annotation, unions and containers opened."""
-    if get_origin(annotation) in (Union, UnionType, Annotated, tuple, list, dict):
-        return [found for part in get_args(annotation) for found in models(part)]
-    is_record = isinstance(annotation, type) and (
-        issubclass(annotation, BaseModel) or hasattr(annotation, "__dataclass_fields__")
-    )
-    return [annotation] if is_record else []
+SCENE, RESULT = scene_schema(), Result.model_json_schema()
 
 
-def fields(model):
-    """Name (as written in files) and annotation of each field."""
-    if issubclass(model, BaseModel):
-        return {f.alias or name: f.annotation for name, f in model.model_fields.items()}
-    return {name: f.type for name, f in model.__dataclass_fields__.items()}
+def inside(node, definitions):
+    """Records of a node of a schema: one, or those of a choice, a list or a table."""
+    if isinstance(node, dict) and "$ref" in node:
+        yield definitions[node["$ref"].rpartition("/")[2]]
+    elif isinstance(node, dict | list):
+        for inner in node.values() if isinstance(node, dict) else node:
+            yield from inside(inner, definitions)
 
 
 SECTIONS = {
-    name: {key for model in models(annotation) for key in fields(model)}
-    for name, annotation in fields(Scene).items()
+    name: {key for section in inside(node, SCENE["$defs"]) for key in section["properties"]}
+    for name, node in SCENE["properties"].items()
 }
 
 
@@ -73,20 +66,11 @@ def test_every_key_of_a_scene_is_listed_and_every_key_listed_exists():
     assert scene | {"shape": shapes["shape"]} == SECTIONS
 
 
-def alternatives(annotation):
-    """Strings that a field may have, where only some are allowed."""
-    if get_origin(annotation) is Literal:
-        return [value for value in get_args(annotation) if isinstance(value, str)]
-    return [value for part in get_args(annotation) for value in alternatives(part)]
-
-
 def test_every_value_that_a_field_may_have_is_listed():
     pages = PAGES["docs/reference/scene.md"] + PAGES["docs/guide/shapes.md"]
     named = set(re.findall(r'["`](\S+?)["`]', pages))
-    sections = [model for kind in fields(Scene).values() for model in models(kind)]
-    allowed = {
-        v for model in sections for kind in fields(model).values() for v in alternatives(kind)
-    }
+    choices = re.findall(r'"enum": (\[.*?\])|"const": (".*?")', json.dumps(SCENE["$defs"]))
+    allowed = set(re.findall(r'"(.*?)"', str(choices)))
     assert "geometric" in allowed
     assert allowed <= named, allowed - named
 
@@ -94,7 +78,7 @@ def test_every_value_that_a_field_may_have_is_listed():
 def test_fields_that_a_page_names_exist():
     """`flow.rtol`, in the text as in --set."""
     key_of_a_section = re.compile(rf"(?<![\w./-])({'|'.join(SECTIONS)})\.([a-z]\w+)\b(?![/(])")
-    of_results = set(leaves(Result))
+    of_results = set(leaves(RESULT))
     assert not [
         (page, section, key)
         for page, text in PAGES.items()
@@ -111,11 +95,11 @@ def test_toml_of_the_pages_is_toml():
     assert all(tomllib.loads(block) for block in blocks)
 
 
-def leaves(model, path=""):
+def leaves(record, path=""):
     """Path of every key of a result, "leak_rate.value"; records in lists like any other."""
-    for name, annotation in fields(model).items():
+    for name, node in record.get("properties", {}).items():
         yield f"{path}{name}"
-        for inner in models(annotation):
+        for inner in inside(node, RESULT["$defs"]):
             yield from leaves(inner, f"{path}{name}.")
 
 
@@ -123,11 +107,11 @@ def test_every_key_of_a_result_is_explained_and_every_key_explained_exists():
     """By its last name, in the row of its first one or of its own path."""
     table = PAGES["docs/reference/results.md"].partition("## result.json")[2].partition("## ")[0]
     rows = re.findall(r"^\| (`.*?) \| (.*) \|$", table, re.MULTILINE)
-    for leaf in leaves(Result):
+    for leaf in leaves(RESULT):
         first, last = leaf.partition(".")[0], leaf.rpartition(".")[2]
         texts = (f"{keys} {text}" for keys, text in rows if re.search(rf"`{first}[`.]", keys))
         assert any(re.search(rf"\b{last}\b", text) for text in texts), leaf
-    known = set(leaves(Result))
+    known = set(leaves(RESULT))
     for keys, _ in rows:
         first, *more = re.findall(r"`([\w.]+)`", keys)
         stem = first.rpartition(".")[0]

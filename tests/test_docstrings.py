@@ -13,11 +13,6 @@ ENTRY = re.compile(rf"^({NAMES})(?: : (.*))?$", re.MULTILINE)
 DOTTED = re.compile(r"`([a-z_]+(?:\.\w+)+)`")
 # What may stand behind the name of an entry: a shape, with its kind of number, or a foreign class.
 SHAPE = re.compile(r"\([^()]*\)( \w+)?|dolfinx\.[\w.]+")
-# Words of a type that may differ from those of the annotation: "tuple of str, optional".
-WORDS_OF_TYPES = {
-    *("array", "bool", "callable", "dict", "float", "int", "iterable", "list", "ndarray", "None"),
-    *("of", "optional", "or", "pair", "sequence", "set", "str", "string", "tuple"),
-}
 
 
 def entries(docstring, *sections):
@@ -39,13 +34,6 @@ def annotations(node):
     of = node.args
     several = [argument for argument in (of.vararg, of.kwarg) if argument]
     return {a.arg: a.annotation for a in [*of.posonlyargs, *of.args, *of.kwonlyargs, *several]}
-
-
-def is_type(text, annotation):
-    """Whether a text says nothing but a type; a shape such as (n, 2) says more."""
-    known = WORDS_OF_TYPES | set(re.findall(r"\w+", ast.unparse(annotation)))
-    words = set(re.findall(r"\w+", text))
-    return words <= known | {f"{name}s" for name in known}
 
 
 def is_dataclass(node):
@@ -72,11 +60,9 @@ def faults(tree):
                 yield f"{node.name}: no argument or field {other}"
             elif is_dataclass(node):
                 yield f"{node.name}: describe {names} by a comment `#:` at the field"
-        if isinstance(node, ast.FunctionDef) and node.returns:
-            for title, body in SECTION.findall(docstring):
-                first = body.split("\n")[0].split(" : ")[-1]
-                if title == "Returns" and is_type(first, node.returns):
-                    yield f"{node.name}: the type {first} stands in the annotation"
+        for title, body in SECTION.findall(docstring):
+            if title == "Returns" and not SHAPE.fullmatch(first := body.split("\n")[0]):
+                yield f"{node.name}: a shape in place of {first}: the type stands in the annotation"
         if lines := outside_sections(docstring):
             yield f"{node.name}: outside a section: {lines}"
 

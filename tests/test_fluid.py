@@ -53,15 +53,13 @@ def channel_mass_rate(height, width, length, accommodation):
     return rate * (1 + 6 * knudsen * (2 - accommodation) / accommodation)
 
 
-@pytest.mark.parametrize("method", ["adaptive", "uniform"])
 @pytest.mark.parametrize("accommodation", [None, 0.7])
-def test_gas_that_slips_in_a_uniform_channel(gap_scene, method, accommodation):
+def test_gas_that_slips_in_a_uniform_channel(gap_scene, accommodation):
     """Arkilic's channel, first-order slip with full accommodation being the default."""
     fluid = SLIPPING
     if accommodation is not None:
         fluid = SLIPPING | {"slip": True, "accommodation": accommodation}
     scene = gap_scene(np.full((9, 5), 1e-7), fluid, products=["leak_rate", "hydraulic_aperture"])
-    scene["flow"]["method"] = method
     result = solve(Scene.from_mapping(scene)).result()
     exact = channel_mass_rate(1e-7, 8e-6, 8e-6, accommodation or 1.0)
     # CG stops at a relative energy error of 1e-8.
@@ -117,13 +115,6 @@ def test_kinetic_slip(gap_scene, height, p_out, near):
     assert rate.lower <= exact * (1 + 1e-7)
     assert rate.upper >= exact * (1 - 1e-7)
     assert rate.upper / rate.lower < 1 + 3e-4
-    first_order = Scene.from_mapping(gap_scene(np.full((9, 5), height), SLIPPING, flow))
-    added = rate.value / (Patch(first_order).leak_rate.value * drive.rates["mass"]) - 1
-    # Between these plates all samples have one κ: finite differences are exact, to their 1e-9.
-    other = scene.with_({"flow.method": "finite-difference", "output.products": ["leak_rate"]})
-    assert solve(other).result().gas.mass_rate.value == pytest.approx(exact, rel=1e-9)
-    # 3 % at Kn 0.04, and the logarithm of Kn far beyond 1.
-    assert 0.02 < added < 3
     assert result.gas.slip == "kinetic"
     aperture = result.quantities.hydraulic_aperture
     assert aperture.value == pytest.approx(height, rel=3e-4)
