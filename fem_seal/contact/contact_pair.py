@@ -103,7 +103,7 @@ class ContactPair:
         """Solve, and make the state of the accepted pressure and the gap that it causes."""
         iterate, measures, residuals = converge(problem, pressure, stopping)
         pressure, gap = iterate.pressure, present(iterate.gap, "gap of an iterate")
-        gap = np.maximum(gap - problem.level(pressure, gap), 0)
+        gap = np.maximum(gap - problem.offset(pressure, gap), 0)
         gap[pressure > 0] = 0
         return ContactState(
             gap=self._field(gap * self.unit_height),

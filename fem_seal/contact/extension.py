@@ -16,7 +16,7 @@ from fem_seal.contact.blocks import RowPasses
 
 # Number of coarser grids, each with a quarter of the samples. With one fewer, 1024² takes one or
 # two iterations more.
-LEVELS = 6
+GRIDS = 6
 # Decay of the extension: a cell of which a fraction s is free gets the weight s / (s + FADE (1 -
 # s)), which is s for FADE = 1, and 1 for FADE = 0. Measured at 256² to 1024²: 0.7 and 1 take one
 # more iteration at some loads, 0.25 and 2 at all loads.
@@ -44,42 +44,42 @@ class Extension:
     def __init__(self, free: np.ndarray, passes: RowPasses | None = None):
         self.free = free
         passes = passes or RowPasses()
-        self.levels: list[_Level] = []
+        self.pairs: list[_GridPair] = []
         nx, ny = free.shape
-        while len(self.levels) < LEVELS and max(nx, ny) > 1:
-            self.levels.append(_Level((nx, ny), free.dtype, passes))
-            nx, ny = self.levels[-1].values.shape
+        while len(self.pairs) < GRIDS and max(nx, ny) > 1:
+            self.pairs.append(_GridPair((nx, ny), free.dtype, passes))
+            nx, ny = self.pairs[-1].values.shape
 
     def update(self) -> None:
         """Recompute all weights from the free set."""
         fraction = self.free
-        for level in self.levels:
-            fraction = level.update(fraction)
+        for pair in self.pairs:
+            fraction = pair.update(fraction)
 
     def extend(self, residual: np.ndarray, out: np.ndarray) -> None:
         """Write E residual into `out`; the residual is zero outside the free set."""
         means = residual
-        for level in self.levels:
-            level.restrict(means)
-            level.values *= level.scale
-            means = level.values
-        for level, finer in zip(self.levels[:0:-1], self.levels[-2::-1], strict=True):
-            level.interpolate(finer.values, finer.values, level.outside)
-        self.levels[0].interpolate(residual, out, self.levels[0].outside)
+        for pair in self.pairs:
+            pair.restrict(means)
+            pair.values *= pair.scale
+            means = pair.values
+        for pair, finer in zip(self.pairs[:0:-1], self.pairs[-2::-1], strict=True):
+            pair.interpolate(finer.values, finer.values, pair.outside)
+        self.pairs[0].interpolate(residual, out, self.pairs[0].outside)
 
     def gather(self, values: np.ndarray) -> None:
         """Replace `values` by Eᵀ values; only the entries on the free set are meaningful."""
         fine = values
-        for level in self.levels:
-            level.restrict(fine, level.outside)
-            fine = level.values
-        for level, finer in zip(self.levels[::-1], [*self.levels[-2::-1], None], strict=True):
-            level.values *= level.scale
+        for pair in self.pairs:
+            pair.restrict(fine, pair.outside)
+            fine = pair.values
+        for pair, finer in zip(self.pairs[::-1], [*self.pairs[-2::-1], None], strict=True):
+            pair.values *= pair.scale
             target = values if finer is None else finer.values
-            level.interpolate(target, target)
+            pair.interpolate(target, target)
 
 
-class _Level:
+class _GridPair:
     """A grid and the next coarser one; of an odd number of samples the last coarse cell holds one.
 
     `outside` is the fraction of each point that is not free, over WHOLE; `values` and `scale`, on

@@ -1,6 +1,6 @@
 """Conjugate gradients on the free set, preconditioned by the inverse of the half-space.
 
-Find p >= 0 with g = S p - h - δ >= 0 and p g = 0, at a prescribed load Σp or a prescribed level δ.
+Find p >= 0 with g = S p - h - δ >= 0 and p g = 0, at a prescribed load Σp or a prescribed offset δ.
 With F the free set, M the stiffness (the inverse of S but for the mean), E the `Extension` from F
 to the whole grid, 1_F the mean over F taken out (only at a prescribed load):
 
@@ -77,7 +77,7 @@ def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
         r, r_old = r_old, r
         number, sum_r = _restrict_gap(passes, state, free, r)  # 2, 3
         if state.load is None:
-            number = inf  # At a level no mean is taken out.
+            number = inf  # At an offset no mean is taken out.
         _centre(passes, r, sum_r / number, free)
         _precondition(half_space, r, z, extension if settled else None)  # 4
         sum_z, rz = _restrict(passes, z, free, r)
@@ -110,13 +110,13 @@ class _Pressed:
         self._exact_wall = (
             problem.heights if mean is not None else problem.heights - problem.mean_gap
         )
-        self.load = None if mean is None else mean * pressure.size  #: Σp; None at a level
+        self.load = None if mean is None else mean * pressure.size  #: Σp; None at an offset
         dtype = half_space.steer.values.dtype
         self._single = dtype != pressure.dtype and pressure.size >= SINGLE_FROM
         self.p, self._wall = pressure, self._exact_wall
         if self._single:
             self.p, self._wall = pressure.astype(dtype), self._exact_wall.astype(dtype)
-        self.level = 0.0  #: δ
+        self.offset = 0.0  #: δ
         self._scale, self._total = 1.0, float(self.p.sum())
         self._uniform = bool(np.ptp(self.p) == 0)
 
@@ -126,7 +126,7 @@ class _Pressed:
         return self._half_space.steer.values if self._single else self._half_space.exact.values
 
     def displace(self) -> float:
-        """Scale p to the load, and compute gap and level; return the certificate."""
+        """Scale p to the load, and compute gap and offset; return the certificate."""
         half_space, passes = self._half_space, self._half_space.passes
         _scale(passes, self.p, self._scale, out=self.g)
         if self._uniform:
@@ -137,7 +137,7 @@ class _Pressed:
             half_space.displace()
         self._uniform = False
         work, lowest = _subtract(passes, self._wall, self.g, self.p)
-        self.level = 0.0 if self.load is None else work / self._total
+        self.offset = 0.0 if self.load is None else work / self._total
         return self._problem.certificate_from(self._total, work, lowest)
 
     def needs_double(self, certificate: float) -> bool:
@@ -243,13 +243,13 @@ def _restrict_gap(
     passes: RowPasses, state: _Pressed, free: np.ndarray, r: np.ndarray
 ) -> tuple[float, float]:
     """Write the free set into `free`, and g - δ on it into r; return its size and Σ r."""
-    p, g, level = state.p, state.g, state.level
+    p, g, offset = state.p, state.g, state.offset
 
     def restrict(rows: slice) -> tuple[int, float]:
         """Free samples of some rows, and the sum of their residual."""
         # Subtract in the precision of g, before that of r: once g is in double precision, the small
         # residuals of pressed samples keep their digits.
-        above, residual = g[rows] - level, r[rows]
+        above, residual = g[rows] - offset, r[rows]
         mask = above < 0
         mask |= p[rows] > 0
         free[rows] = mask

@@ -15,7 +15,7 @@ DOUBLE = np.dtype(float)
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Find p >= 0 and gap = S p - h - δ >= 0 with p gap = 0, at one load; δ is the level."""
+    """Find p >= 0 and gap = S p - h - δ >= 0 with p gap = 0, at one load; δ is the offset."""
 
     heights: np.ndarray  #: (nx, ny) float64, heights h of the counter-face, zero mean, unit rms
     half_space: HalfSpace  #: the operator S from pressure to displacement
@@ -34,7 +34,7 @@ class Problem:
             )
 
     def gap(self, pressure: np.ndarray) -> np.ndarray:
-        """S p - h, plus a prescribed mean gap; under a load the level is not yet taken off."""
+        """S p - h, plus a prescribed mean gap; under a load the offset is not yet taken off."""
         uniform = pressure.flat[0] == pressure.flat[-1] and np.ptp(pressure) == 0
         # A uniform pressure causes a uniform displacement: no transform is needed.
         displacement = 0.0 if uniform else self.half_space.displacement(pressure)
@@ -52,8 +52,8 @@ class Problem:
     def certificate_from(self, total: float, work: float, lowest: float) -> float:
         """Certificate from Σp, Σ p gap and min gap: the duality gap over Σp, in rms heights.
 
-        It is the same for every method: for the energy F = p·Sp/2 - p·h, with the level at the
-        lowest point, F(p) - F* <= certificate × Σp. A prescribed mean gap fixes the level; then a
+        It is the same for every method: for the energy F = p·Sp/2 - p·h, with the offset at the
+        lowest point, F(p) - F* <= certificate × Σp. A prescribed mean gap fixes the offset; then a
         gap that is too small or too large as a whole counts as well, and the inequality holds up to
         the factor 2 r - 1, r >= 1 the ratio of the exact Σp to this one
         (docs/theory/mathematics.md, theorem 9).
@@ -63,11 +63,11 @@ class Problem:
         certificate = work / total - lowest
         return certificate if self.mean_gap is None else max(certificate, abs(work / total))
 
-    def level(self, pressure: np.ndarray, gap: np.ndarray) -> float:
-        """Level of `gap` at which the surfaces touch.
+    def offset(self, pressure: np.ndarray, gap: np.ndarray) -> float:
+        """Offset δ that `gap` has where the surfaces touch.
 
         Under pressure control it is the mean weighted with the pressure, Σ p g / Σ p: the energy's
-        multiplier of the load. A mean gap that is prescribed fixes the level, which is then 0.
+        multiplier of the load. A mean gap that is prescribed fixes the offset, which is then 0.
         """
         if self.mean_gap is not None:
             return 0.0
@@ -75,11 +75,11 @@ class Problem:
 
     def measures(self, pressure: np.ndarray, gap: np.ndarray) -> "Measures":
         """Residuals of a pressure and the gap that it causes."""
-        level, total = self.level(pressure, gap), float(pressure.sum()) or 1.0
+        offset, total = self.offset(pressure, gap), float(pressure.sum()) or 1.0
 
         def distances(rows: slice) -> tuple[float, float, float]:
             p, g = pressure[rows], gap[rows]
-            pressed = float(np.abs(g - level).max(initial=0.0, where=p > 0))
+            pressed = float(np.abs(g - offset).max(initial=0.0, where=p > 0))
             return float(np.vdot(p, g)), pressed, float(g.min())
 
         works, pressed, lows = zip(*self.half_space.passes.over(gap.shape, distances), strict=True)
@@ -91,7 +91,7 @@ class Problem:
         return Measures(
             certificate=max(0.0, self.certificate_from(total, sum(works), min(lows))),
             pressed_gap=max(pressed),
-            penetration=max(0.0, level - min(lows)),
+            penetration=max(0.0, offset - min(lows)),
             mean_gap_error=mean_gap_error,
         )
 

@@ -5,7 +5,7 @@ While the samples in contact stay the same, a change v of the fluid's pressure c
 
     M δg = v  on the open samples,    δg = 0  in contact
 
-No equation is needed for the load: M annihilates constants, and δg = 0 in contact fixes the level.
+No equation is needed for the load: M annihilates constants, and δg = 0 in contact fixes the offset.
 Without contact only a prescribed mean gap fixes it, and the solid is displaced freely.
 """
 

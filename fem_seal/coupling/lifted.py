@@ -110,8 +110,8 @@ def _from_both_ends(problem: LiftProblem, dry: ContactState | None) -> list[_End
         return [_end_of(steps)]
     second = first_stage(problem, high)
     if not steps.failure and (steps.error <= problem.allowed or steps.point.stays_sealed):
-        # Where the solid floats at no level, a start that carries the whole load takes no step:
-        # that it fails says nothing.
+        # Where the solid floats at no separation, a start that carries the whole load takes no
+        # step: that it fails says nothing.
         stuck = problem.may_float and bool(second.failure)
         lost = steps.lost or second.lost
         if stuck or (not lost and second.point.leaks_like(first.point)):

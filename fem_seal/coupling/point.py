@@ -7,8 +7,9 @@ a gap, an equilibrium is a zero of F(p) = R(G(p)) - p. One step solves
 
 by GMRES (`linearised`); a plain pass, p = R(G(p)), would compute contact and flow in turn.
 
-A solid that floats on its fluid has no contact that fixes its level t, the mean of g + h. The level
-is then an unknown of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
+A solid that floats on its fluid has no contact that fixes its separation t from the counter-face,
+the mean of g + h. It is then an unknown of its own, G(p, t) = S p - h + t, and the load its
+equation: mean(p) = P₀.
 """
 
 from collections.abc import Callable
@@ -263,7 +264,7 @@ class LiftPoint:
 
 @dataclass(frozen=True, eq=False)
 class FloatingPoint(LiftPoint):
-    """A fluid pressure that carries the solid alone, at a level above the counter-face."""
+    """A fluid pressure that carries the solid alone, at a distance from the counter-face."""
 
     @classmethod
     def leaving(cls, point: LiftPoint) -> Self:
@@ -294,7 +295,7 @@ class FloatingPoint(LiftPoint):
 
     @property
     def unstable(self) -> bool:
-        """Not asked: λ would take the level as well."""
+        """Not asked: λ would take the separation as well."""
         return False
 
     def _log_rate_moved(self, other: LiftPoint, pressure: np.ndarray) -> float:
@@ -303,24 +304,24 @@ class FloatingPoint(LiftPoint):
 
     @cached_property
     def gap_change(self) -> Callable[[np.ndarray, float], np.ndarray]:
-        """G' at a fixed level."""
+        """G' at a fixed separation."""
         displacement = self.problem.displacement
         return lambda pressure, _: displacement(pressure)
 
     @cached_property
     def step(self) -> NewtonStep:
-        """Newton's step: that at a fixed level, and the level that restores the load."""
+        """Newton's step: that at a fixed separation, and the rise that restores the load."""
         linear = self.linear
         fixed, by_pressure = linear.solved(self.residual, STEP_TOLERANCE, MOST_ITERATIONS)
         by_rise = linear.response(np.ones_like(self.pressure), ADJOINT_TOLERANCE)
-        lifted, by_level = linear.solved(by_rise, STEP_TOLERANCE, MOST_ITERATIONS)
-        load_by_level = float(lifted.x.mean())
-        # Under a rigid solid with grooves along the flow p_f is the same at all levels.
-        level = (self.lacking - float(fixed.x.mean())) / load_by_level if load_by_level else 0.0
-        gap = by_pressure + level * (1 + by_level)
+        lifted, displaced = linear.solved(by_rise, STEP_TOLERANCE, MOST_ITERATIONS)
+        load_by_rise = float(lifted.x.mean())
+        # Under a rigid solid with grooves along the flow p_f is the same at all separations.
+        rise = (self.lacking - float(fixed.x.mean())) / load_by_rise if load_by_rise else 0.0
+        gap = by_pressure + rise * (1 + displaced)
         solved = fixed.converged and lifted.converged
         return NewtonStep(
-            pressure=fixed.x + level * lifted.x,
+            pressure=fixed.x + rise * lifted.x,
             gap=gap,
             log_rate=self.linear.log_rate_change(gap) if solved else np.inf,
             iterations=max(fixed.iterations, lifted.iterations),
@@ -329,8 +330,8 @@ class FloatingPoint(LiftPoint):
     def after(self, step: NewtonStep, fraction: float = 1.0) -> Self | None:
         """The point a fraction of a step further on; None if the solid would touch.
 
-        The film at most doubles: p_f hardly depends on the level of a high one, whose step may
-        therefore be as long as one likes.
+        The film at most doubles: p_f hardly depends on a large separation, whose step may therefore
+        be as long as one likes.
         """
         gap = self.contact.gap.values
         rise, most = fraction * float(step.gap.mean()), float(gap.mean())

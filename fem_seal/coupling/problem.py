@@ -186,7 +186,7 @@ class LiftProblem:
     def chain(self) -> "list[LiftProblem]":
         """Problems with every 2^k-th sample along each side, the fewest first, and this one.
 
-        This one alone where the solid may float, whose level takes all samples.
+        This one alone where the solid may float, whose separation takes all samples.
         """
         (dx, dy), chain = self.height.spacing, [self]
         halvings = 0 if self.may_float else self._halvings

@@ -100,12 +100,12 @@ def _halves_first(links: np.ndarray) -> np.ndarray:
     list is therefore the lowest bit of the row number; the next one is the lowest bit of the column
     number, and so on. The number of the tile comes last.
     """
-    levels = TILE.bit_length() - 1
+    halvings = TILE.bit_length() - 1
     nodes, (nx, ny) = links.shape[0], links.shape[2:]
-    bits = links.reshape(nodes, nodes, nx // TILE, *[2] * levels, ny // TILE, *[2] * levels)
-    last_x, last_y = 2 + levels, 3 + 2 * levels
-    lowest_first = [axis for k in range(levels) for axis in (last_x - k, last_y - k)]
-    order = (0, 1, *lowest_first, 2, 3 + levels)
+    bits = links.reshape(nodes, nodes, nx // TILE, *[2] * halvings, ny // TILE, *[2] * halvings)
+    last_x, last_y = 2 + halvings, 3 + 2 * halvings
+    lowest_first = [axis for k in range(halvings) for axis in (last_x - k, last_y - k)]
+    order = (0, 1, *lowest_first, 2, 3 + halvings)
     return bits.transpose(order).reshape(nodes, nodes, nx * ny)
 
 

@@ -179,16 +179,16 @@ class Pyramid:
         # Work in strips: the means on all pixels would take most of the pyramid's memory.
         with ThreadPoolExecutor(cores()) as pool:
             list(pool.map(fill, parts(0, mx if width > 1 else 0, _STRIP)))
-        for level in range(2, len(shapes)):
-            diagonal[level][:], axial[level][:] = _summed(diagonal[level - 1])
+        for k in range(2, len(shapes)):
+            diagonal[k][:], axial[k][:] = _summed(diagonal[k - 1])
         starts = np.append(0, ends[:-1]).reshape(-1, 2)
         return cls(means, starts, np.array([columns for _, columns in shapes]))
 
     def lookup(self, place: "Place") -> np.ndarray:
         """Means (2, ...) on the cells at given places."""
         kind = np.where(place.is_diagonal, 0, 1)
-        square = place.i * self.columns[place.level] + place.j
-        row = (square << (1 + kind)) + self.starts[place.level, kind] + place.part
+        square = place.i * self.columns[place.k] + place.j
+        row = (square << (1 + kind)) + self.starts[place.k, kind] + place.part
         return self.means.take(row, axis=1)
 
 
@@ -210,7 +210,7 @@ def _summed(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 class Place:
     """Position in a pyramid of n cells, each a pixel triangle or larger."""
 
-    level: np.ndarray  #: (n,) int, level k of the square, 2^k pixels wide, that contains the cell
+    k: np.ndarray  #: (n,) int, of the square, 2^k pixels wide, that contains the cell
     i: np.ndarray  #: (n,) int, column of this square
     j: np.ndarray  #: (n,) int, its row
     is_diagonal: np.ndarray  #: (n,) bool, whether the hypotenuse is a diagonal of the square
@@ -219,35 +219,35 @@ class Place:
     @classmethod
     def of(cls, xy: np.ndarray) -> "Place":
         """Places (n,) of cells with corners (3, n, 2), the one with the right angle first."""
-        level, is_diagonal, half_widths = _measured(xy)
-        return cls._around(half_widths.sum(axis=1) >> 1, level, is_diagonal)
+        k, is_diagonal, half_widths = _measured(xy)
+        return cls._around(half_widths.sum(axis=1) >> 1, k, is_diagonal)
 
     @classmethod
     def of_quarters(cls, xy: np.ndarray) -> "Place":
         """Places (4, n) of the quarters of such cells, in the order of `quarters`."""
-        level, is_diagonal, half_widths = _measured(xy)
-        return cls._around(thrice_centroids(half_widths), level - 1, is_diagonal)
+        k, is_diagonal, half_widths = _measured(xy)
+        return cls._around(thrice_centroids(half_widths), k - 1, is_diagonal)
 
     @classmethod
-    def _around(cls, thrice: np.ndarray, level: np.ndarray, is_diagonal: np.ndarray) -> "Place":
+    def _around(cls, thrice: np.ndarray, k: np.ndarray, is_diagonal: np.ndarray) -> "Place":
         """Places from three times the centroids (2, ...) of cells, in widths of their squares."""
         # Cut the square into 3 × 3. The centroids of axial triangles lie at (p, q) = (1, 0),
         # (2, 1), (1, 2) and (0, 1), those of diagonal triangles at q = 1 or q = 2.
         i, j = thrice // 3
         p, q = thrice[0] - 3 * i, thrice[1] - 3 * j
         side = np.where(q == 1, 3 - p, q)
-        return cls(level, i, j, is_diagonal, np.where(is_diagonal, q - 1, side))
+        return cls(k, i, j, is_diagonal, np.where(is_diagonal, q - 1, side))
 
 
 def _measured(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Level (n,) of cells with corners (3, n, 2), whether they are diagonal, and their corners.
+    """Measure cells with corners (3, n, 2): k of `Place`, whether they are diagonal, and corners.
 
     The corners (2, 3, n) are in half widths of the square that contains the cell: small integers.
     """
     width, is_diagonal = extent(xy)
-    level = np.frexp(width >> DEPTH)[1] - 1
+    k = np.frexp(width >> DEPTH)[1] - 1
     corners = np.ascontiguousarray(np.moveaxis(xy, -1, 0))
-    return level, is_diagonal, (corners >> (DEPTH - 1 + level)).astype(np.int32)
+    return k, is_diagonal, (corners >> (DEPTH - 1 + k)).astype(np.int32)
 
 
 def extent(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

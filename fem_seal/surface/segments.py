@@ -3,7 +3,7 @@
 The model is a constant below the long cut-off, a plateau that turns into a power law at the knee
 x_k,
 
-    y = level + slope max(x - x_k, 0),
+    y = constant + slope max(x - x_k, 0),
 
 and another straight line beyond the short cut-off. The ends of the segments minimise the Bayesian
 information criterion χ² + (number of parameters) ln(number of bins).
@@ -38,9 +38,9 @@ class Segments:
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """The fit y = level + slope max(x - knee, 0), or level + slope x without a knee."""
+    """The fit y = constant + slope max(x - knee, 0), or constant + slope x without a knee."""
 
-    level: float
+    constant: float
     slope: float
     slope_error: float  #: standard deviation of the slope
     knee: float | None  #: its position in ln q
@@ -50,7 +50,7 @@ class PowerLaw:
     def at(self, x: np.ndarray) -> np.ndarray:
         """Fitted ln C at ln q."""
         beyond = x if self.knee is None else np.maximum(x - self.knee, 0)
-        return self.level + self.slope * beyond
+        return self.constant + self.slope * beyond
 
 
 def best_segments(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> Segments | None:
@@ -151,7 +151,7 @@ def power_law(x: np.ndarray, y: np.ndarray, variance: np.ndarray, segments: Segm
             method="bounded",
         ).x
     basis = xs if knee is None else np.maximum(xs - knee, 0)
-    level, slope, chi_squared = _solve(basis, ys, weight)
+    constant, slope, chi_squared = _solve(basis, ys, weight)
     columns = [np.ones_like(xs), basis]
     if knee is not None:
         columns.append(-slope * (xs > knee))
@@ -160,7 +160,7 @@ def power_law(x: np.ndarray, y: np.ndarray, variance: np.ndarray, segments: Segm
     misfit = chi_squared / max(len(xs) - len(columns), 1)
     errors = np.sqrt(np.diag(covariance) * max(misfit, 1.0))
     return PowerLaw(
-        float(level),
+        float(constant),
         float(slope),
         float(errors[1]),
         None if knee is None else float(knee),
@@ -170,9 +170,9 @@ def power_law(x: np.ndarray, y: np.ndarray, variance: np.ndarray, segments: Segm
 
 
 def _solve(basis: np.ndarray, y: np.ndarray, weight: np.ndarray) -> tuple[float, float, float]:
-    """Level, slope and χ² of the weighted least squares y ≈ level + slope basis."""
+    """Constant, slope and χ² of the weighted least squares y ≈ constant + slope basis."""
     root = np.sqrt(weight)
     A = np.stack([root, root * basis], axis=1)
-    (level, slope), *_ = np.linalg.lstsq(A, root * y, rcond=None)
-    residual = y - level - slope * basis
-    return level, slope, float(np.sum(weight * residual**2))
+    (constant, slope), *_ = np.linalg.lstsq(A, root * y, rcond=None)
+    residual = y - constant - slope * basis
+    return constant, slope, float(np.sum(weight * residual**2))

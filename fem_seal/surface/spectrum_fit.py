@@ -118,11 +118,11 @@ def _rings(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
     )
 
 
-def _sloped(level: RadialSpectrum, falling: RadialSpectrum, knee: float | None) -> RadialSpectrum:
-    """Rings with the density of `level` below the knee (ln q) and of `falling` above it."""
-    above = np.log(level.wavenumber) > (-np.inf if knee is None else knee)
-    density = np.where(above, falling.density, level.density)
-    return RadialSpectrum(level.wavenumber, density, level.modes)
+def _sloped(flat: RadialSpectrum, falling: RadialSpectrum, knee: float | None) -> RadialSpectrum:
+    """Rings with the density of `flat` below the knee (ln q) and of `falling` above it."""
+    above = np.log(flat.wavenumber) > (-np.inf if knee is None else knee)
+    density = np.where(above, falling.density, flat.density)
+    return RadialSpectrum(flat.wavenumber, density, flat.modes)
 
 
 def _bins(

@@ -30,7 +30,7 @@ from fem_seal.grid import GridField
 
 # The accepted state is exact for heights that differ from the given ones by at most 1e-4 of the rms
 # height (its gap on pressed samples, its overlap). By the comparison principle the displacement
-# then differs by as much, the level at a given load by as much again, and the gap by their sum.
+# then differs by as much, the offset at a given load by as much again, and the gap by their sum.
 RIGHT = 3e-4
 # A smaller gap, in rms heights, is contact: rounding parts samples that symmetry keeps together.
 SAME = 1e-9

@@ -72,14 +72,14 @@ def plain_contact(
         p = np.zeros(n)
         block = matrix[np.ix_(members, members)]
         if mean_gap is None:
-            # S p + level = h on F, and the load.
+            # S p + separation = h on F, and the load.
             ones = np.ones((len(members), 1))
             system = np.block([[block, ones], [ones.T, np.zeros((1, 1))]])
             solution = np.linalg.solve(system, np.append(h[members], pressure * n))
-            p[members], level = solution[:-1], solution[-1]
+            p[members], separation = solution[:-1], solution[-1]
         else:
-            p[members], level = np.linalg.solve(block, h[members] - mean_gap), mean_gap
-        gap = matrix @ p - h + level
+            p[members], separation = np.linalg.solve(block, h[members] - mean_gap), mean_gap
+        gap = matrix @ p - h + separation
         gap[members] = 0.0
         smallest_gap = ROUNDING * (span + np.abs(matrix @ p).max())
         tension = pressed & (p < -ROUNDING * np.abs(p).max())

@@ -51,7 +51,7 @@ def test_transpose(shape):
 
 @pytest.mark.parametrize("shape", [(8, 8), (6, 7)])
 @pytest.mark.parametrize("fade", [1.0, 0.5])
-def test_two_levels(shape, fade, monkeypatch):
+def test_two_coarser_grids(shape, fade, monkeypatch):
     """The filling from coarser grids, written with dense matrices."""
     free = (RNG.random(shape) < 0.4).astype(float)
     x, extended = RNG.standard_normal(shape) * free, np.empty(shape)
@@ -65,7 +65,7 @@ def test_two_levels(shape, fade, monkeypatch):
         spreads.append(spread)
     middle = values[1] + (1 - shares[1]) * (spreads[1] @ values[2])
     wanted = values[0] + (1 - shares[0]) * (spreads[0] @ middle)
-    monkeypatch.setattr("fem_seal.contact.extension.LEVELS", 2)
+    monkeypatch.setattr("fem_seal.contact.extension.GRIDS", 2)
     monkeypatch.setattr("fem_seal.contact.extension.FADE", fade)
     extension = Extension(free)
     extension.update()
@@ -231,9 +231,9 @@ def plain_iterates(h, mean, p, extended):
     while True:
         yield p
         g = times(compliance, p) - h
-        level = np.vdot(p, g) / p.sum()
-        free[...] = (p > 0) | (g < level)
-        r = free * (g - level)
+        offset = np.vdot(p, g) / p.sum()
+        free[...] = (p > 0) | (g < offset)
+        r = free * (g - offset)
         r = free * (r - r.sum() / free.sum())
         z = r.copy()
         if extended:

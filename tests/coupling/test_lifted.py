@@ -490,9 +490,9 @@ def test_the_gap_is_that_of_both_pressures(settings):
     problem, state = problem_of(patch.scene), patch.lifted
     assert state.converged
     total = state.contact.pressure.values + state.fluid_pressure.values
-    level = state.contact.gap.values + problem.height.values - problem.displacement(total)
+    separation = state.contact.gap.values + problem.height.values - problem.displacement(total)
     slack = 1e-3 * problem.height.values.std()
-    assert np.ptp(level) < slack
+    assert np.ptp(separation) < slack
     assert np.ptp(problem.displacement(state.fluid_pressure.values)) > 20 * slack
     assert patch.film.contact_area_fraction < patch.contact.contact_area_fraction
 
@@ -612,9 +612,9 @@ def test_a_solid_that_floats():
     assert state.floats
     assert state.contact.mean_pressure == 0
     assert state.fluid_load == pytest.approx(load, rel=1e-12)
-    level = state.contact.gap.values + patch.surface.values
-    level -= problem_of(patch.scene).displacement(state.fluid_pressure.values)
-    assert np.ptp(level) < 1e-9 * patch.surface.values.std()
+    separation = state.contact.gap.values + patch.surface.values
+    separation -= problem_of(patch.scene).displacement(state.fluid_pressure.values)
+    assert np.ptp(separation) < 1e-9 * patch.surface.values.std()
     lighter = Patch(scene(0.995 * load)).lifted
     assert lighter.leak_rate.value > state.leak_rate.value
     assert lighter.contact.gap.values.mean() > state.contact.gap.values.mean()
@@ -637,19 +637,19 @@ def test_the_whole_answer_of_a_solid_that_floats():
     assert chosen.patch.surface.shape[0] >= 32
 
 
-def floating(problem, network, pressure, level):
-    """A solid at a level above its counter-face, under a fluid pressure."""
+def floating(problem, network, pressure, separation):
+    """A solid at a mean separation from its counter-face, under a fluid pressure."""
     touching = LiftPoint(problem, network, 1e-4 * problem.height.values.std(), pressure, None)
-    gap = problem.displacement(pressure) - problem.height.values + level
+    gap = problem.displacement(pressure) - problem.height.values + separation
     return FloatingPoint.beside(touching, pressure, gap)
 
 
 def floating_low(load):
-    """A solid a tenth above the level at which it touches, under the pressure of a uniform film."""
+    """A solid a tenth farther off than where it touches, under the pressure of a uniform film."""
     problem = problem_of(scene(load))
     pressure = problem.uniform_pressure
-    level = 1.1 * float((problem.height.values - problem.displacement(pressure)).max())
-    return floating(problem, problem.first_network, pressure, level)
+    separation = 1.1 * float((problem.height.values - problem.displacement(pressure)).max())
+    return floating(problem, problem.first_network, pressure, separation)
 
 
 @pytest.mark.parametrize("solved", [True, False])
@@ -664,7 +664,7 @@ def test_a_step_that_is_not_solved_tells_no_error_of_a_solid_that_floats(monkeyp
     assert np.isfinite(point.log_rate_error(replace(point))) == solved
 
 
-def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_level():
+def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_separation():
     """Under the pressure of the equilibrium, whose load is right: the step lowers or raises ln Q.
 
     Gaps a tenth higher change ln Q by 3 ln 1.1 = 0.29, far beyond the tolerance of 0.01.
@@ -672,9 +672,9 @@ def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_level():
     problem = problem_of(scene(5.25e4, rtol=0.02))
     state = lifted(problem)
     pressure, gap = state.fluid_pressure.values, state.contact.gap.values
-    level = float((gap + problem.height.values - problem.displacement(pressure)).mean())
+    separation = float((gap + problem.height.values - problem.displacement(pressure)).mean())
     for rise in (0.9, 1.2):
-        start = floating(problem, state.network, pressure, level + (rise - 1) * gap.mean())
+        start = floating(problem, state.network, pressure, separation + (rise - 1) * gap.mean())
         steps = newton(start, start.problem.allowed)
         mean, before = (point.contact.gap.values.mean() for point in (steps.point, start))
         assert not steps.failure
@@ -683,10 +683,10 @@ def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_level():
 
 
 def test_a_film_that_rises_at_most_doubles():
-    """Without an equilibrium above: no level carries more than the film of first touch does.
+    """Without an equilibrium above: no separation carries more than the film of first touch does.
 
-    Each of 20 steps at most doubles the film. Its p_f does not depend on the level of a high film,
-    so that a whole step may leave double precision.
+    Each of 20 steps at most doubles the film. p_f does not depend on a large separation, so that a
+    whole step may leave double precision.
     """
     start = floating_low(9.5e4)
     gap = start.contact.gap.values.mean()
@@ -697,8 +697,8 @@ def test_a_film_that_rises_at_most_doubles():
     assert steps.point.contact.gap.values.mean() < 2**21 * gap
 
 
-def test_a_level_that_is_no_number_or_changes_no_load(monkeypatch):
-    """The first is no point; of the second the step is that at a fixed level."""
+def test_a_separation_that_is_no_number_or_changes_no_load(monkeypatch):
+    """The first is no point; of the second the step is that at a fixed separation."""
     start = floating_low(9.5e4)
     assert floating(start.problem, start.network, start.pressure, np.nan) is None
     monkeypatch.setattr(Linearised, "response", lambda self, gap, tolerance: np.zeros_like(gap))
@@ -707,13 +707,13 @@ def test_a_level_that_is_no_number_or_changes_no_load(monkeypatch):
     np.testing.assert_allclose(start.step.pressure, start.residual, rtol=1e-14)  # rounding
 
 
-def wedge_carries(n, level=0.0):
-    """Mean pressure under a solid `level` above a gap that falls from 1 to 1/2 along the flow.
+def wedge_carries(n, rise=0.0):
+    """Mean pressure under a solid `rise` above a gap that falls from 1 to 1/2 along the flow.
 
     In units of the inlet's, on n rows of vertices: ∫ dx/g³ over a piece of the length 1 on which g
     goes from a to b is (a + b)/(2 a² b²). The last piece leads back to 1.
     """
-    gap = 1 - 0.5 * np.arange(n) / n + level
+    gap = 1 - 0.5 * np.arange(n) / n + rise
     after = np.roll(gap, -1)
     lost = np.cumsum((gap + after) / (gap * after) ** 2)
     return 1 - np.append(0, lost[:-1]).mean() / lost[-1]
@@ -735,8 +735,8 @@ def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load():
         state = Patch(lifting, surface=surface).lifted
         assert state.converged
         assert state.floats == (drop * wedge_carries(n) > 1)
-        level = state.contact.gap.values.min() / height
-        assert state.fluid_load / (drop * load) == pytest.approx(wedge_carries(n, level), rel=error)
+        rise = state.contact.gap.values.min() / height
+        assert state.fluid_load / (drop * load) == pytest.approx(wedge_carries(n, rise), rel=error)
 
 
 def test_no_load_below_that_of_a_uniform_film_is_carried():

@@ -202,7 +202,7 @@ def test_multigrid_solves_what_elimination_does(least):
     assert float(re.search(r"\d+ iterations to (\S+)$", words)[1]) <= PRESSURE_TOLERANCE
 
 
-# Parts of a right side that the solves leave: the level of a held mean gap is found to 1e-6.
+# Parts of a right side that the solves leave: the offset at a held mean gap is found to 1e-6.
 @pytest.mark.parametrize(("mean_gap", "left"), [(None, 1e-10), (2.5e-7, 1e-6), (3e-6, 1e-10)])
 def test_tangent_of_the_contact(mean_gap, left):
     """Central differences of contacts whose samples stay as they are, and symmetry.
