@@ -37,7 +37,7 @@ class FlowSettings:
     limits: Limits = NO_LIMITS  #: a refinement that one of them ends has not converged
     field: bool = False  #: whether the flow on the last mesh is wanted, and not only its leak rate
     links: str = "linear-gap"  #: of finite differences
-    #: leak rate [m³/s] that counts as none: a lift ends, unsettled, where it falls below
+    #: leak rate [m³/s]: a lift that leaks less is not refined further, and has not settled
     negligible: float = 0.0
 
     def __post_init__(self) -> None:

@@ -78,7 +78,7 @@ class LiftProblem:
 
     @property
     def negligible(self) -> float:
-        """Conductance [m³], as of `FilmPressure`, of a film that counts as sealed."""
+        """`FlowSettings.negligible` as a conductance [m³], that of `FilmPressure`."""
         settings = self.settings
         return 12 * settings.viscosity * settings.negligible / settings.pressure_drop
 

@@ -130,7 +130,7 @@ def _ended(
         steps = replace(steps, point=steps.sealed, failure="")
     on_all_samples = steps.point.problem is problem
     unfinished = error > problem.allowed or not on_all_samples
-    if _leaks_nothing(problem, steps.point) or not on_all_samples:
+    if _negligible(problem, steps.point) or not on_all_samples:
         error = inf  # the stages to come were not solved
     if steps.failure:
         error = max(error, steps.point.step.log_rate)
@@ -139,8 +139,8 @@ def _ended(
     return replace(steps, change=changes.last, error=error, failure=failure)
 
 
-def _leaks_nothing(problem: LiftProblem, point: LiftPoint) -> bool:
-    """Whether the film leaks, on all samples, so little that it counts as sealed."""
+def _negligible(problem: LiftProblem, point: LiftPoint) -> bool:
+    """Whether the film leaks, on all samples, too little to go on; the lift has not settled."""
     return point.problem is problem and point.flow.conductance <= problem.negligible
 
 
@@ -160,7 +160,7 @@ class _NoStage:
 def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint | _NoStage:
     """The first point of the next stage.
 
-    None is needed where the film stays sealed with a small ε or leaks next to nothing.
+    None is needed where the film stays sealed with a small ε, or its leak rate is negligible.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint |
         Of ln Q in the stage before.
     """
     point, chain = steps.point, problem.chain
-    if _leaks_nothing(problem, point):
+    if _negligible(problem, point):
         return _NoStage()
     sealed = point.problem is problem and point.sealed
     stays_sealed = sealed and point.stays_sealed
