@@ -31,7 +31,7 @@ def lifting_problem(
     solver = eliminated
     if settings.method != "finite-difference":
         # Finite differences do without FEniCSx.
-        from fem_seal.flow.multigrid import by_multigrid
+        from fem_seal.coupling.multigrid import by_multigrid
 
         solver = partial(by_multigrid, eliminated=eliminated, report=report)
 

@@ -18,10 +18,10 @@ import numpy as np
 
 from demos.letter.contacts import SIDES, VISCOSITY, RoughCase, at_area
 from demos.letter.flows import SEED
+from fem_seal.coupling.multigrid import by_multigrid
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.stencil import Stencil, flow_grid
-from fem_seal.flow.multigrid import by_multigrid
 from fem_seal.network.film_pressure import eliminated
 from fem_seal.theory.bruggeman import effective_conductivity
 

@@ -9,11 +9,11 @@ import pytest
 from lifted_scenes import problem_of, scene
 from scipy import sparse
 
+from fem_seal.coupling.multigrid import by_multigrid
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.solver import by_differences
-from fem_seal.flow.multigrid import by_multigrid
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.network.film_pressure import PRESSURE_TOLERANCE, FilmPressure, eliminated

@@ -1,6 +1,5 @@
 """A solver of the matrices of the lift's network: CG with the multigrid of PETSc."""
 
-from collections.abc import Callable
 from weakref import finalize
 
 import numpy as np
@@ -8,16 +7,11 @@ from scipy import sparse
 
 from fem_seal.fenicsx import PETSc
 from fem_seal.flow.linear import MAX_ITERATIONS, destroy, preconditioned_cg
+from fem_seal.network.film_pressure import Solve, Solver
 from fem_seal.progress import NOTE, Report, silent
 
-_Solve = Callable[[np.ndarray, float], np.ndarray]
 
-
-def by_multigrid(
-    matrix: sparse.csr_array,
-    eliminated: Callable[[sparse.csr_array], _Solve],
-    report: Report = silent,
-) -> _Solve:
+def by_multigrid(matrix: sparse.csr_array, eliminated: Solver, report: Report = silent) -> Solve:
     """Solver (right side, relative tolerance) -> solution of a symmetric positive matrix.
 
     CG stops by the norm of the preconditioned residual, which is about that of the error: pockets
@@ -32,7 +26,7 @@ def by_multigrid(
     solver.setNormType(PETSc.KSP.NormType.PRECONDITIONED)
     solver.setConvergenceHistory(reset=True)
     x, b = whole.createVecs()
-    elimination: _Solve | None = None  # from the first breakdown on
+    elimination: Solve | None = None  # from the first breakdown on
 
     def solve(right_side: np.ndarray, tolerance: float) -> np.ndarray:
         """Solution by CG, or by elimination once CG has broken down."""
