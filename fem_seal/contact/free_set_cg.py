@@ -7,8 +7,8 @@ to the whole grid, 1_F the mean over F taken out (only at a prescribed load):
     1   g = S p - h,  δ = <p, g> / <p, 1>
     2   F = {p > 0 or g < δ}
     3   r = 1_F (g - δ)  on F, else 0
-    4   z = 1_F (Eᵀ M E r)  on F; without E before F has settled
-    5   β = max(<r, z> - <r_old, z>, 0) / <r_old, z_old>; without <r_old, z> before F has settled
+    4   z = 1_F (Eᵀ M E r)  on F; without E before F is steady
+    5   β = max(<r, z> - <r_old, z>, 0) / <r_old, z_old>; without <r_old, z> before F is steady
     6   t = 1_F (z + β t)  on F; β = 0 if <r, t> <= 0
     7   α = <r, t> / <t, S t>
     8   p = max(p - α t, 0), scaled to the load
@@ -32,11 +32,11 @@ SINGLE_FROM = 512**2
 # Certificate down to which they may stay so, if it is also this many times their rounding.
 SINGLE_ABOVE, ROUNDINGS = 1e-4, 10
 
-# If used too early, the extension may keep the free set from settling. The free set has settled
-# below a certificate of 0.02, and in a start below 0.2 mostly at once (measured from 256² to 1024²,
-# 5 to 60 % of contact, H = 0.4 and 0.8). With more than `LARGE` samples along a side both limits
-# must fall inversely to their number: at 2048² 0.02 is too early, 0.01 is not.
-SETTLED, SETTLED_AT_START, LARGE = 0.02, 0.2, 1024
+# If used too early, the extension may keep the free set from becoming steady. It is steady below a
+# certificate of 0.02, and in a start below 0.2 mostly at once (measured from 256² to 1024², 5 to
+# 60 % of contact, H = 0.4 and 0.8). With more than `LARGE` samples along a side both limits must
+# fall inversely to their number: at 2048² 0.02 is too early, 0.01 is not.
+STEADY, STEADY_AT_START, LARGE = 0.02, 0.2, 1024
 # Iterations without a new smallest certificate, and without a halved one, after which the extension
 # is left out again; and the factor by which the certificate must fall before it is tried once more.
 MOST_RISES, MOST_SLOW, FALL_TO_RETRY = 2, 12, 5
@@ -48,7 +48,7 @@ def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
     It differs from Polonsky and Keer's method (Wear 231, 206 (1999)) in three points. Samples that
     overlap join the free set at once, so that the search direction is never reset. The residual is
     preconditioned by the half-space's stiffness on the free set, with an `Extension` beyond its
-    edge once the free set has settled. The curvature along the search direction takes a single
+    edge once the free set is steady. The curvature along the search direction takes a single
     forward transform.
 
     Numbers in comments are the steps of the module's docstring. The gap is stored in the
@@ -59,8 +59,8 @@ def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
     half_space, passes = problem.half_space, problem.half_space.passes
     state, z = _Pressed(problem, pressure), half_space.steer.values
     r, r_old, t, free = (np.zeros(z.shape, z.dtype) for _ in range(4))
-    extension, settling = Extension(free, passes=passes), _Settling(pressure.size)
-    rz_old, iteration, settled = inf, 0, False
+    extension, steadiness = Extension(free, passes=passes), _Steadiness(pressure.size)
+    rz_old, iteration, steady = inf, 0, False
     while True:
         certificate = state.displace()  # 1
         if state.needs_double(certificate):
@@ -71,20 +71,20 @@ def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
             continue
         yield Iterate(iteration, state.p, certificate, state.g)
         iteration += 1
-        before, settled = settled, settling.record(iteration, certificate)
-        if settled != before:
+        before, steady = steady, steadiness.record(iteration, certificate)
+        if steady != before:
             rz_old = inf
         r, r_old = r_old, r
         number, sum_r = _restrict_gap(passes, state, free, r)  # 2, 3
         if state.load is None:
             number = inf  # At an offset no mean is taken out.
         _centre(passes, r, sum_r / number, free)
-        _precondition(half_space, r, z, extension if settled else None)  # 4
+        _precondition(half_space, r, z, extension if steady else None)  # 4
         sum_z, rz = _restrict(passes, z, free, r)
         # 5: with the extension, the formula of Polak and Ribière: samples that join or leave the
         # free set would spoil the directions of Fletcher and Reeves. Without it, the formula of
         # Fletcher and Reeves is a little faster.
-        r_old_z = _centre(passes, z, sum_z / number, free, r_old if settled else None)
+        r_old_z = _centre(passes, z, sum_z / number, free, r_old if steady else None)
         beta = max(rz - r_old_z, 0.0) / rz_old
         rz_old = rz
         slope = _centre(passes, t, _turn(passes, t, beta, free, z) / number, free, r)  # 6
@@ -164,37 +164,37 @@ class _Pressed:
         )
 
 
-class _Settling:
-    """Whether the free set has settled, judged by the fall of the certificate."""
+class _Steadiness:
+    """Whether the free set is steady, judged by the fall of the certificate."""
 
     def __init__(self, samples: int):
         scale = min(1.0, LARGE / samples**0.5)
-        #: certificate below which the free set next counts as settled
-        self.below = scale * SETTLED_AT_START
-        #: largest value of `below` once the free set has settled for the first time
-        self.later = scale * SETTLED
-        self.settled = False  #: whether it has settled; then the extension is in use
-        #: since it has settled: smallest certificate, and the certificate when it last had halved
+        #: certificate below which the free set next counts as steady
+        self.below = scale * STEADY_AT_START
+        #: largest value of `below` once the free set has been steady for the first time
+        self.later = scale * STEADY
+        self.steady = False  #: whether it is steady; then the extension is in use
+        #: since it is steady: smallest certificate, and the certificate when it last had halved
         self.least = self.halved = inf
         self.least_at = self.halved_at = 0  #: iterations of both
 
     def record(self, iteration: int, certificate: float) -> bool:
-        """Judge by one more certificate whether the free set counts as settled."""
-        if not self.settled:
-            self.settled = certificate < self.below
+        """Judge by one more certificate whether the free set counts as steady."""
+        if not self.steady:
+            self.steady = certificate < self.below
             # Watch the progress from here on, with the extension.
             self.least, self.least_at = certificate, iteration
             self.halved, self.halved_at = certificate, iteration
             self.below = min(self.below, self.later)
-            return self.settled
+            return self.steady
         if certificate < self.least:
             self.least, self.least_at = certificate, iteration
         if certificate <= self.halved / 2:
             self.halved, self.halved_at = certificate, iteration
         rises, slow = iteration - self.least_at, iteration - self.halved_at
         if rises >= MOST_RISES or slow > MOST_SLOW:
-            self.settled, self.below = False, min(self.least, self.later) / FALL_TO_RETRY
-        return self.settled
+            self.steady, self.below = False, min(self.least, self.later) / FALL_TO_RETRY
+        return self.steady
 
 
 def _centre(

@@ -51,7 +51,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
     while True:
         point.problem.report("lift", f"{len(point.network.free)} nodes, residual {point.size:.1e}")
         # GMRES may leave this part of what a step was to change to first order.
-        if left <= tolerance and point.settled(tolerance):
+        if left <= tolerance and point.in_equilibrium(tolerance):
             return Steps(point, tuple(residuals), difficult, "")
         if len(residuals) > MOST_STEPS:
             break
@@ -71,7 +71,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
         point = min(tried, key=lambda other: other.size)
         residuals.append(point.size)
     allowed = point.problem.allowed
-    if left <= allowed and point.settled(allowed):  # though not to a smaller tolerance
+    if left <= allowed and point.in_equilibrium(allowed):  # though not to a smaller tolerance
         return Steps(point, tuple(residuals), True, "")
     failure = (
         f"Newton's steps have left {point.size:.1e} of the pressure drop, and the last one was to "

@@ -221,7 +221,7 @@ class LiftPoint:
         """Whether contact and flow in turn would leave this state."""
         return self._adjoint.unstable
 
-    def settled(self, tolerance: float) -> bool:
+    def in_equilibrium(self, tolerance: float) -> bool:
         """Whether a step changes ln Q by at most a tolerance, and the load by at most its limit."""
         little = self.log_rate_error(self) <= tolerance and self.keeps_load
         return little and not self.unstable

@@ -38,7 +38,7 @@ def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
     InvalidInput
         If the film is not on a grid, or numbers leave double precision.
     NotConverged
-        If the iteration for slip does not settle.
+        If the iteration for slip does not converge.
     """
     require_film(film, (GridFilm,))
     if film.sealed:

@@ -62,7 +62,7 @@ def plain_contact(
     Raises
     ------
     RuntimeError
-        If the sets do not settle, or the result is no contact.
+        If the sets do not become steady, or the result is no contact.
     """
     h = heights.ravel() - heights.mean()
     n, span = h.size, np.ptp(h)
@@ -89,4 +89,4 @@ def plain_contact(
         pressed = (pressed & ~tension) | overlap
         if not pressed.any():
             pressed[h.argmax()] = True
-    raise RuntimeError("the plain contact solver did not settle")
+    raise RuntimeError("the plain contact solver did not become steady")

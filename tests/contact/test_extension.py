@@ -103,17 +103,17 @@ def test_saves_iterations(rule):
     """Same contact from fewer iterations, by a fifth: a few fewer might be chance."""
     height = rough_surface((256, 256), hurst=0.4, short=1, long=32)
     extended = solved(height, PRESSURE)
-    rule(SETTLED=0.0, SETTLED_AT_START=0.0)
+    rule(STEADY=0.0, STEADY_AT_START=0.0)
     cut_off = solved(height, PRESSURE)
     assert differing(extended, cut_off) <= 1
     assert extended.iterations < 0.8 * cut_off.iterations
 
 
 def test_safeguard(rule):
-    """Extended before the free set has settled it may not converge at all: it is left out again."""
+    """Extended before the free set is steady it may not converge at all: it is left out again."""
     height = rough_surface((256, 256), hurst=0.2, short=1, long=32)
     default = solved(height, PRESSURE)
-    rule(SETTLED=1.2, SETTLED_AT_START=1.2)
+    rule(STEADY=1.2, STEADY_AT_START=1.2)
     saved = solved(height, PRESSURE)
     assert differing(saved, default) <= 1
     rule(MOST_RISES=10**6, MOST_SLOW=10**6)
@@ -122,11 +122,11 @@ def test_safeguard(rule):
 
 
 def test_good_start_is_extended_at_once(rule):
-    """A start that is nearly right needs not settle again."""
+    """A start that is nearly right needs not become steady again."""
     height = rough_surface((256, 256), hurst=0.4, short=1, long=32)
     start = solved(height, 0.97 * PRESSURE)
     at_once = solved(height, PRESSURE, start)
-    rule(SETTLED_AT_START=0.0)
+    rule(STEADY_AT_START=0.0)
     later = solved(height, PRESSURE, start)
     assert at_once.iterations < later.iterations
     assert differing(at_once, later) <= 1
@@ -198,18 +198,18 @@ def test_a_loose_contact_is_exact_as_well(monkeypatch):
     assert state.certificate == pytest.approx(excess / rms_height(height), rel=1e-9)
 
 
-@pytest.mark.parametrize("settled", [0.0, 10.0])
-def test_iterates_are_those_of_the_pseudocode(settled, rule):
+@pytest.mark.parametrize("steady", [0.0, 10.0])
+def test_iterates_are_those_of_the_pseudocode(steady, rule):
     """Whole arrays in double precision, without and with the extension, step by step."""
     height = rough_surface((32, 24), hurst=0.4, short=2)
     pair = ContactPair(height, SOLID, Arithmetic(precision="double"))
     mean = PRESSURE / pair.unit_pressure
     problem = Problem(pair.scaled_heights, pair.half_space, mean_pressure=mean)
-    rule(SETTLED=settled, SETTLED_AT_START=settled, MOST_RISES=10**6, MOST_SLOW=10**6)
+    rule(STEADY=steady, STEADY_AT_START=steady, MOST_RISES=10**6, MOST_SLOW=10**6)
     draw = np.random.default_rng(1)
     start = mean * draw.uniform(0.5, 1.5, height.shape)
     start *= mean / start.mean()
-    expected = plain_iterates(pair.scaled_heights, mean, start, extended=settled > 0)
+    expected = plain_iterates(pair.scaled_heights, mean, start, extended=steady > 0)
     seen = free_set_cg(problem, start.copy())
     for plain, iterate in zip(islice(expected, 12), seen, strict=False):
         # The iteration multiplies rounding by less than ten a step, from 1e-16 on.
