@@ -61,7 +61,9 @@ class Conductivity:
         widths = np.diff(self.gaps)
         if not ((widths > 0).all() and self.gaps[0] == 0 and self.gaps[-1] == 1):
             raise Inconsistent("the gaps of a conductivity do not ascend from 0 to 1")
-        for part in [self.convex] + ([] if self.concave is None else [-self.concave]):
+        for part in [self.convex] if self.concave is None else [self.convex, -self.concave]:
+            if part.shape != self.gaps.shape or not np.isfinite(part).all():
+                raise Inconsistent("a conductivity has not one finite value at each of its gaps")
             bends = np.diff(np.diff(part) / widths)
             rounding = ROUNDING * np.abs(part).max() / np.minimum(widths[1:], widths[:-1])
             if (bends < -rounding).any():

@@ -57,6 +57,8 @@ THREE = np.array([0.0, 0.5, 1.0])
     [
         (lambda: Conductivity(THREE[[0, 2, 1]], THREE), "ascend from 0 to 1"),
         (lambda: Conductivity(THREE[1:], THREE[1:]), "ascend from 0 to 1"),
+        (lambda: Conductivity(THREE[[0, 2]], THREE), "one finite value at each"),
+        (lambda: Conductivity(THREE, THREE, np.full(3, np.nan)), "one finite value at each"),
         (lambda: Conductivity(THREE, np.sqrt(THREE)), "not convex"),
         (lambda: Conductivity(THREE, THREE, THREE**2), "not concave"),
         (lambda: FilmLaw(Conductivity(THREE, THREE, np.sqrt(THREE)), CUBE.lower), "concave part"),
