@@ -267,12 +267,12 @@ def input_shares(
     closed: LeakRate,
     opened: LeakRate,
     carried: float,
-    probe: Probe = Probe(),
+    probe: Probe,
 ) -> dict[str, float]:
-    """|Δ ln Q| of each input between its own two ends, the others kept; arguments as above.
+    """|Δ ln Q| of each input between its own two ends, the others kept.
 
     ln f is interpolated between those of the three leak rates that are not 0, linearly in ln x.
-    Where the fluid carries a part of the load, x has the part that is left to the solid.
+    Where the fluid carries a part of the load, `carried`, x has the part that is left to the solid.
     """
     own = 0.0 if scene.contact is None else scene.load.value
 
@@ -292,12 +292,9 @@ def input_shares(
         return log(x), log(_channel(other, probe.gap) / _channel(scene, probe.gap) * s**3 / path)
 
     closing, opening = (_ends(scene, end, probe) for end in (-1, 1))
-    points: dict[float, float] = {}  # the ends last: they replace the scene where x is the same
-    for factors, flow in (
-        ({}, leak),
-        (opening, opened),
-        (closing, closed),
-    ):
+    points: dict[float, float] = {}
+    # The ends come last: they replace the scene where x is the same.
+    for factors, flow in ({}, leak), (opening, opened), (closing, closed):
         x, driven = laws(factors)
         if flow.state == "leaking" and flow.value > 0:
             points[x] = log(flow.value) - driven

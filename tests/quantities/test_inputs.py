@@ -204,7 +204,7 @@ def test_shares_next_to_lift_off():
     """
     about = scene(LIFTED, "tolerances.flow.pressure_drop=5 %")
     closed, leak, opened = (LeakRate("leaking", "adaptive", rate) for rate in (1e-9, 2e-9, 8e-9))
-    shares = input_shares(about, leak, closed, opened, 1 - TINY)
+    shares = input_shares(about, leak, closed, opened, 1 - TINY, Probe())
     assert shares["flow.pressure_drop"] == pytest.approx(log(8), rel=1e-12)
 
 
@@ -320,7 +320,7 @@ def test_shares_under_a_cylinder():
 
     logs = 0.0, at(-1, *opens), at(1, *opens)
     rates = (LeakRate("leaking", "adaptive", np.exp(rate)) for rate in logs)
-    shares = input_shares(under_cylinder("100 N/m", "5 mm", **known), *rates, 0.0)
+    shares = input_shares(under_cylinder("100 N/m", "5 mm", **known), *rates, 0.0, Probe())
     for name in opens:
         assert shares[name] == pytest.approx(at(1, name) - at(-1, name), rel=1e-12)
 
@@ -347,5 +347,5 @@ def test_shares_of_solids_that_only_touch():
     touching = scene(DRY, "contact.pressure=0", "tolerances.heights=5 %", KNOWN[3])
     values = 1.0, 0.95**3 / 1.03, 1.05**3 / 0.97
     rates = (LeakRate("leaking", "adaptive", value) for value in values)
-    shares = input_shares(touching, *rates, 0.0)
+    shares = input_shares(touching, *rates, 0.0, Probe())
     assert shares["heights"] == pytest.approx(3 * log(1.05 / 0.95), rel=1e-12)
