@@ -18,81 +18,73 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from linecache import getline
 from pathlib import Path
 
 from project import ROOT
 
 OPPOSITES = (
-    (ast.Add, "+", ast.Sub, "-"),
-    (ast.Mult, "*", ast.Div, "/"),
-    (ast.Lt, "<", ast.GtE, ">="),
-    (ast.LtE, "<=", ast.Gt, ">"),
-    (ast.Eq, "==", ast.NotEq, "!="),
-    (ast.Is, "is", ast.IsNot, "is not"),
-    (ast.In, "in", ast.NotIn, "not in"),
-    (ast.And, "and", ast.Or, "or"),
+    (ast.Add, ast.Sub),
+    (ast.Mult, ast.Div),
+    (ast.Lt, ast.GtE),
+    (ast.LtE, ast.Gt),
+    (ast.Eq, ast.NotEq),
+    (ast.Is, ast.IsNot),
+    (ast.In, ast.NotIn),
+    (ast.And, ast.Or),
 )
-OPERATORS: dict[type[ast.AST], tuple[str, str]] = {ast.Pow: ("**", "*"), ast.FloorDiv: ("//", "*")}
-for _one, _text, _other, _other_text in OPPOSITES:
-    OPERATORS |= {_one: (_text, _other_text), _other: (_other_text, _text)}
+OPERATORS: dict[type[ast.AST], type[ast.AST]] = {ast.Pow: ast.Mult, ast.FloorDiv: ast.Mult}
+OPERATORS |= {one: other for pair in OPPOSITES for one, other in (pair, pair[::-1])}
 NO_CODE = ("annotation", "returns", "decorator_list")
 LEFT_OUT = (".git", ".*cache", ".venv", "__pycache__", "*.egg-info")
 
 
-@dataclass(frozen=True, order=True)
+@dataclass(frozen=True)
 class Mutation:
-    """Bytes `start` to `end` of a file, and the text that replaces them."""
+    """Another value of one field of a node in the syntax tree of a file."""
 
     path: Path
-    start: int
-    end: int
-    text: str
+    tree: ast.Module
+    node: ast.expr
+    field: str
+    value: object
 
-    def apply(self, source: bytes) -> bytes:
-        return source[: self.start] + self.text.encode() + source[self.end :]
+    def apply(self) -> tuple[str, str]:
+        """The changed source, and the place with the code before and after; the tree stays."""
+        before, value = ast.unparse(self.node), getattr(self.node, self.field)
+        setattr(self.node, self.field, self.value)
+        source, after = ast.unparse(self.tree), ast.unparse(self.node)
+        setattr(self.node, self.field, value)
+        line = getline(str(ROOT / self.path), self.node.lineno).strip()
+        return source, f"{self.path}:{self.node.lineno}: {line}\n    {before} -> {after}"
 
-    def shown(self, source: bytes) -> str:
-        """Number of the line, and the line before and after the change."""
-        number = source[: self.start].count(b"\n")
-        old, new = (text.split(b"\n")[number].decode() for text in (source, self.apply(source)))
-        return f"{self.path}:{number + 1}\n    - {old.strip()}\n    + {new.strip()}"
+
+def mutations(path: Path) -> Iterator[Mutation]:
+    """All small changes of a file: operators, comparisons, numbers, truth values, `not`, `-`."""
+    tree = ast.parse(path.read_bytes())
+    for node in _of_code(tree):
+        for field, value in _changes(node):
+            yield Mutation(path.relative_to(ROOT), tree, node, field, value)
 
 
-def mutations(path: Path, source: bytes) -> Iterator[Mutation]:
-    """All small changes of a source: operators, comparisons, numbers, truth values, `not`, `-`."""
-    lines = [0, *(k + 1 for k, byte in enumerate(source) if byte == ord("\n"))]
-
-    def start(node: ast.expr) -> int:
-        return lines[node.lineno - 1] + node.col_offset
-
-    def end(node: ast.expr) -> int:
-        return lines[(node.end_lineno or 0) - 1] + (node.end_col_offset or 0)
-
-    def replaced(before: ast.expr, operator: ast.AST, after: ast.expr) -> Iterator[Mutation]:
-        if type(operator) in OPERATORS:
-            old, new = OPERATORS[type(operator)]
-            place = source.index(old.encode(), end(before), start(after))
-            yield Mutation(path, place, place + len(old), new)
-
-    for node in _of_code(ast.parse(source)):
-        match node:
-            case ast.BinOp():
-                yield from replaced(node.left, node.op, node.right)
-            case ast.Compare():
-                sides = [node.left, *node.comparators]
-                for k, operator in enumerate(node.ops):
-                    yield from replaced(sides[k], operator, sides[k + 1])
-            case ast.BoolOp():
-                for before, after in zip(node.values, node.values[1:], strict=False):
-                    yield from replaced(before, node.op, after)
-            case ast.UnaryOp(op=ast.Not() | ast.USub()):
-                yield Mutation(path, start(node), start(node.operand), "")
-            case ast.Constant(value=bool() as value):
-                yield Mutation(path, start(node), end(node), str(not value))
-            case ast.Constant(value=int() as value):
-                yield Mutation(path, start(node), end(node), str(value + 1))
-            case ast.Constant(value=float() as value):
-                yield Mutation(path, start(node), end(node), repr(2 * value or 1.0))
+def _changes(node: ast.AST) -> Iterator[tuple[str, object]]:
+    """Fields of a node and other values of them."""
+    match node:
+        case ast.BinOp(op=op) | ast.BoolOp(op=op) if type(op) in OPERATORS:
+            yield "op", OPERATORS[type(op)]()
+        case ast.Compare(ops=ops):
+            for k, op in enumerate(ops):
+                yield "ops", [*ops[:k], OPERATORS[type(op)](), *ops[k + 1 :]]
+        case ast.UnaryOp(op=ast.Not()):
+            yield "operand", ast.UnaryOp(ast.Not(), node.operand)
+        case ast.UnaryOp(op=ast.USub()):
+            yield "op", ast.UAdd()
+        case ast.Constant(value=bool() as value):
+            yield "value", not value
+        case ast.Constant(value=int() as value):
+            yield "value", value + 1
+        case ast.Constant(value=float() as value):
+            yield "value", 2 * value or 1.0
 
 
 def _of_code(node: ast.AST) -> Iterator[ast.AST]:
@@ -134,7 +126,7 @@ def main() -> None:
     options = parser.parse_args()
     part = ROOT / "fem_seal" / options.part
     files = sorted(part.rglob("*.py")) if part.is_dir() else [part]
-    every = [m for file in files for m in mutations(file.relative_to(ROOT), file.read_bytes())]
+    every = [mutation for file in files for mutation in mutations(file)]
     chosen = random.Random(options.seed).sample(every, min(options.count, len(every)))
     tests = options.tests or of_same_name(options.part)
     if not tests:
@@ -146,13 +138,13 @@ def main() -> None:
         if not pass_in(copy, tests, None):
             sys.exit(f"{' '.join(tests)} must pass before anything is broken")
         longest = 60 + 3 * (time.monotonic() - began)
-        for mutation in sorted(chosen):
-            source = (copy / mutation.path).read_bytes()
-            (copy / mutation.path).write_bytes(mutation.apply(source))
+        for mutation in chosen:
+            source, place = mutation.apply()
+            (copy / mutation.path).write_text(source, encoding="utf-8")
             survived = pass_in(copy, tests, longest)
-            (copy / mutation.path).write_bytes(source)
+            shutil.copy(ROOT / mutation.path, copy / mutation.path)
             survivors += survived
-            print(f"{'SURVIVED' if survived else 'caught'}: {mutation.shown(source)}", flush=True)
+            print(f"{'SURVIVED' if survived else 'caught'}: {place}", flush=True)
     print(f"{survivors} of {len(chosen)} survived, out of {len(every)} possible changes")
 
 

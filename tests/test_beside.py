@@ -3,7 +3,6 @@
 import os
 import signal
 import subprocess
-from math import hypot
 
 import pytest
 from in_workers import ended_elsewhere
@@ -26,13 +25,6 @@ def from_beside(function, *arguments):
         return answer()
 
 
-def test_the_answer_is_that_of_this_process():
-    assert from_beside(hypot, 3.0, 4.0) == 5.0
-    assert from_beside(os.getppid) == TESTING
-    # Python alone takes about 10 MB.
-    assert peak_beside() > 5e6
-
-
 def test_it_has_one_thread_and_starts_mpi_on_its_own(monkeypatch):
     for name in ("PMIX_RANK", "OMPI_COMM_WORLD_SIZE", "OMPI_MCA_btl"):
         monkeypatch.setenv(name, "1")
@@ -42,6 +34,9 @@ def test_it_has_one_thread_and_starts_mpi_on_its_own(monkeypatch):
     assert "OMPI_MCA_btl" in environment()
     assert from_beside(parallel.cores) == 1
     assert from_beside(parallel.processes) == 1
+    assert from_beside(os.getppid) == TESTING
+    # Python alone takes about 10 MB.
+    assert peak_beside() > 5e6
 
 
 def test_its_error_is_raised_here():

@@ -139,12 +139,7 @@ def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
     ]
     *points, tally = capsys.readouterr().out.splitlines()
     assert tally.startswith("4 points, 2 of them computed now")
-    assert [line.split()[0] for line in points] == [
-        f"contact.area_fraction={area}" for area in (0.05, 0.1, 0.15, 0.2)
-    ]
     assert all(" m^3/s, " in line and line.endswith("% in contact") for line in points)
-    assert run("--vary", "contact.area_fraction=0.12,0.1", "--out", "out") == 0
-    assert len(solves) == 6
     assert {path.name for path in (tmp_path / "out").iterdir()} == LEFT
 
 
