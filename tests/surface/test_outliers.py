@@ -69,7 +69,7 @@ def test_spikes_become_missing_before_the_trend_is_fitted():
     prepared = prepare(plane, Preparation(outliers="missing", detrend="plane", fill="harmonic"))
     assert [step.name for step in prepared.steps[1:3]] == ["outliers missing", "detrend plane"]
     assert prepared.steps[1].missing == 1
-    assert np.abs(prepared.field.values).max() < 6e-3
+    assert np.abs(prepared.field.values).max() < 6e-3  # six standard deviations of the noise
 
 
 def test_spikes_are_said_unless_they_are_taken_away(here, capsys):
