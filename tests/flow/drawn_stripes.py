@@ -118,5 +118,5 @@ class Case:
         gap, exact = self.gap, self.exact
         film = gap if isinstance(gap, MeshFilm) else GridFilm(gap, self.sides, self.on)
         flow = bracketed(film, rtol, unknowns, method=self.method)
-        assert_enclosed(flow, exact * (1 - ROUNDING), exact * (1 + ROUNDING))
+        assert_enclosed(flow, exact * (1 - ROUNDING), exact * (1 + ROUNDING), self)
         return flow

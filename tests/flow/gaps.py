@@ -28,11 +28,11 @@ def bracketed(film: Film, rtol: float = 1e-3, unknowns: int | None = 700, **opti
     return leak_rate(film, rtol=rtol, **options)
 
 
-def assert_enclosed(flow: LeakRate, low: float, high: float | None = None) -> None:
-    """The bracket of every level meets [low, high], or holds `low`."""
+def assert_enclosed(flow: LeakRate, low: float, high: float, case: object) -> None:
+    """The bracket of every level meets [low, high]; a failure names the case."""
     for level in flow.levels:
-        assert level.lower <= (low if high is None else high)
-        assert low <= level.upper
+        assert level.lower <= high, case
+        assert low <= level.upper, case
 
 
 def represented(

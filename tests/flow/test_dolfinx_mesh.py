@@ -8,16 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dolfinx.mesh import CellType, create_unit_square, meshtags
-from dolfinx_meshes import (
-    COARSE,
-    MESHES,
-    ends,
-    function,
-    lengths,
-    rectangle,
-    slanted,
-    tagged,
-)
+from dolfinx_meshes import COARSE, MESHES, ends, function, lengths, rectangle, slanted, tagged
 from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 

@@ -52,7 +52,7 @@ def test_rounding_of_single_cells(aspect):
     for one in zip(corners, tensor, values, strict=True):
         found = Energy.of_cells(*(part[None] for part in one), blur=0.0)
         off = abs(float(Fraction(found.value) - exact_energy(*one)))
-        assert off <= found.error
+        assert off <= found.error, one
         worst = max(worst, off / found.value)
     # Not idle: in slender cells the error is far beyond that of a sum of positive terms.
     assert worst > 1e-3 * np.finfo(float).eps * max(aspect, 1 / aspect)

@@ -3,15 +3,7 @@
 import numpy as np
 import pytest
 from brute_force import least_energy, stiffness
-from gaps import (
-    Random,
-    everything,
-    level_problem,
-    meshed,
-    plain_bounds,
-    represented,
-    solved,
-)
+from gaps import Random, everything, level_problem, meshed, plain_bounds, represented, solved
 from sample_gaps import rough_gap
 
 from fem_seal.flow import hierarchical

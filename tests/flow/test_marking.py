@@ -10,14 +10,7 @@ from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.flow.marking import (
-    REFINEMENTS,
-    Tuning,
-    completed,
-    doerfler,
-    halvings,
-    mark_all,
-)
+from fem_seal.flow.marking import REFINEMENTS, Tuning, completed, doerfler, halvings, mark_all
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(Tuning)])

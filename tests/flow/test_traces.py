@@ -6,11 +6,7 @@ from gaps import meshed, represented
 from scipy.integrate import quad
 
 from fem_seal.film.law import Conductivity
-from fem_seal.flow.traces import (
-    POWER,
-    resistivity,
-    segment_moments,
-)
+from fem_seal.flow.traces import POWER, resistivity, segment_moments
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL
 

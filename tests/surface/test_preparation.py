@@ -132,7 +132,7 @@ def test_a_map_that_does_not_repeat_is_not_pressed(tmp_path):
         assert f"{name} = {str(value).lower() if value is True else repr(value)}" in str(
             refused.value
         )
-        assert pressed(tmp_path, **way).contact.gap.periodic
+        assert pressed(tmp_path, **way).contact.gap.periodic, way
     assert not pressed(tmp_path, model="bearing").contact.gap.periodic
 
 

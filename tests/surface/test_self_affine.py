@@ -5,12 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fem_seal.surface import (
-    Spectrum,
-    rms_height,
-    rms_slope,
-    self_affine,
-)
+from fem_seal.surface import Spectrum, rms_height, rms_slope, self_affine
 
 BAND = Spectrum(0.8, 1 / 4, 1 / 20)
 SHAPES = [(64, 64), (63, 65), (61, 61), (48, 96), (50, 75)]
@@ -48,14 +43,18 @@ def test_one_surface_on_every_grid():
 
 
 def test_stream_is_the_published_philox():
-    """Pins the generator: 2 words of numpy's Philox (counter-based, Salmon et al. 2011), seed 0."""
-    from fem_seal.surface.synthesis import _gaussian_modes
+    """Pins the generator: words of numpy's Philox (counter-based, Salmon et al. 2011), seed 0.
 
-    word = int(np.random.Philox(0).random_raw(1)[0])
-    modes = _gaussian_modes((8, 8), 0)
-    # The first place of shell 1 is the wave vector (-1, 1).
-    radius = np.sqrt(-np.log(((word >> 32) + 0.5) / 2**32))
-    assert modes[-1, 1] == radius * np.exp(2j * np.pi * (word % 2**32) / 2**32)
+    The first and the third place of shell 1 are the wave vectors (-1, 1) and (1, 1), of the same
+    wavenumber: their waves are those numbers times one factor, to the rounding of a transform.
+    """
+    words = np.random.Philox(0).random_raw(3)[[0, 2]]
+    radius = np.sqrt(-np.log(((words >> np.uint64(32)) + 0.5) / 2**32))
+    waves = radius * np.exp(2j * np.pi * (words % np.uint64(2**32)) / 2**32)
+    heights = self_affine(Spectrum(0.8, 8, 2), (8, 8), (8, 8), rms_height=1.0, seed=0).values
+    factors = np.fft.fft2(heights)[[-1, 1], 1] / waves
+    assert factors.real.min() > 0
+    np.testing.assert_allclose(factors, factors[0].real, rtol=1e-13)
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (16, 15), (15, 16)])

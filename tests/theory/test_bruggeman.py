@@ -8,10 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fem_seal.errors import InvalidInput
-from fem_seal.theory.bruggeman import (
-    effective_conductivity,
-    effective_dimension,
-)
+from fem_seal.theory.bruggeman import effective_conductivity, effective_dimension
 
 approx = partial(pytest.approx, rel=1e-12)
 
