@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from slow_reference import pieces, spans
-from triangulations import grid_mesh
+from triangulations import film_on_triangles
 
-from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 
 approx = partial(pytest.approx, rel=1e-12)
@@ -22,13 +22,6 @@ levels = st.builds(
     st.integers(0, 2**32 - 1),
     st.sampled_from([2, 7]),
 )
-
-
-def on_triangles(values):
-    """The gap on a mesh of the pixels' triangles."""
-    mx, my = np.array(values.shape) - 1
-    mesh = grid_mesh((mx, my), (mx, my))
-    return MeshFilm(mesh, values[tuple(np.rint(mesh.xy).astype(int).T)])
 
 
 @settings(max_examples=50)
@@ -54,14 +47,14 @@ def test_critical_constriction_is_the_highest_level_that_spans(h, sides, represe
     widest = pieces(sites >= expected, connectivity, (False, around))
     spanning = np.isin(widest, np.intersect1d(widest[0], widest[-1])) & (widest >= 0)
     half = 0.5 if representation == "constant" else 0.0
-    films = [(film, gap.spacing)]
+    films = [film]
     if representation == "linear" and not around:
-        films.append((on_triangles(sites), (1.0, 1.0)))
-    for one, spacing in films:
+        films.append(film_on_triangles(sites, gap.spacing))
+    for one in films:
         assert (one.constriction is None) == (expected == 0)
         if expected > 0:
             assert one.constriction.gap == expected
-            i, j = np.rint(np.array(one.constriction.position) / spacing - half).astype(int)
+            i, j = np.rint(np.array(one.constriction.position) / gap.spacing - half).astype(int)
             assert spanning[i, j]
             assert sites[i, j] == expected
 

@@ -9,7 +9,7 @@ from math import fsum
 
 import numpy as np
 from gaps import assert_enclosed, bracketed
-from triangulations import grid_mesh
+from triangulations import film_on_triangles
 
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
@@ -92,13 +92,9 @@ class Case:
     @property
     def gap(self) -> GridField | MeshFilm:
         """The gap; periodic sides are those of a grid that repeats in both directions."""
-        values = self.values
-        if self.on != "mesh":
-            return GridField(values, self.spacing, periodic=self.sides == "periodic")
-        mx, my = values.shape[0] - 1, values.shape[1] - 1
-        mesh = grid_mesh((mx, my), (mx * self.spacing[0], my * self.spacing[1]))
-        pixel = np.rint(mesh.xy / self.spacing).astype(int)
-        return MeshFilm(mesh, values[tuple(pixel.T)])
+        if self.on == "mesh":
+            return film_on_triangles(self.values, self.spacing)
+        return GridField(self.values, self.spacing, periodic=self.sides == "periodic")
 
     @property
     def exact(self) -> float:

@@ -95,3 +95,10 @@ def grid_mesh(shape: tuple[int, int], size: tuple[float, float]) -> TriangleMesh
     cells = np.concatenate([low, high]).reshape(-1, 3)
     _, cells, sides = labelled(xy, cells, ends_of_square)
     return shape_mesh(xy * size, cells, sides)
+
+
+def film_on_triangles(values: np.ndarray, spacing: tuple[float, float]) -> MeshFilm:
+    """Samples of a gap at the vertices of such a mesh."""
+    mx, my = np.array(values.shape) - 1
+    mesh = grid_mesh((mx, my), (mx * spacing[0], my * spacing[1]))
+    return MeshFilm(mesh, values[tuple(np.rint(mesh.xy / spacing).astype(int).T)])
