@@ -29,6 +29,9 @@ GAPS = [
     *((1.3, 1.3, 1.3), (1e-15, 1, 1), (1e-17, 1, 1), (1e-40, 1, 1)),
 ]
 GAP = st.floats(1e-4, 1.0)
+# Of gaps that differ by less than 1e-5 the mean of a function is that of their centre, but for a
+# few times the square of it; at larger differences Gauss points lose five of sixteen digits.
+SAME = 1e-9
 
 
 @pytest.mark.parametrize("gaps", GAPS)
@@ -36,8 +39,8 @@ GAP = st.floats(1e-4, 1.0)
     ("mean", "power"), [(inverse_cube_of_corners, -3), (inverse_square_of_corners, -2)]
 )
 def test_means_of_inverse_powers(gaps, mean, power):
-    """Against numerical integration asked for 1e-11; nearly the same gaps against their centre. The
-    order of the corners does not matter, and with one in contact the mean is infinite."""
+    """Against Gauss points; nearly the same gaps against their centre. The corners may stand in
+    any order, and with one in contact the mean is infinite."""
     corners = [np.array([float(g)]) for g in gaps]
     (found,) = mean(*corners)
     assert mean(*corners[::-1]) == mean(*corners[1:], corners[0]) == found
@@ -46,7 +49,7 @@ def test_means_of_inverse_powers(gaps, mean, power):
         exact = np.mean(gaps) ** power  # but for the square of the relative difference
     else:
         exact = mean_over_triangle(lambda g: g**power, gaps)
-    assert found == pytest.approx(exact, rel=1e-8 if power == -3 else 1e-9)
+    assert found == pytest.approx(exact, rel=1e-13)
 
 
 THREE = np.array([0.0, 0.5, 1.0])
@@ -86,24 +89,26 @@ def test_means_under_slip(gaps, alpha):
     law = line(alpha, 1 - alpha)
     corners = [np.array([g]) for g in gaps]
     exact = [
-        mean_over_triangle(function, gaps) if np.ptp(gaps) > 1e-6 else function(np.mean(gaps))
+        mean_over_triangle(function, gaps)
+        if np.ptp(gaps) > 1e-5 * max(gaps)
+        else function(np.mean(gaps))
         for function in (
             lambda g: alpha * g**3 + (1 - alpha) * g**2,
             lambda g: 1 / (alpha * g**3 + (1 - alpha) * g**2),
         )
     ]
-    assert conductivity_of_corners(law, *corners)[0] == pytest.approx(exact[0], rel=1e-8)
+    assert conductivity_of_corners(law, *corners)[0] == pytest.approx(exact[0], rel=SAME)
     bound = resistivity_of_corners(law, *corners)[0]
     ratio = bound / exact[1]
-    assert ratio >= 1 - 1e-8
+    assert ratio >= 1 - SAME
     single = [
         resistivity_of_corners(line(*pair), *corners)[0]
         for pair in ((alpha, 0.0), (0.0, 1 - alpha))
         if max(pair) > 0
     ]
-    assert bound <= min(single) * (1 + 1e-8)
+    assert bound <= min(single) * (1 + SAME)
     if alpha in (0, 1):
-        assert ratio == pytest.approx(1, rel=1e-8)
+        assert ratio == pytest.approx(1, rel=SAME)
 
 
 PRESSURES = st.tuples(st.floats(0.0, 0.999), st.floats(-3, 3), st.floats(-3, 3))
