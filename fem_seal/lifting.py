@@ -13,7 +13,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.network.film_pressure import eliminated
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
-from fem_seal.steps import FLOWS, elastic_contact
+from fem_seal.scene_steps import FLOWS, elastic_contact
 
 
 def lifting_problem(

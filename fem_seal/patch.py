@@ -23,7 +23,7 @@ from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffine
 from fem_seal.scene.scene import require_scene
 from fem_seal.scene.section import Lift
 from fem_seal.scene.shape import MeshFile
-from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, spectrum_of_profiles
+from fem_seal.scene_steps import CONTACTS, FLOWS, elastic_contact, spectrum_of_profiles
 from fem_seal.surface import PreparedSurface, gaussian_surface, measured_surface, self_affine
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from fem_seal.errors import Inconsistent, NotConverged, present
 from fem_seal.film import Film
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
-from fem_seal.steps import elastic_contact
+from fem_seal.scene_steps import elastic_contact
 
 PRECISION = 0.01  # largest relative distance of the two pressures between which a contact seals
 LOAD_RATIO = 1.5  # ratio of pressures while only a leaking or only a sealed one is known

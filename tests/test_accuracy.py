@@ -30,7 +30,7 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.results import Result, read_contact
 from fem_seal.scene import Scene
-from fem_seal.steps import CONTACTS, FLOWS
+from fem_seal.scene_steps import CONTACTS, FLOWS
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
 

@@ -18,7 +18,7 @@ pressure_profile
 surface contact
 fenicsx mesh film theory finite_difference network
 flow coupling
-points scene new_scene shaped steps lifting sensitivity patch threshold grid_series area_error
+points scene new_scene shaped scene_steps lifting sensitivity patch threshold grid_series area_error
 accuracy upscaling
 prediction quantities results
 render products solved sweep verification

@@ -21,8 +21,8 @@ from fem_seal.results.records import PathRecord
 from fem_seal.results.result import Provenance
 from fem_seal.results.words import preparation_words
 from fem_seal.scene import Scene
+from fem_seal.scene_steps import FLOWS
 from fem_seal.solved import Solved, answer, solve
-from fem_seal.steps import FLOWS
 from fem_seal.surface import MapStatistics
 from fem_seal.upscaling import EndPressures
 from fem_seal.upscaling.seal_flow import SealFlow, lifted_off

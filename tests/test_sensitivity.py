@@ -20,9 +20,9 @@ from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.patch import Patch
 from fem_seal.results import read_contact
 from fem_seal.scene import Scene
+from fem_seal.scene_steps import elastic_contact
 from fem_seal.sensitivity import EPSILON, sensitivity
 from fem_seal.solved import solve
-from fem_seal.steps import elastic_contact
 
 FIRST = Path(__file__).parents[1] / "demos" / "scenes" / "first.toml"
 EXACT = [

@@ -12,8 +12,8 @@ from fem_seal.files import locked_folder
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
+from fem_seal.scene_steps import FLOWS
 from fem_seal.solved import solve
-from fem_seal.steps import FLOWS
 from fem_seal.sweep import sweep
 from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.sweep.point import UNSETTLED, Point

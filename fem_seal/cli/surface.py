@@ -46,7 +46,7 @@ def _described(options: argparse.Namespace, report: Report) -> str:
     from fem_seal.patch import Patch
     from fem_seal.render.plot import FORMATS
     from fem_seal.scene import ProfileSurface, Scene
-    from fem_seal.steps import spectrum_of_profiles
+    from fem_seal.scene_steps import spectrum_of_profiles
     from fem_seal.surface import fit_spectrum
 
     if options.out is not None and options.out.suffix.lower() not in FORMATS:
@@ -180,7 +180,7 @@ def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
 
 def _longest(scene: "Scene") -> Rows:
     """Row on the longest wavelength of a map; none of a surface that no file holds."""
-    from fem_seal.steps import whole_map
+    from fem_seal.scene_steps import whole_map
     from fem_seal.surface import longest_wavelength
 
     if scene.measured_map is None:

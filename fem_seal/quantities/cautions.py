@@ -13,7 +13,7 @@ from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.shape import AnyShape
-from fem_seal.steps import whole_map
+from fem_seal.scene_steps import whole_map
 from fem_seal.surface import Lay, PreparedSurface, spikes_caution
 from fem_seal.upscaling.seal import SealLeak, median_patch
 

@@ -11,7 +11,7 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.aperture import HydraulicAperture, hydraulic_aperture, uniform_rectangle
 from fem_seal.quantities.constriction import Constriction, constriction
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.steps import FLOWS
+from fem_seal.scene_steps import FLOWS
 from fem_seal.threshold import Threshold, threshold
 
 

@@ -7,7 +7,7 @@ from fem_seal.errors import present
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.scene import SelfAffine
-from fem_seal.steps import whole_map
+from fem_seal.scene_steps import whole_map
 from fem_seal.surface import kept_roughness, longest_wavelength
 from fem_seal.surface.windows import MOST_LOST, WAVES
 

@@ -43,7 +43,7 @@ from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.steps import elastic_contact, flow_progress
+from fem_seal.scene_steps import elastic_contact, flow_progress
 from fem_seal.upscaling.conductivity import CUBIC, SLIPPING, ConductivityTable, Enclosure
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from fem_seal.scene import Contact, Flow, Scene, Solid
 from fem_seal.scene.files import override
 from fem_seal.scene.scene import KINDS
 from fem_seal.scene.sections import PRODUCTS, Product
-from fem_seal.steps import CONTACTS, FLOWS
+from fem_seal.scene_steps import CONTACTS, FLOWS
 from fem_seal.threshold import THRESHOLDS
 from fem_seal.units import RateUnit, to_si
 
