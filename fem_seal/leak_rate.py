@@ -195,7 +195,7 @@ class LeakRate:
         return self.lower, self.upper
 
     @property
-    def ends(self) -> tuple[float, float]:
+    def range(self) -> tuple[float, float]:
         """The bounds [m^3/s]; of a method that has none the value twice."""
         return (self.value, self.value) if self.lower is None else self.bounds
 
@@ -225,11 +225,11 @@ class LeakRate:
         return lower / low, upper / high
 
     def widened(self, lower: float, upper: float | None) -> "LeakRate":
-        """The same with factors <= 1 and >= 1 on its ends, of which None opens the upper one.
+        """The same with factors <= 1 and >= 1 on its range; None leaves that without an upper end.
 
         A sealed film with an open upper end may leak.
         """
-        low, high = self.ends
+        low, high = self.range
         state: FlowState = "leaking" if upper is None and self.state == "sealed" else self.state
         most = inf if upper is None else upper * high
         return dataclasses.replace(self, state=state, lower=lower * low, upper=most)

@@ -177,7 +177,7 @@ def _most_if_opened(problem: LiftProblem, contact: ContactState, opened: GridFil
     """Leak rate [m³/s] of the film that the most fluid pressure opens; infinite if it lifts off."""
     if problem.solid_load(problem.highest_pressure(contact)) <= 0:
         return inf
-    return problem.flow(opened, 0.0).ends[1]
+    return problem.flow(opened, 0.0).range[1]
 
 
 def _why_not_settled(end: _End, allowed: float, *, known: bool) -> str:

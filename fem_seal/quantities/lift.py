@@ -149,8 +149,8 @@ def _range(patch: Patch) -> Uncertainty:
     """Entry of the dry contacts at both ends of the fluid's pressure."""
     dry = patch.leak_rate
     closed, opened = (rate.widened(*of_grid) for rate, of_grid in patch.once(_range_ends))
-    lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), opened.ends[1]
-    shown, least = ShownUnit.of(patch.scene), closed.ends[0]
+    lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), opened.range[1]
+    shown, least = ShownUnit.of(patch.scene), closed.range[0]
     sentence = (
         "any fluid pressure between those of inlet and outlet is covered: between "
         f"{rounded_down(least * shown.per_solved)} and {rounded_up(rate * shown.per_solved)} "
@@ -226,7 +226,7 @@ def _at_the_end(patch: Patch, pressure: float, *, upper: bool) -> tuple[LeakRate
 
 def _lower_factor(dry: LeakRate, closed: LeakRate) -> float:
     """Lower factor of the entry: lower bound of the closed contact over that of the dry one."""
-    return 1.0 if dry.ends[0] == 0 else min(1.0, closed.ends[0] / dry.ends[0])
+    return 1.0 if dry.range[0] == 0 else min(1.0, closed.range[0] / dry.range[0])
 
 
 def _upper_factor(dry: LeakRate, opened: LeakRate) -> float | None:
@@ -237,7 +237,7 @@ def _upper_factor(dry: LeakRate, opened: LeakRate) -> float | None:
     """
     if dry.state == "sealed":
         return 1.0 if opened.state == "sealed" else None
-    return max(1.0, opened.ends[1] / dry.ends[1])
+    return max(1.0, opened.range[1] / dry.range[1])
 
 
 def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:

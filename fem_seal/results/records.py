@@ -125,7 +125,7 @@ class LiftRecord(Record):
         dry = DryRecord.model_validate(present(patch.contact, "contact"))
         if model == "range":
             low, high = lift_range(patch)
-            lowest, highest = low.ends[0], high.ends[1]
+            lowest, highest = low.range[0], high.range[1]
             return cls(model=model, lowest=lowest, highest=highest, dry=dry)
         state = present(patch.lifted, "lifted state")
         return cls(
