@@ -9,7 +9,7 @@ surface and fails if an answer was wrong; contacts that raise NotConverged are c
 
 import argparse
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -156,16 +156,12 @@ def case(seed: int) -> Case:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Differences of a state from the plain solver's.
+    """Differences of a state from the plain solver's."""
 
-    gap : the largest, in units of the rms height
-    samples : number of samples that touch in one of the two only
-    load : relative error of the mean gap, or of the pressure that was prescribed; for an area the
-        distance from it in samples beyond what the surface allows
-    """
-
-    gap: float
-    samples: int
+    gap: float  #: the largest, in units of the rms height
+    samples: int  #: number of samples that touch in one of the two only
+    #: relative error of the mean gap, or of the pressure that was prescribed; for an area the
+    #: distance from it in samples beyond what the surface allows
     load: float
 
 
@@ -230,23 +226,21 @@ def wrong(comparison: Comparison, load: str) -> bool:
 def campaign(seeds: range, report: Callable[[str], None]) -> tuple[int, int]:
     """Compare all cases and report a table; numbers of wrong ones, and of those not converged."""
     results: dict[str, list[Comparison]] = defaultdict(list)
-    refused: dict[str, int] = defaultdict(int)
-    failures = 0
+    refused, failures = Counter[str](), 0
     for seed in seeds:
         one = case(seed)
+        name = f"seed {seed}: {one.surface}, {one.solver}, {one.load} {one.value:.1e}"
         try:
             state = one.solved()
         except NotConverged as error:
             refused[one.surface] += 1
-            report(
-                f"seed {seed} ({one.surface}, {one.solver}, {one.load} {one.value:.1e}): {error}"
-            )
+            report(f"{name}: {error}")
             continue
         comparison = compare(one, state)
         results[one.surface].append(comparison)
         if wrong(comparison, one.load):
             failures += 1
-            report(f"WRONG seed {seed}: {one.surface}, {one.solver}, {one.load}: {comparison}")
+            report(f"WRONG {name}: {comparison}")
     report("| surfaces | number | gap, largest [h_rms] | median | same set | not converged |")
     report("| --- | --- | --- | --- | --- | --- |")
     for name, rows in results.items():
@@ -256,7 +250,7 @@ def campaign(seeds: range, report: Callable[[str], None]) -> tuple[int, int]:
             f"| {name} | {len(rows)} | {max(gaps):.1e} | {np.median(gaps):.0e} "
             f"| {equal} | {refused[name]} |"
         )
-    return failures, sum(refused.values())
+    return failures, refused.total()
 
 
 if __name__ == "__main__":

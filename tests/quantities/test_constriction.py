@@ -89,11 +89,16 @@ def test_no_contact_no_width():
     assert (found.gap, found.width, found.pressure_share) == (1e-6, None, None)
 
 
+def with_its_share(film):
+    """Constriction with its share of the pressure drop."""
+    field = leak_rate(film, viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True).field
+    return constriction(film, field, field.pressure)
+
+
 def test_no_share_of_a_film_without_a_tight_place():
     """Between walls the disc of a uniform film covers most of it."""
     film = GridFilm(GridField(np.full((9, 9), 1e-6), SPACING))
-    field = leak_rate(film, viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True).field
-    found = constriction(film, field, field.pressure)
+    found = with_its_share(film)
     assert found.width == pytest.approx(film.size[1], rel=1e-6)
     assert found.pressure_share is None
 
@@ -121,11 +126,7 @@ def test_share_of_a_low_hole():
     """
     shares = []
     for height in (0.05e-6, 0.8e-6):
-        gap = neck(height)
-        field = leak_rate(
-            GridFilm(gap), viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True
-        ).field
-        found = constriction(GridFilm(gap, "wall", "linear"), field, field.pressure)
+        found = with_its_share(GridFilm(neck(height), "wall", "linear"))
         assert found.gap == height
         shares.append(found.pressure_share)
     assert 1 - OUTSIDE / (HOLE * 20**3) < shares[0] <= 1
@@ -137,8 +138,5 @@ def test_share_is_seen_through_the_seam():
     gap, shares = neck(0.05e-6).values[:64, :64], []
     for roll in (0, 32):
         rolled = GridField(np.roll(gap, roll, axis=1), (1e-6, 1e-6), periodic=True)
-        film = GridFilm(rolled, "periodic", "linear")
-        field = leak_rate(film, viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True).field
-        found = constriction(film, field, field.pressure)
-        shares.append(found.pressure_share)
+        shares.append(with_its_share(GridFilm(rolled, "periodic", "linear")).pressure_share)
     assert min(shares) > 1 - OUTSIDE / (HOLE * 20**3)
