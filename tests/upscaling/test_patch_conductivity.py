@@ -23,6 +23,7 @@ from fem_seal.upscaling import (
     seal_flow,
     uniform,
 )
+from fem_seal.upscaling.conductivity import Enclosure
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.refined_table import REST, WIDTH, marked_loads, refined_flow
 from fem_seal.upscaling.solved_patches import load_that_matters
@@ -188,9 +189,9 @@ def test_the_gap_is_convex_in_the_load(seed):
     assert (w < 0.7 * a + 0.3 * b - 1000 * room).any()
 
 
-def rough_with_gas(rtol):
+def rough_with_gas(rtol, **fluid):
     """A gas that slips: its law is that of the flow on every mesh."""
-    fluid = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
+    fluid |= {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
     flow = {"inlet_pressure": 2e5, "outlet_pressure": 1e5, "sides": "periodic"}
     return LoadedPatch(Patch(scene(fluid=fluid, flow=flow)), rtol)
 
@@ -220,9 +221,7 @@ def test_enclosures_hold_loads_inside(rough):
 def test_enclosures_of_a_kinetic_law():
     """K of a uniform gap that falls in proportion to the load lies inside, also where all gaps lie
     between two kinks of the law's table: there K^n is not convex, and a chord off by 1.4e-5."""
-    fluid = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
-    flow = {"inlet_pressure": 2e5, "outlet_pressure": 1e5, "sides": "periodic"}
-    patch = LoadedPatch(Patch(scene(fluid=fluid | {"slip": "kinetic"}, flow=flow)), RTOL)
+    patch = rough_with_gas(RTOL, slip="kinetic")
     slip, surface = patch.patch.scene.slip, patch.patch.surface
     least = 1.001 * slip.coefficient.kinks[208] * slip.product / slip.mean_pressure
     a, b, c = 1e5, 2e5, 2.125e5
@@ -242,8 +241,6 @@ def test_enclosures_of_a_kinetic_law():
 
 def test_a_load_against_its_enclosure_is_noticed():
     """Steps take over if a load contradicts the enclosure of its interval."""
-    from fem_seal.upscaling.conductivity import Enclosure
-
     patch = rough(0.1)
     patch.table({1e5: 1.0, 2e5: 1.0})
     patch._enclosures[1e5, 2e5] = Enclosure((1.0, 1.0), (2.0, 2.0))
