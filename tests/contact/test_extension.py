@@ -20,14 +20,10 @@ RNG = np.random.default_rng(5)
 
 def interpolation(n):
     """From n cells, every second of them with its right neighbour: weights 3/4 and 1/4, dense."""
-    cells = (n + 1) // 2
-    weights = np.zeros((2 * cells, cells))
-    for i in range(cells):
-        weights[2 * i, i] += 3 / 4
-        weights[2 * i, (i - 1) % cells] += 1 / 4
-        weights[2 * i + 1, i] += 3 / 4
-        weights[2 * i + 1, (i + 1) % cells] += 1 / 4
-    return weights[:n]
+    own = np.eye((n + 1) // 2)
+    left, right = np.roll(own, -1, axis=1), np.roll(own, 1, axis=1)
+    weights = 3 * np.kron(own, [[1], [1]]) + np.kron(left, [[1], [0]]) + np.kron(right, [[0], [1]])
+    return weights[:n] / 4
 
 
 def in_two_directions(shape):

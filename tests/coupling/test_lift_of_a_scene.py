@@ -13,7 +13,6 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
 from fem_seal.results import Result, read_contact
 from fem_seal.results.words import remarks, summary_of
-from fem_seal.scene import Scene
 from fem_seal.solved import answer, solve
 
 
@@ -32,8 +31,7 @@ def test_the_film_does_not_depend_on_what_is_asked_for():
     assert without.contact_area_fraction == whole.contact_area_fraction < 0.3
     assert (without.lift, without.state) == (whole.lift, whole.state)
     assert without.leak_rate is None
-    sections = scene(n=16, output={"products": ["contact"]}).to_mapping()
-    dry = solve(Scene.from_mapping(sections | {"flow": {}})).result()
+    dry = solve(scene(n=16, output={"products": ["contact"]}).with_({"flow": {}})).result()
     assert dry.lift is None
     assert dry.contact_area_fraction == whole.lift.dry.contact_area_fraction
 
@@ -102,10 +100,10 @@ def test_a_decision_counts_the_lift():
 
 def test_a_decision_that_the_fluid_pressure_leaves_open_is_missing():
     """A dry contact whose flow is decided, while its fluid may let more leak than is allowed."""
-    mapping = scene(max_unknowns=20_000, lift="none").to_mapping()
-    dry = Patch(Scene.from_mapping(mapping)).leak_rate
-    mapping["limit"] = {"leak_rate": f"{1.5 * dry.upper} m^3/s", "decide": True}
-    result = solve(Scene.from_mapping(mapping)).result()
+    asked = scene(max_unknowns=20_000, lift="none")
+    dry = Patch(asked).leak_rate
+    limit = {"leak_rate": f"{1.5 * dry.upper} m^3/s", "decide": True}
+    result = solve(asked.with_({"limit": limit})).result()
     assert result.leak_rate.upper < 1.5 * dry.upper
     assert (result.verdict.decision, result.converged) == ("undecided", False)
     assert "limit.decide" in result.reason
@@ -143,9 +141,8 @@ def test_a_sealed_film_that_more_pressure_would_open():
     assert entry(result).upper is None
     assert any("would open a film that leaks up to" in text for text in result.cautions)
     assert (result.headline.lower, result.headline.upper) == (0.0, most)
-    tolerated = {"contact": {"pressure": "1 %"}}
-    mapping = scene(3e5, n=16, seed=1).to_mapping() | {"tolerances": tolerated}
-    inputs = solve(Scene.from_mapping(mapping)).result().error_budget
+    tolerated = scene(3e5, n=16, seed=1).with_({"tolerances.contact.pressure": "1 %"})
+    inputs = solve(tolerated).result().error_budget
     assert next(one for one in inputs if one.key == "inputs").upper_rate >= most
 
 
@@ -169,12 +166,10 @@ def test_range_in_the_result():
 @pytest.mark.parametrize("load", [2e4, 0.0])
 def test_lifted_off_is_above_any_limit(load):
     """Also where there is no load, and flow.lift is left out."""
-    mapping = scene(load=load).to_mapping()
-    if not load:
-        mapping["flow"].pop("lift", None)
-    mapping["limit"] = {"leak_rate": "1 m^3/s"}
-    mapping["output"] = {"products": ["leak_rate", "constriction"], "leak_rate_unit": "ml/h"}
-    result = solve(Scene.from_mapping(mapping)).result()
+    output = {"products": ["leak_rate", "constriction"], "leak_rate_unit": "ml/h"}
+    lift = {} if load else {"flow.lift": None}
+    asked = scene(load=load, output=output).with_({"limit.leak_rate": "1 m^3/s"} | lift)
+    result = solve(asked).result()
     assert (result.state, result.leak_rate, result.converged) == ("lifted off", None, True)
     assert result.verdict.decision == "above limit"
     assert Result.model_validate_json(result.to_json()) == result

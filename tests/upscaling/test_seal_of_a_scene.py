@@ -42,23 +42,17 @@ from fem_seal.upscaling.seal import seal_of_patches, size_of_patch, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
 
 
-def sections() -> dict:
-    """Sections of a seal of three patches."""
+def scene(**changes):
+    """A seal of three patches, with other fields in some sections."""
     made = scene_of_samples(32)
     made["surface"] |= {"long_wavelength": "8 um", "seed": 0}
-    return made | {
+    made |= {
         "contact": {"pressure": "0.2 MPa"},
         "flow": {"pressure_drop": "0.5 bar", "sides": "periodic"},
         "seal": {"leak_path": "0.1 mm", "circumference": "10 mm", "patches": 3, "rtol": 1.5},
         "output": {"products": ["seal"], "leak_rate_unit": "ml/h"},
     }
-
-
-def scene(**changes):
-    data = sections()
-    for name, section in changes.items():
-        data[name] = data.get(name, {}) | section
-    return Scene.from_mapping(data)
+    return Scene.from_mapping(made | {name: made.get(name, {}) | changes[name] for name in changes})
 
 
 @pytest.fixture(scope="module")
@@ -222,10 +216,8 @@ def test_table_with_units(text, tmp_path):
     profile = read_profile(path)
     assert profile.length == pytest.approx(1e-3)
     assert profile.pressure.tolist() == [0, 2e6, 0.5e6]
-    asked = sections() | {"contact": {}}
-    del asked["seal"]["leak_path"]
-    asked["seal"]["pressure_profile"] = str(path)
-    pressed = Scene.from_mapping(asked)
+    table = {"seal.pressure_profile": str(path), "seal.leak_path": None, "contact.pressure": None}
+    pressed = scene().with_(table)
     assert leak_path_of(pressed)[0].highest == 2e6
     # Its mean, of two trapezia of half a millimetre, presses the patch that is drawn.
     assert pressed.load.value == pytest.approx((0.5 * 1e6 + 0.5 * 1.25e6), rel=1e-15)
@@ -255,12 +247,9 @@ def test_bad_tables(tmp_path, text, words):
 
 
 def gas(**fluid):
-    data = sections()
-    data["fluid"] = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
-    data["fluid"] |= fluid
-    data["flow"] = {"inlet_pressure": 1.5e5, "outlet_pressure": 1e5, "sides": "periodic"}
-    data["seal"]["patches"] = 1
-    return Scene.from_mapping(data)
+    fluid |= {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
+    flow = {"inlet_pressure": 1.5e5, "outlet_pressure": 1e5, "sides": "periodic"}
+    return scene(seal={"patches": 1}).with_({"fluid": fluid, "flow": flow})
 
 
 def entries(asked):
@@ -324,16 +313,12 @@ def test_slip_of_a_gas_raises_the_leak_rate(law, monkeypatch):
         assert along.upper == pytest.approx(1 / of_inlet, rel=1e-12)
 
 
-def hertz(**fields):
-    """Scene under Hertz's pressure, with its load in [seal] and none in [contact]."""
-    data = sections()
-    del data["contact"]["pressure"]
-    data["seal"] |= {"pressure_profile": "hertz", **fields}
-    return data
+# Hertz's pressure, with its load in [seal] and none in [contact].
+HERTZ = {"contact.pressure": None, "seal.pressure_profile": "hertz"}
 
 
 def test_hertz_by_its_maximum():
-    asked = Scene.from_mapping(hertz(maximum_pressure="0.4 MPa"))
+    asked = scene().with_(HERTZ | {"seal.maximum_pressure": "0.4 MPa"})
     assert leak_path_of(asked)[0] == Hertz(4e5, 1e-4)
     # The contact that is written and drawn is that under the mean pressure.
     assert asked.load.value == pytest.approx(np.pi / 4 * 4e5)
@@ -341,32 +326,25 @@ def test_hertz_by_its_maximum():
 
 def test_hertz_by_line_load_and_radius():
     """Half width 2 √(w R/(π E*)), maximum √(w E*/(π R)); contact width and leak path are one."""
-    data = hertz(line_load="2 kN/m", cylinder_radius="2 mm")
-    del data["seal"]["leak_path"]
-    asked = Scene.from_mapping(data)
+    pressed = {"seal.line_load": "2 kN/m", "seal.cylinder_radius": "2 mm", "seal.leak_path": None}
+    asked = scene().with_(HERTZ | pressed)
     profile, path, _ = leak_path_of(asked)
     assert profile.maximum == pytest.approx(np.sqrt(2e3 * 1e7 / (np.pi * 2e-3)))
     assert path.length == pytest.approx(4 * np.sqrt(2e3 * 2e-3 / (np.pi * 1e7)))
     assert asked.load.value == pytest.approx(2e3 / path.length)
 
 
-def ring(**fields):
-    data = sections()
-    del data["seal"]["leak_path"], data["seal"]["circumference"]
-    data["seal"] |= {"inlet_radius": "2 mm", "outlet_radius": "2.1 mm", **fields}
-    return data
-
-
 def test_table_on_a_ring(tmp_path):
     table = tmp_path / "profile.csv"
     table.write_text("x [mm], pressure [MPa]\n0, 0\n0.05, 0.3\n0.1, 0\n")
-    fields = {"pressure_profile": str(table)}
-    profile, path, _ = leak_path_of(Scene.from_mapping(ring(**fields) | {"contact": {}}))
+    changes = dict.fromkeys(("contact.pressure", "seal.leak_path", "seal.circumference"))
+    changes |= {"seal.inlet_radius": "2 mm", "seal.pressure_profile": str(table)}
+    ring = scene().with_(changes | {"seal.outlet_radius": "2.1 mm"})
+    profile, path, _ = leak_path_of(ring)
     assert profile.length == pytest.approx(1e-4)
     assert path == RingPath(2e-3, 2.1e-3)
-    short = Scene.from_mapping(ring(**fields, outlet_radius="2.2 mm") | {"contact": {}})
     with pytest.raises(InvalidInput, match=r"0\.0001 m long, but from seal\.inlet_radius"):
-        leak_path_of(short)
+        leak_path_of(ring.with_({"seal.outlet_radius": "2.2 mm"}))
 
 
 @pytest.fixture
@@ -375,16 +353,15 @@ def measured(tmp_path):
     heights = 1e-7 * np.random.default_rng(1).random((64, 96))
     heights[:32] += 1e-6
     np.savez(tmp_path / "map.npz", heights=heights, spacing=[1e-6, 1e-6], periodic=False)
-    data = sections()
-    data["surface"] = {"kind": "file", "path": str(tmp_path / "map.npz"), "make_periodic": "cut"}
-    data["seal"] |= {"window": ["32 um", "32 um"], "patches": 6}
-    return data, heights
+    path = str(tmp_path / "map.npz")
+    surface = {"kind": "file", "path": path, "make_periodic": "cut"}
+    windows = {"seal.window": ["32 um", "32 um"], "seal.patches": 6}
+    return scene().with_({"surface": surface} | windows), heights
 
 
 def test_windows_of_a_map(measured):
     """Six windows of 32 × 32 samples, each once, from the crop on; the contact is of the first."""
-    data, heights = measured
-    asked = Scene.from_mapping(data)
+    asked, heights = measured
     windows = [Patch(one).surface for one in realizations(asked)]
     assert {field.values.tobytes() for field in windows} == {
         np.ascontiguousarray(heights[i : i + 32, j : j + 32]).tobytes()
@@ -392,28 +369,24 @@ def test_windows_of_a_map(measured):
         for j in (0, 32, 64)
     }
     assert np.array_equal(Patch(asked).surface.values, windows[0].values)
-    data["surface"]["crop"] = [["32 um", "64 um"], ["0 um", "96 um"]]
-    data["seal"]["patches"] = 2
-    first, last = (Patch(one).surface.values for one in realizations(Scene.from_mapping(data)))
+    cropped = {"surface.crop": [["32 um", "64 um"], ["0 um", "96 um"]], "seal.patches": 2}
+    first, last = (Patch(one).surface.values for one in realizations(asked.with_(cropped)))
     assert np.array_equal(first, heights[32:, :32])
     assert np.array_equal(last, heights[32:, 64:])
 
 
 def test_too_few_windows(measured):
-    data, _ = measured
-    data["seal"]["patches"] = 7
+    asked = measured[0].with_({"seal.patches": 7})
     words = (
         r"map\.npz, 64 x 96 um, holds 2 x 3 windows of 32 x 32 um \(seal\.window\); as many fit "
         r'with seal\.window = \["24 um", "24 um"\], or leave seal\.window out: the patches are '
         "then the map and random twins"
     )
     with pytest.raises(InvalidInput, match=words):
-        realizations(Scene.from_mapping(data))
-    data["seal"]["window"] = ["24 um", "24 um"]
-    assert len(realizations(Scene.from_mapping(data))) == 7
-    data["surface"]["twin_seed"] = 1
+        realizations(asked)
+    assert len(realizations(asked.with_({"seal.window": ["24 um", "24 um"]}))) == 7
     with pytest.raises(InvalidInput, match=r"seal\.window makes patches of parts of the map"):
-        Scene.from_mapping(data)
+        asked.with_({"surface.twin_seed": 1})
 
 
 def test_patches_are_kept_and_not_computed_again(tmp_path):
@@ -582,13 +555,8 @@ def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
     """Mirror images double the cell, and tell nothing new of the surface."""
     heights = 1e-7 * np.tile(np.cos(2 * np.pi * np.arange(48) / 6), (48, 1))
     np.savez(tmp_path / "map.npz", heights=heights, spacing=[1e-6, 1e-6], periodic=False)
-    data = sections()
-    data["surface"] = {
-        "kind": "file", "path": str(tmp_path / "map.npz"), "make_periodic": "mirror",
-    }  # fmt: skip
-    if twin_seed is not None:
-        data["surface"]["twin_seed"] = twin_seed
-    patch = Patch(Scene.from_mapping(data))
+    surface = {"kind": "file", "path": str(tmp_path / "map.npz"), "make_periodic": "mirror"}
+    patch = Patch(scene().with_({"surface": surface, "surface.twin_seed": twin_seed}))
     _, entry = scale_entries(patch, 1e-4)
     assert size_of_patch(patch) == pytest.approx((47e-6, 47e-6), rel=1e-12)
     words = r"patches made of the map, 48 um by 48 um, are (.*) of the longest wavelengths wide, .*"
