@@ -11,7 +11,6 @@ they are said to stay sealed, and whether 2n and 4n samples leak.
 
 import argparse
 import random
-import time
 from dataclasses import replace
 from math import inf, log
 from statistics import median
@@ -104,19 +103,16 @@ def sealed_contacts(first: int, count: int, shortest: list[int]) -> None:
 
 def main(first: int, count: int, lift: bool, by_area: bool, shortest: list[int]) -> None:
     """Print contacts until so many leak, and how often the claims held."""
-    leaking, held, ratios, closed, sealed, costs = 0, 0, [], [], [0, 0, 0], []
+    leaking, held, ratios, closed, sealed = 0, 0, [], [], [0, 0, 0]
     for number in range(first, first + 10 * count):
         if leaking == count:
             break
         try:
             patch = Patch(scene(number, lift, shortest, by_area))
-            start = time.process_time()
             leak = patch.leak_rate
-            middle = time.process_time()
             if leak.state == "lifted off" or not leak.converged:
                 continue
             error = estimated_error(patch)
-            costs.append((time.process_time() - middle) / (middle - start))
             surface = patch.surface
             many = resample(surface, tuple(FINER * n for n in surface.shape))
             finer = patch.with_(surface=many, flow_settings=replace(patch.flow_settings, rtol=RTOL))
@@ -149,7 +145,7 @@ def main(first: int, count: int, lift: bool, by_area: bool, shortest: list[int])
             flush=True,
         )
     print(f"{leaking} leak: {held} held; below A/A0 = 0.4 {sum(closed)} of {len(closed)} closed;")
-    print(f"claim over error {median(ratios):.1f}, cost over that of the patch {median(costs):.2f}")
+    print(f"claim over error {median(ratios):.1f}")
     print(f"{sealed[0]} sealed: {sealed[1]} said to stay so, of which {sealed[2]} leak")
 
 

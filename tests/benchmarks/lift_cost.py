@@ -49,11 +49,9 @@ def main(samples: list[int]) -> None:
                 ratios.append(lifted / dry)
                 memories.append(high / low)
                 print(
-                    f"{n:7} {load / 1e6:8.2f} {share:7.2f} "
-                    f"{area:8.3f} "
-                    f"{lifted_area:6.3f} {state.steps:6} "
-                    f"{state.converged!s:>7} {dry:11.2f} {lifted / dry:6.2f} "
-                    f"{high / low:7.2f}",
+                    f"{n:7} {load / 1e6:8.2f} {share:7.2f} {area:8.3f} {lifted_area:6.3f} "
+                    f"{state.steps:6} {state.converged!s:>7} {dry:11.2f} {ratios[-1]:6.2f} "
+                    f"{memories[-1]:7.2f}",
                     flush=True,
                 )
     time, memory = (exp(sum(map(log, some)) / len(some)) for some in (ratios, memories))

@@ -16,7 +16,6 @@ import argparse
 import sys
 from collections import Counter
 from dataclasses import dataclass
-from math import log
 from pathlib import Path
 from statistics import median
 from time import process_time
@@ -27,6 +26,7 @@ from lifted_scenes import scene as rubber
 
 from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, lifted
+from fem_seal.coupling.state import log_ratio
 from fem_seal.errors import NotConverged
 from fem_seal.patch import Patch
 from fem_seal.points import Chain, PointFolder, StudyTask, Work, compute_points
@@ -97,9 +97,7 @@ def random_scene(number: int) -> Scene:
 
 def apart(one: float, other: float) -> float:
     """|Δ ln Q|; 0 if both are sealed."""
-    if one == other:
-        return 0.0
-    return abs(log(one / other)) if one > 0 and other > 0 else SEALED
+    return min(SEALED, log_ratio(one, other))
 
 
 def outcome(number: int) -> Outcome:
@@ -158,9 +156,7 @@ def _outside(scene: Scene, patch: Patch, state: LiftedState) -> float:
         return 0.0
     low, high = lift_range(patch)
     value = state.leak_rate.value
-    below = apart(value, low.value) if value < low.value else 0.0
-    above = apart(value, high.value) if value > high.value else 0.0
-    return max(below, above)
+    return apart(value, min(max(value, low.value), high.value))
 
 
 def print_all(outcomes: dict[int, Outcome]) -> int:

@@ -19,12 +19,12 @@ def scene(small_scene):
     small_scene["contact"] = {"model": "bearing", "area_fraction": 0.1}
     small_scene["flow"] = {"rtol": 0.2}
     small_scene["output"] = {"products": ["conductivity_tensor"]}
-    return small_scene
+    return Scene.from_mapping(small_scene)
 
 
 def test_tensor_of_a_scene(scene):
     """No pressures are needed, no leak rate is computed."""
-    result = solve(Scene.from_mapping(scene)).result()
+    result = solve(scene).result()
     assert result.leak_rate is None
     found = result.quantities.conductivity_tensor
     for component in (found.xx, found.xy, found.yy):
@@ -37,14 +37,13 @@ def test_tensor_of_a_scene(scene):
 
 
 def test_a_sealed_cell_has_no_easiest_direction(scene):
-    scene["contact"]["area_fraction"] = 0.9
-    words = dict(summary_of(solve(Scene.from_mapping(scene)).result()))["tensor"]
+    closed = scene.with_({"contact.area_fraction": 0.9})
+    words = dict(summary_of(solve(closed).result()))["tensor"]
     assert words.endswith("sealed in every direction")
 
 
 def test_tensor_that_does_not_converge_ends_the_run_with_its_bounds(scene):
-    scene["flow"] = {"rtol": 0.001, "max_unknowns": 100}
-    result = solve(Scene.from_mapping(scene)).result()
+    result = solve(scene.with_({"flow": {"rtol": 0.001, "max_unknowns": 100}})).result()
     assert not result.converged
     assert "0.001 was asked for" in result.reason
     found = result.quantities.conductivity_tensor
@@ -53,9 +52,8 @@ def test_tensor_that_does_not_converge_ends_the_run_with_its_bounds(scene):
 
 
 def test_viscosity_is_needed(scene):
-    del scene["fluid"]
     with pytest.raises(InvalidInput, match=r"tensor needs fluid\.viscosity"):
-        Scene.from_mapping(scene)
+        scene.with_({"fluid": None})
 
 
 @pytest.mark.parametrize("angle", [-60.0, 0.0, 30.0, 90.0])
@@ -70,12 +68,10 @@ def test_angle_of_the_easiest_direction(angle):
 
 
 def test_tensor_of_a_gas_that_slips(scene):
-    scene["fluid"] = {
-        **{"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0},
-    }
-    plain = Scene.from_mapping(scene | {"fluid": scene["fluid"] | {"slip": False}})
-    scene["flow"] |= {"inlet_pressure": 2e5, "outlet_pressure": 1e5}
-    slipping = Scene.from_mapping(scene)
+    gas = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
+    plain = scene.with_({"fluid": gas | {"slip": False}})
+    ends = {"flow.inlet_pressure": 2e5, "flow.outlet_pressure": 1e5}
+    slipping = scene.with_({"fluid": gas} | ends)
     tensors = [quantities(Patch(one)).conductivity_tensor for one in (plain, slipping)]
     # Slip only adds.
     assert tensors[1].xx.lower > tensors[0].xx.lower
