@@ -14,6 +14,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
+from itertools import product
 
 import numpy as np
 from peer_codes import CONTACT, contact, gap_of
@@ -52,48 +53,30 @@ def theirs(heights: GridField, load: float, code: str) -> tuple[np.ndarray, floa
 
 
 def main(sizes: list[int], loads: list[float], peers: list[str], seeds: list[int]) -> None:
-    """Print one line a case, and the medians over surfaces and seeds."""
+    """Print one line a case and code, and the medians over surfaces and seeds."""
     codes = {
         "free-set-cg": ours("free-set-cg", "mixed"),
         "polonsky-keer": ours("polonsky-keer", "double"),
     }
     codes |= {name: partial(theirs, code=name) for name in peers}
-    print(f"{'n':>5} {'H':>4} {'λs':>3} {'A/A0':>6}", *(f"{name:>26}" for name in codes))
-    print(" " * 21, *(f"{'CPU s   pairs  cert':>26}" for _ in codes), "  CPU ratios to the first")
     ratios = defaultdict(list)
-    for n in sizes:
-        for seed in seeds:
-            for hurst, short in SURFACES:
-                spectrum = Spectrum(hurst, n / 8, short)
-                heights = self_affine(spectrum, (n, n), (n, n), rms_slope=1, seed=seed)
-                for load in loads:
-                    name = f"{n:5d} {hurst:4} {short:3}"
-                    ratios[n, load].append(one_case(name, heights, load, codes))
-    print("medians, and least and largest")
-    for (n, load), rows in ratios.items():
-        columns = zip(np.median(rows, 0), np.min(rows, 0), np.max(rows, 0), strict=True)
-        cells = ("{:6.1f} ({:.1f} to {:.1f})".format(*column) for column in columns)
-        print(f"{n:5d} p = {load:<6}", *cells)
-
-
-def one_case(name: str, heights: GridField, load: float, codes: dict[str, Code]) -> list[float]:
-    """Run every code once on one surface and load, print, and return the ratios."""
-    cells, seconds = [], []
-    for code in codes.values():
-        pressure, cpu, pairs = code(heights, load)
-        seconds.append(cpu)
-        _, reached = gap_of(pressure, heights, load)
-        cells.append(f"{seconds[-1]:10.2f} {pairs:7.1f} {reached:.0e}")
-        if len(cells) == 1:
-            area = np.mean(pressure > 0)
-    ratios = [second / seconds[0] for second in seconds[1:]]
-    print(
-        f"{name} {area:6.3f}",
-        *(f"{cell:>26}" for cell in cells),
-        " ".join(f"{ratio:6.1f}" for ratio in ratios),
-        flush=True,
-    )
-    return ratios
+    for n, seed, (hurst, short), load in product(sizes, seeds, SURFACES, loads):
+        heights = self_affine(Spectrum(hurst, n / 8, short), (n, n), (n, n), rms_slope=1, seed=seed)
+        first = None
+        for name, code in codes.items():
+            pressure, cpu, pairs = code(heights, load)
+            first = first or cpu
+            ratios[n, load, name].append(cpu / first)
+            _, reached = gap_of(pressure, heights, load)
+            print(
+                f"n {n} H {hurst} λs {short} A/A0 {np.mean(pressure > 0):.3f} {name:18} "
+                f"{cpu:8.2f} s {pairs:7.1f} pairs, certificate {reached:.0e}",
+                flush=True,
+            )
+    print("CPU over that of the first code: median, least and largest")
+    for (n, load, name), times in ratios.items():
+        middle, least, largest = np.median(times), min(times), max(times)
+        print(f"n {n} p = {load:<6} {name:18} {middle:6.1f} ({least:.1f} to {largest:.1f})")
 
 
 if __name__ == "__main__":

@@ -48,9 +48,8 @@ def test_the_edge_of_a_contact_at_a_border(periodic, edges):
 
 def test_another_load_of_a_patch():
     """A pressure cuts nothing; what the scene does not give is named as such."""
-    sections = scene_of_samples(16) | {"contact": {"model": "bearing", "area_fraction": 0.2}}
-    sections |= {"fluid": None, "flow": {}, "output": {"products": ["contact"]}}
-    scene = Scene.from_mapping({name: part for name, part in sections.items() if part is not None})
+    cut = {"contact": {"model": "bearing", "area_fraction": 0.2}, "output.products": ["contact"]}
+    scene = Scene.from_mapping(scene_of_samples(16)).with_(cut | {"fluid": None, "flow": {}})
     half = Patch(scene).with_(load=Load("area_fraction", 0.5))
     assert half.contact.contact_area_fraction == 0.5
     with pytest.raises(InvalidInput, match="knows no pressure"):
