@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem_seal.contact import ContactState, ElasticSolid, press
+from fem_seal.contact import ContactState, ElasticSolid, Load, press
 from fem_seal.contact.methods import USUAL_STOPPING
 from fem_seal.contact.predictor import extrapolated
 from fem_seal.grid import GridField
@@ -20,6 +20,11 @@ def rough_surface(shape=(64, 64), hurst=0.8, short=4, seed=1, pixel=1e-6, long=N
     size = tuple(n * pixel for n in shape)
     spectrum = Spectrum(hurst, long * pixel, short * pixel)
     return self_affine(spectrum, shape, size, rms_slope=SLOPE, seed=seed)
+
+
+def pressed(height, part, *settings, **start):
+    """Contact under a part of E* times the rms slope."""
+    return press(height, SOLID, Load("pressure", part * E_STAR * SLOPE), *settings, **start)
 
 
 def load_path(height, solid, loads, stopping=USUAL_STOPPING):

@@ -2,11 +2,18 @@
 
 import numpy as np
 import pytest
-from contact_cases import E_STAR, SLOPE, SOLID, check_equilibrium, energy_distance, rough_surface
+from contact_cases import (
+    E_STAR,
+    SLOPE,
+    check_equilibrium,
+    energy_distance,
+    pressed,
+    rough_surface,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem_seal.contact import CONTACT_METHODS, Arithmetic, ContactStopping, Load, press
+from fem_seal.contact import CONTACT_METHODS, Arithmetic, ContactStopping
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.problem import Problem
 from fem_seal.grid import GridField
@@ -21,14 +28,8 @@ def test_methods_agree_to_the_certificate(rough, solver, load):
     """F(p) - F* <= ε P h_rms per area, and F is the S-norm's square plus a linear part, so that
     two certified pressures are closer than (√ε1 + √ε2)² P h_rms in energy."""
     pressure = load * E_STAR * SLOPE
-    state = press(rough, SOLID, Load("pressure", pressure), ContactStopping(solver))
-    exact = press(
-        rough,
-        SOLID,
-        Load("pressure", pressure),
-        ContactStopping(tolerance=1e-10),
-        Arithmetic(precision="double"),
-    )
+    state = pressed(rough, load, ContactStopping(solver))
+    exact = pressed(rough, load, ContactStopping(tolerance=1e-10), Arithmetic(precision="double"))
     check_equilibrium(state, rough, 1e-6)
     assert state.mean_pressure == pytest.approx(pressure, rel=1e-13)
     bound = (state.certificate**0.5 + exact.certificate**0.5) ** 2 * pressure * rms_height(rough)
@@ -62,13 +63,13 @@ GRIDS = st.sampled_from([(32, 24), (37, 53), (61, 61), (128, 8), (7, 64), (64, 1
 @settings(max_examples=40, deadline=None)
 def test_random_surfaces(seed, shape, load, hurst):
     height = rough_surface(shape, hurst=hurst, short=1, seed=seed)
-    check_equilibrium(press(height, SOLID, Load("pressure", load * E_STAR * SLOPE)), height, 1e-6)
+    check_equilibrium(pressed(height, load), height, 1e-6)
 
 
 def test_height_offset_does_not_matter(rough):
     """A plane 1e6 rms heights away costs six digits of the heights, not the contact."""
     shifted = GridField(rough.values + 1e6 * rms_height(rough), rough.spacing, periodic=True)
-    one, other = (press(h, SOLID, Load("pressure", 0.1 * E_STAR * SLOPE)) for h in (rough, shifted))
+    one, other = (pressed(height, 0.1) for height in (rough, shifted))
     assert np.count_nonzero(one.contact != other.contact) <= 1
 
 
@@ -82,39 +83,27 @@ SYMMETRIES = {
 @pytest.mark.parametrize("symmetry", SYMMETRIES)
 def test_symmetries(rough, symmetry):
     moved = SYMMETRIES[symmetry]
-    pressure = 0.15 * E_STAR * SLOPE
-    state = press(rough, SOLID, Load("pressure", pressure), ContactStopping(tolerance=1e-8))
+    state = pressed(rough, 0.15, ContactStopping(tolerance=1e-8))
     height = GridField(moved(rough.values), rough.spacing, periodic=True)
-    other = press(height, SOLID, Load("pressure", pressure), ContactStopping(tolerance=1e-8))
+    other = pressed(height, 0.15, ContactStopping(tolerance=1e-8))
     assert np.array_equal(moved(state.contact), other.contact)
     assert other.mean_gap == pytest.approx(state.mean_gap, rel=1e-9)
 
 
 def test_start_changes_the_work_only(rough):
-    cold = press(
-        rough, SOLID, Load("pressure", 0.1 * E_STAR * SLOPE), ContactStopping(tolerance=1e-9)
-    )
-    near = press(rough, SOLID, Load("pressure", 0.12 * E_STAR * SLOPE))
+    sharp = ContactStopping(tolerance=1e-9)
+    cold, near = pressed(rough, 0.1, sharp), pressed(rough, 0.12)
     for start in (near, near.pressure.values, np.zeros(rough.shape)):
-        warm = press(
-            rough,
-            SOLID,
-            Load("pressure", 0.1 * E_STAR * SLOPE),
-            ContactStopping(tolerance=1e-9),
-            start=start,
-        )
+        warm = pressed(rough, 0.1, sharp, start=start)
         assert np.array_equal(warm.contact, cold.contact)
-    again = press(rough, SOLID, Load("pressure", 0.1 * E_STAR * SLOPE), start=cold)
-    assert again.iterations == 0
+    assert pressed(rough, 0.1, start=cold).iterations == 0
 
 
 @pytest.mark.parametrize("load", [0.05, 0.2])
 def test_order_of_the_methods(rough, load):
     """Each method needs fewer transforms than the one it came from."""
     pairs = {
-        solver: press(
-            rough, SOLID, Load("pressure", load * E_STAR * SLOPE), ContactStopping(solver)
-        ).fft_pairs
+        solver: pressed(rough, load, ContactStopping(solver)).fft_pairs
         for solver in CONTACT_METHODS
     }
     assert pairs["fista"] < pairs["damped"]

@@ -2,19 +2,17 @@
 
 import numpy as np
 import pytest
-from contact_cases import E_STAR, SLOPE, SOLID, rough_surface
+from contact_cases import pressed, rough_surface
 
-from fem_seal.contact import ContactState, Load, press
+from fem_seal.contact import ContactState
 from fem_seal.surface import resample
-
-PRESSURE = 0.1 * E_STAR * SLOPE
 
 
 def on_grids(seed: int = 0) -> list[ContactState]:
     """One surface on n, 2n and 4n samples under one pressure."""
     height = rough_surface((48, 48), short=4, seed=seed)
     grids = [resample(height, (48 * factor, 48 * factor)) for factor in (1, 2, 4)]
-    return [press(grid, SOLID, Load("pressure", PRESSURE)) for grid in grids]
+    return [pressed(grid, 0.1) for grid in grids]
 
 
 @pytest.fixture(scope="module")
