@@ -29,20 +29,24 @@ class Limits:
         if self.unknowns is not None:
             require_count(unknowns=self.unknowns)
 
-    def exceeded(self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0) -> str:
+    def exceeded(
+        self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0, what: str = "mesh"
+    ) -> str:
         """Message on the limit that the next level would exceed; empty if there is none.
 
         It was `started` at a perf_counter(), and the last level took some seconds. `growth` is the
-        expected ratio of the unknowns, and thus of time and memory, to those of that level.
+        expected ratio of the unknowns, and thus of time and memory, to those of that level. `what`
+        names a level in the message.
         """
         spent = time.perf_counter() - started
         if self.seconds is not None and spent >= self.seconds:
             return f"the limit of {self.seconds:g} s is used up"
         if self.seconds is not None and spent + growth * last >= self.seconds:
-            return f"the next mesh would take longer than the limit of {self.seconds:g} s allows"
+            return f"the next {what} would take longer than the limit of {self.seconds:g} s allows"
         peak = peak_memory()
         if self.memory_bytes is not None and growth * peak >= self.memory_bytes:
-            return f"the next mesh would need more than {self.memory_bytes / 1e9:.2g} GB"
+            return f"the next {what} would need more than {self.memory_bytes / 1e9:.2g} GB"
         if growth * peak >= peak + available_memory():
-            return f"the next mesh would need some {growth * peak / 1e9:.2g} GB, more than there is"
+            needed = f"{growth * peak / 1e9:.2g} GB"
+            return f"the next {what} would need some {needed}, more than there is"
         return ""

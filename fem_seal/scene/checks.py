@@ -198,6 +198,16 @@ def _finite_differences(scene: "Scene") -> Iterator[str]:
     """Finite differences, which have neither a mesh nor bounds, for what needs one of these."""
     if scene.flow.method != "finite-difference":
         return
+    # A limit of time ends the stages of a lift as well, and one of memory refuses a large contact.
+    limits = ["max_unknowns"]
+    limits += [] if scene.lift == "resolved" else ["max_seconds"]
+    limits += [] if scene.contact is not None else ["max_memory"]
+    for name in limits:
+        if getattr(scene.flow, name) is not None:
+            yield (
+                f"flow.{name} ends a refinement, and flow.method = 'finite-difference' does not "
+                "refine; leave it out, or choose adaptive or uniform"
+            )
     ends = "flow.method = 'finite-difference' has none; choose adaptive or uniform"
     if "mesh" in scene.output.products:
         yield f"output.products names 'mesh', but {ends}"

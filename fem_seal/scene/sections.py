@@ -115,19 +115,11 @@ class Flow(Section):
         return Limits(self.max_unknowns, self.max_seconds, self.max_memory)
 
     def _contradictions(self) -> Iterator[str]:
-        if self.method != "finite-difference":
-            if is_changed(self, "links"):
-                yield (
-                    f"links = {self.links!r} is for method = 'finite-difference' only; "
-                    f"method = {self.method!r} has no links: leave it out"
-                )
-            return
-        for name in ("max_unknowns", "max_seconds", "max_memory"):
-            if getattr(self, name) is not None:
-                yield (
-                    f"{name} ends a refinement, and method = 'finite-difference' does not refine; "
-                    "leave it out, or choose adaptive or uniform"
-                )
+        if self.method != "finite-difference" and is_changed(self, "links"):
+            yield (
+                f"links = {self.links!r} is for method = 'finite-difference' only; "
+                f"method = {self.method!r} has no links: leave it out"
+            )
 
 
 Product = Literal[

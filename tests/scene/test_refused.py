@@ -81,7 +81,7 @@ BAD = {
         "solid.contact_modulus=1e-305 Pa": "solid.contact_modulus = '1e-305 Pa' is closer to 0",
         "output.products=['contact', 'contact']": "should name each product once",
         "flow.rtol=five": "flow.rtol = 'five' should be a number",
-        "flow.max_seconds=5 s": "max_seconds ends a refinement, and method = 'finite-difference' d",
+        "flow.max_seconds=5 s": "max_seconds ends a refinement, and flow.method = 'finite-di",
         "output.products=[]": r"output.products = \[\] is too short: give at least 1 value$",
         "output.products=['leak']": r"output.products\[0\] = 'leak' is not allowed",
         "output.products=['mesh']": "finite-difference",
