@@ -111,9 +111,9 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
         steps = replace(tried.after(steps), sealed=known if tried.point.sealed else None)
         moved = log_ratio(steps.point.flow.conductance, start.flow.conductance)
         if start.problem is problem:  # no state has fewer samples
-            # The next network has four times the nodes.
+            # The next network has four times the nodes. The contacts need most of the memory.
             time = 4 * (perf_counter() - began)
-            exceeded = problem.settings.limits.exceeded(problem.began, 1.0, time)
+            exceeded = problem.settings.limits.exceeded(problem.began, 1.0, time, "stage")
             if exceeded:
                 return _ended(problem, steps, changes, error, exceeded)
     return _ended(problem, steps, changes, error, f"it has not in {MOST_STAGES} stages")
@@ -180,9 +180,14 @@ def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint |
     network, epsilon = point.finer(following)
     if stays_sealed:
         epsilon = min(epsilon, SEALED * problem.roughness)
-    # ε³ below this is lost in the rounding of g³, and so are the changes by a sealed film's steps.
-    if sealed and epsilon**3 < float_info.epsilon * problem.roughness**3:
-        return _NoStage()
+    # A smaller ε³ is lost in the rounding of g³: the pressure in pockets would be that of rounding.
+    least = np.cbrt(float_info.epsilon) * problem.roughness
+    if epsilon < least:
+        if sealed:
+            return _NoStage()
+        epsilon = least
+    if following is point.problem and network is point.network and epsilon == point.epsilon:
+        return _NoStage("a smaller ε is lost in the rounding of the gap's cube")
     if len(network.free) > MOST_NODES:
         return _NoStage(f"a finer network would have more than {number_of(MOST_NODES, 'node')}")
     if following is point.problem:

@@ -21,6 +21,7 @@ from fem_seal.coupling.lifted import _merged
 from fem_seal.coupling.linearised import Linearised, summed_by_parts
 from fem_seal.coupling.newton import equilibrium, newton
 from fem_seal.coupling.point import FloatingPoint, LiftPoint
+from fem_seal.coupling.state import log_ratio
 from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.network.film_pressure import eliminated
@@ -397,6 +398,22 @@ def flow_on_links(gap):
     pressure[: a.shape[1]] = 1.0
     pressure[free] = np.linalg.solve(matrix[np.ix_(free, free)], -(matrix @ pressure)[free])
     return pressure, incidence, links
+
+
+@pytest.mark.parametrize("load", [2.2e5, 2.5e5])
+def test_the_least_epsilon(load):
+    """Tight tolerances do not lead to an ε whose cube is lost in the rounding of g³.
+
+    There rounding alone made the pressure in pockets, and the leak rate less by 1 and 20 % in a
+    state called settled. Each state lies within the claims of both, settled or not.
+    """
+    loose, tight = (
+        lifted(problem_of(scene(load, method="finite-difference", rtol=rtol)))
+        for rtol in (1e-3, 1e-4)
+    )
+    assert log_ratio(loose.leak_rate.value, tight.leak_rate.value) <= loose.error + tight.error
+    assert loose.converged
+    assert tight.converged or "a smaller ε is lost in the rounding" in tight.reason
 
 
 def test_the_fluids_pressure_is_that_of_the_flow_through_the_gap():
