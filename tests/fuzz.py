@@ -45,6 +45,8 @@ FLOW = {
     "output": {"products": ["leak_rate", "constriction", "trapped_volume"]},
 }
 RING = {"kind": "face-seal", "inner_radius": 1, "outer_radius": 2, "mesh_size": 0.5, "gap": 1e-6}
+OF_SHAPE = FLOW | {"shape": RING, "flow": {"pressure_drop": 1e5}}
+OF_SHAPE |= {"output": {"products": ["leak_rate", "mesh"]}}
 # A number of a scene becomes one of these. None of them makes a large problem of a small one.
 ODD = [
     *(0, -1, 1, 2, 3.5, True, "", "x", "5 um", "5 kg", "-3 bar", "nan", "1e999 m", "µ", "5 5"),
@@ -138,9 +140,7 @@ def _scaled(value, factor):
 def scene(folder, draw):
     """A scene with odd values, or with broken text."""
     gap = {"gap": {"path": "gap.npz"}} | FLOW
-    ring = {"shape": RING} | FLOW | {"flow": {"pressure_drop": 1e5}}
-    ring["output"] = {"products": ["contact"]}
-    whole = draw(st.sampled_from([SCENE, gap, ring | {"shape": RING | {"kind": "x"}}]))
+    whole = draw(st.sampled_from([SCENE, gap, OF_SHAPE | {"shape": RING | {"kind": "x"}}]))
     np.savez(folder / "gap.npz", gap=_gap(), spacing=(1e-6, 1e-6))
     text = toml(broken_values(whole, draw(value_edits)))
     if draw(st.integers(0, 3)) == 0:
@@ -261,16 +261,11 @@ def mesh_file(folder, draw):
 def _whole_results():
     """Files of whole result folders: of a contact, and of a shape with its flow."""
     found = []
-    here = Path.cwd()
-    ring = {"shape": RING} | FLOW | {"flow": {"pressure_drop": 1e5}}
-    ring["output"] = {"products": ["leak_rate", "mesh"]}
-    for data in (SCENE, ring):
+    for data in (SCENE, OF_SHAPE):
         with tempfile.TemporaryDirectory() as name, contextlib.redirect_stdout(io.StringIO()):
-            os.chdir(name)
-            write_toml(Path("scene.toml"), data)
-            assert cli.main(["run", "scene.toml", "--out", "out"]) == 0
-            found.append({path.name: path.read_bytes() for path in Path("out").iterdir()})
-            os.chdir(here)
+            path, out = write_toml(Path(name, "scene.toml"), data), Path(name, "out")
+            assert cli.main(["run", str(path), "--out", str(out)]) == 0
+            found.append({path.name: path.read_bytes() for path in out.iterdir()})
     return found
 
 

@@ -49,10 +49,8 @@ def test_file_that_says_nothing(capsys):
     assert "still needs surface.unit and surface.size, which the file does not say" in said
     assert cli.main(["surface", "map.toml"]) == 2
     assert "have no unit" in capsys.readouterr().err
-
-
-def test_options_fill_in_what_the_file_does_not_say():
-    np.savetxt("map.txt", HEIGHTS * 1e6)
+    # Options say it in its place.
+    Path("map.toml").unlink()
     data = new("map.txt", *STATED)
     assert data["surface"]["unit"] == "um"
     patch = Patch(Scene.from_file("map.toml"))

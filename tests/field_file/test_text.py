@@ -169,25 +169,6 @@ WHOLE = {
 }
 
 
-ENCODINGS = ["utf-8-sig", "utf-16", "utf-16-le", "cp1252"]
-
-
-@pytest.mark.parametrize(
-    ("name", "encoding"),
-    [
-        *((name, "utf-8") for name in FILES | WHOLE),
-        *(("steps and unit", coding) for coding in ENCODINGS),
-    ],
-)
-def test_same_map(name, encoding, tmp_path):
-    text, said = FILES[name] if name in FILES else (WHOLE[name], Stated())
-    (tmp_path / "a.txt").write_bytes(text.encode(encoding))
-    field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, said)
-    # One rounding of the number and one of its unit.
-    np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-15)
-    np.testing.assert_allclose(field.spacing, (DX * 1e-6, DY * 1e-6), rtol=1e-14)
-
-
 ZYGO = "\n".join(
     [
         "Zygo XYZ Data File - Format 1",
@@ -228,13 +209,26 @@ SQUARE = {
 }
 
 
-@pytest.mark.parametrize("name", SQUARE)
-def test_same_map_of_square_pixels(name, tmp_path):
+ENCODINGS = ["utf-8-sig", "utf-16", "utf-16-le", "cp1252"]
+
+
+@pytest.mark.parametrize(
+    ("name", "encoding"),
+    [
+        *((name, "utf-8") for name in FILES | WHOLE | SQUARE),
+        *(("steps and unit", coding) for coding in ENCODINGS),
+    ],
+)
+def test_same_map(name, encoding, tmp_path):
     """One step is that of both axes; x runs as the header of the instrument says."""
-    (tmp_path / "a.asc").write_text(SQUARE[name], encoding="utf-8")
-    field = read_map(tmp_path / "a.asc", HEIGHT_NAMES)
-    np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-14)
-    np.testing.assert_allclose(field.spacing, (5e-7, 5e-7), rtol=1e-14)
+    text, said = FILES[name] if name in FILES else ((WHOLE | SQUARE)[name], Stated())
+    path = tmp_path / ("a.asc" if name in SQUARE else "a.txt")
+    path.write_bytes(text.encode(encoding))
+    field = read_map(path, HEIGHT_NAMES, said)
+    # One rounding of the number and one of its unit; a spacing is a length over a count.
+    np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-15)
+    spacing = (DX * 1e-6, DX * 1e-6 if name in SQUARE else DY * 1e-6)
+    np.testing.assert_allclose(field.spacing, spacing, rtol=1e-14)
 
 
 @pytest.mark.parametrize(
