@@ -1,6 +1,7 @@
-"""How a refinement begins, how it steps, and what it leaves where a limit ends it."""
+"""How a refinement begins, steps and ends at a limit, and what it leaves for other films."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,9 @@ from gaps import bracketed, level_problem, represented, solved
 from project import leak_rate
 from sample_gaps import FLUID, rough_gap
 
+from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
+from fem_seal.film.law import leak_rate_of_square
 from fem_seal.flow import Limits, Tuning
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import relative_width
@@ -150,3 +153,46 @@ def test_a_step_near_the_tolerance_is_smaller():
         level.unknowns for level in far[: last + 1]
     ]
     assert near.levels[last + 1].unknowns < far[last + 1].unknowns
+
+
+# --- bounds of other films on the same mesh (that they hold: tests/upscaling) ---------------------
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_multiples_of_a_gap(sides):
+    """For the film itself the bounds are those of its last level; for multiples of its gap, whose
+    pressure is the same, those times the cube."""
+    values = rough_gap((32, 32), 0.2, seed=1, smooth=2).values
+    values = np.where(values > 0, values + 0.03, 0.0)  # or the floor would raise the smallest
+
+    def film(factor):
+        return GridFilm(GridField(factor * values, (1.0, 1.0), periodic=True), sides)
+
+    flows = []
+    leak = leak_rate(film(1.0), **FLUID, keep=flows.append)
+    unit = leak_rate_of_square(values.max(), **FLUID)
+    for factor in (1.0, 0.5, 0.1):
+        lower = flows[-1].conductances_below(film(factor))
+        higher = flows[-1].resistances_above(film(1 / factor))
+        cubes = np.array([1.0, factor]) ** 3
+        assert unit * lower == pytest.approx(leak.upper * cubes, rel=1e-9)
+        assert unit / higher == pytest.approx(leak.lower / cubes, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"sides": "periodic"}, "need both linear on one grid"),
+        ({"representation": "constant"}, "need both linear on one grid"),
+        ({"gap": GridField(np.ones((5, 5)), (1.0, 2.0))}, "need both linear on one grid"),
+        ({"gap": GridField(0.5 + np.eye(5), (1.0, 1.0))}, "gap is {} than .* at {} of 25 samples"),
+    ],
+)
+def test_films_that_a_flow_does_not_bound(change, words):
+    film, flows = GridFilm(GridField(np.ones((5, 5)), (1.0, 1.0))), []
+    leak_rate(film, **FLUID, keep=flows.append)
+    other = replace(film, **change)
+    with pytest.raises(InvalidInput, match=words.format("smaller", 20)):
+        flows[-1].resistances_above(other)
+    with pytest.raises(InvalidInput, match=words.format("larger", 5)):
+        flows[-1].conductances_below(other)
