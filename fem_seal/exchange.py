@@ -12,6 +12,7 @@ from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
+from fem_seal.registry import require_kind
 from fem_seal.render.patch import draw_patch
 from fem_seal.solved import Solved
 
@@ -47,6 +48,7 @@ def pictures(of: Solved | Patch) -> dict[str, Picture]:
     They are named "contact", "gap", "flow" and others (docs/guide/pictures.md). The flow is drawn
     if the scene's products need it and contain "pictures" or "mesh": only then its field is kept.
     """
+    require_kind((Solved, Patch), of=of)
     with temporary_folder() as folder:
         patch, seal = (of.patch, of.seal) if isinstance(of, Solved) else (of, None)
         draw_patch(patch, folder, seal)

@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 from fem_seal.fluid import Slip
 from fem_seal.limits import Limits
-from fem_seal.registry import require_known, require_not_negative, require_positive
+from fem_seal.registry import require_kind, require_known, require_not_negative, require_positive
 
 NO_LIMITS = Limits()
 MethodName = Literal["adaptive", "uniform", "finite-difference"]
@@ -45,5 +45,7 @@ class FlowSettings:
         require_not_negative(margin=self.margin, negligible=self.negligible)
         require_known(get_args(MethodName), self.method, "method")
         require_known(get_args(LinksName), self.links, "links")
+        require_kind((Slip, type(None)), slip=self.slip)
+        require_kind(Limits, limits=self.limits)
         if self.decide is not None:
             require_positive(decide=self.decide)

@@ -36,8 +36,11 @@ class GridField:
     periodic: bool = False
 
     def __post_init__(self) -> None:
+        given_values = np.ma.asarray(self.values)
+        if given_values.dtype.kind not in "biuf":
+            raise InvalidInput(f"a grid needs an array of numbers, got {given_values.dtype}")
         # What stands below a mask is no sample: it counts as NaN.
-        unmasked = np.ma.filled(np.ma.asarray(self.values, dtype=np.float64), np.nan)
+        unmasked = np.ma.filled(given_values.astype(np.float64), np.nan)
         values = np.array(unmasked, order="C")
         if values.ndim != 2 or 0 in values.shape:
             raise InvalidInput(f"a grid needs a two-dimensional array, got shape {values.shape}")

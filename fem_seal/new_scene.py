@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.digits import length_text, number_of, rounded_down
+from fem_seal.digits import length_text, number_of, per_cent, rounded_down
 from fem_seal.errors import InvalidInput, printable
 from fem_seal.field_file.markers import suspected_mark, without_marked
 from fem_seal.field_file.profiles import holds_profiles, read_profiles
@@ -115,7 +115,7 @@ def _map(path: Path, name: str, stated: Stated) -> NewScene:
     missing, (nx, ny) = int(np.count_nonzero(np.isnan(values))), values.shape
     if missing == values.size:
         raise InvalidInput(f"all {values.size} points of {path} are missing")
-    facts = [f"{nx} x {ny} points, {missing} missing ({100 * missing / values.size:.2g} %)"]
+    facts = [f"{nx} x {ny} points, {missing} missing ({per_cent(missing / values.size)})"]
     spikes = np.count_nonzero(outliers(FieldMap(values, (1, 1), recorded.periodic)))
     lines = [*_quoted_header(recorded), "[surface]", 'kind = "file"', f"path = {name}"]
     more, needed = _unit_and_size(recorded, stated)

@@ -22,6 +22,15 @@ def require_known(names: Collection[str], name: str, field: str) -> None:
         raise InvalidInput(f"{field} = {name!r} is unknown; choose from {', '.join(names)}")
 
 
+def require_kind(kind: type | tuple[type, ...], /, **values: object) -> None:
+    """Raise InvalidInput if one of the named values is not of a class, or of one of several."""
+    kinds = kind if isinstance(kind, tuple) else (kind,)
+    for name, value in values.items():
+        if not isinstance(value, kinds):
+            known = " or ".join("None" if one is type(None) else one.__name__ for one in kinds)
+            raise InvalidInput(f"{name} must be of type {known}, not {type(value).__name__}")
+
+
 def require_positive(**values: float) -> None:
     """Raise InvalidInput if one of the named values is not a positive number."""
     for name, value in values.items():

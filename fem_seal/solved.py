@@ -35,6 +35,7 @@ from fem_seal.results.records import GasRecord, LiftRecord, Rate, SealRecord
 from fem_seal.results.result import Origin, Provenance
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
+from fem_seal.scene.scene import require_scene
 from fem_seal.tables import html_table
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import leak_path_of
@@ -345,6 +346,7 @@ def _reserved(
     origin: Origin | None = None,
 ) -> Iterator[ResultFolder]:
     """Check scene and folder before any work, and hold the folder until the result is written."""
+    require_scene(scene)
     require_packages(scene, pictures="pictures" in scene.output.products)
     require_shared(scene, work)
     provenance = Provenance.of(scene, comm, origin)

@@ -88,6 +88,79 @@ def test_errors_are_one_sentence(wrong, message):
     assert "pydantic" not in str(caught.value)
 
 
+FLAT = GridField(np.ones((4, 4)), (1e-6, 1e-6))
+HOLES = fs.field_file.FieldMap(np.r_[999 * [np.nan], 0][:, None], (1e-6, 1e-6), periodic=True)
+LIQUID = fs.flow.FlowSettings(viscosity=1e-3, pressure_drop=1e5)
+TABLE = fs.upscaling.ConductivityTable([1e5, 2e5], [1e-18, 0.0], [1e-18, 0.0])
+HERTZ, PATH = fs.upscaling.Hertz(2e5, 1e-3), fs.upscaling.StraightPath(1e-3, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda: fs.run("scene.toml", "out"), "^a Scene is needed, not a str; Scene.from_file"),
+        (lambda: fs.pictures(FLAT), "^of must be of type Solved or Patch, not GridField$"),
+        (lambda: in_python().with_(["flow.rtol"]), "^changes must be of type Mapping, not list$"),
+        (lambda: Scene.from_mapping([1]), "^data must be of type Mapping, not list$"),
+        (lambda: fs.sweep.read_points("gone.csv"), "^cannot read the points gone.csv: No such"),
+        (
+            lambda: fs.sweep.sweep("gone.toml", fs.sweep.combinations("a.b=1"), "out"),
+            "^cannot read the scene file gone.toml: No such",
+        ),
+        (lambda: GridField(1j * FLAT.values, (1, 1)), "^a grid needs an array of numbers, got com"),
+        (lambda: GridField([["1"]], (1, 1)), "^a grid needs an array of numbers, got <U1$"),
+        (lambda: fs.surface.rms_height(FLAT.values), "^the surface is a ndarray; make it a Grid"),
+        (lambda: fs.surface.rms_slope(FLAT.values), "^the surface is a ndarray; make it a Grid"),
+        (lambda: fs.surface.resample(1, (2, 2)), "^the surface is a int; make it a GridField"),
+        (lambda: fs.surface.twin(None, 1), "^the surface is a NoneType; make it a GridField"),
+        (lambda: fs.field_file.Stated(turn=45), "^turn = 45 must be one of 0, 90, 180 and 270"),
+        (lambda: fs.field_file.Stated(transpose="no"), "^transpose must be of type bool, not str$"),
+        (
+            lambda: fs.field_file.Stated(periodic="no"),
+            "^periodic must be of type bool or None",
+        ),
+        (
+            lambda: fs.field_file.Stated(height_factor=np.nan),
+            "^height_factor = nan must be a pos",
+        ),
+        (lambda: fs.surface.fill(HOLES, np.nan), r"^999 of 1000 .*\(100 %\), .* max_missing = nan"),
+        (
+            lambda: fs.contact.press(FLAT, fs.contact.Load("pressure", 1.0), None),
+            "^solid must be of type ElasticSolid, not Load$",
+        ),
+        (
+            lambda: fs.contact.press(FLAT, fs.contact.ElasticSolid(1e7), 1e5),
+            "^load must be of type Load, not float$",
+        ),
+        (
+            lambda: fs.flow.FlowSettings(viscosity=1, pressure_drop=1, slip="first-order"),
+            "^slip must be of type Slip or None, not str$",
+        ),
+        (
+            lambda: fs.flow.FlowSettings(viscosity=1, pressure_drop=1, limits=100),
+            "^limits must be of type Limits, not int$",
+        ),
+        (lambda: fs.flow.leak_rate(LIQUID, FLAT), "^settings must be of type FlowSettings, not Gr"),
+        (
+            lambda: fs.finite_difference.by_differences(fs.film.GridFilm(FLAT), None),
+            "^settings must be of type FlowSettings, not NoneType$",
+        ),
+        (lambda: fs.upscaling.RingPath(1e-3, np.inf), "^outlet_radius = inf must be a positive"),
+        (lambda: fs.upscaling.EndPressures(1e5, ambient=np.nan), "^ambient = nan must be a finite"),
+        (
+            lambda: fs.upscaling.seal_flow(
+                TABLE, HERTZ, PATH, fs.upscaling.EndPressures(5e4), cells=-1
+            ),
+            "^cells = -1 must be a whole number >= 1$",
+        ),
+    ],
+)
+def test_a_wrong_kind_of_argument_is_refused_where_it_is_given(wrong, message, here):
+    """In a sentence, in place of an error from deep inside or a number that it does not mean."""
+    with pytest.raises(fs.InvalidInput, match=message):
+        wrong()
+
+
 def test_heights_of_an_array_are_those_of_the_surface_they_were_taken_from(tmp_path, monkeypatch):
     """Values and lengths to the last digit; a copy of the scene, and the result, find them."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -11,6 +11,7 @@ from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.grid import GridField
+from fem_seal.registry import require_kind
 
 # Contact area below which a coarse start pays. Measured at 512² and 1024²: it saves a quarter of
 # the CPU time at 1 % of contact, a few percent at 5 %, and nothing at 20 %, where the remaining
@@ -62,6 +63,8 @@ def press(
         If the certificate does not reach the tolerance, if pressed samples do not touch or samples
         overlap by more than 1e-4 of the rms height, or if the mean gap is not the prescribed one.
     """
+    require_kind(ElasticSolid, solid=solid)
+    require_kind(Load, load=load)
     pair = ContactPair(height, solid, arithmetic)
     first = _start_pressure(start, height.shape)
     if load.value == 0:

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.registry import require_kind, require_positive
 from fem_seal.units import to_si
 
 Pair = tuple[float, float]
@@ -19,6 +20,7 @@ SAME_LENGTH = 1e-6
 FINEST, FLATTEST, STEEPEST = 1e-12, 1e-6, 10.0
 SIZE = 'size, such as size = ["1 mm", "1 mm"] (number of points times their distance)'
 SIZE_OPTION = 'or by --size "1 mm,1 mm"'
+TURNS = (0, 90, 180, 270)  # of a map [degrees]
 LONGEST = 1e100  # largest spacing [m], and 1 over the smallest; squares of others may overflow
 
 # "A" is the ångström to SurfaceTopography and Gwyddion, and the ampere to a units library.
@@ -104,6 +106,13 @@ class Stated:
     turn: int = 0
     transpose: bool = False
     height_factor: float = 1.0  #: on all values, such as of a calibration
+
+    def __post_init__(self) -> None:
+        require_kind((bool, type(None)), periodic=self.periodic)
+        require_kind(bool, transpose=self.transpose)
+        require_positive(height_factor=self.height_factor)
+        if self.turn not in TURNS:
+            raise InvalidInput(f"turn = {self.turn!r} must be one of 0, 90, 180 and 270 degrees")
 
 
 def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:

@@ -15,6 +15,7 @@ from fem_seal.finite_difference.slipping import film_without_slip
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.leak_rate import LeakRate
+from fem_seal.registry import require_kind
 
 METHOD = "finite-difference"
 
@@ -40,6 +41,7 @@ def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
     NotConverged
         If the iteration for slip does not converge.
     """
+    require_kind(FlowSettings, settings=settings)
     require_film(film, (GridFilm,))
     if film.sealed:
         return LeakRate.sealed(METHOD)

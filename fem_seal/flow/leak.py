@@ -25,7 +25,7 @@ from fem_seal.leak_rate import LeakRate, Level, middle_of
 from fem_seal.limits import USUAL_GROWTH
 from fem_seal.mesh.bisection import AnyMesh, coarse_mesh
 from fem_seal.mesh.nested import coarsest_width
-from fem_seal.registry import choose
+from fem_seal.registry import choose, require_kind
 
 NARROWEST = 1e-60  # smallest critical constriction, as a part of the largest gap
 
@@ -84,6 +84,7 @@ def leak_rate(
     Where the linear solver cannot reach its tolerance, the functions it has reached still give
     bounds; they are returned, with `converged` False if they are further apart than asked for.
     """
+    require_kind(FlowSettings, settings=settings)
     marking = choose(REFINEMENTS, settings.method, "method")
     require_film(film, (GridFilm, MeshFilm))
     if start is not None and marking is None:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import ceil, exp, inf, log
 from statistics import stdev
 
-from fem_seal.digits import number_of
+from fem_seal.digits import number_of, per_cent
 from fem_seal.error_budget import (
     CONTACT_GRID,
     FLOW_AND_LOADS,
@@ -256,8 +256,8 @@ def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:
         "realizations"
     )
     if seal.relative_scatter > 0:
-        error = 100 * error_of_mean(seal.relative_scatter, seal.count)
-        sentence += f"; the mean of {DRAWS} such seals has a standard error of {error:.2g} %"
+        error = per_cent(error_of_mean(seal.relative_scatter, seal.count))
+        sentence += f"; the mean of {DRAWS} such seals has a standard error of {error}"
     return Uncertainty("network", "not covered", sentence)
 
 

@@ -275,7 +275,7 @@ def lift_words(lift: LiftRecord, sealed: bool = False, shown: ShownUnit = SI) ->
     if not lift.settled:
         steps += ", not settled"
     elif lift.change:
-        steps += f", the last stage changed the leak rate by {100 * lift.change:.2g} %"
+        steps += f", the last stage changed the leak rate by {per_cent(lift.change)}"
     assumed = " (the model lets contact conduct with a small gap ε)" if sealed else ""
     return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {steps}"
 

@@ -14,6 +14,7 @@ from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.files import digest
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Drive, Slip
+from fem_seal.registry import require_kind
 from fem_seal.scene.checks import check
 from fem_seal.scene.contact import Contact, Solid
 from fem_seal.scene.files import override, replaced, scene_text, tables_of
@@ -99,6 +100,7 @@ class Scene(Section):
 
         Paths are relative to the folder, or to the current one. Messages begin with the source.
         """
+        require_kind(Mapping, data=data)
         try:
             return cls.model_validate(dict(data), context={"folder": folder or Path()})
         except ValidationError as error:
@@ -128,6 +130,7 @@ class Scene(Section):
         The changes are values by "section.field", such as {"contact.pressure": "0.2 MPa"}, or whole
         sections. None removes a field or a section.
         """
+        require_kind(Mapping, changes=changes)
         data = self._set()
         for name, value in changes.items():
             data = replaced(data, tuple(name.split(".")), value, name)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
 
@@ -16,9 +17,9 @@ def fill(heights: FieldMap, max_missing: float) -> FieldMap:
     fraction = missing.mean()
     if fraction == 1:
         raise InvalidInput(f"all {missing.size} points are missing")
-    if fraction > max_missing:
+    if not fraction <= max_missing:
         raise InvalidInput(
-            f"{missing.sum()} of {missing.size} points are missing ({100 * fraction:.2g} %), more "
+            f"{missing.sum()} of {missing.size} points are missing ({per_cent(fraction)}), more "
             f"than max_missing = {max_missing:g}; raise it, or crop to where there are points"
         )
     values = heights.values.copy()

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.grid import GridField
+from fem_seal.grid import GridField, require_grid_field
 
 
 def resample(field: GridField, shape: tuple[int, int]) -> GridField:
@@ -15,6 +15,7 @@ def resample(field: GridField, shape: tuple[int, int]) -> GridField:
     """
     from scipy.fft import irfft, rfft
 
+    require_grid_field(field, "surface")
     if not field.periodic:
         raise InvalidInput("only a periodic surface can be resampled by its Fourier series")
     if len(shape) != 2 or not all(n == int(n) and n >= 1 for n in shape):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.field_file.recorded import FieldMap
-from fem_seal.grid import GridField
+from fem_seal.grid import GridField, require_grid_field
 from fem_seal.surface.spectrum import mode_powers, multiplicity, wavenumbers
 
 SLOPE_ROUNDING = 1e-12  # mean square slope along a perfect lay over that across it, by rounding
@@ -104,11 +104,13 @@ def _mean_square(differences: np.ndarray) -> float:
 
 def rms_height(field: GridField) -> float:
     """Root mean square deviation from the mean [m]."""
+    require_grid_field(field, "surface")
     return float(field.values.std())
 
 
 def rms_slope(field: GridField) -> float:
     """Root mean square gradient of the trigonometric interpolant, ``(Σ q² |h̃|²)^(1/2)``."""
+    require_grid_field(field, "surface")
     q = wavenumbers(field.shape, field.spacing)
     return float(np.sum(q**2 * mode_powers(field)) ** 0.5)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.grid import GridField
+from fem_seal.grid import GridField, require_grid_field
 from fem_seal.memory import refuse_too_large
 from fem_seal.registry import require_known, require_positive
 from fem_seal.surface.profiles import IsotropicSpectrum
@@ -96,6 +96,7 @@ def twin(field: GridField, seed: int) -> GridField:
     """
     from scipy import fft
 
+    require_grid_field(field, "surface")
     if not field.periodic:
         raise InvalidInput("a twin needs a periodic surface; set make_periodic")
     modes = fft.rfft2(field.values)

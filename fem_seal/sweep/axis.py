@@ -66,8 +66,9 @@ def _expanded(key: str, value: str, folder: Path) -> list[str]:
     return [value]
 
 
-def read_points(path: Path) -> Points:
+def read_points(path: str | Path) -> Points:
     """Points of a CSV file: a header of keys such as contact.pressure, and a line for each."""
+    path = Path(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             head, *lines = [row for row in csv.reader(file) if row]

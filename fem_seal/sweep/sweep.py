@@ -37,9 +37,9 @@ class Tally:
 
 
 def sweep(
-    path: Path,
+    path: str | Path,
     points: Points,
-    out: Path,
+    out: str | Path,
     *,
     overrides: Sequence[str] = (),
     overwrite: bool = False,
@@ -77,7 +77,7 @@ def sweep(
         If a point is not a valid scene (all are checked before the first is computed), or the
         folder holds another sweep or cannot be written.
     """
-    work = work or Work()
+    path, out, work = Path(path), Path(out), work or Work()
     keys, values = points
     if not values:
         raise InvalidInput("a sweep of no points: give a value of each field at least")

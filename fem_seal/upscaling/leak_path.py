@@ -36,8 +36,9 @@ class RingPath:
     outlet_radius: float  #: [m]
 
     def __post_init__(self) -> None:
-        if not (min(self.inlet_radius, self.outlet_radius) > 0 and self.length > 0):
-            raise InvalidInput("the radii of a ring must be positive and differ")
+        require_positive(inlet_radius=self.inlet_radius, outlet_radius=self.outlet_radius)
+        if self.length == 0:
+            raise InvalidInput("the radii of a ring must differ")
 
     @property
     def length(self) -> float:
@@ -77,7 +78,7 @@ class EndPressures:
                 f"the inlet's pressure, {self.inlet:g} Pa, must be above the outlet's, "
                 f"{self.outlet:g} Pa"
             )
-        require_not_negative(per_square=self.per_square, slip=self.slip)
+        require_not_negative(ambient=self.ambient, per_square=self.per_square, slip=self.slip)
 
     @classmethod
     def of(cls, drive: Drive, gauge_pressures: tuple[float, float]) -> "EndPressures":

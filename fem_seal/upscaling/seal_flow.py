@@ -22,6 +22,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import FlowState, require_enclosed
 from fem_seal.pressure_profile import Profile, is_uniform
+from fem_seal.registry import require_count
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
@@ -113,6 +114,7 @@ def seal_flow(
     The leak path has at least so many cells, finer where the contact pressure changes in a cell and
     matters. The bounds hold for any number.
     """
+    require_count(cells=cells)
     if abs(profile.length - path.length) > 1e-9 * path.length:
         raise InvalidInput(
             f"the pressure profile is {profile.length:g} m long and the leak path {path.length:g} m"

@@ -19,6 +19,7 @@ from time import process_time
 import numpy as np
 
 from fem_seal.accuracy import relative_error
+from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
@@ -324,6 +325,6 @@ def _size(samples: tuple[int, int]) -> str:
 def _describe(point: TradePoint) -> str:
     return (
         f"contact on {_size(point.samples)}, {point.flow}: about {point.seconds:.2g} s and "
-        f"{point.memory_bytes / 1e6:.0f} MB (contact grid {100 * point.contact_error:.2g} %, "
-        f"flow {100 * point.flow_error:.2g} %)"
+        f"{point.memory_bytes / 1e6:.0f} MB (contact grid {per_cent(point.contact_error)}, "
+        f"flow {per_cent(point.flow_error)})"
     )

@@ -296,7 +296,7 @@ def test_bounds_that_scatter_are_widened_until_they_fall():
         (lambda: Hertz(0, 1), "maximum = 0 must be a positive number"),
         (lambda: EndPressures(1, 2), "must be above the outlet's"),
         (lambda: EndPressures(1, slip=-1), "slip = -1 must be"),
-        (lambda: RingPath(1, 1), "must be positive and differ"),
+        (lambda: RingPath(1, 1), "radii of a ring must differ"),
         (lambda: StraightPath(0, 1), "length = 0 must be a positive number"),
         (
             lambda: seal_flow(constant(), uniform(1e6, 1e-3), STRIP, BAR),
