@@ -185,7 +185,8 @@ def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> S
     """A sealed flow: p_in before the middle of the part that seals, p_out behind it."""
     x = _places(profile, ends, CELLS)
     P, none = profile(x), np.empty((x.size - 1, 0))
-    sealed = x[ends.inlet + table.sealing_load <= P]
+    # The highest pressure seals, also where rounding puts it below the load of the table.
+    sealed = x[P - ends.inlet >= min(table.sealing_load, P.max() - ends.inlet)]
     start, end = float(sealed.min()), float(sealed.max())
     middle = 0.5 * (start + end)
     fluid = np.where(x <= middle, ends.inlet, ends.outlet)

@@ -314,6 +314,24 @@ def test_bad_input(make, words):
 
 
 @pytest.mark.parametrize(
+    "profile",
+    [
+        lambda P: uniform(P, 2e-3),
+        lambda P: Hertz(P, 2e-3),
+        lambda P: TabulatedProfile([0, 0.999e-3, 1e-3, 2e-3], [0, 0, P, 0]),
+    ],
+)
+def test_a_load_that_seals_at_the_highest_pressure_alone(profile):
+    """In one of fifty numbers rounding puts p_in + (P_max - p_in) above P_max."""
+    for highest, part in np.random.default_rng(0).uniform(0.1, 0.9, (500, 2)).tolist():
+        P, inlet = profile(1e6 * highest), 1e6 * highest * part
+        table = exact_table([0.0, P.highest - inlet], [SMOOTH, 0.0])
+        flow = seal_flow(table, P, STRIP, EndPressures(inlet, 0.0))
+        assert flow.state == "sealed"
+        assert P(flow.sealing.middle) == pytest.approx(P.highest, rel=1e-9)
+
+
+@pytest.mark.parametrize(
     "make",
     [
         lambda: Enclosure((3.0, 1.0), (2.0, 2.0)),
