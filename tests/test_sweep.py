@@ -253,3 +253,10 @@ def test_equal_points_are_one(tmp_path, capsys):
     assert [row["contact.pressure"] for row in rows(tmp_path / "o")] == ["0.1MPa"]
     assert run(*options, "contact.pressure=100kPa") == 0
     assert "1 points, 0 of them computed now" in capsys.readouterr().out
+    # The words are those of the last sweep, or its summary would not count all of its seeds.
+    assert [row["contact.pressure"] for row in rows(tmp_path / "o")] == ["100kPa"]
+    options = ("--set", "contact.area_fraction=", "--out", "s", "--vary")
+    assert run(*options, "contact.pressure=0.1MPa", "--vary", "surface.seed=1") == 0
+    assert run(*options, "contact.pressure=100kPa", "--vary", "surface.seed=1..2") == 0
+    summary = (tmp_path / "s" / "summary.csv").read_text().splitlines()
+    assert [line.split(",")[:2] for line in summary[1:]] == [["100kPa", "2"]]

@@ -1,7 +1,8 @@
 """The folder of a sweep: a file for each finished point, and the table of these points."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -60,18 +61,19 @@ class SweepFolder(PointFolder[Point]):
         point = self.point(name)
         return point is not None and not point.again
 
-    def gather(self, first: Sequence[str] = ()) -> list[Point]:
+    def gather(self, first: Mapping[str, tuple[str, ...]]) -> list[Point]:
         """Write the table of all finished points and its summary, and return them.
 
-        The table begins with the points named `first`. Then come the points of other sweeps in the
-        folder, the newest first, and only one for equal values.
+        The table begins with the points named `first`, which have the values given with their
+        names: an earlier sweep may have written 100 kPa for 0.1 MPa. Then come the points of other
+        sweeps in the folder, the newest first, and only one for equal values.
         """
         before: set[str] | None = None
         rows: list[Point] = []
         # Repeat until no other process has added a point meanwhile: the table then misses none.
         while (names := self._names()) != before:
             before = names
-            asked = [point for point in map(self.point, first) if point is not None]
+            asked = [replace(p, values=first[name]) for name in first if (p := self.point(name))]
             others = [self.point(name) for name in names.difference(first)]
             newest = sorted(filter(None, others), key=lambda point: point.finished, reverse=True)
             kept: dict[tuple[str, ...], Point] = {}

@@ -84,7 +84,7 @@ def sweep(
     tasks, equal = _tasks(path, points, overrides, trust)
     folder = SweepFolder(out.absolute(), keys)
     chains = [Chain(folder, group, ContactPath) for group in _by_surface(tasks)]
-    order = [task.name for task in tasks]
+    asked = {task.name: task.values for task in tasks}
     workers = work.open or (work.jobs is not None and work.jobs > 1)
     each = _expected(tasks) if workers and len(chains) > 1 else None
     with ExitStack() as held:
@@ -95,15 +95,14 @@ def sweep(
         except KeyboardInterrupt:
             # An interrupted sweep leaves a table as well.
             if parallel.is_root(work.comm):
-                folder.gather(order)
+                folder.gather(asked)
             raise
 
         def gather() -> tuple[list[Point], list[Point | None]]:
             for task in tasks:
                 if error := outcome.failures.get(task.label):
                     folder.save(task.name, failed(task.values, str(error), again=True))
-            # An earlier sweep may have written a point in other words: 100 kPa for 0.1 MPa.
-            return folder.gather(order), [folder.point(name) for name in order]
+            return folder.gather(asked), [folder.point(name) for name in asked]
 
         table, computed = parallel.on_root(gather, work.comm)
     own = [point for point in computed if point is not None]
