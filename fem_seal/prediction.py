@@ -258,8 +258,8 @@ def _shortest(field: GridField) -> float:
     At H = 0.8 that is 0.41 of the largest wave number.
     """
     slope, curvature = (
-        sqrt(sum(float(np.mean(np.square(np.diff(field.values, n, axis)))) for axis in (0, 1)))
-        for n in (1, 2)
+        sqrt(sum(float(np.mean(np.square(step))) for step in steps if step.size))
+        for steps in ([np.diff(field.values, n, axis) for axis in (0, 1)] for n in (1, 2))
     )
     return max(2.0, 0.41 * 2 * pi * slope / curvature) if curvature else 2.0
 

@@ -1,5 +1,8 @@
 """Time and memory before a scene is solved; how exact they are: tests/benchmarks/prediction.py."""
 
+from math import inf
+
+import numpy as np
 import pytest
 from project import ROOT, scene_of_samples, write_toml
 
@@ -34,6 +37,15 @@ def test_a_dry_run_solves_and_writes_nothing(small_scene, tmp_path, capsys, monk
     assert " s (" in (text := capsys.readouterr().out)
     assert "GB" in text
     assert [one.name for one in tmp_path.iterdir()] == ["scene.toml"]
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_a_map_of_one_or_two_rows(rows, small_scene, tmp_path, monkeypatch):
+    """It has no second differences across its rows: no warning of NumPy, and a finite time."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    waves = np.tile(1e-7 * np.sin(np.arange(16)), (rows, 1))
+    surface = Heights(waves, size=("1 um", "16 um"), periodic=True)
+    assert 0 < predicted(pressed(small_scene | {"surface": surface})).seconds < inf
 
 
 def test_more_work_takes_longer(small_scene, monkeypatch):
