@@ -9,6 +9,7 @@ on what else runs on it. All states have a certificate of 1e-6.
 """
 
 import argparse
+from itertools import product
 
 import numpy as np
 from rough_gaps import Case
@@ -39,17 +40,16 @@ SOLID = ElasticSolid(10.0)  # so that E* h'rms = 1
 def areas(sizes: list[int]) -> None:
     """Print a row for each surface and area."""
     print("samples  H    A/A0  pairs by area, by pressure  ratio")
-    for n in sizes:
-        for hurst in (0.4, 0.8):
-            heights = Case(n, hurst, 4, 0, 1).heights()
-            for area in AREAS:
-                found = press(heights, SOLID, Load("area_fraction", area))
-                again = press(heights, SOLID, Load("pressure", found.mean_pressure))
-                print(
-                    f"{n:7} {hurst:4} {area:5} {found.fft_pairs:10} {again.fft_pairs:15} "
-                    f"{found.fft_pairs / again.fft_pairs:10.2f}",
-                    flush=True,
-                )
+    for n, hurst in product(sizes, (0.4, 0.8)):
+        heights = Case(n, hurst, 4, 0, 1).heights()
+        for area in AREAS:
+            found = press(heights, SOLID, Load("area_fraction", area))
+            again = press(heights, SOLID, Load("pressure", found.mean_pressure))
+            ratio = found.fft_pairs / again.fft_pairs
+            print(
+                f"{n:7} {hurst:4} {area:5} {found.fft_pairs:10} {again.fft_pairs:15} {ratio:10.2f}",
+                flush=True,
+            )
 
 
 def paths(sizes: list[int], kind: str) -> None:

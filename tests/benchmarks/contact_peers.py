@@ -35,13 +35,8 @@ def ours(solver: str, precision: str) -> Code:
 
     def run(heights: GridField, load: float) -> tuple[np.ndarray, float, float]:
         begun = time.process_time()
-        state = press(
-            heights,
-            ElasticSolid(1.0),
-            Load("pressure", load),
-            ContactStopping(solver),
-            Arithmetic(precision=precision),
-        )
+        settings = ContactStopping(solver), Arithmetic(precision=precision)
+        state = press(heights, ElasticSolid(1.0), Load("pressure", load), *settings)
         return state.pressure.values, time.process_time() - begun, state.fft_pairs
 
     return run

@@ -6,7 +6,7 @@ from pathlib import Path
 from time import process_time
 from typing import TypeVar
 
-from fem_seal.contact import ContactStopping, ElasticSolid, Load, press
+from fem_seal.contact import ElasticSolid, Load, press
 from fem_seal.grid import GridField
 from fem_seal.memory import peak_memory
 from fem_seal.surface import Spectrum, self_affine
@@ -36,12 +36,7 @@ class Case:
 
     def gap(self) -> GridField:
         """Press the surface until the wanted part of the points touches; one pixel is 1 µm."""
-        gap = press(
-            self.heights(),
-            ElasticSolid(1e7),
-            Load("area_fraction", self.area),
-            ContactStopping(tolerance=1e-6),
-        ).gap
+        gap = press(self.heights(), ElasticSolid(1e7), Load("area_fraction", self.area)).gap
         return GridField(1e-6 * gap.values, (1e-6, 1e-6), periodic=True)
 
 

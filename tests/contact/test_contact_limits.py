@@ -78,10 +78,9 @@ def test_a_tangent_out_of_reach_is_an_error(monkeypatch):
 @pytest.mark.parametrize("solver", ["free-set-cg", "fista"])
 def test_stagnation_raises(rough, solver):
     """A huge load drowns the roughness in rounding: the method says so instead of running on."""
+    stopping = ContactStopping(solver, tolerance=1e-10)
     with pytest.raises(NotConverged, match=r"no longer falls.* rounding errors of so high"):
-        press(
-            rough, SOLID, Load("pressure", 1e9 * E_STAR), ContactStopping(solver, tolerance=1e-10)
-        )
+        press(rough, SOLID, Load("pressure", 1e9 * E_STAR), stopping)
 
 
 @pytest.mark.parametrize(
@@ -118,12 +117,8 @@ def test_a_state_that_is_no_contact_is_refused(gap, pressure, message):
 def test_progress_hears_every_iteration(rough):
     """And the last one is the first below the default tolerance, 1e-6."""
     heard = []
-    state = press(
-        rough,
-        SOLID,
-        Load("pressure", 1e4),
-        ContactStopping(progress=lambda k, error: heard.append((k, error))),
-    )
+    stopping = ContactStopping(progress=lambda *measured: heard.append(measured))
+    state = press(rough, SOLID, Load("pressure", 1e4), stopping)
     assert [k for k, _ in heard] == list(range(state.iterations + 1))
     assert tuple(error for _, error in heard) == state.residuals
     assert state.residuals[-1] <= 1e-6 < state.residuals[-2]

@@ -18,6 +18,7 @@ from fem_seal.surface import rms_height
 
 MICRON = 1e-6
 MODULUS = 1e7
+SOFT = ElasticSolid(MODULUS)
 # With this load the first step of the default leaves 1e-9 of the pressure on open rows, and the
 # certificate is below 1e-6.
 LIGHT = 0.1
@@ -49,9 +50,7 @@ def gap_beside_ridge(n: int, pressure: float) -> np.ndarray:
 @pytest.mark.parametrize("solver", CONTACT_METHODS)
 @pytest.mark.parametrize(("n", "pressure"), [(32, LIGHT), (32, 0.2), (24, 1e-3), (48, 1e4)])
 def test_ridge_has_its_closed_form(solver, n, pressure):
-    state = press(
-        ridge(n), ElasticSolid(MODULUS), Load("pressure", pressure), ContactStopping(solver)
-    )
+    state = press(ridge(n), SOFT, Load("pressure", pressure), ContactStopping(solver))
     exact = gap_beside_ridge(n, pressure)
     assert exact[1:].min() > 0
     assert state.contact_area_fraction == 1 / n
@@ -61,15 +60,12 @@ def test_ridge_has_its_closed_form(solver, n, pressure):
 
 
 def test_message_names_what_was_missed():
-    with pytest.raises(
-        NotConverged, match=r"largest gap under pressure.*wanted 1\.0e-04"
-    ) as raised:
-        press(
-            ridge(32),
-            ElasticSolid(MODULUS),
-            Load("pressure", LIGHT),
-            ContactStopping(max_iterations=1),
-        )
+    stopping, missed = (
+        ContactStopping(max_iterations=1),
+        r"largest gap under pressure.*wanted 1\.0e-04",
+    )
+    with pytest.raises(NotConverged, match=missed) as raised:
+        press(ridge(32), SOFT, Load("pressure", LIGHT), stopping)
     assert "(wanted 1.0e-06)" not in str(raised.value)
 
 
@@ -82,7 +78,7 @@ WAVE = GridField(np.repeat(np.cos(np.arange(32) * np.pi / 16)[:, None], 4, axis=
 def test_mean_gap_is_the_prescribed_one(surface, solver, relative):
     """The certificate's 1e-6 of the rms height alone leaves the smallest of them per cents away."""
     wanted = relative * rms_height(surface)
-    state = press(surface, ElasticSolid(MODULUS), Load("mean_gap", wanted), ContactStopping(solver))
+    state = press(surface, SOFT, Load("mean_gap", wanted), ContactStopping(solver))
     # The tolerance that docs/theory/contact.md states.
     assert state.mean_gap == pytest.approx(wanted, rel=1e-4)
     check_equilibrium(state, surface, 1e-6, wanted)
@@ -91,7 +87,7 @@ def test_mean_gap_is_the_prescribed_one(surface, solver, relative):
 def test_mean_gap_below_rounding_is_an_error():
     surface = rough_surface((16, 16), short=2)
     with pytest.raises(NotConverged, match="relative error of the mean gap"):
-        press(surface, ElasticSolid(MODULUS), Load("mean_gap", 1e-20 * rms_height(surface)))
+        press(surface, SOFT, Load("mean_gap", 1e-20 * rms_height(surface)))
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (61, 61), (1024, 1)])
