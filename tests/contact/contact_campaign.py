@@ -17,14 +17,7 @@ import numpy as np
 from contact_cases import load_path
 from plain_contact import PlainLayer, influence, plain_contact
 
-from fem_seal.contact import (
-    ContactState,
-    ContactStopping,
-    ElasticSolid,
-    Layer,
-    Load,
-    press,
-)
+from fem_seal.contact import ContactState, ContactStopping, ElasticSolid, Layer, Load, press
 from fem_seal.errors import NotConverged
 from fem_seal.grid import GridField
 

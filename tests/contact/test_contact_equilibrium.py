@@ -2,14 +2,7 @@
 
 import numpy as np
 import pytest
-from contact_cases import (
-    E_STAR,
-    SLOPE,
-    check_equilibrium,
-    energy_distance,
-    pressed,
-    rough_surface,
-)
+from contact_cases import E_STAR, SLOPE, check_equilibrium, energy_distance, pressed, rough_surface
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

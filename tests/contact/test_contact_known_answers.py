@@ -28,11 +28,8 @@ def test_westergaard(n, relative):
     """
     wave = Wave(2e-6, 1e-3, E_STAR)
     x = np.arange(n) / n * wave.length
-    height = GridField(
-        wave.height * np.cos(2 * np.pi * x / wave.length)[:, None],
-        (wave.length / n, 1e-5),
-        periodic=True,
-    )
+    heights = wave.height * np.cos(2 * np.pi * x / wave.length)[:, None]
+    height = GridField(heights, (wave.length / n, 1e-5), periodic=True)
     load = relative * wave.full
     state = press(height, SOLID, Load("pressure", load), ContactStopping(tolerance=1e-9))
     width = wave.area(load) * n  # the crest is sample 0

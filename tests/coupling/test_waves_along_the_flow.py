@@ -38,10 +38,6 @@ def channel(load, inlet, outlet, nx=64, **flow):
     return problem_of(scene(load * WAVE.full, **ends, ambient_pressure=0, **flow), surface)
 
 
-def state_at(*arguments, **settings):
-    return lifted(channel(*arguments, **settings))
-
-
 def test_lifted_film_follows_the_integral():
     """What the lift multiplies is that of the integral.
 
@@ -69,7 +65,7 @@ def test_leak_rate_below_the_sealing_pressure(inlet, outlet):
     """
     load = inlet + 0.8
     assert leak_rate(load, inlet, outlet) == pytest.approx(leak_rate(1.0, 0.2, 0.1), rel=0.04)
-    state = state_at(load, inlet, outlet)
+    state = lifted(channel(load, inlet, outlet))
     assert state.converged
     assert state.leak_rate.value == pytest.approx(leak_rate(load, inlet, outlet), rel=0.05)
 
@@ -84,10 +80,9 @@ def test_a_film_that_loses_its_pressure_just_before_the_outlet():
     """
     load, inlet, outlet = 1.3, 0.5, 0.0
     assert load - outlet > 1 > load - inlet
-    exact, pixels = leak_rate(load, inlet, outlet), {"representation": "constant"}
-    states = [
-        state_at(load, inlet, outlet, nx, method="finite-difference", **pixels) for nx in (32, 64)
-    ]
+    exact = leak_rate(load, inlet, outlet)
+    pixels = {"method": "finite-difference", "representation": "constant"}
+    states = [lifted(channel(load, inlet, outlet, nx, **pixels)) for nx in (32, 64)]
     assert all(state.converged for state in states)
     coarse, fine = (state.leak_rate.value / exact for state in states)
     claims = sum(state.error for state in states)
@@ -101,7 +96,7 @@ def test_a_row_that_closes_before_the_outlet_leaves_a_range():
     Only pixels far shorter than a wave, over which the solid bends, leave it open.
     """
     load, inlet, outlet = 1.3, 0.5, 0.0
-    state = state_at(load, inlet, outlet, nx=16, method="finite-difference")
+    state = lifted(channel(load, inlet, outlet, nx=16, method="finite-difference"))
     assert state.is_range
     assert state.lowest <= leak_rate(load, inlet, outlet) <= state.highest
 
@@ -109,5 +104,5 @@ def test_a_row_that_closes_before_the_outlet_leaves_a_range():
 @pytest.mark.parametrize(("inlet", "outlet"), [*ENDS, (0.5, 0.0)])
 def test_sealed_above_the_sealing_pressure(inlet, outlet):
     """Certainly so: sealed with the inlet's pressure everywhere as well."""
-    state = state_at(inlet + 1.03, inlet, outlet)
+    state = lifted(channel(inlet + 1.03, inlet, outlet))
     assert (state.state, state.converged) == ("sealed", True)

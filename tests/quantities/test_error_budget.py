@@ -7,13 +7,7 @@ import pytest
 from project import RING, scene_of_samples
 
 from fem_seal.accuracy import Trial
-from fem_seal.error_budget import (
-    Uncertainty,
-    combined,
-    estimate,
-    factor_words,
-    flow_entry,
-)
+from fem_seal.error_budget import Uncertainty, combined, estimate, factor_words, flow_entry
 from fem_seal.errors import Inconsistent
 from fem_seal.leak_rate import Bounded, LeakRate, Level
 from fem_seal.patch import Patch

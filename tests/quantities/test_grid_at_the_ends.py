@@ -11,6 +11,7 @@ from fem_seal.solved import solve
 from tests.coupling.lifted_scenes import scene
 
 N, DROP = 32, 100.0  # Pa
+WITH_GRID = {"accuracy": {"contact_grid": True}}
 
 
 def of_surface(seed, load, n=N, lift="none", drop=DROP, **sections):
@@ -36,10 +37,9 @@ def enclosed_on_finer_grids(headline, seed, load, drop):
 
 def test_a_closing_end_next_to_sealing():
     """At 0.97 of the load that seals N samples; more of them are sealed under less load."""
-    seed, inputs = 8, {"contact": {"pressure": "30 %"}}
+    seed, about = 8, {"tolerances": {"contact": {"pressure": "30 %"}}}
     closed = 0.97 * sealing_load(seed)
-    on = of_surface(seed, closed / 1.3, tolerances=inputs, accuracy={"contact_grid": True})
-    solved = solve(on)
+    solved = solve(of_surface(seed, closed / 1.3, **about, **WITH_GRID))
     assert solved.state == "leaking"
     assert enclosed_on_finer_grids(solved.headline, seed, closed, DROP)
 
@@ -47,15 +47,11 @@ def test_a_closing_end_next_to_sealing():
 @pytest.mark.parametrize("by", ["inputs", "range"])
 def test_an_opening_end_of_a_sealed_patch(by):
     """At 0.94 of the load that seals: the grid of the scene's own load is sealed by a margin."""
-    seed = 85
-    load, accuracy = 1.34 * sealing_load(seed), {"contact_grid": True}
-    if by == "inputs":
-        drop, inputs = DROP, {"contact": {"pressure": "30 %"}}
-        on = of_surface(seed, load, tolerances=inputs, accuracy=accuracy)
-    else:
-        drop = 0.3 * load
-        on = of_surface(seed, load, lift="range", drop=drop, accuracy=accuracy)
-    solved = solve(on)
+    seed, load = 85, 1.34 * sealing_load(85)
+    asked, drop = {"tolerances": {"contact": {"pressure": "30 %"}}}, DROP
+    if by == "range":
+        asked, drop = {"lift": "range"}, 0.3 * load
+    solved = solve(of_surface(seed, load, drop=drop, **asked, **WITH_GRID))
     assert solved.state == "sealed"
     assert solved.headline.upper > 0
     assert enclosed_on_finer_grids(solved.headline, seed, 0.7 * load, drop)
@@ -63,9 +59,8 @@ def test_an_opening_end_of_a_sealed_patch(by):
 
 def test_an_opening_end_that_a_finer_grid_may_open():
     """At 1.04 of the load that seals, which is nearer than the margin of the grid."""
-    load, inputs = 1.3 * sealing_load(85), {"contact": {"pressure": "20 %"}}
-    on = of_surface(85, load, tolerances=inputs, accuracy={"contact_grid": True})
-    solved = solve(on)
+    about = {"tolerances": {"contact": {"pressure": "20 %"}}}
+    solved = solve(of_surface(85, 1.3 * sealing_load(85), **about, **WITH_GRID))
     grid = next(entry for entry in solved.budget if entry.key == "contact_grid")
     assert (solved.state, grid.upper) == ("sealed", 1.0)
     assert solved.headline.upper is None
