@@ -46,11 +46,11 @@ __version__ = "0.2.0"
 # Public names, by the module that they are loaded from.
 _NAMES = {
     "fem_seal.scene": (
-        *("Scene", "SelfAffine", "Heights", "FileSurface", "ProfileSurface", "Solid", "Contact"),
-        *("Gap", "Fluid", "Flow", "Seal", "Accuracy", "Limit", "Output", "Tolerances"),
+        "Scene", "SelfAffine", "Heights", "FileSurface", "ProfileSurface", "Solid", "Contact",
+        "Gap", "Fluid", "Flow", "Seal", "Accuracy", "Limit", "Output", "Tolerances",
     ),
     "fem_seal.scene.shape": (
-        *("FaceSeal", "MeshFile", "PlateWithHoles", "Rectangle", "Sector", "Strip"),
+        "FaceSeal", "MeshFile", "PlateWithHoles", "Rectangle", "Sector", "Strip",
     ),
     "fem_seal.solved": ("Solved", "run", "solve"),
     "fem_seal.patch": ("Patch",),
@@ -59,7 +59,7 @@ _NAMES = {
     "fem_seal.gap_file": ("load_gap",),
     "fem_seal.grid": ("GridField",),
     "fem_seal.leak_rate": ("LeakRate",),
-}
+}  # fmt: skip
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 _ERRORS = ("FemSealError", "Inconsistent", "InvalidInput", "MissingPackage", "NotConverged")
 # The library: contact, film, mesh and flow without a scene, and all other packages.

@@ -147,7 +147,9 @@ def ends_words(low: float | None, high: float | None, scale: float = 1.0) -> str
     most = "" if high is None else rounded_up(high * scale)
     if least and most:
         return f"{least} to {most}"
-    return f"at least {least}" if least else most and f"at most {most}"
+    if least:
+        return f"at least {least}"
+    return f"at most {most}" if most else ""
 
 
 def factor_words(lower: float | None, upper: float | None) -> str:

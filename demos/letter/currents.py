@@ -29,9 +29,9 @@ from fem_seal.theory.bruggeman import effective_conductivity, effective_dimensio
 # arithmetic, and no leak rate falls when a link conducts better (Rayleigh).
 LINKS = ("harmonic", "linear-gap", "arithmetic")
 RATES = (
-    *("lower", "value", "upper", "harmonic", "linear_gap", "arithmetic"),
-    *("bruggeman", "modified", "finer"),
-)
+    "lower", "value", "upper", "harmonic", "linear_gap", "arithmetic",
+    "bruggeman", "modified", "finer",
+)  # fmt: skip
 FLOW_AREA = 0.2  # A/A0 of Fig. 2 and of the total that the models are compared by
 
 
@@ -109,7 +109,11 @@ def current(
         finer = certified(pressed(heights, model, load).gap, rtol).value
     dimension = effective_dimension(state.contact_area_fraction)
     return Current(
-        *(case, model, seed, wanted, rtol),
+        case,
+        model,
+        seed,
+        wanted,
+        rtol,
         area=state.contact_area_fraction,
         corrected=state.contact_area_corrected if elastic else state.contact_area_fraction,
         load=load,

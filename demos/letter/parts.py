@@ -42,7 +42,14 @@ def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str
     of_part = {
         "currents": [
             point(
-                *(records, current, case, model, seed, area, asked.rtol, with_differences),
+                records,
+                current,
+                case,
+                model,
+                seed,
+                area,
+                asked.rtol,
+                with_differences,
                 asked.refine if (model, seed, area) in refined else 0,
             )
             for model, areas in (
@@ -55,7 +62,11 @@ def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str
         "thresholds": [
             point(
                 PointFolder(points, Thresholds),
-                *(thresholds, one, model, seed, asked.resolution),
+                thresholds,
+                one,
+                model,
+                seed,
+                asked.resolution,
             )
             for one in cases
             for model in reversed(MODELS)

@@ -102,7 +102,11 @@ def comparisons(points: Sequence[Current], curves: Sequence[Prediction]) -> list
             )
             rows.append(
                 Comparison(
-                    *(law, point.seed, point.load, point.area, point.corrected),
+                    law,
+                    point.seed,
+                    point.load,
+                    point.area,
+                    point.corrected,
                     kappa=point.area / point.load,
                     kappa_corrected=point.corrected / point.load,
                     theory_area=float(np.interp(point.load, loads, areas)),

@@ -18,9 +18,9 @@ KINDS = {
     "bearing": ("bearing", "threshold", "deviation", COLOURS["bearing"], True),
     "elastic, contact counted": ("elastic", "threshold", "deviation", COLOURS["elastic"], True),
     "elastic, less what pixels add along the perimeter": (
-        *("elastic", "corrected", "corrected_deviation", CORRECTED, False),
+        "elastic", "corrected", "corrected_deviation", CORRECTED, False,
     ),
-}
+}  # fmt: skip
 
 
 def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> None:

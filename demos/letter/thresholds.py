@@ -92,7 +92,10 @@ def _row(pair: str, ones: Sequence[Thresholds]) -> ThresholdRow:
     )
     ends = np.array([one.ends(pair) for one in ones])
     return ThresholdRow(
-        *(case, model, pair, len(ones)),
+        case,
+        model,
+        pair,
+        len(ones),
         *_statistics([one.at(pair) for one in ones]),
         corrected,
         deviation,

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 # Columns on a terminal, within 100 characters; the CSV has all.
 COLUMNS = (
-    *("method", "squares", "unknowns", "value", "error", "band", "order", "effectivity", "verdict"),
-)
+    "method", "squares", "unknowns", "value", "error", "band", "order", "effectivity", "verdict",
+)  # fmt: skip
 
 
 def add(command: argparse.ArgumentParser) -> None:

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 # Errors that the libraries raise on truncated or damaged files. The list comes from a test that
 # cuts files off at every length and flips bytes.
 BROKEN = (
-    *(OSError, ValueError, EOFError, LookupError, TypeError, RuntimeError),
-    *(BadZipFile, zlib.error, lzma.LZMAError, TokenError),
-)
+    OSError, ValueError, EOFError, LookupError, TypeError, RuntimeError,
+    BadZipFile, zlib.error, lzma.LZMAError, TokenError,
+)  # fmt: skip
 
 HDF5 = b"\x89HDF"
 # Attributes of codes of their own: scale, z_scale, multiplier.

@@ -7,10 +7,10 @@ from fem_seal.errors import InvalidInput
 # Numbers that programs write for missing points: in terrain and instrument files, in 16 and 32
 # bits, NetCDF's default fill value, the largest float and double.
 CUSTOMARY = (
-    *(999.0, 9999.0, 99999.0, 32767.0, 32768.0, 65535.0, 2147483647.0, 2147483648.0),
-    *(1e20, 1e30, 9.969209968386869e36, 1e37, 1e38, 1.70141e38, float(np.finfo(np.float32).max)),
-    *(1e99, 1e300, float(np.finfo(float).max)),
-)
+    999.0, 9999.0, 99999.0, 32767.0, 32768.0, 65535.0, 2147483647.0, 2147483648.0,
+    1e20, 1e30, 9.969209968386869e36, 1e37, 1e38, 1.70141e38, float(np.finfo(np.float32).max),
+    1e99, 1e300, float(np.finfo(float).max),
+)  # fmt: skip
 # Single precision rounds 1e38 by this much.
 SINGLE_ROUNDING = 1e-6
 # An extreme value that occurs more than once, but at less than half of the points, counts as a

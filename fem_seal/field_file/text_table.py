@@ -19,10 +19,10 @@ from fem_seal.field_file.containers import whole
 # Texts that programs write for a point without a height, in lower case, besides those that float()
 # takes for NaN; "": an empty cell.
 MISSING = {
-    *("", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind", "#n/a"),
-    *("bad", "nodata", "no-data", "n/a", "na", "null", "none", "invalid", "masked", "missing"),
-    *("*", "**", "***", "****", "*****", "-", "--", "---", "----", "?"),
-}
+    "", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind", "#n/a",
+    "bad", "nodata", "no-data", "n/a", "na", "null", "none", "invalid", "masked", "missing",
+    "*", "**", "***", "****", "*****", "-", "--", "---", "----", "?",
+}  # fmt: skip
 COMMENT = ("#", "%", "!", "//")
 SAMPLE = 200  # number of lines by which the separators are chosen
 _LOOK = 2000  # bytes examined at the beginning and at the end

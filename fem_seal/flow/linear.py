@@ -357,7 +357,8 @@ def minimise_by_cg(
     history = tuple(residuals[1:])
     if solver.getConvergedReason() > 0:
         return history, ""
-    state, reached = "where rounding hides what is left of the residuals", [np.inf, *residuals][-1]
+    state = "where rounding hides what is left of the residuals"
+    reached = residuals[-1] if residuals else np.inf
     if not reached <= tolerance:
         state = f"at a relative energy error of {reached:.1e}, wanted {tolerance:.0e}"
     return history, f"CG stopped after {len(history)} iterations {state}"

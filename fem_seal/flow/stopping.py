@@ -191,7 +191,7 @@ class Stopping:
             # the pressure is constant there are fewer.
             history = [(level.cells // 2, level.bounds.width) for level in self.levels]
             words = out_of_reach(history, self.criterion.rtol, self.growth)
-            limit = words and words + self.advice
+            limit = words + self.advice if words else ""
         # Time and memory differ from rank to rank.
         limit = self.comm.bcast(limit)
         stalled = solution.stalled if self._no_closer() else ""

@@ -35,10 +35,10 @@ _GROUPS = ("inlet", "outlet", "wall")
 _OTHER_FILE = re.compile(rb'\b(?:Include|Merge|Open|ShapeFromFile)\b[\s(]*"([^"\x00-\x1f]+)"')
 # Errors that meshio and the libraries below it raise for truncated files and other formats.
 _UNREADABLE = (
-    *(ValueError, LookupError, TypeError, AttributeError, AssertionError, EOFError),
-    *(OverflowError, struct.error, zlib.error, binascii.Error),
-    *(ElementTree.ParseError, RuntimeError),
-)
+    ValueError, LookupError, TypeError, AttributeError, AssertionError, EOFError,
+    OverflowError, struct.error, zlib.error, binascii.Error,
+    ElementTree.ParseError, RuntimeError,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,9 +24,9 @@ from fem_seal.tables import leaves
 MEDIA = {".png": "image/png", ".svg": "image/svg+xml"}
 # Pictures with captions, in the order of the page; that of a seal comes before those of its patch.
 ORDER = (
-    *("seal", "flow", "gap", "lift", "contact_pressure", "contact", "shape", "sensitivity"),
-    *("pressure", "relief", "mesh", "bounds"),
-)
+    "seal", "flow", "gap", "lift", "contact_pressure", "contact", "shape", "sensitivity",
+    "pressure", "relief", "mesh", "bounds",
+)  # fmt: skip
 OF_A_CONTACT = ("contact", "contact_pressure", "gap")
 # The table of numbers leaves out what the page shows elsewhere, arrays, and the fluxes of the
 # pressure before its correction: above the upper bound they would seem to contradict it.

@@ -89,7 +89,8 @@ def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None
     start, end = 1e3 * sealing.start, 1e3 * sealing.end
     # With an edge, since a seal may be known to be sealed at one place only.
     axes.axvspan(
-        *(start, end),
+        start,
+        end,
         facecolor="tab:green",
         edgecolor="tab:green",
         alpha=0.4 if sealed else 0.12,

@@ -121,7 +121,8 @@ class ResultFolder:
             return
         if has_result:
             if holds_another_scene(self.path, self.provenance):
-                kept = "; patches of the seal that fit are kept" * (self.path / PATCHES).is_dir()
+                solved = (self.path / PATCHES).is_dir()
+                kept = "; patches of the seal that fit are kept" if solved else ""
                 raise InvalidInput(
                     f"{self.path} holds the result of another scene; {OR_OVERWRITE}{kept}"
                 )

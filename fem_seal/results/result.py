@@ -31,9 +31,9 @@ from fem_seal.tables import html_table
 
 RESULT_FILE = "result.json"
 _PACKAGES = (
-    *("fem_seal", "fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "pyfftw"),
-    *("pyvista", "h5py", "SurfaceTopography"),
-)
+    "fem_seal", "fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "pyfftw",
+    "pyvista", "h5py", "SurfaceTopography",
+)  # fmt: skip
 
 
 def _beside(name: str) -> str:

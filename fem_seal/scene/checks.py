@@ -436,6 +436,6 @@ def _sensitivity(scene: "Scene") -> Iterator[str]:
 
 
 CHECKS = (
-    *(_shape, _origin, _load, _seal_product, _seal, _window, _accuracy, _rates),
-    *(_finite_differences, _tolerances, _ambient, _lift, _tensor, _sensitivity),
-)
+    _shape, _origin, _load, _seal_product, _seal, _window, _accuracy, _rates,
+    _finite_differences, _tolerances, _ambient, _lift, _tensor, _sensitivity,
+)  # fmt: skip

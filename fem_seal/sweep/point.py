@@ -23,17 +23,17 @@ TableEntry = str | float | int | bool | None
 
 # Columns that every row has, empty where the scene does not give them.
 COLUMNS = (
-    *("state", "decision", "leak_rate", "lower", "upper", "together.lower", "together.upper"),
-    *("contact_area_fraction", "mean_gap", "mean_pressure", "certificate"),
-    *("unknowns", "converged", "reason", "seconds", "peak_memory_bytes"),
-)
+    "state", "decision", "leak_rate", "lower", "upper", "together.lower", "together.upper",
+    "contact_area_fraction", "mean_gap", "mean_pressure", "certificate",
+    "unknowns", "converged", "reason", "seconds", "peak_memory_bytes",
+)  # fmt: skip
 UNSETTLED = "unsettled"  # state of a point whose contact and flow reach no equilibrium
 # Parts of a result that are not numbers of the point, or are fields of it under their names.
 _LEFT_OUT = {
-    *("schema_version", "leak_rate", "verdict", "levels", "files", "seconds", "provenance"),
-    *("preparation", "error_budget", "headline"),
-    *("state", "converged", "reason", "contact_area_fraction"),
-}
+    "schema_version", "leak_rate", "verdict", "levels", "files", "seconds", "provenance",
+    "preparation", "error_budget", "headline",
+    "state", "converged", "reason", "contact_area_fraction",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

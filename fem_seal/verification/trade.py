@@ -46,8 +46,8 @@ FACTORS = (0.25, 0.5, 1.0, 2.0)
 TOLERANCES = (0.3, 0.1, 0.03)
 # Columns of the tables on a terminal.
 TRADE_COLUMNS = (
-    *("total_error", "samples", "flow", "leak_rate", "contact_error", "flow_error", "seconds"),
-)
+    "total_error", "samples", "flow", "leak_rate", "contact_error", "flow_error", "seconds",
+)  # fmt: skip
 TARGETS = (0.5, 0.2, 0.1, 0.05, 0.02)  # total errors for which the cheapest point is named
 
 

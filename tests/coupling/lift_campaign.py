@@ -134,7 +134,7 @@ def outcome(number: int) -> Outcome:
     return Outcome(
         state=state.state,
         converged=not (state.is_range or unfinished),
-        reason=state.reason or unfinished or "sealed, with a range" * state.is_range,
+        reason=state.reason or unfinished or ("sealed, with a range" if state.is_range else ""),
         seconds=seconds,
         steps=state.steps,
         all_seconds=process_time() - start,
