@@ -150,10 +150,12 @@ def _preparation(recorded: Recorded, missing: int, spikes: int) -> Iterator[str]
         yield _line("detrend", '"plane"', 'the tilt; "quadratic" takes a bow away as well')
     if missing + spikes:
         yield _line("fill", '"harmonic"', f"{missing + spikes} points are missing")
-    part = missing / recorded.values.size
+    part = (missing + spikes) / recorded.values.size
     if part > MOST_FILLED:
         comment = f"more than the usual {MOST_FILLED:g}; would a crop do?"
-        yield _line("max_missing", f"{np.ceil(20 * part) / 20:g}", comment)
+        # Next to 1 half of what is left, since the field is below 1.
+        most = min(np.ceil(20 * part) / 20, (1 + part) / 2)
+        yield _line("max_missing", f"{most:g}", comment)
     if not recorded.periodic:
         comment = "a measured map does not repeat; the contact needs a cell that does"
         yield _line("make_periodic", '"mirror"', comment)

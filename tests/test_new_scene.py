@@ -58,6 +58,17 @@ def test_file_that_says_nothing(capsys):
     assert patch.surface.spacing == pytest.approx((1e-6, 1e-6), rel=1e-12)
 
 
+@pytest.mark.parametrize(("missing", "spikes"), [(383, 0), (38, 4)])
+def test_a_scene_that_new_writes_may_fill_what_it_takes_away(missing, spikes):
+    """Of nearly all points, and of a tenth with the spikes that are taken away as well."""
+    values = HEIGHTS.copy()
+    values.flat[:missing] = np.nan
+    values.flat[values.size - 3 * spikes :: 3] = 1e-4 * np.arange(1, 1 + spikes)
+    np.savez("map.npz", heights=values, spacing=(1e-6, 1e-6))
+    new("map.npz")
+    assert np.isfinite(Patch(Scene.from_file("map.toml")).surface.values).all()
+
+
 def test_mark_of_missing_points():
     heights = HEIGHTS * 1e6
     heights[3:9, 2:12] = -9999
