@@ -31,7 +31,7 @@ from fem_seal.patch import Patch
 from fem_seal.render.plot import new_figure
 from fem_seal.scene import Scene
 
-SCENE = Path(__file__).parent / "scenes" / "helium.toml"
+SCENE = Scene.from_file(Path(__file__).parent / "scenes" / "helium.toml")
 GASES = {"helium": (19.6e-6, 4.0026e-3), "nitrogen": (17.6e-6, 28.014e-3)}  # η [Pa s], M [kg/mol]
 
 
@@ -42,21 +42,21 @@ GASES = {"helium": (19.6e-6, 4.0026e-3), "nitrogen": (17.6e-6, 28.014e-3)}  # η
 
 
 # %%
-def patch(n: int, gas: str, slip: str, pressure: float, rtol: float) -> Patch:
+def patch(n: int, gas: str, slip: str | bool, pressure: float, rtol: float) -> Patch:
     """The scene with a gas at a mean pressure [Pa], the inlet's twice the outlet's."""
     viscosity, molar_mass = GASES[gas]
     settings = {
         "surface.shape": [n, n],
-        "surface.short_wavelength": 400e-6 / n,
+        "surface.short_wavelength": 4 * SCENE.surface.size[0] / n,
         "fluid.viscosity": viscosity,
         "fluid.molar_mass": molar_mass,
         "fluid.slip": slip,
         "flow.inlet_pressure": pressure / 0.75,
         "flow.outlet_pressure": pressure / 1.5,
         "flow.rtol": rtol,
+        "limit": None,  # the flow would stop once it is decided
     }
-    scene = Scene.from_file(SCENE, [f"{key}={value}" for key, value in settings.items()])
-    return Patch(scene.with_({"limit": None}))  # the flow would stop once it is decided
+    return Patch(SCENE.with_(settings))
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Point:
 def conductance(n: int, gas: str, pressure: float, rtol: float) -> Point:
     """Leak rates at a mean pressure by three laws of slip."""
     kinetic, first_order, without = (
-        patch(n, gas, slip, pressure, rtol) for slip in ("kinetic", "first-order", "false")
+        patch(n, gas, slip, pressure, rtol) for slip in ("kinetic", "first-order", False)
     )
     per = kinetic.scene.drive.rates["throughput"] / (pressure / 1.5)
     rates = *kinetic.leak_rate.bounds, first_order.leak_rate.value, without.leak_rate.value

@@ -29,9 +29,9 @@ from fem_seal.patch import Patch
 from fem_seal.progress import silent
 from fem_seal.render.plot import new_figure
 
-SCENE = Path(__file__).parent / "scenes" / "first.toml"
+SCENE = Scene.from_file(Path(__file__).parent / "scenes" / "first.toml")
 LOADS = (0.1e6, 0.15e6, 0.2e6)  # Pa; the inlet has 0.1 MPa
-TOLERANCE = Scene.from_file(SCENE).flow.rtol
+TOLERANCE = SCENE.flow.rtol
 
 
 # %% [markdown]
@@ -41,9 +41,8 @@ TOLERANCE = Scene.from_file(SCENE).flow.rtol
 # %%
 def both(load: float, n: int) -> tuple[LiftedState, LiftedState]:
     """States from the outlet's and from the inlet's pressure, on n × n samples."""
-    settings = [f"surface.shape=[{n}, {n}]", f"contact.pressure={load}"]
-    settings += [f"surface.short_wavelength={4 * 100e-6 / n}", 'output.products=["leak_rate"]']
-    scene = Scene.from_file(SCENE, settings)
+    waves = {"surface.shape": [n, n], "surface.short_wavelength": 4 * SCENE.surface.size[0] / n}
+    scene = SCENE.with_(waves | {"contact.pressure": load, "output.products": ["leak_rate"]})
     surface = Patch(scene).surface
     problem = lifting_problem(scene, scene.load, scene.flow_settings, surface, silent)
     ends = problem.outlet, problem.largest_start

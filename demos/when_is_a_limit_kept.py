@@ -26,8 +26,8 @@ from pathlib import Path
 from fem_seal import Scene, solve
 from fem_seal.render.plot import new_figure
 
-SCENE = Path(__file__).parent / "scenes" / "verdict.toml"
-LIMIT = Scene.from_file(SCENE).limit.leak_rate.number  # [ml/h]
+SCENE = Scene.from_file(Path(__file__).parent / "scenes" / "verdict.toml")
+LIMIT = SCENE.limit.leak_rate.number  # [ml/h]
 ML_PER_HOUR = 1e-6 / 3600  # m³/s
 COLOURS = {"within limit": "#38761d", "undecided": "#b45f06", "above limit": "#cc0000"}
 
@@ -51,10 +51,14 @@ class Point:
 # %%
 def point(n: int, pressure: float, lift: str) -> Point:
     """Verdict under a contact pressure [MPa]."""
-    settings = [f"surface.shape=[{n}, {n}]", f'contact.pressure="{pressure} MPa"']
-    # Without limit.decide: flows that end once they decide have bounds too wide to compare.
-    settings += [f"flow.lift={lift}", "limit.decide=false", 'output.products=["leak_rate"]']
-    solved = solve(Scene.from_file(SCENE, settings))
+    settings = {
+        "surface.shape": [n, n],
+        "contact.pressure": f"{pressure} MPa",
+        "flow.lift": lift,
+        "limit.decide": False,  # flows that end once they decide have bounds too wide to compare
+        "output.products": ["leak_rate"],
+    }
+    solved = solve(SCENE.with_(settings))
     name = f"{pressure} MPa" + (", dry" if lift == "none" else "")
     leak, head = solved.leak_rate, solved.headline
     rates = (leak.lower, leak.upper, head.lower, head.upper)

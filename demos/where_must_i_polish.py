@@ -24,7 +24,7 @@ from scipy.ndimage import gaussian_filter
 from fem_seal import Heights, Scene, solve
 from fem_seal.render.plot import new_figure
 
-SCENE = Path(__file__).parent / "scenes" / "first.toml"
+SCENE = Scene.from_file(Path(__file__).parent / "scenes" / "first.toml")
 TENTH = 0.1
 WIDTH = 1.0  # of the smoothing [samples]
 
@@ -63,11 +63,10 @@ def polished(heights: np.ndarray, where: np.ndarray) -> np.ndarray:
 # %%
 def main(n: int = 128, tries: int = 4, rtol: float = 0.01, out: Path = Path("out")) -> Polished:
     """Smooth the sensitive tenth and random tenths; draw the change of ln Q."""
-    products = 'output.products=["leak_rate", "sensitivity"]'
-    settings = [f"surface.shape=[{n}, {n}]", "flow.lift=none"]
-    settings += [f"flow.rtol={rtol}", "flow.sides=periodic", "accuracy.contact_grid=false"]
-    scene = Scene.from_file(SCENE, [*settings, products])
-    before = solve(scene)
+    changes = {"surface.shape": [n, n], "flow.lift": "none", "flow.rtol": rtol}
+    changes |= {"accuracy.contact_grid": False, "output.products": ["leak_rate"]}
+    plain = SCENE.with_(changes)
+    before = solve(plain.with_({"output.products": ["leak_rate", "sensitivity"]}))
     heights = before.patch.surface.values
     by_height = before.patch.sensitivity.by_height.values
     first_order = np.abs(by_height * (gaussian_filter(heights, WIDTH, mode="wrap") - heights))
@@ -76,7 +75,6 @@ def main(n: int = 128, tries: int = 4, rtol: float = 0.01, out: Path = Path("out
     assert tightest < film.constriction.gap
     count = round(TENTH * heights.size)
     order = np.argsort(first_order, axis=None)
-    plain = scene.with_({"output.products": ["leak_rate"]})
 
     def change(chosen: np.ndarray) -> float:
         """Change of ln Q where these samples are smoothed."""
