@@ -258,7 +258,7 @@ def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:
     if seal.relative_scatter > 0:
         error = per_cent(error_of_mean(seal.relative_scatter, seal.count))
         sentence += f"; the mean of {DRAWS} such seals has a standard error of {error}"
-    return Uncertainty("network", "not covered", sentence)
+    return Uncertainty("network", "not covered", sentence, name="mosaic of patches")
 
 
 def _slip_along_entry(seal: SealLeak) -> Uncertainty | None:
