@@ -27,7 +27,7 @@ from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput, NotConverged, present
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
-from fem_seal.network.network import Network
+from fem_seal.network.network import MeshNetwork
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
 
@@ -117,8 +117,9 @@ def _point(
     none = np.zeros(contact.gap.shape)
     point = LiftPoint(problem, problem.first_network, epsilon, none, contact)
     # The links that dissipate most are halved until they are half as long as the samples are apart.
-    for _ in range(1 + problem.doublings if problem.refines else 0):
-        point = replace(point, network=point.network.refined(point.flow.dissipation, HALVED))
+    for _ in range(1 + problem.doublings):
+        if isinstance(point.network, MeshNetwork):
+            point = replace(point, network=point.network.refined(point.flow.dissipation, HALVED))
     return point
 
 
@@ -166,7 +167,7 @@ class ByLoad:
         problem, gap, stride = self.problem, self.contact.gap, 2**self.problem.doublings
         dx, dy = gap.spacing
         coarse = GridField(gap.values[::stride, ::stride], (stride * dx, stride * dy), gap.periodic)
-        network = Network.uniform(problem.film(coarse), 0)
+        network = MeshNetwork.uniform(problem.film(coarse), 0)
         flow = problem.film_pressure(coarse.values, network, self._point.epsilon)
         return float(np.vdot(flow.log_rate_by_gap, self.gap[::stride, ::stride]))
 

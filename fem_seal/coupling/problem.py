@@ -20,7 +20,7 @@ from fem_seal.fluid import Drive, pressure_of
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.network.film_pressure import FilmPressure, Solver
-from fem_seal.network.network import STEP, Network
+from fem_seal.network.network import STEP, MeshNetwork, Network, stencil_network
 from fem_seal.progress import Report
 
 # Samples of the first contact, and nodes of the first network, but every fourth sample at least:
@@ -70,11 +70,6 @@ class LiftProblem:
     def allowed(self) -> float:
         """Error of ln Q at which the search for an equilibrium ends."""
         return SETTLED * min(self.settings.rtol, LARGEST_CHANGE)
-
-    @property
-    def refines(self) -> bool:
-        """Whether the fluid's pressure may be solved on finer networks than the contact."""
-        return self.settings.method != "finite-difference"
 
     @property
     def negligible(self) -> float:
@@ -178,9 +173,9 @@ class LiftProblem:
     @property
     def first_network(self) -> Network:
         """The coarsest network of the flow; that of finite differences is never refined."""
-        if not self.refines:
-            return Network.of_stencil(self.touching_film, self.settings.links)
-        return Network.uniform(self.touching_film, -self.doublings)
+        if self.settings.method == "finite-difference":
+            return stencil_network(self.touching_film, self.settings.links)
+        return MeshNetwork.uniform(self.touching_film, -self.doublings)
 
     @cached_property
     def chain(self) -> "list[LiftProblem]":

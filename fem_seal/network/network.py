@@ -16,13 +16,14 @@ one sample fills, and it is never refined.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from sys import float_info
+from typing import Self
 
 import numpy as np
 from scipy import sparse
 
-from fem_seal.errors import Inconsistent, present
+from fem_seal.errors import Inconsistent
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.finite_difference.links import LINKS, harmonic_mean
 from fem_seal.finite_difference.stencil import flow_grid
@@ -53,10 +54,7 @@ class Network:
     to_samples: sparse.csr_array  #: pressure at the samples from that at the nodes
     inlet: np.ndarray  #: (nodes,) bool, nodes with the pressure of the inlet
     free: np.ndarray  #: (nodes,) bool, nodes whose pressure is unknown
-    mesh: NestedMesh | None = None  #: None for the stencil of finite differences
-    legs: np.ndarray | None = None  #: (C, 2), link along each leg of a triangle of the mesh
-    #: (2, longest sides), legs of the triangle of each longest side that is a link
-    beside: np.ndarray = field(default_factory=lambda: np.empty((2, 0), dtype=int))
+    beside: np.ndarray  #: (2, longest sides), legs of the triangle of each longest side
 
     def __post_init__(self) -> None:
         links = self.between.shape[1] + self.beside.shape[1]
@@ -67,79 +65,6 @@ class Network:
             )
         if (self.inlet & self.free).any():
             raise Inconsistent("a network with unknowns at the inlet")
-        if (self.mesh is None) != (self.legs is None):
-            raise Inconsistent("a network with one of mesh and legs, but not both")
-
-    @classmethod
-    def of_stencil(cls, film: GridFilm, rule: str) -> "Network":
-        """The network of the finite differences, for all films on the grid of this one."""
-        nx, ny = film.gap.shape
-        flat = GridField(np.ones((nx, ny)), film.gap.spacing, film.gap.periodic)
-        stencil = flow_grid(GridFilm(flat, film.sides, film.representation), 1 / 12, rule).stencil
-        node = np.arange(np.prod(stencil.shape)).reshape(stencil.shape)
-        (rows, columns), linear = node.shape, film.representation == "linear"
-        i = np.arange(rows) % nx if linear else np.clip(np.arange(rows) - 1, 0, nx - 1)
-        sample = (i[:, None] * ny + np.arange(columns) % ny).ravel()
-        first = 0 if linear else 1
-        *ends, weight = stencil.links()
-        used = weight > 0
-        ends = np.stack(ends)[:, used]
-        row = np.repeat(np.arange(rows), columns)
-        return cls(
-            film=film,
-            ends=ends,
-            between=ends,
-            weight=weight[used],
-            rule=rule,
-            to_places=_chosen(sample, nx * ny),
-            to_samples=_chosen(node[first : first + nx, :ny].ravel(), node.size),
-            inlet=row == 0,
-            free=(row > 0) & (row < rows - 1),
-        )
-
-    @classmethod
-    def uniform(cls, film: GridFilm, halvings: int) -> "Network":
-        """A network whose triangles are 2^-halvings samples wide.
-
-        For negative halvings the number of samples must be divisible by this width.
-        """
-        linear = film.representation == "linear"
-        squares = tuple(n - (linear and not film.gap.periodic) for n in film.gap.shape)
-        mesh = uniform_mesh(
-            (squares[0], squares[1]), 2 ** max(-halvings, 0), film.sides == "periodic"
-        )
-        if halvings > 0:
-            mesh = refine(mesh, np.full(len(mesh.cells), 2 * halvings, dtype=np.int8)).mesh
-        return cls.on_mesh(film, mesh)
-
-    @classmethod
-    def on_mesh(cls, film: GridFilm, mesh: NestedMesh) -> "Network":
-        """The network along the legs of the triangles of a mesh."""
-        linear, cells = film.representation == "linear", mesh.twin[mesh.cells]
-        count = len(mesh.xy)
-        low, high = np.sort(cells[:, [[0, 1], [0, 2]]].reshape(-1, 2).astype(np.int64), axis=1).T
-        key, first, legs = np.unique(low * count + high, return_index=True, return_inverse=True)
-        ends = np.stack(np.divmod(key, count))
-        last = np.empty(len(key), dtype=np.int64)
-        last[legs] = np.arange(len(legs))
-        own = np.arange(count) == mesh.twin
-        of_legs, of_longest = _half_cotangents(mesh, film.gap.spacing)
-        legs = legs.reshape(-1, 2)
-        oblique = np.flatnonzero(np.abs(of_longest) > RIGHT)
-        return cls(
-            film=film,
-            ends=np.hstack([ends, cells[oblique, 1:].T]),
-            between=ends if linear else np.stack([first, last]) // 2,
-            weight=np.append(np.bincount(legs.ravel(), of_legs.ravel()), of_longest[oblique]),
-            rule="linear-gap" if linear else "arithmetic",
-            to_places=_gap_at_vertices(mesh, film) if linear else _gap_of_cells(mesh, film),
-            to_samples=_pressure_at_samples(mesh, cells, film.gap.shape, 0.0 if linear else 0.5),
-            inlet=mesh.inlet,
-            free=own & ~mesh.inlet & ~mesh.outlet,
-            mesh=mesh,
-            legs=legs,
-            beside=legs[oblique].T,
-        )
 
     def conductances(self, gap: np.ndarray) -> np.ndarray:
         """Conductances (links,) with a gap at the places, times 12 η."""
@@ -161,6 +86,58 @@ class Network:
             matrix = sparse.csr_array(sparse.vstack([matrix, of_longest]))
         return _times(self.weight, matrix)
 
+
+@dataclass(frozen=True, eq=False)
+class MeshNetwork(Network):
+    """The network along the legs of the triangles of a mesh."""
+
+    mesh: NestedMesh
+    legs: np.ndarray  #: (C, 2), link along each leg of a triangle
+
+    @classmethod
+    def uniform(cls, film: GridFilm, halvings: int) -> Self:
+        """A network whose triangles are 2^-halvings samples wide.
+
+        For negative halvings the number of samples must be divisible by this width.
+        """
+        linear = film.representation == "linear"
+        squares = tuple(n - (linear and not film.gap.periodic) for n in film.gap.shape)
+        mesh = uniform_mesh(
+            (squares[0], squares[1]), 2 ** max(-halvings, 0), film.sides == "periodic"
+        )
+        if halvings > 0:
+            mesh = refine(mesh, np.full(len(mesh.cells), 2 * halvings, dtype=np.int8)).mesh
+        return cls.on_mesh(film, mesh)
+
+    @classmethod
+    def on_mesh(cls, film: GridFilm, mesh: NestedMesh) -> Self:
+        """The network of a mesh."""
+        linear, cells = film.representation == "linear", mesh.twin[mesh.cells]
+        count = len(mesh.xy)
+        low, high = np.sort(cells[:, [[0, 1], [0, 2]]].reshape(-1, 2).astype(np.int64), axis=1).T
+        key, first, legs = np.unique(low * count + high, return_index=True, return_inverse=True)
+        ends = np.stack(np.divmod(key, count))
+        last = np.empty(len(key), dtype=np.int64)
+        last[legs] = np.arange(len(legs))
+        own = np.arange(count) == mesh.twin
+        of_legs, of_longest = _half_cotangents(mesh, film.gap.spacing)
+        legs = legs.reshape(-1, 2)
+        oblique = np.flatnonzero(np.abs(of_longest) > RIGHT)
+        return cls(
+            film=film,
+            ends=np.hstack([ends, cells[oblique, 1:].T]),
+            between=ends if linear else np.stack([first, last]) // 2,
+            weight=np.append(np.bincount(legs.ravel(), of_legs.ravel()), of_longest[oblique]),
+            rule="linear-gap" if linear else "arithmetic",
+            to_places=_gap_at_vertices(mesh, film) if linear else _gap_of_cells(mesh, film),
+            to_samples=_pressure_at_samples(mesh, cells, film.gap.shape, 0.0 if linear else 0.5),
+            inlet=mesh.inlet,
+            free=own & ~mesh.inlet & ~mesh.outlet,
+            beside=legs[oblique].T,
+            mesh=mesh,
+            legs=legs,
+        )
+
     def past_legs(self, gap: np.ndarray) -> np.ndarray:
         """Conductances (C,) of triangles along their longest sides beside their legs, times 12 η.
 
@@ -168,8 +145,7 @@ class Network:
         the other two corners leads through all the same. Zero where a sample fills a pixel, whose
         gap is even. The gap is that at the places.
         """
-        mesh = present(self.mesh, "mesh")
-        corners = mesh.twin[mesh.cells]
+        corners = self.mesh.twin[self.mesh.cells]
         if self.rule != "linear-gap":
             return np.zeros(len(corners))
         right, a, b = gap[corners.T]
@@ -185,7 +161,7 @@ class Network:
         varies: np.ndarray | None = None,
         anyway: np.ndarray | None = None,
         film: GridFilm | None = None,
-    ) -> "Network":
+    ) -> Self:
         """Network whose triangles are half as wide where they hold a share of a sum over links.
 
         A link's error falls with the square of its length: each triangle counts by its area, and by
@@ -205,7 +181,7 @@ class Network:
         film
             One of the same patch with as many samples or more; that of this network if None.
         """
-        mesh, legs = present(self.mesh, "mesh"), present(self.legs, "legs")
+        mesh, legs = self.mesh, self.legs
         a, b = (mesh.xy[corner] / PIXEL for corner in mesh.cells.T[:2])
         beside = np.bincount(legs.ravel())
         of_cells = (of_links[: len(beside)] / beside)[legs].sum(axis=1)
@@ -221,6 +197,34 @@ class Network:
         film = film or self.film
         pixels = film.gap.shape[0] // self.film.gap.shape[0]
         return self.on_mesh(film, refine(mesh, times).mesh.in_pixels(pixels))
+
+
+def stencil_network(film: GridFilm, rule: str) -> Network:
+    """The network of the finite differences, for all films on the grid of this one."""
+    nx, ny = film.gap.shape
+    flat = GridField(np.ones((nx, ny)), film.gap.spacing, film.gap.periodic)
+    stencil = flow_grid(GridFilm(flat, film.sides, film.representation), 1 / 12, rule).stencil
+    node = np.arange(np.prod(stencil.shape)).reshape(stencil.shape)
+    (rows, columns), linear = node.shape, film.representation == "linear"
+    i = np.arange(rows) % nx if linear else np.clip(np.arange(rows) - 1, 0, nx - 1)
+    sample = (i[:, None] * ny + np.arange(columns) % ny).ravel()
+    first = 0 if linear else 1
+    *ends, weight = stencil.links()
+    used = weight > 0
+    ends = np.stack(ends)[:, used]
+    row = np.repeat(np.arange(rows), columns)
+    return Network(
+        film=film,
+        ends=ends,
+        between=ends,
+        weight=weight[used],
+        rule=rule,
+        to_places=_chosen(sample, nx * ny),
+        to_samples=_chosen(node[first : first + nx, :ny].ravel(), node.size),
+        inlet=row == 0,
+        free=(row > 0) & (row < rows - 1),
+        beside=np.empty((2, 0), dtype=int),
+    )
 
 
 def _chosen(columns: np.ndarray, count: int) -> sparse.csr_array:

@@ -25,7 +25,7 @@ from fem_seal.coupling.state import log_ratio
 from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.network.film_pressure import eliminated
-from fem_seal.network.network import Network
+from fem_seal.network.network import MeshNetwork
 from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
 
@@ -134,7 +134,7 @@ def test_a_channel_that_coarse_networks_miss():
     settings = ["surface.shape=[256, 256]", "surface.seed=5", "contact.pressure=0.30 MPa"]
     problem = problem_of(fs.Scene.from_file(FIRST, settings))
     pressure = np.full(problem.height.shape, problem.outlet)
-    network = Network.uniform(problem.touching_film, 0)
+    network = MeshNetwork.uniform(problem.touching_film, 0)
     closer = replace(problem, settings=replace(problem.settings, rtol=0.01))
     for epsilon in problem.roughness * np.geomspace(0.02, 3e-4, 7):
         contact = problem.contact_under(pressure)

@@ -1,7 +1,6 @@
 """The fluid's pressure on the samples of a contact, and the tangents of contact and flow."""
 
 import re
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,13 +10,12 @@ from scipy import sparse
 
 from fem_seal.coupling.multigrid import by_multigrid
 from fem_seal.coupling.point import LiftPoint
-from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.solver import by_differences
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.network.film_pressure import PRESSURE_TOLERANCE, FilmPressure, eliminated
-from fem_seal.network.network import Network
+from fem_seal.network.network import MeshNetwork, stencil_network
 from fem_seal.progress import NOTE
 
 SHAPE = 16, 24
@@ -34,17 +32,17 @@ def rough(seed=0):
 
 
 multigrid = partial(by_multigrid, eliminated=eliminated)
-of_stencil = partial(Network.of_stencil, rule="linear-gap")
+of_stencil = partial(stencil_network, rule="linear-gap")
 
 
 def pressure_in(film, network, values, solver=eliminated):
-    network = Network.uniform(film, network) if isinstance(network, int) else network
+    network = MeshNetwork.uniform(film, network) if isinstance(network, int) else network
     return FilmPressure(network, values, np.ones(SHAPE), solver)
 
 
 def mixed(film):
     """A network of triangles between two pixels and a quarter of one wide."""
-    rng, network = np.random.default_rng(3), Network.uniform(film, -1)
+    rng, network = np.random.default_rng(3), MeshNetwork.uniform(film, -1)
     for _ in range(3):
         network = network.refined(rng.random(len(network.weight)) ** 8, 0.5)
     return network
@@ -75,12 +73,6 @@ def test_uniform_film(sides, representation, make):
     np.testing.assert_allclose(u, np.broadcast_to(exact[:, None], SHAPE), atol=1e-13)
 
 
-@pytest.mark.parametrize("part", ["mesh", "legs"])
-def test_a_network_with_a_part_of_its_mesh_is_refused(part):
-    with pytest.raises(Inconsistent, match="not both"):
-        replace(Network.uniform(film_of(rough(), "wall", "linear"), 0), **{part: None})
-
-
 def gate(spacing):
     """A wall with a gate one sample wide: most of the mean pressure's error is made there.
 
@@ -107,12 +99,12 @@ def test_smaller_triangles_where_they_matter(spacing, where_it_varies):
     """Three refinements near the gate come closer to the limit than three of the whole patch, with
     half as many nodes; only where the gap varies, closer than as many nodes everywhere."""
     film, solved = gate(spacing)
-    local = Network.uniform(film, 0)
+    local = MeshNetwork.uniform(film, 0)
     for _ in range(3):
         _, by_links, varies = solved(local)
         local = local.refined(by_links, 0.9, varies if where_it_varies else None)
     times, fewer = (1, 1) if where_it_varies else (3, 2)
-    whole, exact = Network.uniform(film, times), solved(Network.uniform(film, 4))[0]
+    whole, exact = MeshNetwork.uniform(film, times), solved(MeshNetwork.uniform(film, 4))[0]
     assert abs(solved(local)[0] - exact) < abs(solved(whole)[0] - exact)
     assert fewer * local.free.sum() < whole.free.sum()
 
@@ -130,7 +122,7 @@ def test_a_channel_along_diagonals_is_found():
 
     def halved(gap, found):
         film = film_of(gap, "periodic", "linear", (1.0, 1.0))
-        network = Network.uniform(film, 0)
+        network = MeshNetwork.uniform(film, 0)
         flow = FilmPressure(network, gap, np.ones((n, n)), eliminated)
         by_links, past_legs = flow.by_parts(np.ones((n, n)), 1e-12)
         also = past_legs > 1e-3 * past_legs.max()
