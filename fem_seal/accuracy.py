@@ -166,14 +166,13 @@ def _refined(first: Patch, allowed: float) -> tuple[Patch, tuple[Trial, ...]]:
 def _grid_error(tried: Sequence[Patch]) -> Uncertainty:
     """What a grid finer than the last one would change."""
     if tried[-1].leak_rate.state == "sealed":
-        return tried[-1].once(of_sealed)
+        return of_sealed(tried[-1])
     return error_beside(tried[-1], rate_interval(tried[-2])) if len(tried) > 1 else UNKNOWN
 
 
 def known_error(log_error: float) -> float | None:
-    """Relative error of |ln| of a ratio of leak rates; None if it is not known."""
-    error = relative_error(log_error)
-    return error if error < inf else None
+    """Relative error of |ln| of a ratio of leak rates; None if not known or beyond doubles."""
+    return expm1(log_error) if log_error < 700 else None
 
 
 def chosen_patch(
@@ -199,11 +198,6 @@ def flow_log_error(leak: LeakRate) -> float:
         return 0.0
     lower, upper = leak.refined_bounds
     return 0.5 * log(upper / lower) if lower > 0 else inf
-
-
-def relative_error(log_error: float) -> float:
-    """Relative error of |ln| of a ratio of leak rates; infinite beyond double precision."""
-    return expm1(log_error) if log_error < 700 else inf
 
 
 def error_words(error: float | None) -> str:

@@ -131,7 +131,7 @@ def pays_beside(samples: float, lifted: bool, comm: parallel.Comm = None) -> boo
 
 
 def half_solver(patch: Patch) -> Callable[[], Interval | None]:
-    """Function that solves half of the samples; it returns None if their solid is lifted off."""
+    """Function that solves half of the samples here; `half_beside` keeps another in its place."""
     return partial(_solved_here, patch)
 
 

@@ -96,7 +96,7 @@ class Patch:
         self.lift, self._contact_start = lift or scene.lift, contact_start
         self._surface, self._load, self._flow_settings = surface, load, flow_settings
         self._contact = contact
-        self._values: dict[Any, Any] = {}
+        self._values: dict[Callable[[Patch], Any], Any] = {}
 
     def __repr__(self) -> str:
         """The scene, and the steps that have been computed."""

@@ -12,13 +12,12 @@ compare.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from math import inf
+from math import expm1, inf
 from pathlib import Path
 from time import process_time
 
 import numpy as np
 
-from fem_seal.accuracy import relative_error
 from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
@@ -260,7 +259,7 @@ def trade_of(runs: Sequence[Run]) -> Trade:
     reference = finest.leak_rate
     change = change_of((coarser.leak_rate,) * 2, (reference,) * 2)
     part = finest.unresolved / finest.critical_gap
-    estimated = relative_error(grid_error(change, part, finest.counting_error).log_error)
+    estimated = expm1(grid_error(change, part, finest.counting_error).log_error)
     uncertainty = max(estimated, relative_half_width(*finest.bounds))
     sealed = tuple(samples for samples, run in best.items() if run.state == "sealed")
     points = tuple(
