@@ -53,13 +53,12 @@ class Loaded:
 # %%
 def loaded(scene: Path, changes: list[str], count: int) -> list[Loaded]:
     """Solve contact and flow under rising loads; the last one seals."""
-    dry = [*changes, 'flow.lift="none"']
-    closing = threshold(Patch(Scene.from_file(scene, dry))).pressure_sealed
+    dry = Scene.from_file(scene, changes).with_({"flow.lift": "none"})
+    closing = threshold(Patch(dry)).pressure_sealed
     steps = []
     for left in np.linspace(1, 0, count):
         pressure = closing * (1 - (1 - FIRST) * left**2)
-        settings = [*dry, f"contact.pressure={pressure}", 'output.products=["pictures"]']
-        patch = Patch(Scene.from_file(scene, settings))
+        patch = Patch(dry.with_({"contact.pressure": pressure, "output.products": ["pictures"]}))
         steps.append(Loaded(pressure, patch.film, patch.leak_rate))
     return steps
 
