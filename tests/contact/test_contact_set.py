@@ -101,7 +101,8 @@ def test_rounding_refuses_no_correct_state(shape, load):
     # This pressure flattens the surface exactly: any gap is rounding.
     pressure = pair.half_space.pressure(pair.scaled_heights) + wanted
     noise = np.abs(problem.gap(pressure)).max()
-    assert noise < problem.rounding(pressure) < 1000 * noise
+    # 4 to 61 times the noise was seen: nothing says how far below its bound an FFT stays.
+    assert noise < problem.rounding(pressure) < 3 * 61 * noise
     state = press(surface, SOLID, Load("pressure", load * E_STAR), ContactStopping(tolerance=1e-2))
     assert state.contact_area_fraction == 1
 

@@ -96,13 +96,16 @@ PRESSURE = 0.2 * E_STAR * SLOPE
 
 
 def test_saves_iterations(rule):
-    """Same contact from fewer iterations, by a fifth: a few fewer might be chance."""
+    """Same contact from 0.48 to 0.56 times the iterations, on five surfaces: 16 to 20 of 33 to 36.
+
+    At most 0.7 is allowed: the ratio of the most to the fewest was 1.25.
+    """
     height = rough_surface((256, 256), hurst=0.4, short=1, long=32)
     extended = solved(height, PRESSURE)
     rule(STEADY=0.0, STEADY_AT_START=0.0)
     cut_off = solved(height, PRESSURE)
     assert differing(extended, cut_off) <= 1
-    assert extended.iterations < 0.8 * cut_off.iterations
+    assert extended.iterations < 0.7 * cut_off.iterations
 
 
 def test_safeguard(rule):

@@ -1,6 +1,7 @@
 """The threshold: one side of it leaks and the other does not."""
 
 from functools import partial
+from math import ceil, log
 
 import numpy as np
 import pytest
@@ -13,7 +14,13 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.constriction import constriction
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.scene import Scene
-from fem_seal.threshold import Threshold, threshold_of_cut, threshold_of_pressure
+from fem_seal.threshold import (
+    LOAD_RATIO,
+    PRECISION,
+    Threshold,
+    threshold_of_cut,
+    threshold_of_pressure,
+)
 
 
 @pytest.fixture
@@ -71,7 +78,10 @@ def test_elastic_threshold_lies_between_contacts_that_leak_and_seal(scene, press
     for pressure, state in ((found.pressure_leaking, False), (found.pressure_sealed, True)):
         contact = press(patch.surface, ElasticSolid(1e7), Load("pressure", pressure))
         assert sealed(contact.gap) is state
-    assert 0 < found.contacts < 25
+    # Steps of the load to the other side of the threshold, then halves of the last one.
+    steps = abs(log(found.pressure_leaking / patch.elastic_state.mean_pressure)) / log(LOAD_RATIO)
+    halves = log(log(LOAD_RATIO) / log(1 + PRECISION), 2)
+    assert found.contacts == ceil(steps) + ceil(halves)
 
 
 def under(pressure, near=None, height=None):

@@ -42,7 +42,12 @@ def test_wave(m, n):
 
 @pytest.mark.parametrize("angle", [0, 30, 90, 150])
 def test_stretched_surface(angle):
-    """Stretching by s divides the slopes along it by s; 300 waves scatter by 1/√300 and 4 %."""
+    """Stretching by s divides the slopes along it by s.
+
+    The ratio scatters by 11 %, the angle by 1.7 degrees: 5 % and 0.7 from 300 waves, as
+    √(<q⁴>/(600 <q²>²)), the rest since few wavelengths are on the map. Seed 1 was seen to be off by
+    up to 14.6 % and 2.1 degrees.
+    """
     lay = Lay.of(rough(stretch=4, angle=angle))
     assert lay.ratio == pytest.approx(4, rel=0.15)
     assert abs((lay.angle - angle + 90) % 180 - 90) < 3

@@ -58,10 +58,11 @@ def fine_waves():
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.4])
 def test_conductivity_of_waves(fine_waves, share):
-    """The open width is known to a sample: K, which falls faster than its third power, to 3 %."""
+    """If the order in the sample is one or more, half as many change K by its error at least."""
     lower, upper = fine_waves.bounds(share * WAVE.full)
+    coarse, _ = waves(128).bounds(share * WAVE.full)
     exact = WAVE.conductivity(share * WAVE.full, 1e-3)
-    assert lower == pytest.approx(exact, rel=0.03)
+    assert lower == pytest.approx(exact, abs=abs(lower - coarse))
     assert lower <= upper <= 1.011 * lower
 
 
@@ -81,9 +82,11 @@ def test_seal_of_waves(fine_waves, kind):
         loads = np.linspace(0, P, 401)
         table = exact_table(loads, [WAVE.conductivity(load, 1e-3) for load in loads])
         exact = seal_flow(table, profile, STRIP, ends).value
-    assert outcome.lower * 0.97 < exact < outcome.upper * 1.03
-    # ln K is interpolated, and K itself is off by up to 3 %.
-    assert outcome.value == pytest.approx(exact, rel=0.05)
+    # K of the samples is off by most under the highest load; half as many show by how much.
+    off = fine_waves.bounds(P)[0] / waves(128).bounds(P)[0]
+    assert outcome.lower / off < exact < outcome.upper * off
+    # Between the loads ln K is interpolated, with hardly an error beside that of their flows.
+    assert outcome.value == pytest.approx(exact, rel=RTOL)
 
 
 def rough(rtol=RTOL):
@@ -185,7 +188,7 @@ def test_the_gap_is_convex_in_the_load(seed):
     room = 1e-5 * patch.patch.surface.values.std()
     assert (w <= 0.7 * a + 0.3 * b + room).all()
     assert (w >= b + 1.4 / 0.2 * (b - c) - 10 * room).all()
-    # Neither is nearly an equality.
+    # Neither is nearly an equality: 20 000 times and more was seen.
     assert (w < 0.7 * a + 0.3 * b - 1000 * room).any()
 
 
