@@ -33,7 +33,7 @@ def lifting_problem(
         # Finite differences do without FEniCSx.
         from fem_seal.coupling.multigrid import by_multigrid
 
-        solver = partial(by_multigrid, eliminated=eliminated, report=report)
+        solver = partial(by_multigrid, report=report)
 
     def leak_rate(settings: FlowSettings, film: GridFilm) -> LeakRate:
         return FLOWS[settings.method](settings, film, report, comm)

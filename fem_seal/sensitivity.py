@@ -167,7 +167,7 @@ class ByLoad:
         problem, gap, stride = self.problem, self.contact.gap, 2**self.problem.doublings
         dx, dy = gap.spacing
         coarse = GridField(gap.values[::stride, ::stride], (stride * dx, stride * dy), gap.periodic)
-        network = MeshNetwork.uniform(problem.film(coarse), 0)
+        network = MeshNetwork.uniform(problem.film(coarse), 1)
         flow = problem.film_pressure(coarse.values, network, self._point.epsilon)
         return float(np.vdot(flow.log_rate_by_gap, self.gap[::stride, ::stride]))
 

@@ -12,7 +12,6 @@ therefore depends on the last coarse grid alone, of two samples a block.
 """
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from fem_seal.coupling.multigrid import by_multigrid
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.stencil import Stencil, flow_grid
-from fem_seal.network.film_pressure import eliminated
 from fem_seal.theory.bruggeman import effective_conductivity
 
 # Most samples along a side for which the solved pressure is computed as well.
@@ -125,5 +123,4 @@ def blocks(gap: np.ndarray) -> tuple[Stencil, np.ndarray, np.ndarray]:
 
 def solved_pressure(stencil: Stencil, carrying: np.ndarray) -> np.ndarray:
     """Pressure of a stencil, NaN at nodes that are not `carrying`."""
-    solver = partial(by_multigrid, eliminated=eliminated)
-    return stencil.pressure(carrying, lambda matrix, b: solver(matrix)(b, TOLERANCE))
+    return stencil.pressure(carrying, lambda matrix, b: by_multigrid(matrix)(b, TOLERANCE))

@@ -7,17 +7,17 @@ from scipy import sparse
 
 from fem_seal.fenicsx import PETSc
 from fem_seal.flow.linear import MAX_ITERATIONS, destroy, preconditioned_cg
-from fem_seal.network.film_pressure import Solve, Solver
+from fem_seal.network.film_pressure import Solve, eliminated
 from fem_seal.progress import NOTE, Report, silent
 
 
-def by_multigrid(matrix: sparse.csr_array, eliminated: Solver, report: Report = silent) -> Solve:
+def by_multigrid(matrix: sparse.csr_array, report: Report = silent) -> Solve:
     """Solver (right side, relative tolerance) -> solution of a symmetric positive matrix.
 
     CG stops by the norm of the preconditioned residual, which is about that of the error: pockets
     that hardly conduct count as much as the channels. CG breaks down at conductances over more
-    decades than double precision has digits; the solver of `eliminated` takes its place then, and
-    the user is told. The iterations and the residual of each solve are reported.
+    decades than double precision has digits; elimination takes its place then, and the user is
+    told. The iterations and the residual of each solve are reported.
     """
     index = PETSc.IntType
     rows = matrix.indptr.astype(index), matrix.indices.astype(index), matrix.data

@@ -175,7 +175,7 @@ class LiftProblem:
         """The coarsest network of the flow; that of finite differences is never refined."""
         if self.settings.method == "finite-difference":
             return stencil_network(self.touching_film, self.settings.links)
-        return MeshNetwork.uniform(self.touching_film, -self.doublings)
+        return MeshNetwork.uniform(self.touching_film, 2**self.doublings)
 
     @cached_property
     def chain(self) -> "list[LiftProblem]":

@@ -95,18 +95,11 @@ class MeshNetwork(Network):
     legs: np.ndarray  #: (C, 2), link along each leg of a triangle
 
     @classmethod
-    def uniform(cls, film: GridFilm, halvings: int) -> Self:
-        """A network whose triangles are 2^-halvings samples wide.
-
-        For negative halvings the number of samples must be divisible by this width.
-        """
+    def uniform(cls, film: GridFilm, width: int) -> Self:
+        """A network of triangles as wide as so many samples, a divisor of those along each side."""
         linear = film.representation == "linear"
         squares = tuple(n - (linear and not film.gap.periodic) for n in film.gap.shape)
-        mesh = uniform_mesh(
-            (squares[0], squares[1]), 2 ** max(-halvings, 0), film.sides == "periodic"
-        )
-        if halvings > 0:
-            mesh = refine(mesh, np.full(len(mesh.cells), 2 * halvings, dtype=np.int8)).mesh
+        mesh = uniform_mesh((squares[0], squares[1]), width, film.sides == "periodic")
         return cls.on_mesh(film, mesh)
 
     @classmethod

@@ -134,7 +134,7 @@ def test_a_channel_that_coarse_networks_miss():
     settings = ["surface.shape=[256, 256]", "surface.seed=5", "contact.pressure=0.30 MPa"]
     problem = problem_of(fs.Scene.from_file(FIRST, settings))
     pressure = np.full(problem.height.shape, problem.outlet)
-    network = MeshNetwork.uniform(problem.touching_film, 0)
+    network = MeshNetwork.uniform(problem.touching_film, 1)
     closer = replace(problem, settings=replace(problem.settings, rtol=0.01))
     for epsilon in problem.roughness * np.geomspace(0.02, 3e-4, 7):
         contact = problem.contact_under(pressure)
