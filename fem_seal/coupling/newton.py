@@ -23,8 +23,6 @@ class Steps:
     difficult: bool
     failure: str  #: why the last point is no equilibrium, else ""
     lost: bool = False  #: whether one of their stages has come to no equilibrium
-    #: last equilibrium with a small ε, if its film is sealed and no path has opened since
-    sealed: LiftPoint | None = None
     change: float = inf  #: of ln Q by the flow of the last stage
     error: float = inf  #: of ln Q, estimated
 

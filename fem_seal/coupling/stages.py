@@ -83,117 +83,135 @@ class _Changes:
 def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
     """Go on from the equilibrium of the first stage.
 
-    After difficult steps ln Q changes by more than its first order: the error is at least what the
-    steps of the stage before have `moved` ln Q, and the stage is solved `CLOSELY`.
+    A stage begins with the fluid's pressure of the stage before. The flow of this first point tells
+    the error of that stage. If it is small enough, the point is an equilibrium already, and on all
+    samples the last one. Else Newton's steps lead to that of this stage.
     """
-    changes, error, moved = _Changes(), inf, 0.0
+    search = _Search(problem, steps)
     for _ in range(MOST_STAGES):
-        began, point = perf_counter(), steps.point
-        start = _next_start(problem, steps, error)
-        if isinstance(start, _NoStage):
-            return _ended(problem, steps, changes, error, start.reason)
-        changes = changes.after(point, start)
-        error = point.log_rate_error(start) + changes.to_come
-        error = max(error, moved if steps.difficult else 0.0) + start.by_epsilon
-        settled = error <= problem.allowed
-        if changes.grown == MOST_GROWN and not settled:
-            reason = "each finer network changes the leak rate more than the one before"
-            return _ended(problem, steps, changes, error, reason)
-        if settled and start.keeps_load and not (point.sealed or start.sealed or steps.failure):
-            # The first point of the stage is an equilibrium without a step.
-            steps = Steps(start, (start.size,), False, "").after(steps)
+        began = perf_counter()
+        start = search.next_start()
+        if isinstance(start, str):
+            return search.ended(start)
+        search = search.estimated(start)
+        if search.changes.grown == MOST_GROWN and search.error > problem.allowed:
+            return search.ended("each finer network changes the leak rate more than the one before")
+        if search.accepts(start):
+            accepted = Steps(start, (start.size,), False, "")
+            search = replace(search, steps=accepted.after(search.steps))
             if start.problem is problem:
-                return _ended(problem, steps, changes, error)
+                return search.ended()
             continue
-        tolerance = (CLOSELY if steps.difficult else 1.0) * problem.allowed
-        tried = equilibrium(start, tolerance)
-        known = tried.point if _sealed(problem, tried.point) and not tried.failure else steps.sealed
-        steps = replace(tried.after(steps), sealed=known if tried.point.sealed else None)
-        moved = log_ratio(steps.point.flow.conductance, start.flow.conductance)
+        search = search.solved(start)
         if start.problem is problem:  # no state has fewer samples
             # The next network has four times the nodes. The contacts need most of the memory.
             time = 4 * (perf_counter() - began)
             exceeded = problem.settings.limits.exceeded(problem.began, 1.0, time, "stage")
             if exceeded:
-                return _ended(problem, steps, changes, error, exceeded)
-    return _ended(problem, steps, changes, error, f"it has not in {MOST_STAGES} stages")
-
-
-def _ended(
-    problem: LiftProblem, steps: Steps, changes: _Changes, error: float, reason: str = ""
-) -> Steps:
-    """The steps of all stages with the error that they leave, and why no further one follows.
-
-    If the last stages have no equilibrium, but leave the film sealed, the point is `Steps.sealed`.
-    """
-    if steps.failure and steps.sealed is not None:
-        steps = replace(steps, point=steps.sealed, failure="")
-    on_all_samples = steps.point.problem is problem
-    unfinished = error > problem.allowed or not on_all_samples
-    if _negligible(problem, steps.point) or not on_all_samples:
-        error = inf  # the stages to come were not solved
-    if steps.failure:
-        error = max(error, steps.point.step.log_rate)
-    error = max(error, LEAST_ERROR * problem.allowed)
-    failure = steps.failure or (reason if unfinished else "")
-    return replace(steps, change=changes.last, error=error, failure=failure)
-
-
-def _negligible(problem: LiftProblem, point: LiftPoint) -> bool:
-    """Whether the film leaks, on all samples, too little to go on; the lift has not settled."""
-    return point.problem is problem and point.flow.conductance <= problem.negligible
-
-
-def _sealed(problem: LiftProblem, point: LiftPoint) -> bool:
-    """Whether the film is sealed, on all samples and with a small ε."""
-    small = point.problem is problem and point.epsilon <= SEALED * problem.roughness
-    return small and point.sealed
+                return search.ended(exceeded)
+    return search.ended(f"it has not in {MOST_STAGES} stages")
 
 
 @dataclass(frozen=True)
-class _NoStage:
-    """No further stage is needed, or none can be solved."""
+class _Search:
+    """What the stages so far have left."""
 
-    reason: str = ""  #: why none can be solved; empty if none is needed
+    problem: LiftProblem  #: that of all samples
+    steps: Steps  #: of all stages
+    changes: _Changes = _Changes()
+    error: float = inf  #: of ln Q in the stage before, as the last first point tells it
+    moved: float = 0.0  #: change of ln Q by the steps of the last stage that took some
+    #: last equilibrium with a small ε, if its film is sealed and no path has opened since
+    sealed: LiftPoint | None = None
 
+    def next_start(self) -> LiftPoint | str:
+        """The first point of the next stage, or why there is none; "" where none is needed.
 
-def _next_start(problem: LiftProblem, steps: Steps, error: float) -> LiftPoint | _NoStage:
-    """The first point of the next stage.
+        None is needed where the film stays sealed with a small ε, or its leak rate is negligible.
+        """
+        problem, point, chain = self.problem, self.steps.point, self.problem.chain
+        if self._negligible(point):
+            return ""
+        sealed = point.problem is problem and point.sealed
+        stays_sealed = sealed and point.stays_sealed
+        small = self._sealed(point) and not self.steps.failure
+        if stays_sealed and (small or problem.never_opens):
+            return ""
+        more = len(chain) if self.error <= LITTLE * problem.allowed else 1
+        following = chain[min(chain.index(point.problem) + more, len(chain) - 1)]
+        network, epsilon = point.finer(following)
+        if stays_sealed:
+            epsilon = min(epsilon, SEALED * problem.roughness)
+        # A smaller ε³ is lost in the rounding of g³: the pressure in pockets would be rounding.
+        least = np.cbrt(float_info.epsilon) * problem.roughness
+        if epsilon < least:
+            if sealed:
+                return ""
+            epsilon = least
+        if following is point.problem and network is point.network and epsilon == point.epsilon:
+            return "a smaller ε is lost in the rounding of the gap's cube"
+        if len(network.free) > MOST_NODES:
+            return f"a finer network would have more than {number_of(MOST_NODES, 'node')}"
+        if following is point.problem:
+            return replace(point, network=network, epsilon=epsilon)
+        pressure = following.interpolated(point.pressure)
+        # From this start a contact takes two thirds of the iterations that it takes without one.
+        start = np.maximum(following.interpolated(point.contact.pressure.values), 0.0)
+        pressed = following.contact_under(pressure, start)
+        return LiftPoint(following, network, epsilon, pressure, pressed)
 
-    None is needed where the film stays sealed with a small ε, or its leak rate is negligible.
+    def estimated(self, start: LiftPoint) -> "_Search":
+        """The search with the error of its last point, as the first one of the next stage tells it.
 
-    Parameters
-    ----------
-    error
-        Of ln Q in the stage before.
-    """
-    point, chain = steps.point, problem.chain
-    if _negligible(problem, point):
-        return _NoStage()
-    sealed = point.problem is problem and point.sealed
-    stays_sealed = sealed and point.stays_sealed
-    small = _sealed(problem, point) and not steps.failure
-    if stays_sealed and (small or problem.never_opens):
-        return _NoStage()
-    more = len(chain) if error <= LITTLE * problem.allowed else 1
-    following = chain[min(chain.index(point.problem) + more, len(chain) - 1)]
-    network, epsilon = point.finer(following)
-    if stays_sealed:
-        epsilon = min(epsilon, SEALED * problem.roughness)
-    # A smaller ε³ is lost in the rounding of g³: the pressure in pockets would be that of rounding.
-    least = np.cbrt(float_info.epsilon) * problem.roughness
-    if epsilon < least:
-        if sealed:
-            return _NoStage()
-        epsilon = least
-    if following is point.problem and network is point.network and epsilon == point.epsilon:
-        return _NoStage("a smaller ε is lost in the rounding of the gap's cube")
-    if len(network.free) > MOST_NODES:
-        return _NoStage(f"a finer network would have more than {number_of(MOST_NODES, 'node')}")
-    if following is point.problem:
-        return replace(point, network=network, epsilon=epsilon)
-    pressure = following.interpolated(point.pressure)
-    # From this start a contact takes two thirds of the iterations that it takes without one.
-    start = np.maximum(following.interpolated(point.contact.pressure.values), 0.0)
-    pressed = following.contact_under(pressure, start)
-    return LiftPoint(following, network, epsilon, pressure, pressed)
+        After difficult steps ln Q changes by more than its first order: the error is then at least
+        what the steps of the stage before have `moved` ln Q.
+        """
+        changes = self.changes.after(self.steps.point, start)
+        error = self.steps.point.log_rate_error(start) + changes.to_come
+        error = max(error, self.moved if self.steps.difficult else 0.0) + start.by_epsilon
+        return replace(self, changes=changes, error=error)
+
+    def accepts(self, start: LiftPoint) -> bool:
+        """Whether the first point of a stage is its equilibrium without a step."""
+        little = self.error <= self.problem.allowed and start.keeps_load
+        return little and not (self.steps.point.sealed or start.sealed or self.steps.failure)
+
+    def solved(self, start: LiftPoint) -> "_Search":
+        """The search after Newton's steps from the first point of a stage."""
+        tolerance = (CLOSELY if self.steps.difficult else 1.0) * self.problem.allowed
+        steps = equilibrium(start, tolerance)
+        point = steps.point
+        sealed = point if self._sealed(point) and not steps.failure else self.sealed
+        return replace(
+            self,
+            steps=steps.after(self.steps),
+            moved=log_ratio(point.flow.conductance, start.flow.conductance),
+            sealed=sealed if point.sealed else None,
+        )
+
+    def ended(self, reason: str = "") -> Steps:
+        """The steps of all stages with the error that they leave, and why no further one follows.
+
+        If the last stages have no equilibrium, but leave the film sealed, the point is `sealed`.
+        """
+        problem, steps, error = self.problem, self.steps, self.error
+        if steps.failure and self.sealed is not None:
+            steps = replace(steps, point=self.sealed, failure="")
+        on_all_samples = steps.point.problem is problem
+        unfinished = error > problem.allowed or not on_all_samples
+        if self._negligible(steps.point) or not on_all_samples:
+            error = inf  # the stages to come were not solved
+        if steps.failure:
+            error = max(error, steps.point.step.log_rate)
+        error = max(error, LEAST_ERROR * problem.allowed)
+        failure = steps.failure or (reason if unfinished else "")
+        return replace(steps, change=self.changes.last, error=error, failure=failure)
+
+    def _negligible(self, point: LiftPoint) -> bool:
+        """Whether the film leaks, on all samples, too little to go on; the lift has not settled."""
+        return point.problem is self.problem and point.flow.conductance <= self.problem.negligible
+
+    def _sealed(self, point: LiftPoint) -> bool:
+        """Whether the film is sealed, on all samples and with a small ε."""
+        small = point.epsilon <= SEALED * self.problem.roughness
+        return point.problem is self.problem and small and point.sealed
