@@ -17,6 +17,7 @@ from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import log_ratio
 from fem_seal.digits import number_of
+from fem_seal.network.network import MeshNetwork
 
 MOST_STAGES = 10  # after the first one
 # Where each of so many finer networks in a row changes ln Q by more than the network before it, the
@@ -143,13 +144,14 @@ class _Search:
         if stays_sealed:
             epsilon = min(epsilon, SEALED * problem.roughness)
         # A smaller ε³ is lost in the rounding of g³: the pressure in pockets would be rounding.
+        # Finite elements take such an ε only for films that are all but sealed.
         least = np.cbrt(float_info.epsilon) * problem.roughness
-        if epsilon < least:
-            if sealed:
-                return ""
+        if epsilon < least and sealed:
+            return ""
+        if epsilon < least and not isinstance(network, MeshNetwork):
+            if point.epsilon == least and following is point.problem:
+                return "a smaller ε is lost in the rounding of the gap's cube"
             epsilon = least
-        if following is point.problem and network is point.network and epsilon == point.epsilon:
-            return "a smaller ε is lost in the rounding of the gap's cube"
         if len(network.free) > MOST_NODES:
             return f"a finer network would have more than {number_of(MOST_NODES, 'node')}"
         if following is point.problem:
