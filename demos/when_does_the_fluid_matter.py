@@ -136,6 +136,7 @@ def main(out: Path = Path("out"), n: int = 64, shares: tuple[float, ...] = SHARE
     assert factors == sorted(factors)
     forgettable = [p for p in points if p.share <= 0.01]
     assert all(abs(p.factor - 1) < 2 * TOLERANCE for p in forgettable)
+    # At p_in = 0.9 P₀ it is 430 on 32² samples.
     assert factors[-1] > 5
     return points
 

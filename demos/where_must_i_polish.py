@@ -88,7 +88,8 @@ def main(n: int = 128, tries: int = 4, rtol: float = 0.01, out: Path = Path("out
     result = Polished(change(order[-count:]), random)
     print(f"the sensitive tenth smoothed: ln Q changes by {result.sensitive:+.2f}")
     print("random tenths: " + ", ".join(f"{one:+.2f}" for one in random))
-    assert abs(result.sensitive) > 2 * max(map(abs, random)), result
+    # Ten times was seen, on 64² samples.
+    assert abs(result.sensitive) > 3 * max(map(abs, random)), result
     draw_changes(result, Path(out) / "polished.png")
     return result
 

@@ -47,7 +47,8 @@ def test_the_regularised_dual_never_becomes_a_bound(opening, representation, sid
         assert len(stopped.levels) == 1 or stopped.unknowns <= 40
         assert 0 <= stopped.lower <= truth.upper
         assert truth.lower <= stopped.upper
-        assert stopped.levels[-1].upper > 10 * truth.upper  # on a mesh that sees little of it
+        # On a mesh that sees little of the barrier: 19 times was the least that was seen.
+        assert stopped.levels[-1].upper > 10 * truth.upper
 
 
 def test_the_time_of_the_last_dual_counts():
@@ -175,7 +176,9 @@ def test_multiples_of_a_gap(sides):
         lower = flows[-1].conductances_below(film(factor))
         higher = flows[-1].resistances_above(film(1 / factor))
         cubes = np.array([1.0, factor]) ** 3
-        assert unit * lower == pytest.approx(leak.upper * cubes, rel=1e-9)
+        # Each term of an energy has a rounding error of 160 units at most (flow/energy.py).
+        assert unit * lower == pytest.approx(leak.upper * cubes, rel=160 * np.finfo(float).eps)
+        # Up to 6e-10 was seen, at a tenth of the gap.
         assert unit / higher == pytest.approx(leak.lower / cubes, rel=1e-9)
 
 
