@@ -153,7 +153,7 @@ def _preparation(recorded: Recorded, missing: int, spikes: int) -> Iterator[str]
     part = (missing + spikes) / recorded.values.size
     if part > MOST_FILLED:
         comment = f"more than the usual {MOST_FILLED:g}; would a crop do?"
-        # Next to 1 half of what is left, since the field is below 1.
+        # The field must be below 1: a part next to 1 is raised by half of what it lacks.
         most = min(np.ceil(20 * part) / 20, (1 + part) / 2)
         yield _line("max_missing", f"{most:g}", comment)
     if not recorded.periodic:

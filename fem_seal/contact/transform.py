@@ -31,7 +31,8 @@ class RealTransform:
 
     Blocks of rows and then blocks of columns are transformed by plans for one thread: FFTW's own
     threads wait for each other in vain on a busy machine. Columns are copied into a buffer, one
-    after the other: where they stand apart FFTW takes up to 2.5 times as long for all.
+    after the other: if FFTW reads them where they stand, apart from each other in memory, all takes
+    up to 2.5 times as long.
     """
 
     def __init__(self, shape: tuple[int, int], precision: str, passes: RowPasses | None = None):
@@ -51,8 +52,8 @@ class RealTransform:
         values, modes = self.values, self.modes
         rows = _blocks(nx, BLOCK // modes[0].nbytes)
         self._rows = [both_ways(values[block], modes[block]) for block in rows]
-        # Not fewer columns than share the lines of the cache. The plans transform a whole buffer:
-        # blocks of nearly one width leave little of it unused.
+        # Columns that share a line of the cache are copied together. The plans transform a whole
+        # buffer: blocks of nearly equal width leave little of it unused.
         count = -(-modes.shape[1] // max(ALIGNED, BLOCK // modes[:, 0].nbytes))
         width = -(-modes.shape[1] // count)
         self._columns = _blocks(modes.shape[1], width)

@@ -123,7 +123,7 @@ class _Search:
     error: float = inf  #: of ln Q in the stage before, as the last first point tells it
     moved: float = 0.0  #: change of ln Q by the steps of the last stage that took some
     #: last equilibrium with a small ε, if its film is sealed and no path has opened since
-    sealed: LiftPoint | None = None
+    last_sealed: LiftPoint | None = None
 
     def next_start(self) -> LiftPoint | str:
         """The first point of the next stage, or why there is none; "" where none is needed.
@@ -143,8 +143,8 @@ class _Search:
         network, epsilon = point.finer(following)
         if stays_sealed:
             epsilon = min(epsilon, SEALED * problem.roughness)
-        # A smaller ε³ is lost in the rounding of g³: the pressure in pockets would be rounding.
-        # Finite elements take such an ε only for films that are all but sealed.
+        # A smaller ε³ is lost in the rounding of g³: rounding errors would make the pressure in
+        # pockets. Finite elements take such an ε only for films that are all but sealed.
         least = np.cbrt(float_info.epsilon) * problem.roughness
         if epsilon < least and sealed:
             return ""
@@ -183,22 +183,23 @@ class _Search:
         tolerance = (CLOSELY if self.steps.difficult else 1.0) * self.problem.allowed
         steps = equilibrium(start, tolerance)
         point = steps.point
-        sealed = point if self._sealed(point) and not steps.failure else self.sealed
+        last_sealed = point if self._sealed(point) and not steps.failure else self.last_sealed
         return replace(
             self,
             steps=steps.after(self.steps),
             moved=log_ratio(point.flow.conductance, start.flow.conductance),
-            sealed=sealed if point.sealed else None,
+            last_sealed=last_sealed if point.sealed else None,
         )
 
     def ended(self, reason: str = "") -> Steps:
         """The steps of all stages with the error that they leave, and why no further one follows.
 
-        If the last stages have no equilibrium, but leave the film sealed, the point is `sealed`.
+        If the last stages have no equilibrium, but leave the film sealed, the point is
+        `last_sealed`.
         """
         problem, steps, error = self.problem, self.steps, self.error
-        if steps.failure and self.sealed is not None:
-            steps = replace(steps, point=self.sealed, failure="")
+        if steps.failure and self.last_sealed is not None:
+            steps = replace(steps, point=self.last_sealed, failure="")
         on_all_samples = steps.point.problem is problem
         unfinished = error > problem.allowed or not on_all_samples
         if self._negligible(steps.point) or not on_all_samples:

@@ -129,8 +129,9 @@ def marked_loads(
 ) -> dict[float, float]:
     """Loads [Pa] that the table should have, each with a multiple of the flows' tolerance.
 
-    None if first all intervals should be enclosed, or if no load helps. `enclosed` are the
-    intervals that have their enclosures, `span` the smallest and the largest load along the path.
+    The dict is empty if all intervals should be enclosed first, or if no load helps. `enclosed` are
+    the intervals that have their enclosures, `span` the smallest and the largest load along the
+    path.
     """
     loads = table.loads
     if flow.lower == 0:
