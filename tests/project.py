@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "fem_seal"
+FIRST = ROOT / "demos" / "scenes" / "first.toml"
 # For mpirun as root, with more processes than cores, where there may be no network.
 MPI_ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",

@@ -5,12 +5,12 @@ The leak rate at that area is found by bisection on the pressure.
 """
 
 from math import log
-from pathlib import Path
 
 import numpy as np
 import pytest
 from lift_campaign import RTOL, random_scene
-from lifted_scenes import problem_of
+from lifted_scenes import from_pressure, problem_of
+from project import FIRST
 
 from fem_seal.area_error import area_error
 from fem_seal.contact.settings import Load
@@ -21,7 +21,6 @@ from fem_seal.scene import Scene
 from fem_seal.sensitivity import LOAD_TOLERANCE, ByLoad
 
 LOAD, STEP = 1.4e5, 1e-4  # Pa, and its relative step
-FIRST = Path(__file__).parents[1] / "demos" / "scenes" / "first.toml"
 
 
 def scene(*settings: str) -> Scene:
@@ -177,7 +176,7 @@ def test_two_ends_of_one_search():
     problem = problem_of(patch.scene, patch.surface)
     states = (
         lifted(problem, dry=patch.contact),
-        lifted(problem, start=np.full(problem.height.shape, problem.inlet)),
+        from_pressure(problem, problem.inlet),
     )
     assert all(state.converged for state in states)
     apart = abs(log(states[0].leak_rate.value / states[1].leak_rate.value))

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from project import NUMBER, ROOT, without_numbers
+from project import FIRST, NUMBER, ROOT, without_numbers
 
 from fem_seal.patch import Patch
 from fem_seal.results.words import summary_of
@@ -60,9 +60,8 @@ def test_pictures_of_the_readme_load_at_once():
 
 def test_first_command_prints_what_the_readme_says(tmp_path):
     """What `make demo` prints, but for its cost and without its pictures."""
-    first = ROOT / "demos" / "scenes" / "first.toml"
     products = "output.products=['leak_rate']"
-    result = run(Scene.from_file(first, [products]), tmp_path / "out")
+    result = run(Scene.from_file(FIRST, [products]), tmp_path / "out")
     unfolded = re.sub(r"\n {15}", " ", README)
     labels = "state|leak rate|flow|lift|errors|contact"
     said = dict(re.findall(rf"^    ({labels}) +(.*)$", unfolded, re.MULTILINE))
@@ -78,7 +77,7 @@ def test_first_command_prints_what_the_readme_says(tmp_path):
     # Factors of estimates follow the bounds of the flows, which are 2.5 % wide at most.
     assert numbers(printed["errors"]) == pytest.approx(numbers(said["errors"]), rel=0.025)
     [dry] = re.findall(rf"flow.lift=none`\), ({NUMBER}) m\^3/s would leak, an eighteenth", README)
-    leak = Patch(Scene.from_file(first, [products, "flow.lift=none", "flow.rtol=0.3"])).leak_rate
+    leak = Patch(Scene.from_file(FIRST, [products, "flow.lift=none", "flow.rtol=0.3"])).leak_rate
     assert leak.lower <= float(dry) <= leak.upper
     assert round(numbers(said["leak rate"])[0] / float(dry)) == 18
     assert "fem-seal run demos/scenes/first.toml" in (ROOT / "Makefile").read_text()

@@ -5,11 +5,11 @@ Taylor remainders of order 2, and what dimensions prescribe. Ranges of inputs: t
 
 import json
 from math import log
-from pathlib import Path
 
 import numpy as np
 import pytest
 from lifted_scenes import problem_of
+from project import FIRST
 
 from fem_seal.contact.settings import Load
 from fem_seal.coupling.state import LiftedState
@@ -24,7 +24,6 @@ from fem_seal.scene_steps import elastic_contact
 from fem_seal.sensitivity import EPSILON, sensitivity
 from fem_seal.solved import solve
 
-FIRST = Path(__file__).parents[1] / "demos" / "scenes" / "first.toml"
 EXACT = [
     "surface.shape=[32, 32]",
     "surface.short_wavelength=12.5 um",

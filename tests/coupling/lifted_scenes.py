@@ -1,5 +1,8 @@
 """Small scenes for the tests of lifted contacts."""
 
+import numpy as np
+
+from fem_seal.coupling import lifted
 from fem_seal.lifting import lifting_problem
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -35,3 +38,8 @@ def problem_of(scene, surface=None):
     """Contact and flow of a scene, on its own surface or another."""
     surface = Patch(scene).surface if surface is None else surface
     return lifting_problem(scene, scene.load, scene.flow_settings, surface, silent)
+
+
+def from_pressure(problem, pressure):
+    """The state from a uniform fluid pressure."""
+    return lifted(problem, start=np.full(problem.height.shape, pressure))

@@ -1,12 +1,17 @@
-"""The linear systems of Newton's step and of its adjoint, and the point that has them."""
+"""The linear systems of Newton's step and of its adjoint, GMRES, and the point that has them."""
 
 import gc
+from dataclasses import replace
+from importlib import import_module
 from weakref import ref
 
 import numpy as np
 import pytest
 from lifted_scenes import problem_of, scene
 
+from fem_seal.coupling.krylov import gmres
+from fem_seal.coupling.linearised import Linearised, summed_by_parts
+from fem_seal.coupling.newton import newton
 from fem_seal.coupling.point import LiftPoint
 
 TOLERANCE = 1e-9  # of GMRES; its operators are a tenth as inexact
@@ -65,3 +70,79 @@ def test_a_point_is_freed_with_its_last_name():
         assert alive() is None
     finally:
         gc.enable()
+
+
+def test_fewer_samples_that_alone_are_unstable_do_not_keep_the_steps_going(monkeypatch):
+    """λ is then that of more samples. README's scene on 512², 0.22 MPa, took all 20 steps."""
+    monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", 1500)
+    problem = problem_of(scene(1.2e5, 6e4, n=16).with_({"surface.shape": [64, 64]}))
+    adjoint, samples = Linearised.adjoint, []
+
+    def judged(linear, *arguments):
+        samples.append(linear.pressure_by_u.shape)
+        return replace(adjoint(linear, *arguments), unstable=samples[-1] != (64, 64))
+
+    monkeypatch.setattr(Linearised, "adjoint", judged)
+    pressure, epsilon = np.zeros((64, 64)), 0.02 * problem.roughness
+    network, contact = problem.first_network, problem.contact_under(pressure)
+    point = LiftPoint(problem, network, epsilon, pressure, contact)
+    assert not newton(point, problem.allowed).failure
+    assert samples[-2:] == [(32, 32), (64, 64)]
+
+
+def test_the_pressure_of_fewer_samples_is_interpolated_around_periodic_sides(monkeypatch):
+    """Linear along the flow, up to the last row of fewer samples, and a cosine around."""
+    monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", 500)
+    problem = problem_of(scene())
+    x, y = np.meshgrid(*[np.arange(32) / 32] * 2, indexing="ij")
+    line, wave = 1 - x, (1 - x) * np.cos(2 * np.pi * y)
+    line_error, wave_error = (
+        np.abs(problem.interpolated(field[::2, ::2]) - field)[:-1].max() for field in (line, wave)
+    )
+    assert line_error <= 1e-15
+    assert wave_error <= (2 * np.pi * 2 / 32) ** 2 / 8  # h² f''/8 with h = 2/32
+
+
+def test_gmres_leaves_what_the_operator_returns():
+    """The identity returns its argument, which belongs to the basis."""
+    b = np.arange(1.0, 4.0)
+    np.testing.assert_allclose(gmres(lambda x: x, b, 1e-12, 9).x, b, rtol=1e-15)
+
+
+def test_changes_in_several_places_do_not_cancel():
+    """Opposite ones at both ends count twice; noise within a part of the patch cancels."""
+    changes = np.zeros((8, 8))
+    changes[0, 0], changes[7, 7] = 1.0, -1.0
+    assert summed_by_parts(changes) == 2
+    assert summed_by_parts(np.tile([[1.0, -1.0]], (8, 4))) == 0
+    assert summed_by_parts(np.ones((2, 3))) == 6  # each sample once, also of few
+
+
+def test_newtons_step_leads_away_from_an_unstable_state():
+    """Its part along an eigenvector with a negative eigenvalue is reversed, all others are kept."""
+    rng = np.random.default_rng(2)
+    vectors, values = rng.standard_normal((5, 5)), np.array([1.0, 0.5, -0.3, 2.0, 1.5])
+    matrix, b = vectors @ np.diag(values) @ np.linalg.inv(vectors), rng.standard_normal(5)
+    solved, away = (
+        gmres(lambda x: matrix @ x, b, 1e-12, 9, to_stable=end) for end in (False, True)
+    )
+    assert solved.unstable
+    # GMRES ends at 1e-12 of b; eigenvectors as skew as these cost two digits.
+    np.testing.assert_allclose(matrix @ solved.x, b, atol=1e-10)
+    parts = np.linalg.solve(vectors, solved.x) * np.sign(values)
+    np.testing.assert_allclose(np.linalg.solve(vectors, away.x), parts, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "b"),
+    [([[0.0, 1.0], [0.0, 0.0]], [1.0, 0.0]), ([[1.0, 0.0], [0.0, 0.0]], [1.0, 1.0])],
+    ids=["nothing new", "rounding"],
+)
+def test_a_singular_operator_is_not_solved(matrix, b):
+    """No vector of the Krylov space is new any more, and the residual is as large as before."""
+    b = np.array(b)
+    solution = gmres(lambda x: np.array(matrix) @ x, b, 0.1, 20)
+    assert not solution.converged
+    left = np.linalg.norm(matrix @ solution.x - b) / np.linalg.norm(b)
+    assert left == pytest.approx(solution.residuals[-1])
+    assert solution.iterations <= 2

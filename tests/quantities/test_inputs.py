@@ -6,10 +6,10 @@ The leak rate is solved again at the two corners of the box; derivatives: test_s
 from dataclasses import replace
 from functools import cached_property
 from math import inf, log
-from pathlib import Path
 
 import numpy as np
 import pytest
+from project import FIRST
 
 from fem_seal.error_budget import INPUTS
 from fem_seal.leak_rate import LeakRate
@@ -18,7 +18,6 @@ from fem_seal.quantities.inputs import OPENS, TINY, Probe, _on_line, corner, inp
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
-FIRST = Path(__file__).parents[2] / "demos" / "scenes" / "first.toml"
 SMALL = [
     "surface.shape=[32, 32]",
     "surface.short_wavelength=12.5 um",

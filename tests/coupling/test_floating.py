@@ -1,0 +1,167 @@
+"""A solid that rests on its film alone, without contact, and one that the film lifts off."""
+
+from dataclasses import replace
+from importlib import import_module
+
+import numpy as np
+import pytest
+from lifted_scenes import problem_of, scene
+
+import fem_seal as fs
+from fem_seal.coupling import lifted
+from fem_seal.coupling.krylov import gmres
+from fem_seal.coupling.linearised import Linearised
+from fem_seal.coupling.newton import newton
+from fem_seal.coupling.point import FloatingPoint, LiftPoint
+from fem_seal.grid import GridField
+from fem_seal.patch import Patch
+
+
+def test_a_solid_that_floats():
+    """Between the load of a uniform film and the inlet's pressure the solid rests on its film.
+
+    Without contact the gap is that of the fluid's pressure alone, which carries the whole load, to
+    rounding.
+    """
+    load = 5.25e4
+    patch = Patch(scene(load))
+    state = patch.lifted
+    assert state.converged
+    assert state.floats
+    assert state.contact.mean_pressure == 0
+    assert state.fluid_load == pytest.approx(load, rel=1e-12)
+    separation = state.contact.gap.values + patch.surface.values
+    separation -= problem_of(patch.scene).displacement(state.fluid_pressure.values)
+    assert np.ptp(separation) < 1e-9 * patch.surface.values.std()
+    lighter = Patch(scene(0.995 * load)).lifted
+    assert lighter.leak_rate.value > state.leak_rate.value
+    assert lighter.contact.gap.values.mean() > state.contact.gap.values.mean()
+
+
+def test_the_whole_answer_of_a_solid_that_floats():
+    """Higher heights lower its leak rate, unlike that of a contact.
+
+    On 16² samples a uniform film carries 53 kPa, more than the load, on 32² less.
+    """
+    of_all = scene(5.25e4, output={"products": ["leak_rate", "sensitivity"]})
+    floating = fs.solve(of_all.with_({"tolerances": {"heights": "5 %"}}))
+    assert floating.patch.lifted.floats
+    assert floating.patch.sensitivity is None
+    higher = fs.solve(scene(5.25e4).scaled({"heights": 1.08}))
+    assert higher.headline.upper < floating.headline.lower
+    assert next(entry for entry in floating.budget if entry.key == "inputs").kind == "not covered"
+    chosen = fs.solve(of_all.with_({"flow.rtol": None, "accuracy": {"total": 0.9}}))
+    assert chosen.leak_rate.state == "leaking"
+    assert chosen.patch.surface.shape[0] >= 32
+
+
+def floating(problem, network, pressure, separation):
+    """A solid at a mean separation from its counter-face, under a fluid pressure."""
+    touching = LiftPoint(problem, network, 1e-4 * problem.height.values.std(), pressure, None)
+    gap = problem.displacement(pressure) - problem.height.values + separation
+    return FloatingPoint.beside(touching, pressure, gap)
+
+
+def floating_low(load):
+    """A solid a tenth farther off than where it touches, under the pressure of a uniform film."""
+    problem = problem_of(scene(load))
+    pressure = problem.uniform_pressure
+    separation = 1.1 * float((problem.height.values - problem.displacement(pressure)).max())
+    return floating(problem, problem.first_network, pressure, separation)
+
+
+@pytest.mark.parametrize("solved", [True, False])
+def test_a_step_that_is_not_solved_tells_no_error_of_a_solid_that_floats(monkeypatch, solved):
+    """Else its stages would end as settled, with whatever GMRES has left."""
+    point = floating_low(5.2e4)
+
+    def solution(*arguments, **settings):
+        return replace(gmres(*arguments, **settings), converged=solved)
+
+    monkeypatch.setattr(import_module("fem_seal.coupling.linearised"), "gmres", solution)
+    assert np.isfinite(point.log_rate_error(replace(point))) == solved
+
+
+def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_separation():
+    """Under the pressure of the equilibrium, whose load is right: the step lowers or raises ln Q.
+
+    Gaps a tenth higher change ln Q by 3 ln 1.1 = 0.29, far beyond the tolerance of 0.01.
+    """
+    problem = problem_of(scene(5.25e4, rtol=0.02))
+    state = lifted(problem)
+    pressure, gap = state.fluid_pressure.values, state.contact.gap.values
+    separation = float((gap + problem.height.values - problem.displacement(pressure)).mean())
+    for rise in (0.9, 1.2):
+        start = floating(problem, state.network, pressure, separation + (rise - 1) * gap.mean())
+        steps = newton(start, start.problem.allowed)
+        mean, before = (point.contact.gap.values.mean() for point in (steps.point, start))
+        assert not steps.failure
+        assert mean < before if rise > 1 else mean > before
+        assert mean == pytest.approx(gap.mean(), rel=0.01)
+
+
+def test_a_film_that_rises_at_most_doubles():
+    """Without an equilibrium above: no separation carries more than the film of first touch does.
+
+    Each of 20 steps at most doubles the film. p_f does not depend on a large separation, so that a
+    whole step may leave double precision.
+    """
+    start = floating_low(9.5e4)
+    gap = start.contact.gap.values.mean()
+    high = start.after(replace(start.step, gap=np.full(start.pressure.shape, 1e300)))
+    assert high.contact.gap.values.mean() == pytest.approx(2 * gap, rel=1e-9)
+    steps = newton(start, start.problem.allowed)
+    assert steps.failure
+    assert steps.point.contact.gap.values.mean() < 2**21 * gap
+
+
+def test_a_separation_that_is_no_number_or_changes_no_load(monkeypatch):
+    """The first is no point; of the second the step is that at a fixed separation."""
+    start = floating_low(9.5e4)
+    assert floating(start.problem, start.network, start.pressure, np.nan) is None
+    monkeypatch.setattr(Linearised, "response", lambda self, gap, tolerance: np.zeros_like(gap))
+    # Displacements have no mean, to rounding.
+    assert abs(start.step.gap.mean()) < 1e-12 * np.ptp(start.step.gap)
+    np.testing.assert_allclose(start.step.pressure, start.residual, rtol=1e-14)  # rounding
+
+
+def wedge_carries(n, rise=0.0):
+    """Mean pressure under a solid `rise` above a gap that falls from 1 to 1/2 along the flow.
+
+    In units of the inlet's, on n rows of vertices: ∫ dx/g³ over a piece of the length 1 on which g
+    goes from a to b is (a + b)/(2 a² b²). The last piece leads back to 1.
+    """
+    gap = 1 - 0.5 * np.arange(n) / n + rise
+    after = np.roll(gap, -1)
+    lost = np.cumsum((gap + after) / (gap * after) ** 2)
+    return 1 - np.append(0, lost[:-1]).mean() / lost[-1]
+
+
+def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load():
+    """However stiff: its gap, and so ln Q, hardly changes before the contact is lost.
+
+    It touches at one sample, a tent over 4 of the n² cells. Blocking a share f of the area takes
+    about 2 f from the conductance. The solid's own deflection is of the order of P₀ L/E*.
+    """
+    n, load, height, modulus = 32, 1e5, 1e-5, 1e13
+    values = -np.repeat(height * (1 - 0.5 * np.arange(n) / n), n).reshape(n, n)
+    values[n // 2, n // 2] = 0.0
+    surface = GridField(values, (1e-3 / n, 1e-3 / n), True)
+    error = 2 * 4 / n**2 + load * 1e-3 / modulus / height
+    for drop in (1.4, 1.6):
+        lifting = scene(load, drop * load, n, solid={"contact_modulus": modulus})
+        state = Patch(lifting, surface=surface).lifted
+        assert state.converged
+        assert state.floats == (drop * wedge_carries(n) > 1)
+        rise = state.contact.gap.values.min() / height
+        assert state.fluid_load / (drop * load) == pytest.approx(wedge_carries(n, rise), rel=error)
+
+
+def test_no_load_below_that_of_a_uniform_film_is_carried():
+    """However thick the film, its pressure carries more."""
+    limit = 1e5 * (1 + 1 / 32) / 2  # the mean of p in an even film on 32 rows of vertices
+    off, floating = Patch(scene(0.999 * limit)), Patch(scene(1.005 * limit))
+    assert (off.lifted_off, off.leak_rate.state) == (True, "lifted off")
+    assert off.lifted.fluid_load >= 0.999 * limit
+    assert floating.lifted.floats
+    assert not floating.lifted_off
