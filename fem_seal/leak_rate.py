@@ -11,7 +11,6 @@ import numpy as np
 from fem_seal.digits import bracket_digits, per_cent
 from fem_seal.errors import Inconsistent
 from fem_seal.registry import require_known
-from fem_seal.tables import html_table
 
 FlowState: TypeAlias = Literal["leaking", "sealed", "lifted off"]
 MEAN_ROUNDING = 1e-12  # relative, of the geometric mean of two bounds
@@ -207,15 +206,6 @@ class LeakRate:
         unfinished = "" if self.converged else f"; {self.reason}"
         rate = rate_text(self.value, self.lower, self.upper, "m^3/s")
         return f"leaking: {rate}, flow only{unfinished}"
-
-    def _repr_html_(self) -> str:
-        rows = [("state", self.state), ("method", f"{self.method}, {self.unknowns} unknowns")]
-        if self.state == "leaking":
-            rate = rate_text(self.value, self.lower, self.upper, "m^3/s")
-            rows.insert(1, ("leak rate", rate))
-        if self.reason:
-            rows.append(("not converged", self.reason))
-        return html_table(rows)
 
     @property
     def refined_bounds(self) -> tuple[float, float]:

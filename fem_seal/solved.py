@@ -33,10 +33,8 @@ from fem_seal.results import Result, ResultFolder
 from fem_seal.results.folder import PATCHES
 from fem_seal.results.records import GasRecord, LiftRecord, Rate, SealRecord
 from fem_seal.results.result import Origin, Provenance
-from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.scene.scene import require_scene
-from fem_seal.tables import html_table
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal import SealLeak, solve_seal, under_less_load
@@ -111,9 +109,6 @@ class Solved:
 
     def __repr__(self) -> str:
         return f"<Solved: {self.state}, {self}>"
-
-    def _repr_html_(self) -> str:
-        return html_table(summary_of(self.result()))
 
     def save(self, folder: str | Path, *, overwrite: bool = False) -> Result:
         """Write result.json, arrays and pictures, as `run` does.

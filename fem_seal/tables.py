@@ -1,7 +1,6 @@
-"""Tables as aligned text, CSV, Markdown and HTML, and names for the entries of nested parts."""
+"""Tables as aligned text, CSV and Markdown, and names for the entries of nested parts."""
 
 import csv
-import html
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from io import StringIO
@@ -70,14 +69,6 @@ def markdown(header: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
     """Write lines of cells as a table of a Markdown page."""
     ruled = [header, ["---"] * len(header), *lines]
     return "\n".join(f"| {' | '.join(line)} |" for line in ruled)
-
-
-def html_table(rows: Iterable[tuple[str, str]]) -> str:
-    """Write names and their texts as an HTML table of two columns, without a header."""
-    lines = (
-        f"<tr><th>{html.escape(name)}</th><td>{html.escape(text)}</td></tr>" for name, text in rows
-    )
-    return "<table>\n" + "\n".join(lines) + "\n</table>"
 
 
 def _cell(value: object) -> str:

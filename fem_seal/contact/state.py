@@ -6,10 +6,8 @@ from math import inf
 
 import numpy as np
 
-from fem_seal.digits import length_text, with_prefix
 from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
-from fem_seal.tables import html_table
 
 # V. A. Yastrebov, G. Anciaux, J.-F. Molinari, Tribol. Int. 114, 161 (2017), arXiv:1701.02727.
 PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
@@ -51,18 +49,6 @@ class GapState:
     def mean_gap(self) -> float:
         """Mean of the gap over all samples, contact included [m]."""
         return float(self.gap.values.mean())
-
-    def summary(self) -> list[tuple[str, str]]:
-        """Names and texts, with units, of the numbers that describe the contact."""
-        nx, ny = self.gap.shape
-        return [
-            ("samples", f"{nx} x {ny}"),
-            ("contact area", f"{100 * self.contact_area_fraction:.4g} % of the nominal area"),
-            ("mean gap", length_text(self.mean_gap)),
-        ]
-
-    def _repr_html_(self) -> str:
-        return html_table(self.summary())
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,12 +107,3 @@ class ContactState(GapState):
     def mean_pressure(self) -> float:
         """Load per nominal area [Pa]."""
         return float(self.pressure.values.mean())
-
-    def summary(self) -> list[tuple[str, str]]:
-        """Names and texts, with units, of the numbers that describe the contact."""
-        return [
-            *super().summary(),
-            ("mean pressure", with_prefix(self.mean_pressure, "Pa")),
-            ("contact modulus", with_prefix(self.contact_modulus, "Pa")),
-            ("certificate", f"{self.certificate:.2g}, after {self.iterations} iterations"),
-        ]

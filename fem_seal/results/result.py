@@ -27,7 +27,6 @@ from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import explain
 from fem_seal.scene.seal import PROFILES
 from fem_seal.surface import MapStatistics
-from fem_seal.tables import html_table
 
 RESULT_FILE = "result.json"
 _PACKAGES = (
@@ -128,11 +127,6 @@ class Result(Record):
     seconds: dict[str, float]
     peak_memory_bytes: int
     provenance: Provenance
-
-    def _repr_html_(self) -> str:
-        from fem_seal.results.words import summary_of
-
-        return html_table(summary_of(self))
 
     @model_validator(mode="before")
     @classmethod

@@ -21,14 +21,12 @@ from fem_seal.scene.files import override, replaced, scene_text, tables_of
 from fem_seal.scene.fluid import Fluid
 from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.messages import explain
-from fem_seal.scene.readable import rows_of_mapping
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.section import Lift, Section
 from fem_seal.scene.sections import PRODUCTS, Accuracy, Flow, Limit, Output
 from fem_seal.scene.shape import AnyShape, MeshFile
 from fem_seal.scene.surface import SelfAffine, SurfaceSection
 from fem_seal.scene.tolerances import Tolerances
-from fem_seal.tables import html_table
 
 Surface = Annotated[SelfAffine | FileSurface | ProfileSurface, Field(discriminator="kind")]
 KINDS: tuple[type[SurfaceSection], ...] = get_args(get_args(Surface)[0])
@@ -131,7 +129,7 @@ class Scene(Section):
         sections. None removes a field or a section.
         """
         require_kind(Mapping, changes=changes)
-        data = self._set()
+        data = self.model_dump(mode="json", exclude_unset=True, exclude_none=True)
         for name, value in changes.items():
             data = replaced(data, tuple(name.split(".")), value, name)
         return self.from_mapping(data)
@@ -143,13 +141,6 @@ class Scene(Section):
         except InvalidInput:
             return False
         return True
-
-    def _repr_html_(self) -> str:
-        return html_table(rows_of_mapping(self._set(), type(self)))
-
-    def _set(self) -> dict[str, Any]:
-        """Fields that were set, as nested plain dicts in SI units."""
-        return self.model_dump(mode="json", exclude_unset=True, exclude_none=True)
 
     def scaled(self, factors: Mapping[str, float]) -> "Scene":
         """Copy with factors on inputs, named as in [tolerances]."""
