@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
+from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput
 from fem_seal.mesh.files import Triangles
 from fem_seal.mesh.mesh import ends_of_sides
@@ -29,8 +30,8 @@ def labelled(mesh: Triangles, source: str) -> tuple[np.ndarray, np.ndarray, np.n
     if branching.size:
         edge = ends.reshape(-1, 2)[first[branching[0]]]
         raise InvalidInput(
-            f"{source}: {branching.size} edges belong to more than two triangles, the first at "
-            f"{coordinates(xy[edge].mean(axis=0))}; a film has one sheet: "
+            f"{source}: more than two triangles share {number_of(branching.size, 'edge')}, the "
+            f"first at {coordinates(xy[edge].mean(axis=0))}; a film has one sheet: "
             "remove the extra triangles"
         )
     _refuse_folds(xy, ends.reshape(-1, 2), of_side, count, source)
@@ -110,14 +111,14 @@ def _labels(
         if astray.any():
             first = mesh.xy[edges[np.argmax(astray)]].mean(axis=0)
             raise InvalidInput(
-                f"{source}: {np.count_nonzero(astray)} edges of the group {name} are not on the "
-                f"boundary, the first at {coordinates(first)}"
+                f"{source}: the group {name} has {number_of(np.count_nonzero(astray), 'edge')} off "
+                f"the boundary, the first at {coordinates(first)}"
             )
         twice = label[index] != INSIDE
         if twice.any():
             raise InvalidInput(
-                f"{source}: {np.count_nonzero(twice)} boundary edges of the group {name} are in "
-                f"another group too, the first at "
+                f"{source}: the group {name} shares {number_of(np.count_nonzero(twice), 'edge')} "
+                "of the boundary with another group, the first at "
                 f"{coordinates(mesh.xy[edges[np.argmax(twice)]].mean(axis=0))}"
             )
         label[index] = code
@@ -137,7 +138,7 @@ def _why_unlabelled(
     close = tree.query_pairs(COINCIDENT * extent, output_type="ndarray")
     if len(close):
         return (
-            f"{source}: {len(close)} points stand twice, the first at "
+            f"{source}: the boundary has {number_of(len(close), 'point')} twice, the first at "
             f"{coordinates(xy[boundary[close[0, 0]]])}, so that the triangles around them are not "
             "joined; merge duplicate points"
         )
@@ -155,6 +156,6 @@ def _why_unlabelled(
             )
     middle = xy[ends[unlabelled[0]]].mean(axis=0)
     return (
-        f"{source}: {unlabelled.size} boundary edges are in none of the groups inlet, outlet and "
-        f"wall, the first at {coordinates(middle)}; add them to one"
+        f"{source}: the boundary has {number_of(unlabelled.size, 'edge')} in none of the groups "
+        f"inlet, outlet and wall, the first at {coordinates(middle)}; add each to one"
     )

@@ -161,7 +161,7 @@ def test_bad_input():
         ),
         (msh, tags, function(rectangle()[0], slanted), "another mesh"),
         (msh, tags, function(msh, lambda x: x[0] - 0.1), "negative"),
-        (msh, tagged(msh, *ends(2.0)[1:]), gap, "24 boundary edges are in none of the groups"),
+        (msh, tagged(msh, *ends(2.0)[1:]), gap, "the boundary has 24 edges in none of the groups"),
         (msh, tagged(msh, *ends(2.0, inlet=9)), gap, "no inlet: no facet has the tag 1; its tags"),
         (msh, tagged(msh, *ends(2.0, outlet=9)), gap, "no outlet: no facet has the tag 2; its"),
         (msh, meshtags(msh, 2, *one), gap, "dimension 2"),

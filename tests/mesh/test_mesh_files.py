@@ -137,25 +137,28 @@ BROKEN = {
     "no inlet": ({"edges": {"outlet": [[1, 2]], "wall": [[0, 1], [2, 3], [3, 0]]}}, "'inlet'"),
     "no wall": (
         {"edges": {"inlet": [[3, 0]], "outlet": [[1, 2]]}},
-        "2 boundary edges are in none of the groups inlet, outlet and wall",
+        "the boundary has 2 edges in none of the groups inlet, outlet and wall",
     ),
     "edge in two groups": (
         {"edges": EDGES | {"wall": [[0, 1], [2, 3], [3, 0]]}},
-        "1 boundary edges of the group wall are in another group too",
+        "the group wall shares 1 edge of the boundary with another group",
     ),
     "group inside": (
         {"edges": EDGES | {"wall": [[0, 1], [2, 3], [0, 4]]}},
-        "1 edges of the group wall are not on the boundary",
+        "the group wall has 1 edge off the boundary",
     ),
     "second order": (CURVED | {"kind": "triangle6"}, r"curved triangles \(line, triangle6\)"),
     "quadrilaterals": ({"cells": [[0, 1, 2, 3]], "kind": "quad"}, "cells of type quad"),
     "no triangles": ({"cells": []}, "no triangles"),
     "three sheets": (
         {"points": np.vstack([CORNERS, [2, 0.5]]), "cells": [*CELLS, [0, 5, 4]]},
-        "1 edges belong to more than two triangles",
+        "more than two triangles share 1 edge",
     ),
     "hanging node": (HANGING, "a node hangs in the middle of an edge at x = 0.75 m, y = 0.75 m"),
-    "points nearly twice": (DOUBLED, "1 points stand twice, the first at x = 0.5 m, y = 0.5 m"),
+    "points nearly twice": (
+        DOUBLED,
+        "the boundary has 1 point twice, the first at x = 0.5 m, y = 0.5 m",
+    ),
     "hardly an area": (HARDLY, "1 of 5 triangles have no area"),
     "not plane": ({"heights": [0, 0, 0, 0, 0.1]}, "is not plane: z varies by 0.1"),
     # Both counterclockwise, and on the same side of their common edge, whichever way that runs.
