@@ -13,7 +13,6 @@ from math import exp, hypot, inf, log, log1p
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.beside import beside
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.state import log_ratio
@@ -31,6 +30,7 @@ from fem_seal.scene.section import Lift
 from fem_seal.sensitivity import ByLoad
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
+from fem_seal.worker import in_worker
 
 Interval = tuple[float, float]  # least and largest leak rate [m³/s], or conductivity
 
@@ -43,10 +43,10 @@ OF_CHANGE = 0.15  # of the change of ln Q from half of the samples, in e
 SECOND_ORDER = 4.0  # of e² beside e
 MOST_E = 0.8  # e from which the constriction may close
 IF_LIFTED = 1.5  # of e where the fluid lifts the solid
-# Samples from which the coarser grid is solved beside the flow, and available memory for both: dry
-# and lifted, bytes for each sample, and for the libraries.
-DRY_BESIDE, LIFTED_BESIDE = 2048**2, 1024**2
-DRY_BYTES, LIFTED_BYTES, BYTES_BESIDE = 80, 800, 1e9
+# Samples from which the coarser grid is solved in a process of its own while the flow is, and
+# available memory for both: dry and lifted, bytes for each sample, and for the libraries.
+DRY_IN_WORKER, LIFTED_IN_WORKER = 2048**2, 1024**2
+DRY_BYTES, LIFTED_BYTES, BYTES_OF_WORKER = 80, 800, 1e9
 # A patch is sealed on finer grids as well if it stays so under its load over 1 plus a margin and a
 # multiple of u/h_rms, the height between the samples over the rms height.
 MARGIN, OF_UNRESOLVED_RMS = 0.1, 2.5
@@ -124,19 +124,19 @@ def is_estimated(scene: Scene) -> bool:
     return asked and contact is not None and contact.is_elastic and scene.shape is None
 
 
-def pays_beside(samples: float, lifted: bool, comm: parallel.Comm = None) -> bool:
-    """Whether a process beside the flow of so many samples saves time: a second core is idle."""
+def pays_in_worker(samples: float, lifted: bool, comm: parallel.Comm = None) -> bool:
+    """Whether a second process during the flow of so many samples saves time: a core is idle."""
     idle = parallel.processes(comm) == 1 and parallel.cores() > 1
-    return idle and samples >= (LIFTED_BESIDE if lifted else DRY_BESIDE)
+    return idle and samples >= (LIFTED_IN_WORKER if lifted else DRY_IN_WORKER)
 
 
 def half_solver(patch: Patch) -> Callable[[], Interval | None]:
-    """Function that solves half of the samples here; `half_beside` keeps another in its place."""
+    """Function that solves half of the samples here, or that of `half_in_worker` in its place."""
     return partial(_solved_here, patch)
 
 
 @contextmanager
-def half_beside(patch: Patch) -> Iterator[None]:
+def half_in_worker(patch: Patch) -> Iterator[None]:
     """Solve half of the samples while the block runs, where they are asked for and that saves time.
 
     The flow of a patch uses one core: another process uses the second one where it is idle.
@@ -146,16 +146,16 @@ def half_beside(patch: Patch) -> Iterator[None]:
         yield
         return
     settings = patch.scene, patch.surface, patch.load, patch.lift, patch.flow_settings
-    with beside(_solved_beside, *settings) as solver:
+    with in_worker(_solved_in_worker, *settings) as solver:
         patch.keep(half_solver, solver)
         yield
 
 
 def _saves_time(patch: Patch) -> bool:
-    """Whether half of the samples beside the flow save time, and fit into the memory."""
+    """Whether half of the samples during the flow save time, and fit into the memory."""
     lifted, samples = patch.lift == "resolved", present(patch.surface, "surface").values.size
-    need = BYTES_BESIDE + (LIFTED_BYTES if lifted else DRY_BYTES) * samples
-    pays = pays_beside(samples, lifted, patch.comm) and available_memory() >= need
+    need = BYTES_OF_WORKER + (LIFTED_BYTES if lifted else DRY_BYTES) * samples
+    pays = pays_in_worker(samples, lifted, patch.comm) and available_memory() >= need
     return pays and (lifted or not patch.sealed)
 
 
@@ -165,7 +165,7 @@ def _solved_here(patch: Patch) -> Interval | None:
     return None if coarse.lifted_off else rate_interval(coarse)
 
 
-def _solved_beside(
+def _solved_in_worker(
     scene: Scene, surface: GridField, load: Load, lift: Lift, settings: FlowSettings
 ) -> Interval | None:
     return _solved_here(Patch(scene, surface=surface, load=load, lift=lift, flow_settings=settings))

@@ -16,7 +16,7 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import THREADED_FROM
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
-from fem_seal.grid_series import LOOSER, LOOSEST, half, is_estimated, pays_beside
+from fem_seal.grid_series import LOOSER, LOOSEST, half, is_estimated, pays_in_worker
 from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
@@ -207,8 +207,8 @@ def _stages(scene: Scene, shape: tuple[int, int], channels: float) -> dict[str, 
         coarse = half(shape) if is_estimated(scene) else None
         if coarse is not None:
             both = of_contact(prod(coarse)) + of_flow(prod(coarse), min(LOOSER * rtol, LOOSEST))
-            beside = flow if pays_beside(samples, lifted) else 0.0
-            stages["contact grid"] = max(both - beside, 0.0)
+            during = flow if pays_in_worker(samples, lifted) else 0.0
+            stages["contact grid"] = max(both - during, 0.0)
             if scene.lift == "range":
                 stages["range"] += both
     if "conductivity_tensor" in scene.output.products:

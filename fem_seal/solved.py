@@ -9,12 +9,11 @@ from time import perf_counter
 
 from fem_seal import parallel
 from fem_seal.accuracy import Choice, chosen_patch
-from fem_seal.beside import peak_beside
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.error_budget import ErrorBudget
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.grid_series import half_beside
+from fem_seal.grid_series import half_in_worker
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.memory import peak_memory
 from fem_seal.patch import Patch
@@ -38,6 +37,7 @@ from fem_seal.scene.scene import require_scene
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal import SealLeak, solve_seal, under_less_load
+from fem_seal.worker import peak_of_workers
 
 # Lower loads of a sealed seal may take half of the predicted time of the run, at least this [s].
 LEAST_SECONDS = 60.0
@@ -178,7 +178,7 @@ class Solved:
             preparation=None if patch.prepared is None else patch.prepared.steps,
             files=files,
             seconds=patch.seconds | {"total": total},
-            peak_memory_bytes=parallel.total(peak_memory(), patch.comm) + peak_beside(),
+            peak_memory_bytes=parallel.total(peak_memory(), patch.comm) + peak_of_workers(),
             provenance=provenance or Provenance.of(scene, patch.comm),
         )
 
@@ -233,7 +233,7 @@ def answer(
     start, scene = perf_counter(), patch.scene
     # The dry contact uses all cores, a flow only one: half of the samples are solved beside that.
     patch.solve_contact()
-    with half_beside(patch):
+    with half_in_worker(patch):
         # All processes solve film and flow together. From here on `parallel.on_root` marks what the
         # first one computes for all.
         patch.solve_film()

@@ -13,7 +13,7 @@ from fem_seal.scene.shape import AnyShape
 # A module may import those before it, and its own folder.
 LAYERS = """
 errors installed interrupts files tables registry digits grid leak_rate error_budget memory limits
-parallel beside progress units expression rarefied fluid flow_settings field_file gap_file
+parallel worker progress units expression rarefied fluid flow_settings field_file gap_file
 pressure_profile
 surface contact
 fenicsx mesh film theory finite_difference network

@@ -16,7 +16,6 @@ import pytest
 from project import MPI_ENVIRONMENT, alone, rows, scene_of_samples, started, write_toml
 
 from fem_seal import cli
-from fem_seal.beside import peak_beside
 from fem_seal.errors import Inconsistent, InvalidInput, InvalidScene
 from fem_seal.points import (
     Chain,
@@ -32,6 +31,7 @@ from fem_seal.points.farm import farm, processes_that_fit
 from fem_seal.prediction import PICTURE_IMPORTS, predicted
 from fem_seal.scene import Scene
 from fem_seal.sweep import Work, combinations, read_points, sweep
+from fem_seal.worker import peak_of_workers
 
 MB = in_workers.MB
 VARY = ("--vary", "surface.seed=1..2", "--vary", "contact.area_fraction=0.1,0.2")
@@ -375,11 +375,11 @@ def test_memory_of_jobs_keeps_within_the_limit(tmp_path, monkeypatch):
 
     The memory of both is reported.
     """
-    monkeypatch.setattr("fem_seal.beside._peaks", [0])
+    monkeypatch.setattr("fem_seal.worker._peaks", [0])
     times = tmp_path / "times"
     times.mkdir()
     farm([times] * 3, in_workers.hold_memory, 4, lambda: len(list(times.iterdir())), 1000 * MB)
     spans = [tuple(map(float, path.read_text().split()[:2])) for path in times.iterdir()]
     assert len(spans) == 3
     assert max(sum(a <= start < b for a, b in spans) for start, _ in spans) <= 2
-    assert 600 * MB <= peak_beside() <= 1000 * MB
+    assert 600 * MB <= peak_of_workers() <= 1000 * MB

@@ -12,11 +12,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from select import select
 
-from fem_seal.beside import Worker
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import temporary_folder
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
 from fem_seal.mesh.gmsh_process import MESH_FILE, Job, Sizes, triangulate
+from fem_seal.worker import Worker
 
 # Geometries of the package, beside its modules; also in a wheel and in an editable install.
 SOURCES = Path(__file__).with_name("sources")

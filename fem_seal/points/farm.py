@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 from select import select
 from typing import TypeVar
 
-from fem_seal.beside import Worker, record_peak
 from fem_seal.errors import Inconsistent
 from fem_seal.memory import available_memory, memory_of
 from fem_seal.points.work import UNKNOWN_POINT
+from fem_seal.worker import Worker, record_peak
 
 Item = TypeVar("Item")
 T = TypeVar("T")

@@ -1,6 +1,6 @@
-"""Functions in processes of their own, beside what this process computes meanwhile.
+"""Functions in processes of their own, while this process computes something else.
 
-    python -P -m fem_seal.beside FILE_DESCRIPTOR
+    python -P -m fem_seal.worker FILE_DESCRIPTOR
 
 calls the pickled functions that it receives, and sends the pickled answers or errors.
 """
@@ -39,7 +39,7 @@ class Worker:
         with theirs:
             # In a session of its own it does not receive Ctrl-C.
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "fem_seal.beside", str(theirs.fileno())],
+                [sys.executable, "-P", "-m", "fem_seal.worker", str(theirs.fileno())],
                 stdin=subprocess.DEVNULL,
                 stderr=log,
                 env=environment(),
@@ -89,7 +89,7 @@ def environment() -> dict[str, str]:
 
 
 @contextmanager
-def beside(function: Callable[..., T], *arguments: object) -> Iterator[Callable[[], T]]:
+def in_worker(function: Callable[..., T], *arguments: object) -> Iterator[Callable[[], T]]:
     """Compute a function in a process of its own while the block runs.
 
     The block gets a function that waits for the answer. If the process ends without one, most
@@ -119,7 +119,7 @@ def record_peak(memory: int) -> None:
     _peaks.append(memory)
 
 
-def peak_beside() -> int:
+def peak_of_workers() -> int:
     """Largest memory of the processes that this one has started [bytes]."""
     return max(_peaks)
 
