@@ -20,7 +20,7 @@ from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
 from fem_seal.errors import present
 from fem_seal.grid_series import (
-    error_beside,
+    error_from_half,
     estimated_error,
     grids,
     of_sealed,
@@ -167,7 +167,7 @@ def _grid_error(tried: Sequence[Patch]) -> Uncertainty:
     """What a grid finer than the last one would change."""
     if tried[-1].leak_rate.state == "sealed":
         return of_sealed(tried[-1])
-    return error_beside(tried[-1], rate_interval(tried[-2])) if len(tried) > 1 else UNKNOWN
+    return error_from_half(tried[-1], rate_interval(tried[-2])) if len(tried) > 1 else UNKNOWN
 
 
 def known_error(log_error: float) -> float | None:

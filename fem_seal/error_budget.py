@@ -171,7 +171,7 @@ def entry_words(entries: Iterable[Uncertainty]) -> str:
     return ", ".join(f"{e.name} {words} ({e.kind})" for e, words in factors)
 
 
-def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
+def outside_bounds(budget: Iterable[Uncertainty]) -> ErrorBudget:
     """List the entries that the bounds of the leak rate do not contain."""
     return tuple(entry for entry in budget if entry.key not in IN_BOUNDS)
 

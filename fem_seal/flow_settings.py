@@ -32,7 +32,7 @@ class FlowSettings:
     rtol: float = 0.05
     #: in place of rtol, a leak rate [m³/s]: refine until it does not lie between the bounds
     decide: float | None = None
-    #: error of ln Q beside the bounds, such as that of the lift; it widens them for `decide`
+    #: error of ln Q outside the bounds, such as that of the lift; it widens them for `decide`
     margin: float = 0.0
     limits: Limits = NO_LIMITS  #: a refinement that one of them ends has not converged
     field: bool = False  #: whether the flow on the last mesh is wanted, and not only its leak rate

@@ -40,7 +40,7 @@ LOOSER, LOOSEST = 6.0, 0.3
 # Factors of the rule (`grid_error`), fitted to the surfaces of docs/guide/contact-grid.md:
 OF_UNRESOLVED = 0.5  # of u/g_c, the height between the samples over the critical gap, in e
 OF_CHANGE = 0.15  # of the change of ln Q from half of the samples, in e
-SECOND_ORDER = 4.0  # of e² beside e
+SECOND_ORDER = 4.0  # of e², added to e
 MOST_E = 0.8  # e from which the constriction may close
 IF_LIFTED = 1.5  # of e where the fluid lifts the solid
 # Samples from which the coarser grid is solved in a process of its own while the flow is, and
@@ -93,7 +93,7 @@ def rate_interval(patch: Patch) -> Interval:
 def of_sealed(patch: Patch) -> Uncertainty:
     """Whether a finer grid may open a sealed patch: it must stay sealed under a part of its load.
 
-    The heights between the samples, u beside the rms height, let a finer grid seal under more load.
+    The heights between the samples, u over the rms height, let a finer grid seal under more load.
     """
     height = present(patch.surface, "surface")
     left_out, rms = unresolved(height), float(height.values.std())
@@ -280,8 +280,8 @@ def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
     return min(lower, 1.0), None if there.upper is None else max(there.upper / here.upper, 1.0)
 
 
-def error_beside(patch: Patch, coarse: Interval) -> Uncertainty:
-    """`grid_error` of a leaking patch beside its leak rate on half of the samples [m³/s]."""
+def error_from_half(patch: Patch, coarse: Interval) -> Uncertainty:
+    """`grid_error` of a leaking patch, from its leak rate on half of the samples [m³/s]."""
     part = unresolved(present(patch.surface, "surface")) / critical_gap(patch)
     change, lifted = change_of(coarse, rate_interval(patch)), patch.lifted is not None
     return grid_error(change, part, counting_error(patch), lifted=lifted)
@@ -291,7 +291,7 @@ def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:
     if coarse is None:
         return estimate(CONTACT_GRID, "on half of the samples the fluid lifts the solid off")
     if patch.scene.measured_map is None:
-        return error_beside(patch, coarse)
+        return error_from_half(patch, coarse)
     change = change_of(coarse, rate_interval(patch))
     sentence = "what half of the samples of the map change"
     if change == inf:

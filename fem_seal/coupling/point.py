@@ -272,11 +272,11 @@ class FloatingPoint(LiftPoint):
         """The point at which the solid has just left the counter-face."""
         problem, pressure = point.problem, point.pressure
         touching = problem.displacement(pressure) - problem.height.values
-        floating = cls.beside(point, pressure, touching - touching.min() + point.epsilon)
+        floating = cls.at_gap(point, pressure, touching - touching.min() + point.epsilon)
         return present(floating, "gap")
 
     @classmethod
-    def beside(cls, point: LiftPoint, pressure: np.ndarray, gap: np.ndarray) -> Self | None:
+    def at_gap(cls, point: LiftPoint, pressure: np.ndarray, gap: np.ndarray) -> Self | None:
         """The point of another pressure and a gap; None if the solid touches the counter-face."""
         if not gap.min() > 0:  # a NaN is no gap either
             return None
@@ -339,4 +339,4 @@ class FloatingPoint(LiftPoint):
         if rise > most:
             fraction *= most / rise
         pressure = self.pressure + fraction * step.pressure
-        return self.beside(self, pressure, gap + fraction * step.gap)
+        return self.at_gap(self, pressure, gap + fraction * step.gap)

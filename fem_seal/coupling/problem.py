@@ -24,7 +24,7 @@ from fem_seal.network.network import STEP, MeshNetwork, Network, stencil_network
 from fem_seal.progress import Report
 
 # Samples of the first contact, and nodes of the first network, but every fourth sample at least:
-# little beside one contact.
+# little compared with one contact.
 FIRST_NODES = 30_000
 # Relative rounding of the mean of a pressure: of a load below it nothing is left to the solid.
 ROUNDING = 1e-12
@@ -112,7 +112,7 @@ class LiftProblem:
 
     @cached_property
     def roughness(self) -> float:
-        """Length [m] beside which a gap is small: the rms height.
+        """Length [m] to which gaps are compared: the rms height.
 
         Of a flat counter-face it is the rms displacement under the pressure in a uniform film.
         """
@@ -203,9 +203,9 @@ class LiftProblem:
         """
         step, shape = np.diag([1 / self.stride(values)] * 2), self.height.shape
         periodic = self.touching_film.sides == "periodic"
-        beside = values[:, :1] if periodic else values[:, -1:]
+        last = values[:, :1] if periodic else values[:, -1:]
         between: np.ndarray = affine_transform(
-            np.hstack([values, beside]), step, output_shape=shape, order=1, mode="nearest"
+            np.hstack([values, last]), step, output_shape=shape, order=1, mode="nearest"
         )
         return between
 

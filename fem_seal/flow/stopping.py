@@ -90,7 +90,7 @@ class Decision:
 
     limit: float  #: limit of the leak rate [m³/s]
     unit: float  #: leak rate [m³/s] in which the bounds are written
-    #: error of ln Q beside the bounds, by which they are widened before they are compared
+    #: error of ln Q outside the bounds, by which they are widened before they are compared
     margin: float = 0.0
 
     # Near a tolerance the steps of a refinement become smaller, and it may be out of reach. A

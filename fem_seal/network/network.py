@@ -54,10 +54,10 @@ class Network:
     to_samples: sparse.csr_array  #: pressure at the samples from that at the nodes
     inlet: np.ndarray  #: (nodes,) bool, nodes with the pressure of the inlet
     free: np.ndarray  #: (nodes,) bool, nodes whose pressure is unknown
-    beside: np.ndarray  #: (2, longest sides), legs of the triangle of each longest side
+    in_series: np.ndarray  #: (2, longest sides), legs that conduct as each longest side, in series
 
     def __post_init__(self) -> None:
-        links = self.between.shape[1] + self.beside.shape[1]
+        links = self.between.shape[1] + self.in_series.shape[1]
         if self.ends.shape != (2, links) or self.weight.shape != (links,):
             raise Inconsistent(
                 f"a network of {links} links, with ends {self.ends.shape} and "
@@ -69,7 +69,7 @@ class Network:
     def conductances(self, gap: np.ndarray) -> np.ndarray:
         """Conductances (links,) with a gap at the places, times 12 η."""
         of_legs = LINKS[self.rule](*gap[self.between])
-        return self.weight * np.append(of_legs, harmonic_mean(*of_legs[self.beside]))
+        return self.weight * np.append(of_legs, harmonic_mean(*of_legs[self.in_series]))
 
     def conductances_by_gap(self, gap: np.ndarray) -> sparse.csr_array:
         """Derivatives (links, places) of the conductances by the gap at the places."""
@@ -77,9 +77,9 @@ class Network:
         by_a = (rule(a * (1 + STEP), b) - rule(a * (1 - STEP), b)) / (2 * STEP * a)
         by_b = (rule(a, b * (1 + STEP)) - rule(a, b * (1 - STEP))) / (2 * STEP * b)
         matrix = _sums(self.between.T, np.stack([by_a, by_b], axis=1), len(gap))
-        if self.beside.size:
-            one, other = rule(a, b)[self.beside]
-            first, second = (matrix[legs] for legs in self.beside)
+        if self.in_series.size:
+            one, other = rule(a, b)[self.in_series]
+            first, second = (matrix[legs] for legs in self.in_series)
             # Of the harmonic mean 2 u v/(u + v), by u and by v.
             by_first, by_second = 2 * np.stack([other, one]) ** 2 / (one + other) ** 2
             of_longest = _times(by_first, first) + _times(by_second, second)
@@ -126,13 +126,13 @@ class MeshNetwork(Network):
             to_samples=_pressure_at_samples(mesh, cells, film.gap.shape, 0.0 if linear else 0.5),
             inlet=mesh.inlet,
             free=own & ~mesh.inlet & ~mesh.outlet,
-            beside=legs[oblique].T,
+            in_series=legs[oblique].T,
             mesh=mesh,
             legs=legs,
         )
 
     def past_legs(self, gap: np.ndarray) -> np.ndarray:
-        """Conductances (C,) of triangles along their longest sides beside their legs, times 12 η.
+        """Conductances (C,) of triangles along their longest sides, without the legs, times 12 η.
 
         Where the gap is closed at the right angle, the legs conduct nothing; a film that is open at
         the other two corners leads through all the same. Zero where a sample fills a pixel, whose
@@ -176,8 +176,8 @@ class MeshNetwork(Network):
         """
         mesh, legs = self.mesh, self.legs
         a, b = (mesh.xy[corner] / PIXEL for corner in mesh.cells.T[:2])
-        beside = np.bincount(legs.ravel())
-        of_cells = (of_links[: len(beside)] / beside)[legs].sum(axis=1)
+        shared = np.bincount(legs.ravel())
+        of_cells = (of_links[: len(shared)] / shared)[legs].sum(axis=1)
         area = ((b - a) ** 2).sum(axis=1)
         inside = area if varies is None else varies[legs].max(axis=1) + SMOOTH * area
         of_cells *= np.where(area > 1, area, inside)
@@ -216,7 +216,7 @@ def stencil_network(film: GridFilm, rule: str) -> Network:
         to_samples=_chosen(node[first : first + nx, :ny].ravel(), node.size),
         inlet=row == 0,
         free=(row > 0) & (row < rows - 1),
-        beside=np.empty((2, 0), dtype=int),
+        in_series=np.empty((2, 0), dtype=int),
     )
 
 

@@ -136,7 +136,7 @@ def _by_flow(scene: Scene, leak: LeakRate, needed: DecidingRtol) -> str:
     about, decides = f"about {in_digits(unknowns, 2)} unknowns", scene.deciding_rate is not None
     if decides and not leak.converged:
         return f"{about} might decide (flow.max_unknowns, max_seconds, max_memory)"
-    # A flow that has decided may have bounds too wide for the entries beside it.
+    # A flow that has decided may have bounds too wide for the entries outside them.
     instead = " in place of limit.decide" if decides else ""
     return f"flow.rtol = {rtol:.2g}{instead} might decide, with {about}"
 

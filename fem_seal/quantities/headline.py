@@ -15,10 +15,10 @@ from fem_seal.error_budget import (
     ONE_PATCH,
     USELESS,
     ErrorBudget,
-    beside_flow,
     combined,
     ends_words,
     may_open,
+    outside_bounds,
 )
 from fem_seal.errors import Inconsistent
 from fem_seal.fluid import GasDrive
@@ -91,7 +91,7 @@ def headline(leak: LeakRate, budget: ErrorBudget, shown: ShownUnit = SI) -> Head
     if leak.lower is None:
         words = f"{in_digits(leak.value * shown.per_solved)} {shown.unit}, without bounds"
         return Headline(leak.value, None, None, words)
-    (lower, upper), (least, most) = leak.bounds, combined(beside_flow(budget))
+    (lower, upper), (least, most) = leak.bounds, combined(outside_bounds(budget))
     low = least * lower if least and lower else None
     high = None if most is None else most * upper
     words = (

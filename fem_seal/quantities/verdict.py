@@ -7,12 +7,12 @@ from fem_seal.digits import in_digits, rounded_down, rounded_up
 from fem_seal.error_budget import (
     SLIP_INTERVAL,
     ErrorBudget,
-    beside_flow,
     combined,
     ends_words,
     entry_words,
     may_close,
     may_open,
+    outside_bounds,
 )
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.quantities.advice import DecidingRtol, deciding_setting, what_would_decide
@@ -57,7 +57,7 @@ def verdict(
     advice is for an undecided verdict; left out, it is that of `deciding_setting`.
     """
     shown = ShownUnit.of(scene)
-    head, rest = headline(leak, budget, shown), beside_flow(budget)
+    head, rest = headline(leak, budget, shown), outside_bounds(budget)
     names = [entry.name for entry in rest if entry.kind == "not covered"]
     open_points = f"; not covered: {', '.join(names)}" if names else ""
     if scene.limit is None:

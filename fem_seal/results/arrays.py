@@ -66,8 +66,8 @@ def read_contact(folder: str | Path) -> ContactArrays:
     path = Path(folder) / CONTACT_FILE
     gap, names = load_gap(path), [field.name for field in fields(ContactArrays)[1:]]
     arrays = {name: part.values for name, part in read_numpy(path, names).variables.items()}
-    beside = {name: _array(arrays, name, gap.shape, path) for name in arrays}
-    others = {name: GridField(x, gap.spacing, gap.periodic) for name, x in beside.items()}
+    values = {name: _array(arrays, name, gap.shape, path) for name in arrays}
+    others = {name: GridField(x, gap.spacing, gap.periodic) for name, x in values.items()}
     return ContactArrays(gap, **others)
 
 

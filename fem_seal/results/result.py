@@ -35,7 +35,7 @@ _PACKAGES = (
 )  # fmt: skip
 
 
-def _beside(name: str) -> str:
+def _bare_name(name: str) -> str:
     """Validate the name of a file beside result.json.
 
     When a result is replaced, its files are removed. A result file from elsewhere must therefore
@@ -46,7 +46,7 @@ def _beside(name: str) -> str:
     return name
 
 
-FileName = Annotated[str, AfterValidator(_beside)]
+FileName = Annotated[str, AfterValidator(_bare_name)]
 
 
 class Origin(Record):

@@ -172,5 +172,5 @@ def _index_in_stream(kx: int, ky: np.ndarray) -> np.ndarray:
     the side ky = m, then kx = m, then kx = -m. On the axis ky = 0 the pair ±kx has one index.
     """
     m = np.maximum(abs(kx), ky)
-    beside = np.where((kx > 0) | (ky == 0), 2 * m + 1 + ky, 3 * m + ky)
-    return np.maximum(2 * m * (m - 1) + np.where(ky == m, kx + m, beside), 0)
+    on_x = np.where((kx > 0) | (ky == 0), 2 * m + 1 + ky, 3 * m + ky)
+    return np.maximum(2 * m * (m - 1) + np.where(ky == m, kx + m, on_x), 0)

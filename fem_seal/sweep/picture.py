@@ -175,8 +175,8 @@ def draw_curves(axes: "Axes", curves: Sequence[Curve], *, joined: bool) -> None:
                 small.set(size=FONT_POINTS - 3, linespacing=1.8)
         if counts:
             axes.axhline(ends[end], color="0.7", linewidth=0.8)
-            words, beside = state.replace(" ", "\n"), axes.get_yaxis_transform()
-            axes.text(-0.01, height, words, transform=beside, ha="right", va="center")
+            words, left = state.replace(" ", "\n"), axes.get_yaxis_transform()
+            axes.text(-0.01, height, words, transform=left, ha="right", va="center")
             ends[end] *= outwards**2
     axes.set_ylim(*ends)
 

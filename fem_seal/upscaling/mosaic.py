@@ -52,13 +52,13 @@ def mosaic_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> np.n
     K = K / np.where(largest > 0, largest, 1.0)[:, None, None]
     along = [2 * K[:, :1], harmonic_mean(K[:, :-1], K[:, 1:]), 2 * K[:, -1:]]
     along, across = np.concatenate(along, axis=1), harmonic_mean(K, np.roll(K, -1, axis=2))
-    row, beside = np.arange(n), (np.arange(n) + 1) % n
+    row, right = np.arange(n), (np.arange(n) + 1) % n
     # Links between the nodes of a row and, last, the inlet.
     links = np.zeros((len(K), n + 1, n + 1))
     links[:, row, n] = links[:, n, row] = along[:, 0]
     for k in range(m):
-        links[:, row, beside] += across[:, k]
-        links[:, beside, row] += across[:, k]
+        links[:, row, right] += across[:, k]
+        links[:, right, row] += across[:, k]
         # Between the row and the inlet comes the next row, or the outlet, which is one node.
         following = row if k < m - 1 else np.zeros(n, dtype=int)
         size, own = n + following[-1] + 2, np.append(row, -1)

@@ -59,7 +59,7 @@ def floating(problem, network, pressure, separation):
     """A solid at a mean separation from its counter-face, under a fluid pressure."""
     touching = LiftPoint(problem, network, 1e-4 * problem.height.values.std(), pressure, None)
     gap = problem.displacement(pressure) - problem.height.values + separation
-    return FloatingPoint.beside(touching, pressure, gap)
+    return FloatingPoint.at_gap(touching, pressure, gap)
 
 
 def floating_low(load):
