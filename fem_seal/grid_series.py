@@ -97,10 +97,10 @@ def of_sealed(patch: Patch) -> Uncertainty:
     """
     height = present(patch.surface, "surface")
     left_out, rms = unresolved(height), float(height.values.std())
-    part = 1 / (1 + MARGIN + OF_UNRESOLVED_RMS * (left_out / rms if rms else 0.0))
-    less = f"under {per_cent(1 - part)} less load, as much as the grid may be wrong"
+    load_share = 1 / (1 + MARGIN + OF_UNRESOLVED_RMS * (left_out / rms if rms else 0.0))
+    less = f"under {per_cent(1 - load_share)} less load, as much as the grid may be wrong"
     try:
-        if sealed_under(patch, part):
+        if sealed_under(patch, load_share):
             return estimate(CONTACT_GRID, f"it is sealed as well {less}", 1.0, 1.0)
         words = f"this one may {less}"
     except NotConverged as error:
@@ -108,12 +108,12 @@ def of_sealed(patch: Patch) -> Uncertainty:
     return estimate(CONTACT_GRID, f"a finer grid may leak: {words}", 1.0)
 
 
-def sealed_under(patch: Patch, part: float) -> bool:
+def sealed_under(patch: Patch, load_share: float) -> bool:
     """Whether a patch is sealed under a part of its load, and no fluid pressure would open it."""
     if not present(patch.scene.contact, "[contact]").is_elastic:
         area = present(patch.contact, "contact").contact_area_fraction
-        return part * area >= (sealing_load(patch) or 0.0)
-    lighter = patch.pressed_by(part * present(patch.carried_load, "load"), patch.lift)
+        return load_share * area >= (sealing_load(patch) or 0.0)
+    lighter = patch.pressed_by(load_share * present(patch.carried_load, "load"), patch.lift)
     return lighter.state == "sealed" and (lighter.lifted is None or not lighter.lifted.is_range)
 
 
@@ -211,27 +211,28 @@ def by_load(patch: Patch) -> ByLoad:
 
 
 def grid_error(
-    change: float, part: float, counted: float | None = None, *, lifted: bool = False
+    change: float, unresolved_share: float, counted: float | None = None, *, lifted: bool = False
 ) -> Uncertainty:
     """Estimate what a finer grid changes, from a leaking grid and one of half its samples.
 
     Two parts make up e. What the grid leaves out of the heights, u, shifts the gap of the critical
-    constriction g_c, and with it ln Q: `part` = u/g_c, which falls as the square of the spacing.
-    Where that place does not rule the flow, `change` = |ln Q(n) - ln Q(n/2)| says more. Next to
-    closing the way of the flow changes too: e + 4 e² allows for it. From e = 0.8 on, where an area
-    leaves as much in all, and where the coarser grid is sealed, the constriction may close, and the
-    lower side is open. The upper one then is at least the cube of 1 + u/g_c, which opens the
-    constriction as far as the grid may be wrong. The load that gives a prescribed area, which
+    constriction g_c, and with it ln Q: `unresolved_share` = u/g_c, which falls as the square of the
+    spacing. Where that place does not rule the flow, `change` = |ln Q(n) - ln Q(n/2)| says more.
+    Next to closing the way of the flow changes too: e + 4 e² allows for it. From e = 0.8 on, where
+    an area leaves as much in all, and where the coarser grid is sealed, the constriction may close,
+    and the lower side is open. The upper one then is at least the cube of 1 + u/g_c, which opens
+    the constriction as far as the grid may be wrong. The load that gives a prescribed area, which
     counts samples, errs as the spacing: all changes to come add up to the last one, which is small
     by chance at times, and to `counted`, its `counting_error`. Where the fluid lifts the solid, e
     is larger by half: it lifts more where a constriction is wider.
     """
-    first_order = OF_UNRESOLVED * part + OF_CHANGE * change
+    first_order = OF_UNRESOLVED * unresolved_share + OF_CHANGE * change
     if lifted:
         first_order *= IF_LIFTED
     sentence = (
         "what four times the samples along each side would change, from half of them, and from the "
-        f"height between the samples: {per_cent(part)} of the gap of the critical constriction"
+        f"height between the samples: {per_cent(unresolved_share)} of the gap of the critical "
+        "constriction"
     )
     claimed = first_order * (1 + SECOND_ORDER * first_order)
     if counted is not None:
@@ -239,7 +240,7 @@ def grid_error(
     most = MOST_E * (1 + SECOND_ORDER * MOST_E)
     if claimed < most:
         return estimate(CONTACT_GRID, sentence, exp(-claimed), exp(claimed))
-    most = max(most, 3 * log1p(part))
+    most = max(most, 3 * log1p(unresolved_share))
     sentence += "; a finer grid may be sealed"
     return estimate(CONTACT_GRID, sentence, upper=exp(min(most, 700)))
 
@@ -282,9 +283,9 @@ def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
 
 def error_from_half(patch: Patch, coarse: Interval) -> Uncertainty:
     """`grid_error` of a leaking patch, from its leak rate on half of the samples [m³/s]."""
-    part = unresolved(present(patch.surface, "surface")) / critical_gap(patch)
+    unresolved_share = unresolved(present(patch.surface, "surface")) / critical_gap(patch)
     change, lifted = change_of(coarse, rate_interval(patch)), patch.lifted is not None
-    return grid_error(change, part, counting_error(patch), lifted=lifted)
+    return grid_error(change, unresolved_share, counting_error(patch), lifted=lifted)
 
 
 def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:

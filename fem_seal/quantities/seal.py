@@ -167,25 +167,24 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
         )
         return Uncertainty(PATCHES, "estimated", sentence, 1.0, 1.0)
     may_cross = f"if {100 * leaking:.0f} % of the patches leak, a path of them may cross the seal"
-    number, lowered = len(seal.patches), seal.lowered
-    if lowered is None or lowered.at_most is None:
-        part = "less" if lowered is None else f"about {100 * lowered.part:.0f} % of its"
+    number, lowered, share = len(seal.patches), seal.lowered, seal.next_load_share
+    if lowered is None:
+        less = "less" if share is None else f"about {100 * share:.0f} % of its"
         few = number < LEAST_LEAKING
         more = f" with {LEAST_LEAKING} realizations (seal.patches)" if few else ""
         sentence = (
-            f"{sealed}; {may_cross}; try {part} load{more}, until patches leak: under its own load "
+            f"{sealed}; {may_cross}; try {less} load{more}, until patches leak: under its own load "
             "the seal leaks less than the upper end of the interval there"
         )
         return Uncertainty(PATCHES, "not covered", sentence, 1.0, None, caution=True)
     known = "included" if lowered.contact_error is not None else "not known there, and not included"
     sentence = (
-        f"{sealed}; {may_cross}; under {100 * lowered.part:.0f} % of its load {lowered.leaking} of "
-        f"{number} leak, and under its own load the seal leaks less than the upper end of the 95 % "
-        f"interval there (the error of the contact's grid is {known}); more realizations "
-        "(seal.patches) may lower it"
+        f"{sealed}; {may_cross}; under {100 * lowered.load_share:.0f} % of its load "
+        f"{lowered.leaking} of {number} leak, and under its own load the seal leaks less than the "
+        f"upper end of the 95 % interval there (the error of the contact's grid is {known}); more "
+        "realizations (seal.patches) may lower it"
     )
-    rate = lowered.at_most
-    return Uncertainty(PATCHES, "estimated", sentence, 1.0, None, upper_rate=rate)
+    return Uncertainty(PATCHES, "estimated", sentence, 1.0, None, upper_rate=lowered.at_most)
 
 
 def _contact_grid_entry(seal: SealLeak) -> Uncertainty:

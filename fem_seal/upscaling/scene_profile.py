@@ -11,14 +11,14 @@ from fem_seal.upscaling.leak_path import EndPressures, LeakPath, RingPath, Strai
 SAME_LENGTH = 1e-4
 
 
-def leak_path_of(scene: Scene, part: float = 1.0) -> tuple[Profile, LeakPath, EndPressures]:
+def leak_path_of(scene: Scene, load_share: float = 1.0) -> tuple[Profile, LeakPath, EndPressures]:
     """A part of the contact pressure along the leak path, the path, and the pressures at its ends.
 
     The scene has a [seal].
     """
     profile, path = _along(scene)
     ends = EndPressures.of(scene.drive, scene.flow.gauge_pressures)
-    return profile.times(part), path, ends
+    return profile.times(load_share), path, ends
 
 
 def _along(scene: Scene) -> tuple[Profile, LeakPath]:

@@ -67,8 +67,9 @@ class SealLeak(LeakRate):
     critical_gap: float | None = None
     #: factors on the leak rate for how a gas slips along the path; None for a liquid or if sealed
     slip_along: tuple[float, float] | None = None
-    #: what a sealed seal leaks under less load, which is more; None if that was not tried
+    #: what a sealed seal leaks under less load, which is more; None if that is not known
     lowered: "LoweredSeal | None" = None
+    next_load_share: float | None = None  #: part of the load to try next for that
 
     @property
     def leaking(self) -> int:
@@ -78,15 +79,14 @@ class SealLeak(LeakRate):
 
 @dataclass(frozen=True)
 class LoweredSeal:
-    """A sealed seal under a part of its load."""
+    """A sealed seal under a part of its load, under which enough patches leak."""
 
-    part: float  #: of the load; where `at_most` is None, the next part to try
-    leaking: int = 0  #: realizations that leak there
+    load_share: float  #: the part of the load
+    leaking: int  #: realizations that leak there
     #: what it leaks at most there [m³/s], by the 95 % interval over the patches, the bounds of the
-    #: flow, the slip along the path and `contact_error`; None if too few patches leaked under the
-    #: loads that were tried
-    at_most: float | None = None
-    contact_error: float | None = None  #: that of the seal there; None counts as none
+    #: flow, the slip along the path and `contact_error`
+    at_most: float
+    contact_error: float | None  #: that of the seal there; None counts as none
 
 
 def under_less_load(
@@ -108,34 +108,38 @@ def under_less_load(
         return seal
     start, (profile, _, ends) = perf_counter(), leak_path_of(patch.scene)
     highest, inlet = profile.highest, ends.inlet
-    *tried, next_part = [
+    *tried, next_share = [
         (inlet + (highest - inlet) * NEXT_LOAD**n) / highest for n in range(1, LOWER_LOADS + 2)
     ]
     if len(seal.patches) < LEAST_LEAKING:
-        return replace(seal, lowered=LoweredSeal(tried[0]))
+        return replace(seal, next_load_share=tried[0])
     with ExitStack() as held:
         if folder is None:  # one folder for all processes
             folder = parallel.on_root(lambda: held.enter_context(temporary_folder()), patch.comm)
-        for part in tried:
+        for load_share in tried:
             # Times differ from process to process.
             late = parallel.on_root(lambda: perf_counter() - start > seconds, patch.comm)
             if late:
-                return replace(seal, lowered=LoweredSeal(part))
+                return replace(seal, next_load_share=load_share)
             patch.report(
                 NOTE,
-                f"all patches are sealed: what others may leak is sought under {per_cent(part)} of "
-                f"the load (at most {LOWER_LOADS} loads, in addition to the time expected)",
+                "all patches are sealed: what others may leak is sought under "
+                f"{per_cent(load_share)} of the load (at most {LOWER_LOADS} loads, in addition to "
+                "the time expected)",
             )
-            few = solve_seal(patch, folder, work, part=part, patches=LEAST_LEAKING, each=each)
+            few = solve_seal(
+                patch, folder, work, load_share=load_share, patches=LEAST_LEAKING, each=each
+            )
             if few.share_sealed.value == 1:
                 continue
-            lowered = solve_seal(patch, folder, work, part=part, each=each)
+            lowered = solve_seal(patch, folder, work, load_share=load_share, each=each)
             if lowered.interval is not None:
                 error = lowered.contact_error
                 factors = lowered.upper / lowered.value, (lowered.slip_along or (1.0, 1.0))[1]
                 at_most = lowered.interval[1] * prod(factors) * (1 + (error or 0.0))
-                return replace(seal, lowered=LoweredSeal(part, lowered.leaking, at_most, error))
-    return replace(seal, lowered=LoweredSeal(next_part))
+                found = LoweredSeal(load_share, lowered.leaking, at_most, error)
+                return replace(seal, lowered=found)
+    return replace(seal, next_load_share=next_share)
 
 
 def solve_seal(
@@ -143,7 +147,7 @@ def solve_seal(
     folder: Path | None = None,
     work: Work | None = None,
     *,
-    part: float = 1.0,
+    load_share: float = 1.0,
     patches: int | None = None,
     each: Expected | None = None,
 ) -> SealLeak:
@@ -157,7 +161,7 @@ def solve_seal(
         It has a file for each patch, with which an interrupted run goes on.
     work
         How the patches are shared among workers; one after the other if left out.
-    part
+    load_share
         Part of the load. With less than all of it, bounds of a factor of about two are enough.
     patches
         Number of realizations, from the first one on; all if left out.
@@ -165,14 +169,14 @@ def solve_seal(
         What each is expected to take.
     """
     scene, seal = patch.scene, present(patch.scene.seal, "[seal]")
-    profile, path, ends = leak_path_of(scene, part)
-    rtol, size = seal.rtol if part == 1 else max(seal.rtol, LOOSE), size_of_patch(patch)
+    profile, path, ends = leak_path_of(scene, load_share)
+    rtol, size = seal.rtol if load_share == 1 else max(seal.rtol, LOOSE), size_of_patch(patch)
     if profile.highest <= ends.inlet:
         return seal_of_patches(
             (lifted_off(profile, ends),) * seal.patches, path, size, rtol, scene.flow.method
         )
     scenes = realizations(scene.with_({"seal.rtol": rtol}))[:patches]
-    solved = solved_patches(scenes, patch, folder, work or Work(), part, each)
+    solved = solved_patches(scenes, patch, folder, work or Work(), load_share, each)
     flows, factors = [], []
     for of_patch in solved:
         gap, along = of_patch.critical_gap, ends

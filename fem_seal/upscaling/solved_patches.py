@@ -49,7 +49,7 @@ class PatchTask(Task[SolvedPatch]):
     """A patch to be solved under a chain of loads."""
 
     scene: Scene  #: scene of the realization, with its [seal]
-    part: float = 1.0  #: of its load
+    load_share: float = 1.0  #: part of its load
 
     def compute(self, handed_on: None, report: Report, comm: Comm) -> SolvedPatch:
         """Conductivity of the patch, refined in load; nothing is handed on to the next one."""
@@ -63,7 +63,7 @@ class PatchTask(Task[SolvedPatch]):
 
         flow = refined_flow(
             loaded,
-            *leak_path_of(self.scene, self.part),
+            *leak_path_of(self.scene, self.load_share),
             tolerance=seal.rtol,
             most_loads=seal.max_loads,
             max_seconds=seal.max_seconds,
@@ -106,8 +106,8 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load)
     change = change_of(_interval(*coarse), _interval(*fine))
     left_out = unresolved(present(loaded.patch.surface, "surface"))
-    part = left_out / present(loaded.critical_gap(load), "critical gap")
-    return known_error(grid_error(change, part).log_error)
+    unresolved_share = left_out / present(loaded.critical_gap(load), "critical gap")
+    return known_error(grid_error(change, unresolved_share).log_error)
 
 
 def _interval(lower: float, upper: float) -> Interval:
@@ -121,7 +121,7 @@ def solved_patches(
     like: Patch,
     folder: Path | None,
     work: Work,
-    part: float = 1.0,
+    load_share: float = 1.0,
     each: Expected | None = None,
 ) -> tuple[SolvedPatch, ...]:
     """Solve the patches that a folder does not hold yet; without one, this process solves them all.
@@ -130,7 +130,7 @@ def solved_patches(
     """
     number = len(scenes)
     tasks = [
-        PatchTask(scene.fingerprint(part), f"patch {k + 1} of {number}", scene, part)
+        PatchTask(scene.fingerprint(load_share), f"patch {k + 1} of {number}", scene, load_share)
         for k, scene in enumerate(scenes)
     ]
     if folder is None:

@@ -258,8 +258,8 @@ def trade_of(runs: Sequence[Run]) -> Trade:
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
     reference = finest.leak_rate
     change = change_of((coarser.leak_rate,) * 2, (reference,) * 2)
-    part = finest.unresolved / finest.critical_gap
-    estimated = expm1(grid_error(change, part, finest.counting_error).log_error)
+    unresolved_share = finest.unresolved / finest.critical_gap
+    estimated = expm1(grid_error(change, unresolved_share, finest.counting_error).log_error)
     uncertainty = max(estimated, relative_half_width(*finest.bounds))
     sealed = tuple(samples for samples, run in best.items() if run.state == "sealed")
     points = tuple(

@@ -430,10 +430,10 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(kept, monkeypa
     solved = solve(asked, lambda *line: said.append(line))
     lowered = solved.seal.lowered
     notes = [detail for stage, detail in said if stage == NOTE]
-    assert f"under {100 * lowered.part:.0f} % of the load" in notes[-1]
+    assert f"under {100 * lowered.load_share:.0f} % of the load" in notes[-1]
     assert (solved.state, solved.verdict.decision) == ("sealed", "within limit")
     assert solved.headline.upper == lowered.at_most > 0
-    there = solve_seal(Patch(asked), part=lowered.part)
+    there = solve_seal(Patch(asked), load_share=lowered.load_share)
     assert there.share_sealed.value == 0
     # Besides the interval over the patches, at_most counts the bounds and the contact's grid.
     beside = there.upper / there.value * (1 + (there.contact_error or 0))
