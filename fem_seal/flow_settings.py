@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from fem_seal.errors import InvalidInput
 from fem_seal.fluid import Slip
 from fem_seal.limits import Limits
 from fem_seal.registry import require_kind, require_known, require_not_negative, require_positive
@@ -16,8 +17,7 @@ LinksName = Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-g
 class FlowSettings:
     """Fluid, pressures, method and accuracy of a flow.
 
-    Finite differences read the fluid, the pressures and the links only. Finite elements read all
-    but the links. A lift reads all.
+    A leak rate by finite differences has no accuracy; a lift has one by any method.
     """
 
     viscosity: float  #: η [Pa s]
@@ -36,7 +36,7 @@ class FlowSettings:
     margin: float = 0.0
     limits: Limits = NO_LIMITS  #: a refinement that one of them ends has not converged
     field: bool = False  #: whether the flow on the last mesh is wanted, and not only its leak rate
-    links: str = "linear-gap"  #: of finite differences
+    links: str = "linear-gap"  #: of finite differences alone
     #: leak rate [m³/s]: a lift that leaks less is not refined further, and has not settled
     negligible: float = 0.0
 
@@ -45,6 +45,8 @@ class FlowSettings:
         require_not_negative(margin=self.margin, negligible=self.negligible)
         require_known(get_args(MethodName), self.method, "method")
         require_known(get_args(LinksName), self.links, "links")
+        if self.method != "finite-difference" and self.links != FlowSettings.links:
+            raise InvalidInput(f"method = {self.method!r} has no links: leave links out")
         require_kind((Slip, type(None)), slip=self.slip)
         require_kind(Limits, limits=self.limits)
         if self.decide is not None:

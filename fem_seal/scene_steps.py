@@ -125,7 +125,8 @@ def _finite_differences(
 
     if isinstance(film, MeshFilm):
         raise InvalidInput("flow.method = 'finite-difference' needs a gap on a grid")
-    return parallel.on_root(lambda: by_differences(film, settings), comm)
+    fluid = settings.viscosity, settings.pressure_drop, settings.slip
+    return parallel.on_root(lambda: by_differences(film, *fluid, settings.links), comm)
 
 
 LeakMethod = Callable[[FlowSettings, "GridFilm | MeshFilm", Report, parallel.Comm], LeakRate]

@@ -144,8 +144,12 @@ HERTZ, PATH = fs.upscaling.Hertz(2e5, 1e-3), fs.upscaling.StraightPath(1e-3, 1.0
         ),
         (lambda: fs.flow.leak_rate(LIQUID, FLAT), "^settings must be of type FlowSettings, not Gr"),
         (
-            lambda: fs.finite_difference.by_differences(fs.film.GridFilm(FLAT), None),
-            "^settings must be of type FlowSettings, not NoneType$",
+            lambda: fs.finite_difference.by_differences(fs.film.GridFilm(FLAT), LIQUID, 1e5),
+            "^viscosity = FlowSettings.* must be a positive number, in SI units$",
+        ),
+        (
+            lambda: fs.flow.FlowSettings(viscosity=1, pressure_drop=1, links="harmonic"),
+            "^method = 'adaptive' has no links: leave links out$",
         ),
         (lambda: fs.upscaling.RingPath(1e-3, np.inf), "^outlet_radius = inf must be a positive"),
         (lambda: fs.upscaling.EndPressures(1e5, ambient=np.nan), "^ambient = nan must be a finite"),

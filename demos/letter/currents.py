@@ -20,7 +20,6 @@ from demos.letter.contacts import (
 from fem_seal.contact import ContactState
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.finite_difference import by_differences
-from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.surface import resample
 from fem_seal.theory.bruggeman import effective_conductivity, effective_dimension
@@ -99,7 +98,7 @@ def current(
     scales = {"viscosity": VISCOSITY, "pressure_drop": PRESSURE_DROP}
     film = GridFilm(gap, sides=SIDES)
     rates = [
-        by_differences(film, FlowSettings(links=links, **scales)).value if differences else None
+        by_differences(film, links=links, **scales).value if differences else None
         for links in LINKS
     ]
     load = state.mean_pressure / (CONTACT_MODULUS * SLOPE) if elastic else None

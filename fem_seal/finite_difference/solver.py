@@ -13,14 +13,20 @@ from fem_seal.film.law import leak_rate_of_square
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.slipping import film_without_slip
 from fem_seal.finite_difference.stencil import flow_grid
-from fem_seal.flow_settings import FlowSettings
+from fem_seal.fluid import Slip
 from fem_seal.leak_rate import LeakRate
-from fem_seal.registry import require_kind
+from fem_seal.registry import require_kind, require_positive
 
 METHOD = "finite-difference"
 
 
-def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
+def by_differences(
+    film: GridFilm,
+    viscosity: float,
+    pressure_drop: float,
+    slip: Slip | None = None,
+    links: str = "linear-gap",
+) -> LeakRate:
     """Leak rate of a film by central differences on its samples, without bounds.
 
     A sealed gap needs no solve. `converged` is False if the gap is open only along diagonals of its
@@ -30,9 +36,11 @@ def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
     ----------
     film
         Film; nodes are the vertices of a linear gap or the pixels' centres of a constant one.
-    settings
-        Their viscosity, pressure drop, slip and links count. `links.LINKS` "linear-gap" are exact
-        for a linear gap that varies along the flow only, "harmonic" for a stepwise one.
+    viscosity, pressure_drop, slip
+        As of `FlowSettings`.
+    links
+        Rule of `links.LINKS`: "linear-gap" is exact for a linear gap that varies along the flow
+        only, "harmonic" for a stepwise one.
 
     Raises
     ------
@@ -41,16 +49,17 @@ def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
     NotConverged
         If the iteration for slip does not converge.
     """
-    require_kind(FlowSettings, settings=settings)
+    require_positive(viscosity=viscosity, pressure_drop=pressure_drop)
+    require_kind((Slip, type(None)), slip=slip)
     require_film(film, (GridFilm,))
     if film.sealed:
         return LeakRate.sealed(METHOD)
     # This refuses numbers out of range.
-    leak_rate_of_square(film.largest_gap, settings.viscosity, settings.pressure_drop)
+    leak_rate_of_square(film.largest_gap, viscosity, pressure_drop)
     residuals = {}
-    if settings.slip is not None:
-        film, residuals["slip"] = film_without_slip(film, settings.slip, settings.links)
-    grid = flow_grid(film, settings.viscosity, settings.links)
+    if slip is not None:
+        film, residuals["slip"] = film_without_slip(film, slip, links)
+    grid = flow_grid(film, viscosity, links)
     if not grid.carrying.any():
         return LeakRate(
             state="leaking",
@@ -60,7 +69,7 @@ def by_differences(film: GridFilm, settings: FlowSettings) -> LeakRate:
             reason="the gap is open only along diagonals of its triangulation, which the "
             "five-point stencil does not follow; sample it finer",
         )
-    value = conductance(grid.stencil) * settings.pressure_drop
+    value = conductance(grid.stencil) * pressure_drop
     return LeakRate(
         state="leaking",
         method=METHOD,

@@ -36,7 +36,8 @@ def _elements(
 
 def _differences(film: GridFilm, settings: FlowSettings, links: str) -> Answer:
     start = process_time()
-    leak = by_differences(film, replace(settings, links=links))
+    fluid = settings.viscosity, settings.pressure_drop, settings.slip
+    leak = by_differences(film, *fluid, links)
     return Answer(f"FD {links}", leak.value, None, None, leak.unknowns, process_time() - start)
 
 

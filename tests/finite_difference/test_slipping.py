@@ -7,7 +7,6 @@ from slip_answers import in_series
 from fem_seal.errors import NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences, slipping
-from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.rarefied import LAWS
@@ -19,9 +18,7 @@ def mass_rate(gap, slip, **options):
     """Leak rate times 12 η R T/M, for square pixels."""
     drop = slip.mean_pressure * (slip.inlet_pressure - slip.outlet_pressure)
     film = GridFilm(GridField(gap, (1.0, 1.0), periodic=True), "periodic", "constant")
-    leak = by_differences(
-        film, FlowSettings(viscosity=1 / 12, pressure_drop=drop, slip=slip, **options)
-    )
+    leak = by_differences(film, viscosity=1 / 12, pressure_drop=drop, slip=slip, **options)
     assert leak.converged
     assert leak.residuals["slip"][-1] <= slipping.TOLERANCE < leak.residuals["slip"][0]
     return leak.value

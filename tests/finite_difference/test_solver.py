@@ -11,7 +11,6 @@ from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.finite_difference.slipping import node_pressure
 from fem_seal.finite_difference.stencil import flow_grid
-from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 
 approx = partial(pytest.approx, rel=1e-12)
@@ -24,7 +23,7 @@ SOLVED = 1e4 * np.finfo(float).eps  # condition of the sparse system times the r
 
 def leak(values, spacing=(1.0, 1.0), periodic=False, links="linear-gap", **choices):
     film = GridFilm(GridField(values, spacing, periodic), **choices)
-    return by_differences(film, FlowSettings(links=links, **FLUID)).value
+    return by_differences(film, links=links, **FLUID).value
 
 
 @pytest.mark.parametrize(
@@ -77,9 +76,7 @@ def test_geometric_links_are_exact_on_the_smooth_checkerboard(sides):
 
 def test_channel_along_a_diagonal_is_reported_as_not_converged():
     """A gap open along a diagonal only is not sealed, but no chain of links joins the ends."""
-    flow = by_differences(
-        GridFilm(GridField(np.eye(5), (1, 1)), sides="wall"), FlowSettings(**FLUID)
-    )
+    flow = by_differences(GridFilm(GridField(np.eye(5), (1, 1)), sides="wall"), **FLUID)
     assert flow.state == "leaking"
     assert not flow.converged
     assert "diagonal" in flow.reason
@@ -109,7 +106,7 @@ def test_node_pressure_balances_the_conductance(sides, representation):
     rng = np.random.default_rng(5)
     values = np.maximum(rng.random((16, 16)) - 0.3, 0)
     film = GridFilm(GridField(values, (1.0, 1.0), periodic=True), sides, representation)
-    leak = by_differences(film, FlowSettings(viscosity=1 / 12, pressure_drop=3.0))
+    leak = by_differences(film, viscosity=1 / 12, pressure_drop=3.0)
     assert leak.value > 0
     grid = flow_grid(film, 1 / 12, "linear-gap")
     pressure = 3.0 * node_pressure(film)

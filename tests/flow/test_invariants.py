@@ -34,7 +34,6 @@ from fem_seal.finite_difference import by_differences
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.flow import Limits
 from fem_seal.flow.topology import dual_numbering, open_cells
-from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 
 ROUNDING = 1e-9  # of star-mesh elimination over contrasts up to 1e9
@@ -76,7 +75,7 @@ class Case:
 
     def by_differences(self, **fluid) -> float:
         """Leak rate by finite differences."""
-        return by_differences(self.film, FlowSettings(links=self.links, **FLUID | fluid)).value
+        return by_differences(self.film, links=self.links, **FLUID | fluid).value
 
 
 @st.composite
@@ -133,7 +132,7 @@ def test_sealed_exactly_when_no_path_is_open(case):
     assert kept.any() == open_path
     assert (len(dual_numbering(mesh, data, kept, merge_blocked=True).basis) == 1) == open_path
     if not open_path:
-        for flow in (case.bounds(), by_differences(case.film, FlowSettings(**FLUID))):
+        for flow in (case.bounds(), by_differences(case.film, **FLUID)):
             assert (flow.state, flow.value, flow.unknowns, flow.levels) == ("sealed", 0.0, 0, ())
             assert flow.bounds == (0.0, 0.0)
             assert flow.converged

@@ -13,7 +13,6 @@ from triangulations import scattered_square
 
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.finite_difference import by_differences
-from fem_seal.flow import FlowSettings
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, Slip
 from fem_seal.grid import GridField
 from fem_seal.rarefied import FIRST_ORDER, LEAST_ACCOMMODATION, kinetic
@@ -187,9 +186,10 @@ def half_width_of_slip(seed: int, law) -> float:
     slip = Slip(2.0, 2.0 * rng.choice([0.0, 0.1, 0.5, 0.9]), 10 ** rng.uniform(-2, 4), law)
     found, lower, upper = mass_bounds(gap, slip, rtol=0.01)
     drop = slip.mean_pressure * (slip.inlet_pressure - slip.outlet_pressure)
-    settings = FlowSettings(1 / 12, drop, slip=slip, links="harmonic")
     coarse, fine = (
-        by_differences(GridFilm(pixels, "wall", "constant"), settings).value
+        by_differences(
+            GridFilm(pixels, "wall", "constant"), 1 / 12, drop, slip=slip, links="harmonic"
+        ).value
         for pixels in (GridField(np.kron(gap, np.ones((n, n))), (1.0, 1.0)) for n in (8, 16))
     )
     off = 2 * abs(fine - coarse)

@@ -12,7 +12,6 @@ from fem_seal.coupling.multigrid import by_multigrid
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.solver import by_differences
-from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.network.film_pressure import PRESSURE_TOLERANCE, FilmPressure, eliminated
 from fem_seal.network.network import MeshNetwork, stencil_network
@@ -60,7 +59,7 @@ def mixed(film):
 def test_network_of_finite_differences(sides, representation):
     """The same leak rate as by the elimination, which shares no arithmetic."""
     film = film_of(rough(), sides, representation)
-    leak = by_differences(film, FlowSettings(viscosity=1 / 12, pressure_drop=1.0))
+    leak = by_differences(film, viscosity=1 / 12, pressure_drop=1.0)
     assert pressure_in(film, of_stencil(film), rough()).conductance == pytest.approx(
         leak.value, rel=SOLVED
     )
