@@ -96,7 +96,7 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice]:
     if leak.converged and leak.state == "leaking" and missed:
         reason = _missed_by_lift(total, of_lift) if left > least else _missed(total, patch)
         leak = patch.leak_rate = replace(leak, reason=reason)
-    grid, area = patch.once(estimated_error), patch.once(area_error)
+    grid, area = estimated_error(patch), area_error(patch)
     return patch, Choice(
         total=total,
         samples=present(patch.surface, "surface").shape,
@@ -111,8 +111,8 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice]:
 
 def _contact_part(patch: Patch) -> float:
     """Error of the contact grid and of a prescribed area, c + a."""
-    area = patch.once(area_error)
-    return patch.once(estimated_error).log_error + (0.0 if area is None else area.log_error)
+    area = area_error(patch)
+    return estimated_error(patch).log_error + (0.0 if area is None else area.log_error)
 
 
 def _lift_part(patch: Patch) -> float:
@@ -128,7 +128,7 @@ def _solved_again(first: Patch, patch: Patch, left: float) -> Patch:
     rtol = 2 * sinh(left) if patch.lifted is None else 2 * left / (1 + 2 * SETTLED)
     settings = replace(first.flow_settings, rtol=rtol)
     solved = first.with_(surface=patch.surface, contact=patch.contact, flow_settings=settings)
-    solved.keep(estimated_error, patch.once(estimated_error))
+    solved.keep(estimated_error, estimated_error(patch))
     return solved
 
 
@@ -209,7 +209,7 @@ def error_words(error: float | None) -> str:
 
 def _missed(total: float, patch: Patch) -> str:
     size = error_words(known_error(_contact_part(patch)))
-    also = "" if patch.once(area_error) is None else " and the area's"
+    also = "" if area_error(patch) is None else " and the area's"
     nx, ny = present(patch.surface, "surface").shape
     return (
         f"the contact grid's{also} part of the error is {size} on {nx} x {ny}, "

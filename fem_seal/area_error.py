@@ -28,7 +28,7 @@ from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.grid_series import by_load, critical_gap, error_beyond
-from fem_seal.patch import Patch
+from fem_seal.patch import Patch, once
 
 # Factor on the larger of both changes of ln Q, for what the network and the first order leave out.
 AREA_SAFETY = 1.25
@@ -38,6 +38,7 @@ WITHOUT_NETWORK = 2.0
 LITTLE = 0.01
 
 
+@once
 def area_error(patch: Patch) -> Uncertainty | None:
     """Estimate how far the leak rate is from that at the prescribed area; None without one."""
     if patch.scene.contact is None or patch.load.kind != "area_fraction" or patch.load.value == 0:
@@ -83,7 +84,7 @@ def _reach(patch: Patch, closing: int, opening: int) -> _Reach:
     contact, height = patch.film_contact, present(patch.surface, "surface")
     gap, by = present(contact, "contact").gap.values, None
     if isinstance(contact, ContactState):
-        by = patch.once(by_load)
+        by = by_load(patch)
         narrowing, kept, easing = np.maximum(-by.gap, 0.0), contact.pressure.values, by.pressure
     else:
         shift = narrowed(contact, BearingState, "bearing").shift

@@ -23,7 +23,7 @@ from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
 from fem_seal.memory import available_memory
-from fem_seal.patch import Patch
+from fem_seal.patch import Patch, once
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
 from fem_seal.scene.section import Lift
@@ -130,6 +130,7 @@ def pays_in_worker(samples: float, lifted: bool, comm: parallel.Comm = None) -> 
     return idle and samples >= (LIFTED_IN_WORKER if lifted else DRY_IN_WORKER)
 
 
+@once
 def half_solver(patch: Patch) -> Callable[[], Interval | None]:
     """Function that solves half of the samples here, or that of `half_in_worker` in its place."""
     return partial(_solved_here, patch)
@@ -190,7 +191,7 @@ def counting_error(patch: Patch) -> float | None:
     """
     if patch.load.kind != "area_fraction" or not isinstance(patch.film_contact, ContactState):
         return None
-    by = patch.once(by_load)
+    by = by_load(patch)
     counted = by.contact.contact_area_fraction / by.contact.contact_area_corrected
     load = present(patch.carried_load, "load")
     return parallel.on_root(lambda: abs(by.log_rate) * load * log(counted), patch.comm)
@@ -201,6 +202,7 @@ def critical_gap(patch: Patch) -> float:
     return present(patch.film.constriction, "constriction").gap
 
 
+@once
 def by_load(patch: Patch) -> ByLoad:
     """Derivatives of an elastic contact by its load."""
     critical = 0.0 if patch.sealed else critical_gap(patch)
@@ -245,6 +247,7 @@ def grid_error(
     return estimate(CONTACT_GRID, sentence, upper=exp(min(most, 700)))
 
 
+@once
 def estimated_error(patch: Patch) -> Uncertainty:
     """Estimate what a finer grid changes, for which the patch is solved on half of the samples.
 
@@ -261,7 +264,7 @@ def estimated_error(patch: Patch) -> Uncertainty:
         if patch.state == "sealed":
             return of_sealed(patch)
         try:
-            return _from_coarser(patch, patch.once(half_solver)())
+            return _from_coarser(patch, half_solver(patch)())
         except NotConverged as error:
             return estimate(CONTACT_GRID, f"on half of the samples: {error}")
 
@@ -274,7 +277,7 @@ def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
     """
     if not (is_estimated(patch.scene) or patch.scene.total_error is not None):
         return 1.0, 1.0
-    here, there = (each.once(estimated_error) for each in (patch, other))
+    here, there = map(estimated_error, (patch, other))
     lower = (there.lower or 0.0) / here.lower if here.lower else 1.0
     if here.upper is None:
         return min(lower, 1.0), 1.0

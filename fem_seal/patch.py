@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property, partial, wraps
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -114,15 +114,8 @@ class Patch:
         """Settings of the flow; for scenes that need it."""
         return self._flow_settings or self.scene.flow_settings
 
-    def once(self, function: "Callable[[Patch], T]") -> T:
-        """Value of a function of this patch, computed when it is first asked for."""
-        if function not in self._values:
-            self._values[function] = function(self)
-        value: T = self._values[function]
-        return value
-
     def keep(self, function: "Callable[[Patch], T]", value: T) -> None:
-        """Let `once` return this value, found in another way."""
+        """Let a function that is computed `once` return this value, found in another way."""
         self._values[function] = value
 
     @contextmanager
@@ -356,6 +349,19 @@ class Patch:
         critical = present(self.film.constriction, "constriction").gap
         pressure = pressure_of(leak.field.pressure, self.scene.drive, self.scene.slip, critical)
         return replace(leak, field=replace(leak.field, pressure=pressure))
+
+
+def once(function: Callable[[Patch], T]) -> Callable[[Patch], T]:
+    """Let a function of a patch be computed once for each, which keeps the value."""
+
+    @wraps(function)
+    def kept(patch: Patch) -> T:
+        if kept not in patch._values:
+            patch.keep(kept, function(patch))
+        value: T = patch._values[kept]
+        return value
+
+    return kept
 
 
 def _self_affine(patch: Patch, section: SelfAffine) -> GridField:

@@ -83,8 +83,8 @@ def test_the_coarser_grid_says_the_same_in_a_worker(pressure, lift, request):
     sections["contact"] = {"pressure": f"{pressure} MPa"}
     sections["flow"] |= {"rtol": 0.3, "lift": lift}
     here, other = (Patch(Scene.from_mapping(sections)) for _ in range(2))
-    expected = here.once(estimated_error)
+    expected = estimated_error(here)
     started = request.getfixturevalue("worker_always")
     with half_in_worker(other):
-        assert other.once(estimated_error) == expected
+        assert estimated_error(other) == expected
     assert bool(started) == (here.state == "leaking")

@@ -17,7 +17,7 @@ from fem_seal.error_budget import LIFT, Kind, Uncertainty
 from fem_seal.errors import NotConverged, present
 from fem_seal.grid_series import error_beyond
 from fem_seal.leak_rate import LeakRate
-from fem_seal.patch import Patch
+from fem_seal.patch import Patch, once
 from fem_seal.quantities.headline import ShownUnit
 
 # Key of the entry if flow.lift is "none"; else it is `LIFT`.
@@ -148,7 +148,7 @@ def _resolved(patch: Patch) -> Uncertainty:
 def _range(patch: Patch) -> Uncertainty:
     """Entry of the dry contacts at both ends of the fluid's pressure."""
     dry = patch.leak_rate
-    closed, opened = (rate.widened(*of_grid) for rate, of_grid in patch.once(_range_ends))
+    closed, opened = (rate.widened(*of_grid) for rate, of_grid in _range_ends(patch))
     lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), opened.range[1]
     shown, least = ShownUnit.of(patch.scene), closed.range[0]
     sentence = (
@@ -173,10 +173,11 @@ def lift_range(patch: Patch) -> tuple[LeakRate, LeakRate]:
     fluid pressure between the two lies between them (for a half-space under a mean pressure). The
     second is "lifted off" if the inlet's pressure is not below the load.
     """
-    (closed, _), (opened, _) = patch.once(_range_ends)
+    (closed, _), (opened, _) = _range_ends(patch)
     return closed, opened
 
 
+@once
 def _range_ends(patch: Patch) -> list[tuple[LeakRate, tuple[float, float | None]]]:
     """Both leak rates of `lift_range`, each with the factors of `error_beyond`."""
     ends = list[tuple[LeakRate, tuple[float, float | None]]]()

@@ -28,7 +28,7 @@ def _contact_grid_entry(patch: Patch) -> Uncertainty | None:
     if scene.total_error is None and not is_estimated(scene):
         sentence = "what a finer grid of the contact would change was not computed"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    return patch.once(estimated_error)
+    return estimated_error(patch)
 
 
 def surface_entry(patch: Patch) -> Uncertainty | None:
@@ -95,7 +95,7 @@ SOURCES: tuple[Source, ...] = (
     lambda patch: flow_entry(patch.leak_rate),
     slip_interval_entry,
     _contact_grid_entry,
-    lambda patch: patch.once(area_error),
+    area_error,
     surface_entry,
     lift_entry,
     slip_entry,
