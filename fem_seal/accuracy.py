@@ -56,8 +56,7 @@ class Trial:
 class Choice:
     """The contact grid and the flow tolerance that keep a total error, and its parts.
 
-    An error that is not known is None. The leak rate of the patch has `converged` False if no
-    allowed grid keeps the total error.
+    An error that is not known is None.
     """
 
     total: float  #: relative error that the scene allows
@@ -71,7 +70,7 @@ class Choice:
     area_error: float | None = None  #: the same; None unless a contact area is prescribed
 
 
-def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice]:
+def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice, str]:
     """Refine the contact grid until its error is small; flow and lift get the rest of the total.
 
     `first` is on the samples of the scene, the coarsest grid that is chosen. The total is the
@@ -79,6 +78,9 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice]:
     exact solution of the flow. A sealed grid has no error of its leak rate: it is refined until it
     surely stays sealed. A prescribed area counts samples: its error is that of each grid, like the
     grid's own.
+
+    Returns patch, choice, and why no allowed grid keeps the total; empty if that is kept, or not
+    known because the flow has not converged.
     """
     allowed = log1p(total)
     # On every grid the flow is solved with rtol = total. On the chosen one it is solved again if
@@ -92,12 +94,11 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice]:
     if patch.leak_rate.converged and of_flow_and_lift > left > least:
         patch = _solved_again(first, patch, left)
     leak, of_flow, of_lift = patch.leak_rate, flow_log_error(patch.leak_rate), _lift_part(patch)
-    missed = _contact_part(patch) + of_flow + of_lift > allowed
+    missed, reason = _contact_part(patch) + of_flow + of_lift > allowed, ""
     if leak.converged and leak.state == "leaking" and missed:
         reason = _missed_by_lift(total, of_lift) if left > least else _missed(total, patch)
-        leak = patch.leak_rate = replace(leak, reason=reason)
     grid, area = estimated_error(patch), area_error(patch)
-    return patch, Choice(
+    choice = Choice(
         total=total,
         samples=present(patch.surface, "surface").shape,
         rtol=patch.flow_settings.rtol,
@@ -107,6 +108,7 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice]:
         lift_error=known_error(of_lift) if lifts else None,
         area_error=None if area is None else known_error(area.log_error),
     )
+    return patch, choice, reason
 
 
 def _contact_part(patch: Patch) -> float:
@@ -181,15 +183,18 @@ def chosen_patch(
     *,
     trust: bool = False,
     comm: parallel.Comm = None,
-) -> tuple[Patch, Choice | None]:
-    """Patch of a scene, on the contact grid that keeps its total error if it asks for one."""
+) -> tuple[Patch, Choice | None, str]:
+    """Patch of a scene, on the contact grid that keeps its total error if it asks for one.
+
+    With it what `chosen_grid` returns.
+    """
     first = Patch(scene, report, trust=trust, comm=comm)
     if scene.total_error is None:
-        return first, None
+        return first, None, ""
     with first.timed("accuracy"):
-        patch, choice = chosen_grid(first, scene.total_error)
-    patch.seconds = first.seconds
-    return patch, choice
+        patch, choice, reason = chosen_grid(first, scene.total_error)
+    patch.seconds = first.seconds  # its own stages are parts of "accuracy"
+    return patch, choice, reason
 
 
 def flow_log_error(leak: LeakRate) -> float:

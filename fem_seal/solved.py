@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from time import perf_counter
@@ -221,13 +221,14 @@ def solve(
 def answer(
     patch: Patch,
     choice: Choice | None = None,
+    missed: str = "",
     *,
     patches: Path | None = None,
     work: Work | None = None,
 ) -> Solved:
     """Compute the products of a patch's scene; what the patch has computed already is used.
 
-    Patch and choice are as of `accuracy.chosen_patch`. The solved patches of a [seal] are shared
+    Its first arguments are as of `accuracy.chosen_patch`. The solved patches of a [seal] are shared
     among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
     start, scene = perf_counter(), patch.scene
@@ -245,6 +246,7 @@ def answer(
             leak = seal
         elif scene.needs_leak_rate:
             leak, budget = patch.leak_rate, error_budget(patch)
+            leak = replace(leak, reason=missed) if missed else leak
     return Solved(
         patch=patch,
         leak_rate=leak,

@@ -31,6 +31,7 @@ from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.results import Result, read_contact
 from fem_seal.scene import Scene
 from fem_seal.scene_steps import CONTACTS, FLOWS
+from fem_seal.solved import answer
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
 
@@ -61,7 +62,8 @@ def accurate_scene(small_scene):
 def chosen(accurate_scene, monkeypatch):
     """Function that chooses a grid for a total of 10 %, of which the grid takes a given part.
 
-    It gives patch and choice, the samples of all contacts and the tolerances of all dry flows.
+    It gives what `chosen_grid` returns, the samples of all contacts and the tolerances of all dry
+    flows.
     """
     press, flow = Mock(wraps=CONTACTS["gfmd"]), Mock(wraps=FLOWS["adaptive"])
     monkeypatch.setitem(CONTACTS, "gfmd", press)
@@ -76,9 +78,9 @@ def chosen(accurate_scene, monkeypatch):
             return estimate("contact_grid", "", exp(-error), exp(error))
 
         monkeypatch.setattr("fem_seal.accuracy._grid_error", error_of)
-        patch, choice = chosen_grid(Patch(scene), scene.total_error)
+        outcome = chosen_grid(Patch(scene), scene.total_error)
         contacts = [call.args[1].shape[0] for call in press.call_args_list]
-        return patch, choice, contacts, [call.args[0].rtol for call in flow.call_args_list]
+        return outcome, contacts, [call.args[0].rtol for call in flow.call_args_list]
 
     return chosen
 
@@ -142,7 +144,7 @@ def test_half_of_the_samples_may_be_asked_to_be_even():
 
 def test_the_flow_gets_what_the_contact_leaves(chosen):
     """85 % of the total on 64²: the bracket of rtol = 10 % is wider than the rest."""
-    patch, choice, contacts, flows = chosen(lambda n: 0.85 * 64 / n, 2)
+    (patch, choice, missed), contacts, flows = chosen(lambda n: 0.85 * 64 / n, 2)
     assert choice.samples == patch.surface.shape == (64, 64)
     assert choice.contact_error == pytest.approx(exp(0.85 * ALLOWED) - 1, rel=1e-9)
     assert choice.rtol == pytest.approx(2 * np.sinh(0.15 * ALLOWED), rel=1e-9)
@@ -151,6 +153,7 @@ def test_the_flow_gets_what_the_contact_leaves(chosen):
     assert flows == [0.1, 0.1, 0.1, choice.rtol]
     assert log1p(choice.contact_error) + log1p(choice.flow_error) <= ALLOWED * (1 + 1e-9)
     assert patch.leak_rate.converged
+    assert not missed
 
 
 def test_no_solve_more_than_needed(chosen):
@@ -158,7 +161,7 @@ def test_no_solve_more_than_needed(chosen):
 
     That is asinh(0.05); on 64² it takes 40 %.
     """
-    _, choice, contacts, flows = chosen(lambda n: 0.8 * 32 / n, 4)
+    (_, choice, _), contacts, flows = chosen(lambda n: 0.8 * 32 / n, 4)
     assert choice.rtol == 0.1
     assert (contacts, flows) == ([16, 32, 64], [0.1] * 3)
 
@@ -172,13 +175,15 @@ def test_a_total_that_no_grid_keeps_is_not_converged(chosen, part, changes):
 
     Passes to such a tolerance may not settle.
     """
-    patch, choice, _, flows = chosen(lambda n: part, 1, **changes)
+    (patch, choice, missed), _, flows = chosen(lambda n: part, 1, **changes)
     leak = patch.leak_rate
     assert (choice.samples, choice.rtol, {0.1, *flows}) == ((32, 32), 0.1, {0.1})
-    assert not leak.converged
     percent = per_cent(exp(part * ALLOWED) - 1)
-    assert f"part of the error is about {percent} on 32 x 32" in leak.reason
-    assert "max_refinement" in leak.reason
+    assert f"part of the error is about {percent} on 32 x 32" in missed
+    assert "max_refinement" in missed
+    solved = answer(patch, choice, missed)
+    assert solved.reason == solved.leak_rate.reason == missed
+    assert not solved.converged
     # Its bounds are kept.
     assert leak.lower < leak.value < leak.upper
 
@@ -238,7 +243,7 @@ def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path):
     record = json.loads((tmp_path / "out" / "result.json").read_text())
     assert (record["state"], record["verdict"]["decision"]) == ("sealed", "undecided")
     assert record["accuracy"]["contact_error"] is None
-    patch, choice = chosen_patch(Scene.from_file(path, ["accuracy.max_refinement=2"]))
+    patch, choice, _ = chosen_patch(Scene.from_file(path, ["accuracy.max_refinement=2"]))
     assert patch.leak_rate.state == "leaking"
     assert [trial.leak_rate > 0 for trial in choice.trials] == [False, False, True]
     assert cli.main([*run, "--set", "contact.pressure=0.4 MPa"]) == 0
@@ -271,8 +276,9 @@ def test_a_bearing_contact_of_an_area_that_leaks(accurate_scene):
     accurate_scene["contact"] = {"model": "bearing", "area_fraction": 0.2}
     del accurate_scene["solid"]
     accurate_scene["accuracy"] = {"total": 0.5}
-    patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
+    patch, choice, missed = chosen_patch(Scene.from_mapping(accurate_scene))
     assert patch.leak_rate.converged
+    assert not missed
     fine = patch.with_(surface=resample(patch.surface, (256, 256)))
     assert abs(log(patch.leak_rate.value / fine.leak_rate.value)) <= log1p(0.5)
     assert choice.contact_error > 0
@@ -284,8 +290,9 @@ def test_the_lift_is_part_of_the_total(accurate_scene):
     accurate_scene["flow"]["lift"] = "resolved"
     accurate_scene["surface"]["short_wavelength"] = "8 um"
     accurate_scene["accuracy"] = {"total": total}
-    patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
+    patch, choice, missed = chosen_patch(Scene.from_mapping(accurate_scene))
     assert patch.leak_rate.converged
+    assert not missed
     parts = choice.contact_error, choice.flow_error, choice.lift_error
     assert min(parts) > 0
     assert sum(map(log1p, parts)) <= log1p(total) * (1 + 1e-9)
@@ -298,6 +305,6 @@ def test_the_lift_is_part_of_the_total(accurate_scene):
 def test_a_lift_that_has_not_settled_has_no_known_error(accurate_scene, monkeypatch):
     monkeypatch.setattr(stages, "MOST_STAGES", 0)
     accurate_scene["flow"]["lift"] = "resolved"
-    patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
+    patch, choice, _ = chosen_patch(Scene.from_mapping(accurate_scene))
     assert not patch.leak_rate.converged
     assert choice.lift_error is None

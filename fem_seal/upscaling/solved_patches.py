@@ -53,13 +53,14 @@ class PatchTask(Task[SolvedPatch]):
 
     def compute(self, handed_on: None, report: Report, comm: Comm) -> SolvedPatch:
         """Conductivity of the patch, refined in load; nothing is handed on to the next one."""
-        seal, patch = present(self.scene.seal, "[seal]"), Patch(self.scene, report, comm=comm)
+        seal, states = present(self.scene.seal, "[seal]"), [""]
+        patch = Patch(self.scene, lambda *stage: under(states[-1], report)(*stage), comm=comm)
         loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)
 
         def begin(state: str) -> None:
             """Report a state of the conductivity table, and the stages that follow under it."""
             report(state, "")
-            patch.report = under(state, report)
+            states.append(state)
 
         flow = refined_flow(
             loaded,
