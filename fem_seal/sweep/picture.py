@@ -1,16 +1,14 @@
 """Picture of a sweep: the leak rate against the field that varies, with its range as a bar."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from statistics import geometric_mean
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput
-from fem_seal.leak_rate import relative_half_width
 from fem_seal.quantities.headline import SI, ShownUnit
 from fem_seal.render.plot import FONT_POINTS, label_axis, new_figure
 from fem_seal.scene.scene import SEEDS
@@ -25,29 +23,16 @@ PICTURE_FILE = "sweep.png"
 MOST_CURVES = 10  # more curves could not be distinguished
 MARKERS = "osD^vPX*<>"
 DECADE = 10.0
-MOST_NAMES = 12  # largest number of names side by side under the axis
 LONGEST_NAME = 24  # most characters of a name under the axis
-MARGIN = 0.08  # margin above and below the curves, over the logarithm of their range
-# States of points without a leak rate, and their marks in a strip below or above the axis.
-STRIPS = {"sealed": "x", "lifted off": "^"}
+MARGIN = 4.0  # factor from the lowest and the highest leak rate to the edges of the picture
+# States of points without a leak rate, their marks, and the edge of the picture that shows them.
+EDGES = {"sealed": ("x", 0.0), "lifted off": ("^", 1.0)}
+# Points of a curve by their place on the axis, ascending; those of one place differ in their seed.
+Curve = dict[float, Group]
 
 
 class NotDrawn(InvalidInput):
     """These points make no picture."""
-
-
-@dataclass(frozen=True)
-class Curve:
-    """Leak rates against one field, the other fields fixed."""
-
-    label: str  #: the other fields with their values; empty if there are none
-    #: place on the axis, ascending, and the points at that place; they differ in their seed only
-    groups: tuple[tuple[float, Group], ...]
-
-    @property
-    def points(self) -> list[tuple[float, Point]]:
-        """All points with their places."""
-        return [(place, point) for place, group in self.groups for point in group.points]
 
 
 def _bar(point: Point) -> tuple[float, float, float] | None:
@@ -76,21 +61,29 @@ def sweep_figure(
     The axis of the leak rate is logarithmic; that of the field is if it spans more than a decade.
     Each combination of the other fields is a curve through the medians over the seeds. Each point
     has a bar over its range with all counted errors, and an open marker if it has not settled.
-    Sealed points stand in a strip below the axis, points lifted off above it.
+    Sealed points stand on the lower edge, points lifted off on the upper one.
     """
     along = next((key for key in keys if key not in SEEDS), keys[0])
     table = [_in_unit(point, shown.per_solved) for point in table]
     names = list(dict.fromkeys(point.values[keys.index(along)] for point in table))
     places, unit = _places(names)
+    joined = along not in SEEDS
     curves = _curves(keys, along, table, places)
     path = folder / PICTURE_FILE
     with new_figure((6.4, 4.4), path) as figure:
         axes = figure.add_subplot()
-        draw_curves(axes, curves, joined=along not in SEEDS)
-        _name_places(axes, places, unit)
+        _set_leak_rate_axis(axes, table)
+        for number, (label, curve) in enumerate(curves.items()):
+            if joined:
+                axes.plot(*_median_line(curve).T, color=f"C{number}", label=label)
+            _draw_curve(axes, curve, f"C{number}", MARKERS[number])
+        _scale_places(axes, places, unit)
         axes.set_xlabel(f"{along} [{unit}]" if unit else along)
         axes.set_ylabel(f"leak rate [{shown.unit.replace('^3', '³')}]")
-        axes.set_title(_caption(curves), fontsize=FONT_POINTS - 1)
+        words = "bars: all counted errors; open: not settled"
+        if joined and not SEEDS.isdisjoint(keys):
+            words = f"line: median of the seeds that have settled; {words}"
+        axes.set_title(words, fontsize=FONT_POINTS - 1, pad=18)
         if len(curves) > 1:
             axes.legend(fontsize=FONT_POINTS - 2, frameon=False)
     return path
@@ -105,8 +98,8 @@ def _in_unit(point: Point, per_solved: float) -> Point:
 
 def _curves(
     keys: tuple[str, ...], along: str, table: Sequence[Point], places: dict[str, float]
-) -> list[Curve]:
-    """Curves of a table; NotDrawn if there are none or too many."""
+) -> dict[str, Curve]:
+    """Curves of a table by the values of their other fields; NotDrawn if none or too many."""
     of_label: dict[str, dict[float, list[Point]]] = {}
     for point in table:
         values = dict(zip(keys, point.values, strict=True))
@@ -118,107 +111,61 @@ def _curves(
             f"the picture would have {len(of_label)} curves, at most {MOST_CURVES} can be told "
             "apart"
         )
-    curves = [
-        Curve(label, tuple((at, Group((), tuple(of_place[at]))) for at in sorted(of_place)))
-        for label, of_place in of_label.items()
-    ]
-    settled = (point for point in table if point.state != UNSETTLED)
-    if not any(map(_bar, settled)):
+    if not any(map(_bar, table)):
         raise NotDrawn("no point of the sweep has a leak rate above 0: there is nothing to draw")
-    return curves
+    return {
+        label: {at: Group((), tuple(of_place[at])) for at in sorted(of_place)}
+        for label, of_place in of_label.items()
+    }
 
 
-def draw_curves(axes: "Axes", curves: Sequence[Curve], *, joined: bool) -> None:
-    """Draw curves on a logarithmic axis, and strips for the other points.
-
-    A line joins the places unless these are seeds.
-    """
-    bars = [bar for curve in curves for _, point in curve.points if (bar := _bar(point))]
-    shown = [number for bar in bars for number in bar if 0 < number < np.inf]
-    low, high = min(shown), max(shown)
-    margin = (2 * high / low) ** MARGIN
-    ends = [low / margin, high * margin]
-    axes.set(yscale="log", ylim=ends)
+def _set_leak_rate_axis(axes: "Axes", points: Iterable[Point]) -> None:
+    """Logarithmic axis around all bars, and the names of the states that stand on its edges."""
+    ends = [end for bar in filter(None, map(_bar, points)) for end in bar if 0 < end < np.inf]
+    axes.set(yscale="log", ylim=(min(ends) / MARGIN, max(ends) * MARGIN))
     label_axis(axes.yaxis)
-    for minor in (False, True):
-        ticks = axes.get_yticks(minor=minor)
-        axes.set_yticks(ticks[(ticks > ends[0]) & (ticks < ends[1])], minor=minor)
-    for number, curve in enumerate(curves):
-        medians = [
-            (p, float(np.median(g.leak_rates))) for p, g in curve.groups if g.leak_rates.size
-        ]
-        line = np.array([pair for pair in medians if 0 < pair[1] < np.inf]).reshape(-1, 2)
-        if joined:
-            axes.plot(*line.T, color=f"C{number}", label=curve.label)
-        for place, point in curve.points:
+    for state, (_, edge) in EDGES.items():
+        if any(point.state == state for point in points):
+            axes.text(1.01, edge, state, transform=axes.transAxes, va="center")
+
+
+def _draw_curve(axes: "Axes", curve: Curve, colour: str, marker: str) -> None:
+    """Draw the points of a curve with their bars, and those without a leak rate on the edges."""
+    for place, group in curve.items():
+        for point in group.points:
             if bar := _bar(point):
-                value, lower, upper = bar
-                # An open end reaches as far as the axis.
-                span = max(lower, ends[0]), min(upper, ends[1])
+                value, *ends = bar
                 face = "white" if point.state == UNSETTLED else None
-                axes.vlines(place, *span, color=f"C{number}", linewidth=2.0, alpha=0.3)
-                axes.plot(place, value, f"C{number}{MARKERS[number]}", ms=4.0, mfc=face)
-    for end, (state, outwards) in enumerate(zip(STRIPS, (1 / margin, margin), strict=True)):
-        height = ends[end] * outwards
-        counts = [
-            (place, group.count(state), len(group.points), f"C{number}")
-            for number, curve in enumerate(curves)
-            for place, group in curve.groups
-            if group.count(state)
-        ]
-        for place, some, points, colour in counts:
-            axes.plot(place, height, STRIPS[state], color=colour, markersize=5.0)
-            if points > 1:
-                # The empty line below the text is as high as the mark.
-                text = f"{some} of {points}\n"
-                small = axes.text(place, height, text, color=colour, ha="center", va="center")
-                small.set(size=FONT_POINTS - 3, linespacing=1.8)
-        if counts:
-            axes.axhline(ends[end], color="0.7", linewidth=0.8)
-            words, left = state.replace(" ", "\n"), axes.get_yaxis_transform()
-            axes.text(-0.01, height, words, transform=left, ha="right", va="center")
-            ends[end] *= outwards**2
-    axes.set_ylim(*ends)
+                # An open end reaches as far as the axis.
+                span = np.clip(ends, *axes.get_ylim())
+                axes.vlines(place, *span, color=colour, linewidth=2.0, alpha=0.3)
+                axes.plot(place, value, marker, color=colour, markersize=4.0, mfc=face)
+        for state, (mark, edge) in EDGES.items():
+            if count := group.count(state):
+                on_edge = axes.get_xaxis_transform()
+                axes.plot(place, edge, mark, color=colour, transform=on_edge, clip_on=False)
+                if len(group.points) > 1:
+                    of_all = f"{count} of {len(group.points)}\n"
+                    text = axes.text(place, edge, of_all, color=colour, transform=on_edge)
+                    text.set(ha="center", fontsize=FONT_POINTS - 3)
 
 
-def _caption(curves: Sequence[Curve]) -> str:
-    """Text on the meaning of lines, bars and markers."""
-    points = [point for curve in curves for _, point in curve.points]
-    settled = [p for p in points if p.state != UNSETTLED]
-    flows = [(p.lower, p.upper) for p in settled if _bar(p)]
-    widest = max(relative_half_width(low or 0.0, high or 0.0) for low, high in flows)
-    bars = f"bars: all counted errors (flow alone ±{per_cent(widest)} at most)"
-    words = [bars if widest else "without bounds"]
-    groups = [group for curve in curves for _, group in curve.groups]
-    if any(len(group.points) > 1 for group in groups):
-        left_out = sum(group.left_out for group in groups)
-        without = f", without {left_out} of {len(points)} points" if left_out else ""
-        words.insert(0, f"line: median of the seeds{without}")
-    if len(settled) < len(points):
-        words.append("open: ranges of points that have not settled")
-    return "\n".join(words)
+def _median_line(curve: Curve) -> np.ndarray:
+    """(n, 2): places and medians over the seeds, where these are leak rates that can be drawn."""
+    rates = [(place, group.leak_rates) for place, group in curve.items()]
+    medians = [(place, np.median(of_seeds)) for place, of_seeds in rates if of_seeds.size]
+    return np.array([pair for pair in medians if 0 < pair[1] < np.inf]).reshape(-1, 2)
 
 
-def _name_places(axes: "Axes", places: dict[str, float], unit: str | None) -> None:
-    """Choose the scale of the field's axis, and label the places if they are far enough apart."""
-    from matplotlib.ticker import NullLocator
-
-    at = np.array(list(places.values()))
+def _scale_places(axes: "Axes", places: dict[str, float], unit: str | None) -> None:
+    """Name places that have no unit; else the field's axis is logarithmic beyond a decade."""
+    at = list(places.values())
     if unit is None:
         # The end of a path distinguishes files.
         axes.set_xticks(at, [name[-LONGEST_NAME:] for name in places], rotation=30, ha="right")
-        return
-    low, high = at.min(), at.max()
-    logarithmic = low > 0 and high > DECADE * low
-    if logarithmic:
+    elif 0 < DECADE * min(at) < max(at):
         axes.set_xscale("log")
-    shown = np.sort(np.log(at) if logarithmic else at)
-    if len(at) > MOST_NAMES or np.diff(shown).min(initial=np.inf) < np.ptp(shown) / MOST_NAMES:
-        if logarithmic:
-            label_axis(axes.xaxis)
-        return  # keep matplotlib's round numbers
-    axes.set_xticks(at, [f"{place:g}" for place in at])
-    axes.xaxis.set_minor_locator(NullLocator())
+        label_axis(axes.xaxis)
 
 
 def _places(values: Sequence[str]) -> tuple[dict[str, float], str | None]:
