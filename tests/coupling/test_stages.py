@@ -13,10 +13,10 @@ from project import FIRST
 
 import fem_seal as fs
 from fem_seal.accuracy import flow_log_error
-from fem_seal.coupling import lifted, stages
-from fem_seal.coupling.lifted import _merged
+from fem_seal.coupling import lifted, search, stages
 from fem_seal.coupling.newton import equilibrium, newton
 from fem_seal.coupling.point import LiftPoint
+from fem_seal.coupling.search import _merged
 from fem_seal.coupling.state import log_ratio
 from fem_seal.network.network import MeshNetwork
 
@@ -159,10 +159,9 @@ def test_how_far_the_second_start_goes(
 
     The next stages of both are then not the same, although their first ones are.
     """
-    module = import_module("fem_seal.coupling.lifted")
     begun, gone_on = Mock(wraps=stages.first_stage), Mock(wraps=stages.further_stages)
-    monkeypatch.setattr(module, "first_stage", begun)
-    monkeypatch.setattr(module, "further_stages", gone_on)
+    monkeypatch.setattr(search, "first_stage", begun)
+    monkeypatch.setattr(search, "further_stages", gone_on)
     steps_of_stages(lambda *_: {"lost": lost})
     lifted(problem_of(scene(*pressures, n=16)))
     assert (begun.call_count, gone_on.call_count) == (first, further)
