@@ -1,4 +1,4 @@
-"""Memory: the need of this process, and the memory that is available to it."""
+"""Memory: the need of this process, the memory available to it, and slices of large arrays."""
 
 import ctypes
 import os
@@ -155,3 +155,11 @@ def give_back_freed_memory() -> None:
     if mallopt is not None:  # not in every C library
         for option, value in ((_MMAP_MAX, 65536), (_MMAP_THRESHOLD, 1 << 24), (_TRIM, 1 << 26)):
             mallopt(option, value)
+
+
+def slices(begin: int, end: int, at_once: int) -> Iterator[slice]:
+    """Cut the range from begin to end into slices of `at_once`, which bound temporary arrays.
+
+    The last one may be shorter.
+    """
+    return (slice(k, min(k + at_once, end)) for k in range(begin, end, at_once))

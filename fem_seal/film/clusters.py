@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.graphs import components
 from fem_seal.grid import diagonal_rises
-from fem_seal.mesh.grouping import components
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from fem_seal.digits import length_text
 from fem_seal.errors import InvalidInput
 from fem_seal.film.constriction import CriticalConstriction, highest_spanning
-from fem_seal.mesh.grouping import components
+from fem_seal.graphs import components
 
 if TYPE_CHECKING:
     from fem_seal.mesh.gap_source import Formula

@@ -20,7 +20,7 @@ import numpy as np
 from fem_seal.film.law import Conductivity
 from fem_seal.flow.quarters import thrice_centroids
 from fem_seal.grid import diagonal_rises
-from fem_seal.mesh.grouping import parts
+from fem_seal.memory import slices
 from fem_seal.mesh.nested import DEPTH, covering
 from fem_seal.parallel import cores
 
@@ -178,7 +178,7 @@ class Pyramid:
 
         # Work in strips: the means on all pixels would take most of the pyramid's memory.
         with ThreadPoolExecutor(cores()) as pool:
-            list(pool.map(fill, parts(0, mx if width > 1 else 0, _STRIP)))
+            list(pool.map(fill, slices(0, mx if width > 1 else 0, _STRIP)))
         for k in range(2, len(shapes)):
             diagonal[k][:], axial[k][:] = _summed(diagonal[k - 1])
         starts = np.append(0, ends[:-1]).reshape(-1, 2)

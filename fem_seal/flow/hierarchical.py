@@ -23,8 +23,8 @@ from fem_seal.flow.cell_data import CellContact
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.numbering import numbered
 from fem_seal.flow.quarters import QuarterData, QuarterShape
+from fem_seal.memory import slices
 from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.grouping import parts
 
 # Steps of CG. The bracket is 0.48, 0.41, 0.39, 0.39 times as wide after 1, 2, 3, 4 of them.
 STEPS = 4
@@ -126,7 +126,7 @@ def _rows_of(
     rows = [np.empty((3 * energy.count + 7, len(block))) for energy in energies]
     aspect_x, aspect_y = np.broadcast_to(gap.aspect, 2)
     blur = mesh.blur * float(np.max(gap.aspect))
-    for part in parts(0, len(block), QUARTERED_AT_ONCE):
+    for part in slices(0, len(block), QUARTERED_AT_ONCE):
         cells = block[part]
         vertices = mesh.cells.take(cells, axis=0).T.astype(np.intp, order="C")
         xy = mesh.xy.take(vertices, axis=0)
@@ -175,7 +175,7 @@ class BubbleSides:
         edge, free = bubble_edges(mesh, contact, kept)
         number, count = numbered(edge, free.any(axis=0))
         with_bubble = np.flatnonzero((number >= 0).any(axis=1))
-        blocks = [with_bubble[part] for part in parts(0, len(with_bubble), BLOCK)]
+        blocks = [with_bubble[part] for part in slices(0, len(with_bubble), BLOCK)]
         first, alone = [0], np.ones(count, dtype=bool)
         for cells in blocks:
             # Cells between those of the block have no bubble function: their numbers are -1.

@@ -15,7 +15,7 @@ the cells at these vertices are refined so far that they are no longer equipoten
 import numpy as np
 
 from fem_seal.flow.level import LevelProblem
-from fem_seal.mesh.grouping import components
+from fem_seal.graphs import components
 
 MAX_DROP = 0.1  # largest pressure drop between groups that count as well joined
 

@@ -46,8 +46,8 @@ from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.numbering import Jumps
 from fem_seal.flow.solution import CornerValues, FlowEstimate, Flux, SolvedLevel, Start
 from fem_seal.flow.topology import dual_numbering, open_cells
+from fem_seal.memory import slices
 from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.grouping import parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ class LevelProblem:
 
     def batches(self) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
         """Batches of n cells with gradients (n, 3, 2) and areas (n,), as of `shape_gradients`."""
-        for cells in parts(0, self.space.count, AT_ONCE):
+        for cells in slices(0, self.space.count, AT_ONCE):
             yield cells, *shape_gradients(self.corners(cells))
 
     def resistivity(self, chi: float, cells: slice) -> np.ndarray:
@@ -185,7 +185,7 @@ class LevelProblem:
         ]
         minima = self.space.minimise(tensor, numberings, starts, self.tolerance)
         psi = np.zeros((len(minima), len(self.mesh.xy)))
-        for cells in parts(0, self.space.count, AT_ONCE):
+        for cells in slices(0, self.space.count, AT_ONCE):
             psi[:, self.cells[cells]] = [minimum.corners(cells) for minimum in minima]
         return Streams(*self._of_family(dual.basis, tensor, minima), psi, chi)
 

@@ -25,7 +25,7 @@ from fem_seal.fenicsx import HAS_HYPRE, MPI, PETSc
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.integrals import AT_ONCE, batch
 from fem_seal.flow.numbering import Numbering
-from fem_seal.mesh.grouping import parts
+from fem_seal.memory import slices
 
 MAX_ITERATIONS = 100
 # CG computes its energy as that of its start minus a decrease. Where less than this part of the
@@ -214,7 +214,7 @@ class CellSpace:
     def _own_parts(self) -> list[slice]:
         """Batches of this rank, padded by empty ones: collective assembly needs as many on all."""
         begin, end = self._shares[self.comm.rank : self.comm.rank + 2]
-        own = list(parts(begin, end, AT_ONCE))
+        own = list(slices(begin, end, AT_ONCE))
         most = -(-self.count // self.comm.size)
         return own + [slice(end, end)] * (-(-most // AT_ONCE) - len(own))
 

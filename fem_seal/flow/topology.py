@@ -20,8 +20,8 @@ import numpy as np
 from fem_seal.film.winding import unwind
 from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.numbering import Jumps, numbered
+from fem_seal.graphs import components
 from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.grouping import components
 from fem_seal.mesh.mesh import corner_links, side_ends
 from fem_seal.mesh.torus import Torus
 

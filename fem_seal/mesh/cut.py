@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
-from fem_seal.mesh.grouping import components
+from fem_seal.graphs import components
 from fem_seal.mesh.mesh import corner_links, ends_of_sides, find_edges, side_ends
 from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.graphs import components
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.checks import coordinates
 from fem_seal.mesh.cut import cut_open, shortest_path
-from fem_seal.mesh.grouping import components
 from fem_seal.mesh.mesh import side_ends
 from fem_seal.mesh.triangles import (
     BOTTOM,

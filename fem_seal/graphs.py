@@ -1,15 +1,8 @@
-"""Slices of large arrays, and components of graphs."""
-
-from collections.abc import Iterator
+"""Components of graphs."""
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-
-
-def parts(begin: int, end: int, at_once: int) -> Iterator[slice]:
-    """Cut the range from begin to end into slices of `at_once`; the last one may be shorter."""
-    return (slice(k, min(k + at_once, end)) for k in range(begin, end, at_once))
 
 
 def components(pairs: np.ndarray, count: int) -> np.ndarray:
