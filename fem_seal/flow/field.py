@@ -8,7 +8,7 @@ from fem_seal.flow.families import Pressures
 from fem_seal.flow.level import LevelProblem, LevelSolution
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.leak_rate import FacetTag, FlowField
-from fem_seal.mesh.mesh import ends_of_sides, find_edges, side_ends
+from fem_seal.mesh.mesh import end_slots, ends_of_sides, find_edges
 
 
 def flow_field(solution: LevelSolution, film: Film, pressure_drop: float, rate: float) -> FlowField:
@@ -72,7 +72,7 @@ def facet_tags(problem: LevelProblem, points: np.ndarray) -> np.ndarray:
     tags[sides[through & ~alone]] = FacetTag.INSIDE
     tags[sides[through & on_seam]] = FacetTag.SEAM
     side = sides[through & alone, 0]
-    ends = mesh.cells.ravel()[side_ends(side)]
+    ends = mesh.cells.ravel()[end_slots(side)]
     at_inlet, at_outlet = (end[ends].all(axis=1) for end in (mesh.inlet, mesh.outlet))
     tags[side] = np.select([at_inlet, at_outlet], [FacetTag.INLET, FacetTag.OUTLET], FacetTag.WALL)
     tags = tags.reshape(-1, 3)[problem.kept]

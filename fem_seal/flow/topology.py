@@ -22,7 +22,7 @@ from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.numbering import Jumps, numbered
 from fem_seal.graphs import components
 from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.mesh import corner_links, side_ends
+from fem_seal.mesh.mesh import corner_links, end_slots
 from fem_seal.mesh.torus import Torus
 
 
@@ -51,7 +51,7 @@ def _between_ends(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, Jumps]:
     p is prescribed on the passable sides of inlet and outlet.
     """
     pairs, alone = passable_sides(mesh, data)
-    ends = mesh.cells.ravel()[side_ends(alone)]
+    ends = mesh.cells.ravel()[end_slots(alone)]
     inlet = alone[mesh.inlet[ends].all(axis=1)]
     outlet = alone[mesh.outlet[ends].all(axis=1)]
     piece = components(pairs // 3, len(mesh.cells))
@@ -59,7 +59,7 @@ def _between_ends(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, Jumps]:
     through[np.intersect1d(piece[inlet // 3], piece[outlet // 3])] = True
     kept = through.take(piece) & (data.K > 0)
     label, count = _continuous_labels(mesh, data, kept, pairs)
-    at_ends = [label[side_ends(slots[kept[slots // 3]])] for slots in (inlet, outlet)]
+    at_ends = [label[end_slots(slots[kept[slots // 3]])] for slots in (inlet, outlet)]
     label = label.reshape(-1, 3).compress(kept, axis=0)
     group = _of_one_pressure(label[data.equipotential[kept]], at_ends, count)
     at_inlet, at_outlet = (_marked(group[end], count) for end in at_ends)
@@ -76,7 +76,8 @@ def _open_torus(mesh: Torus, data: CellData) -> tuple[np.ndarray, Jumps]:
     """
     pairs, _ = passable_sides(mesh, data)
     # Sides along x = Lx and along y = Ly, as (1, 0) and (0, 1).
-    far = mesh.copy[mesh.cells.ravel()[side_ends(pairs.ravel())]].all(axis=1).reshape(-1, 2, 2)
+    ends = mesh.cells.ravel()[end_slots(pairs.ravel())]
+    far = mesh.on_far_seam[ends].all(axis=1).reshape(-1, 2, 2)
     jump = far[:, 0].astype(int) - far[:, 1]
     inside = ~jump.any(axis=1)
     piece = components(pairs[inside] // 3, len(mesh.cells))
@@ -90,7 +91,7 @@ def _open_torus(mesh: Torus, data: CellData) -> tuple[np.ndarray, Jumps]:
     free = np.ones(count, dtype=bool)
     free[label[first, 0]] = False
     of_corner, used = numbered(label, free)
-    crossed = mesh.copy[mesh.cells[kept]]
+    crossed = mesh.on_far_seam[mesh.cells[kept]]
     return kept, Jumps(of_corner, used, crossed, jumps_along(unwound.windings))
 
 
@@ -131,7 +132,7 @@ def _continuous_labels(
     # Labels of a point can differ only at zero-gap sides and next to cells that carry no flow.
     special = np.zeros(vertices, dtype=bool)
     special[vertex[~kept]] = True
-    special[vertex.ravel()[side_ends(np.flatnonzero(data.zero_gap))]] = True
+    special[vertex.ravel()[end_slots(np.flatnonzero(data.zero_gap))]] = True
     flat = vertex.ravel()
     # Pairs of sides without a special vertex join corners that have one label anyway.
     near = np.logical_or.reduce(special.take(vertex.T))
@@ -176,8 +177,8 @@ def dual_numbering(
 def _across(mesh: AnyMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Vertices (n,) on the near and on the far side of seams or walls; lines crossed (n, d)."""
     if isinstance(mesh, Torus):
-        far = np.flatnonzero(mesh.copy.any(axis=1))
-        return mesh.twin[far], far, mesh.copy[far].astype(int)
+        far = np.flatnonzero(mesh.on_far_seam.any(axis=1))
+        return mesh.twin[far], far, mesh.on_far_seam[far].astype(int)
     far = np.flatnonzero(mesh.top)
     near = mesh.twin[far]
     if not mesh.periodic:

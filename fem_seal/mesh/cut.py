@@ -5,7 +5,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from fem_seal.graphs import components
-from fem_seal.mesh.mesh import corner_links, ends_of_sides, find_edges, side_ends
+from fem_seal.mesh.mesh import corner_links, end_slots, ends_of_sides, find_edges
 from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP
 
 
@@ -18,9 +18,9 @@ def shortest_path(
     joins two of its vertices, and bisection does not change this.
     """
     count = int(cells.max()) + 1
-    edges = cells.ravel()[side_ends(np.flatnonzero(sides == INSIDE))]
+    edges = cells.ravel()[end_slots(np.flatnonzero(sides == INSIDE))]
     allowed = np.ones(count, dtype=bool)
-    allowed[cells.ravel()[side_ends(np.flatnonzero(sides != INSIDE))]] = False
+    allowed[cells.ravel()[end_slots(np.flatnonzero(sides != INSIDE))]] = False
     allowed[start], allowed[end] = True, True
     edges = edges[allowed[edges].all(axis=1)]
     # The path may start at any vertex of the first loop: an extra node is linked to all of them.
@@ -64,7 +64,7 @@ def cut_open(
     slots = find_edges(ends).slots()
     joining = slots[(slots[:, 1] >= 0) & ~on_path.ravel()[slots[:, 0]]]
     component = components(corner_links(corner.ravel(), joining), corner.size)
-    of_bank = component[side_ends(np.flatnonzero(right)).ravel()]
+    of_bank = component[end_slots(np.flatnonzero(right)).ravel()]
     on_right = np.isin(component, of_bank).reshape(-1, 3)
     cells = cells.copy()
     cells[adjacent] = np.where(on_right & (index[corner] >= 0), len(xy) + index[corner], corner)

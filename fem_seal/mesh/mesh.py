@@ -55,7 +55,7 @@ def ends_of_sides(cells: np.ndarray) -> np.ndarray:
     return cells[:, [[1, 2], [2, 0], [0, 1]]]
 
 
-def side_ends(slots: np.ndarray) -> np.ndarray:
+def end_slots(slots: np.ndarray) -> np.ndarray:
     """(n, 2) corner slots at the two ends of each side slot."""
     cell, side = slots // 3, slots % 3
     return np.stack([3 * cell + (side + 1) % 3, 3 * cell + (side + 2) % 3], axis=1)
@@ -66,7 +66,7 @@ def corner_links(vertex: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 
     `vertex` has the vertex of each corner slot.
     """
-    first, second = side_ends(pairs[:, 0]), side_ends(pairs[:, 1])
+    first, second = end_slots(pairs[:, 0]), end_slots(pairs[:, 1])
     swap = vertex[first[:, 0]] != vertex[second[:, 0]]
     second[swap] = second[swap][:, ::-1]
     return np.stack([first.ravel(), second.ravel()], axis=1)

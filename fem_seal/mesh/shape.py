@@ -16,7 +16,7 @@ from fem_seal.graphs import components
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.checks import coordinates
 from fem_seal.mesh.cut import cut_open, shortest_path
-from fem_seal.mesh.mesh import side_ends
+from fem_seal.mesh.mesh import end_slots
 from fem_seal.mesh.triangles import (
     BOTTOM,
     INLET,
@@ -66,7 +66,12 @@ def shape_mesh_with_values(
             cell, side = loops.wall_after(end)
             sides[cell, side] = label
     else:
-        xy, cells, sides, twin, values = _cut(xy, cells, sides, values, loops, inlet, outlet)
+        # Halving adds vertices in the interior, until a path avoids those of other walls.
+        while (path := loops.path_between_ends(cells, sides)) is None:
+            xy, cells, sides, values = _all_halved(xy, cells, sides, values)
+            loops = _Loops(xy, cells, sides)
+        xy, cells, sides, twin = cut_open(xy, cells, sides, path)
+        values = values[twin]
     first = longest_edge_first(xy, cells)
     cells = turned(cells, first).astype(np.int32)
     mesh = TriangleMesh(xy, cells, turned(sides, first), twin.astype(np.int32))
@@ -99,7 +104,7 @@ class _Loops:
 
     def __init__(self, xy: np.ndarray, cells: np.ndarray, sides: np.ndarray):
         cell, side = np.nonzero(sides != INSIDE)
-        tail, head = cells.ravel()[side_ends(3 * cell + side)].T
+        tail, head = cells.ravel()[end_slots(3 * cell + side)].T
         order = np.argsort(tail)
         twice = np.flatnonzero(np.diff(tail[order]) == 0)
         if twice.size:
@@ -122,9 +127,11 @@ class _Loops:
         self._cell, self._side, self._tail, self._head = cell, side, tail, head
         self._label = sides[cell, side]
 
-    def vertices(self, loop: int) -> np.ndarray:
-        """Vertices of a loop, in order."""
-        return self._tail[self.loops[loop]]
+    def path_between_ends(self, cells: np.ndarray, sides: np.ndarray) -> np.ndarray | None:
+        """Shortest path from the loop of the inlet to that of the outlet; see `shortest_path`."""
+        loops = (self.loops[self.only_piece(label).loop] for label in (INLET, OUTLET))
+        start, end = (self._tail[loop] for loop in loops)
+        return shortest_path(cells, sides, start, end)
 
     def only_piece(self, label: int) -> _Piece:
         """Consecutive sides with this label; InvalidInput if there are none or several pieces."""
@@ -154,32 +161,14 @@ class _Loops:
         return self._cell[wall], self._side[wall]
 
 
-def _cut(
-    xy: np.ndarray,
-    cells: np.ndarray,
-    sides: np.ndarray,
-    values: np.ndarray,
-    loops: _Loops,
-    inlet: _Piece,
-    outlet: _Piece,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Cut the mesh from the loop of the inlet to that of the outlet; see `cut_open`.
-
-    If every path runs through vertices of other walls, all cells are halved until one does not:
-    halving adds vertices in the interior.
-    """
-    while True:
-        path = shortest_path(cells, sides, loops.vertices(inlet.loop), loops.vertices(outlet.loop))
-        if path is not None:
-            xy, cells, sides, twin = cut_open(xy, cells, sides, path)
-            return xy, cells, sides, twin, values[twin]
-        first = longest_edge_first(xy, cells)
-        twin = np.arange(len(xy), dtype=np.int32)
-        whole = TriangleMesh(xy, turned(cells, first).astype(np.int32), turned(sides, first), twin)
-        mesh, values = _halved(whole, np.ones(len(cells), dtype=bool), values)
-        xy, cells, sides = mesh.xy, mesh.cells, mesh.sides
-        loops = _Loops(xy, cells, sides)
-        inlet, outlet = loops.only_piece(INLET), loops.only_piece(OUTLET)
+def _all_halved(
+    xy: np.ndarray, cells: np.ndarray, sides: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices, triangles, labels of their sides, and values at the vertices, of all halves."""
+    first, twin = longest_edge_first(xy, cells), np.arange(len(xy), dtype=np.int32)
+    whole = TriangleMesh(xy, turned(cells, first).astype(np.int32), turned(sides, first), twin)
+    mesh, values = _halved(whole, np.ones(len(cells), dtype=bool), values)
+    return mesh.xy, mesh.cells, mesh.sides, values
 
 
 def _halved(

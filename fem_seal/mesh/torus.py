@@ -29,20 +29,20 @@ class Torus(NestedMesh):
     outlet = inlet
 
     @cached_property
-    def copy(self) -> np.ndarray:
+    def on_far_seam(self) -> np.ndarray:
         """(V, 2) bool: vertices at x = mx, and vertices at y = my."""
         return self.xy == self.extent
 
     @property
     def rim(self) -> np.ndarray:
         """(V,) bool, vertices on both sides of both seams."""
-        return ((self.xy == 0) | self.copy).any(axis=1)
+        return ((self.xy == 0) | self.on_far_seam).any(axis=1)
 
     def _ends_of_edges(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides; at x = mx and at y = my those of the same edge opposite."""
         ends = ends_of_sides(self.cells)
         for axis in (0, 1):
-            on_side = self.copy[:, axis][ends].all(axis=2)
+            on_side = self.on_far_seam[:, axis][ends].all(axis=2)
             ends[on_side] = opposite(self, axis)[ends[on_side]]
         return ends
 

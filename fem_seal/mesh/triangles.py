@@ -16,7 +16,7 @@ from typing import Self
 
 import numpy as np
 
-from fem_seal.mesh.mesh import Edges, Halvings, Mesh, side_ends
+from fem_seal.mesh.mesh import Edges, Halvings, Mesh, end_slots
 from fem_seal.mesh.nested import TooFine
 
 # Labels of sides. BOTTOM and TOP are the two side walls (ψ = 0 and ψ = 1) of a shape whose inlet
@@ -70,7 +70,7 @@ class TriangleMesh(Mesh):
 
     def side_ends(self, selected: np.ndarray) -> np.ndarray:
         """(n, 2) vertices at the ends of the selected sides (C, 3) bool."""
-        return self.cells.ravel()[side_ends(np.flatnonzero(selected))]
+        return self.cells.ravel()[end_slots(np.flatnonzero(selected))]
 
     @property
     def _walls(self) -> list[int]:

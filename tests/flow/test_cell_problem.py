@@ -139,7 +139,7 @@ def test_functions_of_a_single_winding_are_exact_and_start_the_next():
     problem, pressures, streams = solved_on(gap, uniform_torus(gap.squares, 1))
     assert len(pressures.jumps) == len(streams.jumps) == 1
     (p,), across = pressures.minima, [Fraction(jump) for jump in pressures.jumps[0]]
-    far = problem.mesh.copy[problem.mesh.cells[problem.kept]].reshape(-1, 2)
+    far = problem.mesh.on_far_seam[problem.mesh.cells[problem.kept]].reshape(-1, 2)
     of_unknown: dict[int, set[Fraction]] = {}
     for number, v, (x, y) in zip(
         p.numbering.of_corner.ravel().tolist(), p.corner_values.ravel(), far, strict=True
