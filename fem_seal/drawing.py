@@ -23,7 +23,6 @@ from fem_seal.results.arrays import (
 from fem_seal.results.folder import holds_another_scene
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
-from fem_seal.scene.shape import Sector
 
 
 def draw(
@@ -58,16 +57,10 @@ def draw(
 def _film_of(result: Result, folder: Path, contact: ContactArrays | None) -> GridFilm | MeshFilm:
     """Film of a result, from the arrays in its folder or the gap that its scene names."""
     if (folder / MESH_FILE).is_file():
-        from fem_seal.mesh.gap_source import Formula
-
-        # As recorded: rebuilding the scene would ask for its files, which the arrays stand for.
-        shape = result.provenance.scene.get("shape", {})
-        text = shape.get("gap_expression")
-        middle = Sector(**shape).middle_angle if shape.get("kind") == "sector" else 0.0
-        return replace(read_mesh(folder), formula=None if text is None else Formula(text, middle))
+        return replace(read_mesh(folder), formula=result.gap_formula())
     if contact is not None:
         return result.flow().film_of(contact.gap)
-    if "gap" not in result.provenance.scene:
+    if not result.provenance.has_section("gap"):
         raise InvalidInput(f"{folder} holds neither {CONTACT_FILE} nor {MESH_FILE}; run it again")
     return Patch(result.scene()).film
 

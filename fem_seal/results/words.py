@@ -66,7 +66,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
         (
             "verdict",
             lambda judged: f"{judged.decision}: {judged.comparison}",
-            result.verdict if result.provenance.scene.get("limit") else None,
+            result.verdict if result.provenance.has_section("limit") else None,
         ),
         *(("caution", str, caution) for caution in result.cautions),
         ("tightest", constriction_words, named.constriction),
@@ -151,7 +151,7 @@ def flow_words(result: Result) -> str:
     text = f"{result.method}, {result.unknowns} unknowns"
     if result.preconditioner not in ("hypre", None):
         text += f" (preconditioner {result.preconditioner})"
-    shaped = "shape" in result.provenance.scene
+    shaped = result.provenance.has_section("shape")
     flow = result.flow()
     default = "" if flow.sides else " (default)"
     sides = flow.sides_of(bool(result.gap_is_periodic))
@@ -161,7 +161,7 @@ def flow_words(result: Result) -> str:
 def contact_words(result: Result) -> str:
     """Area, mean gap and load; of a patch that is lifted off those without load."""
     area = 100 * result.contact_area_fraction
-    whose = "the shape's area" if "shape" in result.provenance.scene else "the area"
+    whose = "the shape's area" if result.provenance.has_section("shape") else "the area"
     text = f"{area:.4g} % of {whose}, mean gap {length_text(result.mean_gap)}"
     if result.state == "lifted off":
         return f"{text}; without load, where the solids only just touch"
