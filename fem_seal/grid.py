@@ -36,11 +36,11 @@ class GridField:
     periodic: bool = False
 
     def __post_init__(self) -> None:
-        given_values = np.ma.asarray(self.values)
-        if given_values.dtype.kind not in "biuf":
-            raise InvalidInput(f"a grid needs an array of numbers, got {given_values.dtype}")
+        samples = np.ma.asarray(self.values)
+        if samples.dtype.kind not in "biuf":
+            raise InvalidInput(f"a grid needs an array of numbers, got {samples.dtype}")
         # What stands below a mask is no sample: it counts as NaN.
-        unmasked = np.ma.filled(given_values.astype(np.float64), np.nan)
+        unmasked = np.ma.filled(samples.astype(np.float64), np.nan)
         values = np.array(unmasked, order="C")
         if values.ndim != 2 or 0 in values.shape:
             raise InvalidInput(f"a grid needs a two-dimensional array, got shape {values.shape}")
@@ -50,13 +50,13 @@ class GridField:
                 f"{bad} of {values.size} grid values are not finite (NaN or infinite); "
                 "fill or cut them out first"
             )
-        given = np.ravel(self.spacing)
-        numbers = given.size == 2 and given.dtype.kind in "iuf" and np.isfinite(given).all()
-        if not (numbers and given.min() > 0):
-            raise InvalidInput(f"spacing must be two positive lengths in metres, got {given}")
+        lengths = np.ravel(self.spacing)
+        numbers = lengths.size == 2 and lengths.dtype.kind in "iuf" and np.isfinite(lengths).all()
+        if not (numbers and lengths.min() > 0):
+            raise InvalidInput(f"spacing must be two positive lengths in metres, got {lengths}")
         if not isinstance(self.periodic, (bool, np.bool_)):
             raise InvalidInput(f"periodic must be True or False, got {self.periodic!r}")
-        spacing = tuple(map(float, given))
+        spacing = tuple(map(float, lengths))
         if max(spacing) > LONGEST_PIXEL * min(spacing):
             raise InvalidInput(
                 f"pixels of {spacing[0]:g} m by {spacing[1]:g} m are more than "

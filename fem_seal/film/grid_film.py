@@ -128,6 +128,8 @@ class GridFilm:
 def require_film(film: object, kinds: tuple[type, ...]) -> None:
     """Raise InvalidInput unless an argument is a film of one of the kinds that a solver takes."""
     if not isinstance(film, kinds):
+        on_mesh = "" if kinds == (GridFilm,) else ", or a MeshFilm on a mesh"
         raise InvalidInput(
             f"the film is a {type(film).__name__}; make it a GridFilm(gap, sides, representation)"
+            f"{on_mesh}"
         )

@@ -26,7 +26,8 @@ Line = tuple[np.ndarray | float, np.ndarray | float]
 def film_conductivity(gap: T, viscosity: float) -> T:
     """Film conductivity K = g³/(12 η) of a Newtonian fluid between parallel walls (Reynolds 1886).
 
-    K [m³/(Pa s)] of a gap [m], which may be a UFL expression, at a viscosity η [Pa s].
+    K [m³/(Pa s)] of a gap [m] at a viscosity η [Pa s]; of expressions of UFL as well, which the
+    annotation leaves out: this half of the package runs without it.
     """
     return gap**3 / (12 * viscosity)
 

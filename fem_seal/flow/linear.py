@@ -351,7 +351,7 @@ def minimise_by_cg(
         if error.ierr != _INCONSISTENT:
             raise
         x.set(0)
-        return (), ("no preconditioner can be set up for conductivities so far apart")
+        return (), "no preconditioner can be set up for conductivities so far apart"
     finally:
         destroy(solution, residual)
     history = tuple(residuals[1:])

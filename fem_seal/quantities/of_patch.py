@@ -60,8 +60,8 @@ def _constriction(patch: Patch) -> Constriction | None:
 def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
     scene, film = patch.scene, patch.film
     if isinstance(film, GridFilm):
-        gap, drive = 1.0, scene.drive.pressure_drop
-        uniform = uniform_rectangle(film, gap, scene.viscosity, drive, scene.slip)
+        gap, drop = 1.0, scene.drive.pressure_drop
+        uniform = uniform_rectangle(film, gap, scene.viscosity, drop, scene.slip)
     else:
         # A shape in contact everywhere has no open gap: take any for the uniform film.
         gap = film.largest_gap or 1.0

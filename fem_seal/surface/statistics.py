@@ -90,7 +90,9 @@ class Lay:
         covariance = np.cov(along[known], across[known], bias=True) if known.any() else np.eye(2)
         (least, most), directions = np.linalg.eigh(covariance)
         angle = np.degrees(np.arctan2(directions[1, 0], directions[0, 0])) % 180
-        ratio = np.sqrt(most / least) if least > SLOPE_ROUNDING * most else np.inf if most else 1.0
+        ratio = np.inf if most else 1.0
+        if least > SLOPE_ROUNDING * most:
+            ratio = np.sqrt(most / least)
         steps = (np.diff(values, axis=axis) / d for axis, d in enumerate(spacing))
         slopes = [_mean_square(step) ** 0.5 for step in steps]
         return cls((slopes[0], slopes[1]), float(ratio), float(angle))
