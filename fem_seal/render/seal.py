@@ -1,5 +1,6 @@
 """Picture of a seal: pressures and conductivity along the path, and K of every patch."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -99,7 +100,7 @@ def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None
     x = 1e3 * np.array(seal.path.x)
     if not of_fluid:
         axes.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]", yscale="log")
-        axes.plot(x, [value or np.nan for value in seal.path.conductivity], "tab:red")
+        axes.plot(*_at_steps(x, seal.path.conductivity), "tab:red")
         return
     axes.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
     P, p = (
@@ -115,6 +116,18 @@ def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None
     label = "fluid pressure p, above ambient; not known where sealed"
     axes.plot(*before, "o-", color="tab:blue", markevery=[-1], clip_on=False, label=label)
     axes.plot(*behind, "o-", color="tab:blue", markevery=[0], clip_on=False)
+
+
+def _at_steps(x: np.ndarray, conductivity: Sequence[float | None]) -> tuple[np.ndarray, np.ndarray]:
+    """Middles of the places of one conductivity, and both ends of the path, with their K.
+
+    K falls with the net load in steps, and is estimated at the middle of each
+    (`ConductivityTable.interpolated`).
+    """
+    K = np.array([value or np.nan for value in conductivity])
+    steps = np.split(np.arange(len(x)), 1 + np.flatnonzero(np.diff(K)))
+    middles = [x[step].mean() for step in steps]
+    return np.array([x[0], *middles, x[-1]]), K[[0, *(step[0] for step in steps), -1]]
 
 
 def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
