@@ -1,6 +1,6 @@
 """What might decide a verdict that the bounds and the error budget leave open."""
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from math import expm1, log, sinh
 from typing import NamedTuple
 
@@ -79,12 +79,29 @@ def deciding_setting(
     counted = [entry for entry in fixed if entry.counted]
     # How far the limit is from the leak rate that is taken for the true one.
     away = log(limit / middle_of(*leak.bounds))
+    remedies = {CONTACT_GRID: finer_grid(scene)}
+    for inputs in (entry for entry in counted if entry.key == INPUTS):
+        remedies[INPUTS] = _by_inputs(head, limit, away > 0, inputs)
     return (
         _by_total_error(scene, away, counted)
-        or _by_inputs(head, limit, away > 0, counted)
         or _by_flow(scene, leak, needed)
-        or _by_none(scene, counted)
+        or of_widest(fixed, remedies)
+        or "the best estimate is the limit itself"
     )
+
+
+def of_widest(budget: ErrorBudget, remedies: Mapping[str, str]) -> str:
+    """What narrows the widest entry of a budget, of remedies by key; empty if none is counted.
+
+    No setting helps while an entry is unbounded on a side: its sentence is the advice then.
+    """
+    counted = [entry for entry in budget if entry.counted]
+    if unbounded := [entry for entry in counted if None in (entry.lower, entry.upper)]:
+        return "; ".join(entry.sentence for entry in unbounded)
+    if not counted:
+        return ""
+    widest = max(counted, key=lambda entry: entry.log_error)
+    return remedies.get(widest.key, f"no setting narrows {widest.name}, the widest of them")
 
 
 def _by_total_error(scene: Scene, away: float, counted: list[Uncertainty]) -> str:
@@ -105,16 +122,11 @@ def _by_total_error(scene: Scene, away: float, counted: list[Uncertainty]) -> st
     return f"accuracy.total = {total:.2g}{instead} might decide"
 
 
-def _by_inputs(head: Headline, limit: float, below: bool, counted: list[Uncertainty]) -> str:
+def _by_inputs(head: Headline, limit: float, below: bool, inputs: Uncertainty) -> str:
     """The input that matters most, and how well it must be known.
 
     The logarithms of the entry's factors are taken as proportional to the tolerances.
     """
-    inputs = next((entry for entry in counted if entry.key == INPUTS), None)
-    others = [entry for entry in counted if entry is not inputs]
-    sides = [entry.upper if below else entry.lower for entry in others]
-    if inputs is None or None in sides:
-        return ""
     largest = present(inputs.largest, "input that matters most")
     # The end of the headline that is beyond the limit, and the factor that moves it there.
     end = head.upper if below else head.lower
@@ -141,23 +153,7 @@ def _by_flow(scene: Scene, leak: LeakRate, needed: DecidingRtol) -> str:
     return f"flow.rtol = {rtol:.2g}{instead} might decide, with {about}"
 
 
-def _by_none(scene: Scene, counted: list[Uncertainty]) -> str:
-    if unbounded := open_entries(counted):
-        return "; ".join(entry.sentence for entry in unbounded)
-    if counted:
-        names = " and ".join(entry.name for entry in counted)
-        grid = any(entry.key == CONTACT_GRID for entry in counted)
-        remedy = f"; {finer_grid(scene)}" if grid else ""
-        return f"no flow.rtol decides it while {names} may change the leak rate so much{remedy}"
-    return "the best estimate is the limit itself"
-
-
 def finer_grid(scene: Scene) -> str:
     """Advice to narrow the entry of the contact's grid."""
     setting = "surface.shape" if scene.measured_map is None else "a map in smaller steps"
     return f"a finer grid of the contact ({setting}) might decide"
-
-
-def open_entries(budget: Iterable[Uncertainty]) -> list[Uncertainty]:
-    """List the entries that leave a side unbounded."""
-    return [entry for entry in budget if entry.counted and None in (entry.lower, entry.upper)]

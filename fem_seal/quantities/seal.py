@@ -1,7 +1,7 @@
 """Uncertainties and verdict of a whole seal."""
 
 from collections.abc import Callable
-from math import ceil, exp, inf, log
+from math import ceil, exp, log
 from statistics import stdev
 
 from fem_seal.digits import number_of, per_cent
@@ -16,7 +16,7 @@ from fem_seal.error_budget import (
 from fem_seal.errors import present
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.advice import finer_grid, open_entries
+from fem_seal.quantities.advice import finer_grid, of_widest
 from fem_seal.quantities.inputs import Probe, inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import slip_entry_at
@@ -29,39 +29,20 @@ PATCHES, SLIP_ALONG = "patches", "slip_along_the_path"
 MOST_PATCHES = 1000  # largest number of patches of a scene
 NARROW_RATIO = 2.0  # upper over lower end of an interval that is narrow enough
 
-# Advice on what narrows an entry of a seal's error budget, by the key of the entry.
-REMEDIES = {
-    FLOW_AND_LOADS: "a smaller seal.rtol",
-    INPUTS: "smaller [tolerances]",
-}
-
 
 def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
-    """Advice for an undecided verdict: what narrows the widest entry of the budget.
-
-    No tolerance helps while an entry is unbounded on a side: its sentence is the advice then.
-    """
-    if unbounded := open_entries(budget):
-        return "; ".join(entry.sentence for entry in unbounded)
-    widths = {
-        entry.key: log(entry.upper / entry.lower) if entry.lower else inf
-        for entry in budget
-        if entry.lower is not None and entry.upper is not None
-    }
-    if not widths:
-        return ""
-    widest = max(widths, key=lambda key: widths[key])
-    if widest == PATCHES:
-        advice = "more realizations (seal.patches) or larger ones might decide"
-        if widths[widest] <= log(NARROW_RATIO):
-            return advice
+    """Advice for an undecided verdict."""
+    patches = "more realizations (seal.patches) or larger ones might decide"
+    if seal.interval is not None and seal.interval[1] > NARROW_RATIO * seal.interval[0]:
         many = _about(_realizations_for(seal))
-        return f"{advice}: {many} give the mean to a factor of {NARROW_RATIO:g}"
-    if widest == CONTACT_GRID:
-        return finer_grid(patch.scene)
-    if widest not in REMEDIES:
-        return f"no setting narrows {widest.replace('_', ' ')}, the widest of them"
-    return f"{REMEDIES[widest]} might decide"
+        patches += f": {many} give the mean to a factor of {NARROW_RATIO:g}"
+    remedies = {
+        FLOW_AND_LOADS: "a smaller seal.rtol might decide",
+        PATCHES: patches,
+        CONTACT_GRID: finer_grid(patch.scene),
+        INPUTS: "smaller [tolerances] might decide",
+    }
+    return of_widest(budget, remedies)
 
 
 def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRate]) -> ErrorBudget:

@@ -123,7 +123,8 @@ def test_what_would_decide_with_other_factors():
     # 2e-10 × 1.25 and 2e-10 × 0.8 lie on both sides of 2.4e-10: no width is narrow enough.
     assert what_would_decide(LEAK, 2.4e-10, 0.8, 1.25) == (None, None)
     lift = Uncertainty("fluid_pressure", "estimated", "it opens", 1.0, 1.5, caution=True)
-    assert "no flow.rtol decides it while fluid pressure" in judged(2.4e-10, lift).sentence
+    words = "no setting narrows fluid pressure, the widest of them"
+    assert words in judged(2.4e-10, lift).sentence
     # The entry of a computed lift is twice as wide as the bracket, and narrows with it.
     computed = Uncertainty("lift", "estimated", "passes", 0.5, 2.0, per_rtol=1.0)
     advised = 2 * np.sinh(np.log(1.2) / 3)
