@@ -21,70 +21,72 @@ STARTS = (("elastic", 0.0), ("bearing", FLOW_AREA), ("elastic", FLOW_AREA))  # o
 SADDLES = (64, 128, 256)  # samples of the saddle's period
 
 
+def point(folder: PointFolder, function: Callable, *arguments: object) -> Chain:
+    """A point by a function of arguments that also name its file."""
+    texts = ("+".join(a) if isinstance(a, tuple) else str(a) for a in arguments)
+    name = "-".join([function.__name__, *texts])
+    return Chain(folder, (StudyTask(name, name, function, arguments),))
+
+
 def chains_of(asked: argparse.Namespace, cases: Sequence[RoughCase]) -> dict[str, list[Chain]]:
     """Points of a run by part; the name of each holds all that it depends on.
 
     Thresholds are computed for all cases, the rest for the first one.
     """
-    points, case, seeds = asked.out / "points", cases[0], range(1, asked.seeds + 1)
-    areas_of = AREAS if asked.areas is None else dict.fromkeys(MODELS, asked.areas)
-
-    def point(folder: PointFolder, function: Callable, *arguments: object) -> Chain:
-        """A point by a function of arguments that also name its file."""
-        texts = ("+".join(a) if isinstance(a, tuple) else str(a) for a in arguments)
-        name = "-".join([function.__name__, *texts])
-        return Chain(folder, (StudyTask(name, name, function, arguments),))
-
-    shown, records = PictureFolder(points, Picture), PointFolder(points, Current)
-    with_differences = "differences" in asked.only
-    # Beside these points a finer grid is solved.
-    refined = [("elastic", 1, area) for area in areas_of["elastic"] if "grids" in asked.only]
+    points, case = asked.out / "points", cases[0]
+    shown, starts = PictureFolder(points, Picture), PointFolder(points, CascadeStart)
+    saddles = PointFolder(points, closing_saddle.Saddle)
     of_part = {
-        "currents": [
-            point(
-                records,
-                current,
-                case,
-                model,
-                seed,
-                area,
-                asked.rtol,
-                with_differences,
-                asked.refine if (model, seed, area) in refined else 0,
-            )
-            for model, areas in (
-                ("elastic", (0.0, *areas_of["elastic"])),
-                ("bearing", areas_of["bearing"]),
-            )
-            for seed in seeds
-            for area in areas
-        ],
-        "thresholds": [
-            point(
-                PointFolder(points, Thresholds),
-                thresholds,
-                one,
-                model,
-                seed,
-                asked.resolution,
-            )
-            for one in cases
-            for model in reversed(MODELS)
-            for seed in seeds
-        ],
+        "currents": currents_of(asked, case, PointFolder(points, Current)),
+        "thresholds": thresholds_of(asked, cases, PointFolder(points, Thresholds)),
         "contacts": [point(shown, picture, case, model, CONTACT_AREA, None) for model in MODELS],
         "flows": [point(shown, picture, case, model, FLOW_AREA, asked.rtol) for model in MODELS],
-        "cascade": [
-            point(PointFolder(points, CascadeStart), cascade_start, case, *start)
-            for start in STARTS
-        ],
-        "saddle": [
-            point(PointFolder(points, closing_saddle.Saddle), closing_saddle.saddle, samples)
-            for samples in reversed(SADDLES)
-        ],
+        "cascade": [point(starts, cascade_start, case, *start) for start in STARTS],
+        "saddle": [point(saddles, closing_saddle.saddle, n) for n in reversed(SADDLES)],
     }
     parts = {*asked.only}
     parts |= {"contacts", "flows"} if "pictures" in parts else set()
     # Errors of the grid and finite differences belong to the points of Fig. 3.
     parts |= {"currents"} if parts & {"grids", "differences"} else set()
     return {part: chains for part, chains in of_part.items() if part in parts}
+
+
+def currents_of(asked: argparse.Namespace, case: RoughCase, folder: PointFolder) -> list[Chain]:
+    """Points of Fig. 3, and first contact, to which its leak rates relate."""
+    areas_of = AREAS if asked.areas is None else dict.fromkeys(MODELS, asked.areas)
+    with_differences = "differences" in asked.only
+    # Of these a finer grid is solved as well.
+    refined = [("elastic", 1, area) for area in areas_of["elastic"] if "grids" in asked.only]
+    contacts = [
+        (model, seed, area)
+        for model, areas in (
+            ("elastic", (0.0, *areas_of["elastic"])),
+            ("bearing", areas_of["bearing"]),
+        )
+        for seed in range(1, asked.seeds + 1)
+        for area in areas
+    ]
+    return [
+        point(
+            folder,
+            current,
+            case,
+            *contact,
+            asked.rtol,
+            with_differences,
+            asked.refine if contact in refined else 0,
+        )
+        for contact in contacts
+    ]
+
+
+def thresholds_of(
+    asked: argparse.Namespace, cases: Sequence[RoughCase], folder: PointFolder
+) -> list[Chain]:
+    """Where contact percolates, of both models and all cases."""
+    return [
+        point(folder, thresholds, case, model, seed, asked.resolution)
+        for case in cases
+        for model in reversed(MODELS)
+        for seed in range(1, asked.seeds + 1)
+    ]
