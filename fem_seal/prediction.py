@@ -24,9 +24,9 @@ from fem_seal.progress import duration
 from fem_seal.scene import Scene, SelfAffine
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.patch_conductivity import KEPT
+from fem_seal.upscaling.path_flow import seal_flow
 from fem_seal.upscaling.refined_table import intervals_needed
 from fem_seal.upscaling.scene_profile import leak_path_of
-from fem_seal.upscaling.seal_flow import seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS
 
 # A machine is as many times slower than that of the laws as it takes longer to compile STATEMENTS.

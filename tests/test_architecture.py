@@ -132,6 +132,18 @@ def test_a_public_name_is_that_of_one_function_or_class():
     assert set(twice) == {"add"}, twice
 
 
+def test_no_name_of_a_package_hides_a_module():
+    """Else who asks for the module gets a function; the commands are never asked for so."""
+    hidden = {
+        f"{path.parent.name}.{name.rpartition('.')[2]}"
+        for path, tree in trees().items()
+        if path.name == "__init__.py" and path.parent.name != "cli"
+        for name in imported(tree)
+        if (path.parent / f"{name.rpartition('.')[2]}.py").exists()
+    }
+    assert not hidden
+
+
 def test_the_page_lists_the_packages_in_their_order():
     page = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
     section = page.partition("## Packages\n")[2].partition("\n## ")[0]

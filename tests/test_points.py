@@ -363,7 +363,7 @@ def test_there_are_as_many_workers_as_pay(work, chains, seconds, memory, jobs, m
 def test_a_point_is_expected_to_take_no_more_than_its_numbers(jobs, scene_file, monkeypatch):
     """Not the memory of pictures, which no point draws; also where the user sets the jobs."""
     compute = Mock(return_value=Outcome(0, 2, {}))
-    monkeypatch.setattr(sys.modules["fem_seal.sweep.sweep"], "compute_points", compute)
+    monkeypatch.setattr("fem_seal.sweep.run.compute_points", compute)
     points = combinations("surface.seed=1,2", "output.products=['leak_rate','pictures']")
     sweep(scene_file, points, Path("out"), work=Work(jobs))
     scene = Scene.from_file(scene_file, ["output.products=['leak_rate']"])

@@ -25,7 +25,7 @@ from fem_seal.scene_steps import FLOWS
 from fem_seal.solved import Solved, answer, solve
 from fem_seal.surface import MapStatistics
 from fem_seal.upscaling import EndPressures
-from fem_seal.upscaling.seal_flow import SealFlow, lifted_off
+from fem_seal.upscaling.path_flow import SealFlow, lifted_off
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.contact.bearing import plane_at_mean_gap
 from fem_seal.contact.halfspace import HalfSpace
+from fem_seal.contact.plane_cut import plane_at_mean_gap
 from fem_seal.errors import Inconsistent
 
 DOUBLE = np.dtype(float)

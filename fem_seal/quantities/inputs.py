@@ -25,8 +25,8 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.path_flow import seal_flow
 from fem_seal.upscaling.scene_profile import leak_path_of
-from fem_seal.upscaling.seal_flow import seal_flow
 
 # Direction of each input in which more leaks; but see `_viscosity` and `_modulus`.
 OPENS = {

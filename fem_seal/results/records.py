@@ -16,8 +16,8 @@ from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
 from fem_seal.units import RATES
 from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.path_flow import PathFlow, SealingPart
 from fem_seal.upscaling.seal import SealLeak, median_patch
-from fem_seal.upscaling.seal_flow import PathFlow, SealingPart
 
 POINTS = 400  # of the leak path in the record
 

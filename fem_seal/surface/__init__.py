@@ -6,7 +6,6 @@ Heights are those of the rigid counter-face: its highest points touch first.
 from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.missing import fill
-from fem_seal.surface.outliers import outliers, spikes_caution, without_outliers
 from fem_seal.surface.preparation import (
     Preparation,
     PreparedSurface,
@@ -22,6 +21,7 @@ from fem_seal.surface.profiles import (
 from fem_seal.surface.resampling import resample
 from fem_seal.surface.spectrum import Spectrum
 from fem_seal.surface.spectrum_fit import SpectrumFit, fit_spectrum, map_spectrum
+from fem_seal.surface.spikes import outliers, spikes_caution, without_outliers
 from fem_seal.surface.statistics import (
     Lay,
     MapStatistics,

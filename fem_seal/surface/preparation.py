@@ -14,7 +14,7 @@ from fem_seal.registry import require_known
 from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.missing import fill
-from fem_seal.surface.outliers import outliers, without_outliers
+from fem_seal.surface.spikes import outliers, without_outliers
 from fem_seal.surface.statistics import Lay, MapStatistics
 from fem_seal.surface.synthesis import twin
 

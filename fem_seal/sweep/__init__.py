@@ -3,4 +3,4 @@
 from fem_seal.points import Work
 from fem_seal.sweep.axis import combinations, read_points
 from fem_seal.sweep.point import Point
-from fem_seal.sweep.sweep import Tally, sweep
+from fem_seal.sweep.run import Tally, sweep

@@ -3,4 +3,4 @@
 from fem_seal.pressure_profile import Hertz, TabulatedProfile, uniform
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, RingPath, StraightPath
-from fem_seal.upscaling.seal_flow import SealFlow, seal_flow
+from fem_seal.upscaling.path_flow import SealFlow, seal_flow

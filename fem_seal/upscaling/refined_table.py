@@ -26,7 +26,7 @@ from fem_seal.pressure_profile import Profile, is_uniform
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
-from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow, lifted_off, seal_flow
+from fem_seal.upscaling.path_flow import MOST_FALL, SealFlow, lifted_off, seal_flow
 
 SEAL_TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
 MOST_LOADS = 40

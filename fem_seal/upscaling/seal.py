@@ -28,9 +28,9 @@ from fem_seal.upscaling.mosaic import (
     may_conduct,
     sealed_share,
 )
+from fem_seal.upscaling.path_flow import SealFlow, lifted_off, seal_flow
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import leak_path_of
-from fem_seal.upscaling.seal_flow import SealFlow, lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import OF_FLOWS, solved_patches
 
 # A sealed seal is tried under lower loads, until its patches leak.

@@ -23,9 +23,9 @@ from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
+from fem_seal.upscaling.path_flow import SealFlow
 from fem_seal.upscaling.refined_table import STARTED, refined_flow
 from fem_seal.upscaling.scene_profile import leak_path_of
-from fem_seal.upscaling.seal_flow import SealFlow
 
 OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
 

@@ -22,7 +22,7 @@ def found(values):
 
 
 def test_no_point_of_a_gaussian_surface_is_an_outlier():
-    """1e-9 are expected (outliers.py); white noise has the least correlation of neighbours."""
+    """1e-9 are expected (spikes.py); white noise has the least correlation of neighbours."""
     for values in (RNG.normal(size=(1000, 1000)), rough(0.8, 4, (300, 300))):
         assert not found(values).any()
 

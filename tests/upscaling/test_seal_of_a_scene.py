@@ -36,10 +36,10 @@ from fem_seal.upscaling import RingPath, StraightPath, mosaic
 from fem_seal.upscaling import seal as seal_module
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
+from fem_seal.upscaling.path_flow import SealFlow
 from fem_seal.upscaling.realizations import largest_scale, realizations
 from fem_seal.upscaling.scene_profile import leak_path_of
 from fem_seal.upscaling.seal import seal_of_patches, size_of_patch, solve_seal
-from fem_seal.upscaling.seal_flow import SealFlow
 
 
 def scene(**changes):
