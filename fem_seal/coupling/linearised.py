@@ -40,14 +40,19 @@ class Linearised:
     gap_change: Callable[[np.ndarray, float], np.ndarray]
     flow: FilmPressure
     pressure_by_u: np.ndarray  #: derivative (nx, ny) [Pa] of p_f by the solution u of the network
+    #: derivative (nx, ny) [Pa/m] of p_f by the gap of the critical constriction; 0 without slip
+    pressure_by_critical: np.ndarray
+    critical: np.ndarray  #: (nx, ny) bool, the sample with that gap; none without slip or if sealed
 
     def response(self, gap: np.ndarray, tolerance: float) -> np.ndarray:
         """R' of a change of the gap."""
-        return self.pressure_by_u * self.flow.change(gap, tolerance)
+        by_flow = self.pressure_by_u * self.flow.change(gap, tolerance)
+        return by_flow + self.pressure_by_critical * gap[self.critical].sum()
 
     def response_transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
         """R'ᵀ of weights of the pressure."""
-        return self.flow.transposed(self.pressure_by_u * weight, tolerance)
+        by_flow = self.flow.transposed(self.pressure_by_u * weight, tolerance)
+        return by_flow + self.critical * float(np.vdot(self.pressure_by_critical, weight))
 
     def solved(
         self, right_side: np.ndarray, tolerance: float, most: int, *, to_stable: bool = False

@@ -114,7 +114,11 @@ class LiftPoint:
     @cached_property
     def linear(self) -> Linearised:
         """Contact and flow to first order."""
-        return Linearised(self.gap_change, self.flow, self.pressure_by_u)
+        gap, by_critical = self.contact.gap.values, np.zeros_like(self.pressure)
+        tightest = (gap > 0) & (gap == self.critical)
+        if tightest.any():
+            by_critical = self.problem.pressure_by_critical(self.flow.on_samples, self.critical)
+        return Linearised(self.gap_change, self.flow, self.pressure_by_u, by_critical, tightest)
 
     def thinned_to(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""

@@ -157,6 +157,11 @@ class LiftProblem:
         slope: np.ndarray = (high - low) / (ends[1] - ends[0])
         return slope
 
+    def pressure_by_critical(self, u: np.ndarray, critical: float) -> np.ndarray:
+        """Derivative [Pa/m] of `pressure_of` by the gap of the critical constriction."""
+        wider, narrower = (self.pressure_of(u, critical * (1 + end)) for end in (STEP, -STEP))
+        return (wider - narrower) / (2 * STEP * critical)
+
     @cached_property
     def _halvings(self) -> int:
         """How often every second sample along each side may be left out until few are left."""
