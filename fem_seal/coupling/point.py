@@ -300,11 +300,11 @@ class FloatingPoint(LiftPoint):
 
     @property
     def unstable(self) -> bool:
-        """Not asked: λ would take the separation as well."""
-        return False
+        """Whether a solid a little higher would rise on, or contact and flow leave this state."""
+        return self.step.unstable
 
     def _log_rate_moved(self, other: LiftPoint, pressure: np.ndarray) -> float:
-        """What the first step of the other point changes."""
+        """What the first step of the other point changes, with what this one's steps have left."""
         return other.step.log_rate
 
     @cached_property
@@ -315,14 +315,21 @@ class FloatingPoint(LiftPoint):
 
     @cached_property
     def step(self) -> NewtonStep:
-        """Newton's step: that at a fixed separation, and the rise that restores the load."""
+        """Newton's step: that at a fixed separation, and the rise that restores the load.
+
+        Where the fluid carries more as the solid rises, no state lasts: the solid goes where the
+        load drives it, away from such a state.
+        """
         linear = self.linear
-        fixed, by_pressure = linear.solved(self.residual, STEP_TOLERANCE, MOST_ITERATIONS)
+        fixed, by_pressure = linear.solved(
+            self.residual, STEP_TOLERANCE, MOST_ITERATIONS, to_stable=True
+        )
         by_rise = linear.response(np.ones_like(self.pressure), ADJOINT_TOLERANCE)
         lifted, displaced = linear.solved(by_rise, STEP_TOLERANCE, MOST_ITERATIONS)
         load_by_rise = float(lifted.x.mean())
         # Under a rigid solid with grooves along the flow p_f is the same at all separations.
-        rise = (self.lacking - float(fixed.x.mean())) / load_by_rise if load_by_rise else 0.0
+        excess = float(fixed.x.mean()) - self.lacking
+        rise = excess / abs(load_by_rise) if load_by_rise else 0.0
         gap = by_pressure + rise * (1 + displaced)
         solved = fixed.converged and lifted.converged
         return NewtonStep(
@@ -330,6 +337,7 @@ class FloatingPoint(LiftPoint):
             gap=gap,
             log_rate=self.linear.log_rate_change(gap) if solved else np.inf,
             iterations=max(fixed.iterations, lifted.iterations),
+            unstable=fixed.unstable or load_by_rise > 0,
         )
 
     def after(self, step: NewtonStep, fraction: float = 1.0) -> Self | None:

@@ -19,7 +19,7 @@ LARGEST_CHANGE = 0.3
 class LiftedState:
     """Contact and flow in one equilibrium.
 
-    Lifted off: the fluid carries the whole load, and no equilibrium keeps the solids together.
+    Lifted off: a uniform film, however thick, carries the whole load. No contact is searched for.
     """
 
     fluid_pressure: GridField  #: p_f on the contact's samples [Pa], above ambient

@@ -125,16 +125,27 @@ def test_a_separation_that_is_no_number_or_changes_no_load(monkeypatch):
     np.testing.assert_allclose(start.step.pressure, start.residual, rtol=1e-14)  # rounding
 
 
-def wedge_carries(n, rise=0.0):
-    """Mean pressure under a solid `rise` above a gap that falls from 1 to 1/2 along the flow.
+def carried(gap):
+    """Mean pressure in a film whose gap (n,) at n rows of vertices varies along the flow alone.
 
-    In units of the inlet's, on n rows of vertices: ∫ dx/g³ over a piece of the length 1 on which g
-    goes from a to b is (a + b)/(2 a² b²). The last piece leads back to 1.
+    In units of the inlet's: ∫ dx/g³ over a piece of the length 1 on which g goes from a to b is
+    (a + b)/(2 a² b²). The last piece leads back to the first vertex.
     """
-    gap = 1 - 0.5 * np.arange(n) / n + rise
     after = np.roll(gap, -1)
     lost = np.cumsum((gap + after) / (gap * after) ** 2)
     return 1 - np.append(0, lost[:-1]).mean() / lost[-1]
+
+
+def stiff(gap, load, inlet, modulus=1e13):
+    """Scene and surface of a stiff solid that touches one sample of a face with gaps (n,) in 10 µm.
+
+    The gap varies along the flow alone, but for that sample.
+    """
+    n = len(gap)
+    values = -np.repeat(1e-5 * gap, n).reshape(n, n)
+    values[n // 2, n // 2] = 0.0
+    surface = GridField(values, (1e-3 / n, 1e-3 / n), True)
+    return scene(load, inlet, n, solid={"contact_modulus": modulus}), surface
 
 
 def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load():
@@ -144,17 +155,36 @@ def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load():
     about 2 f from the conductance. The solid's own deflection is of the order of P₀ L/E*.
     """
     n, load, height, modulus = 32, 1e5, 1e-5, 1e13
-    values = -np.repeat(height * (1 - 0.5 * np.arange(n) / n), n).reshape(n, n)
-    values[n // 2, n // 2] = 0.0
-    surface = GridField(values, (1e-3 / n, 1e-3 / n), True)
+    wedge = 1 - 0.5 * np.arange(n) / n
     error = 2 * 4 / n**2 + load * 1e-3 / modulus / height
     for drop in (1.4, 1.6):
-        lifting = scene(load, drop * load, n, solid={"contact_modulus": modulus})
+        lifting, surface = stiff(wedge, load, drop * load, modulus)
         state = Patch(lifting, surface=surface).lifted
         assert state.converged
-        assert state.floats == (drop * wedge_carries(n) > 1)
+        assert state.floats == (drop * carried(wedge) > 1)
         rise = state.contact.gap.values.min() / height
-        assert state.fluid_load / (drop * load) == pytest.approx(wedge_carries(n, rise), rel=error)
+        assert state.fluid_load / (drop * load) == pytest.approx(carried(wedge + rise), rel=error)
+
+
+@pytest.mark.parametrize(("rise", "lasts"), [(0.0703, False), (0.12, True), (1.0, True)])
+def test_a_solid_does_not_float_where_a_rise_lets_the_fluid_carry_more(rise, lasts):
+    """Behind a gate at the inlet the fluid carries more as the solid rises, and less far up.
+
+    So it carries the load at two rises. The solid leaves the lower one: steps from there come to no
+    equilibrium, or to the upper one, which lasts.
+    """
+    gap, share, load = np.ones(32), 0.58, 1e5
+    gap[1], gap[-4:-1] = 0.05, 0.2
+    crossed = [carried(gap + end) > share for end in (0.07, 0.071, 0.73, 0.76)]
+    assert crossed == [False, True, True, False]
+    problem = problem_of(*stiff(gap, load, load / share))
+    lost = np.cumsum((gap + rise) ** -3)
+    pressure = np.repeat(problem.inlet * (1 - lost / lost[-1]), 32).reshape(32, 32)
+    start = floating(problem, problem.first_network, pressure, 1e-5 * rise)
+    steps = newton(start, problem.allowed)
+    assert (not steps.failure) == lasts
+    if lasts:
+        assert 0.73 < steps.point.contact.gap.values.min() / 1e-5 < 0.76
 
 
 def test_no_load_below_that_of_a_uniform_film_is_carried():
