@@ -192,7 +192,7 @@ class ByLoad:
 
 def _epsilon(problem: LiftProblem, critical: float) -> float:
     """Gap that conducts in contact [m], beside a critical constriction [m]."""
-    return min(EPSILON * float(problem.height.values.std()), OF_CRITICAL * critical)
+    return min(EPSILON * problem.roughness, OF_CRITICAL * critical)
 
 
 def _of_fluid(scene: Scene) -> Iterator[str]:

@@ -12,6 +12,7 @@ from lifted_scenes import problem_of
 from project import FIRST
 
 from fem_seal.contact.settings import Load
+from fem_seal.contact.state import ContactState
 from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
@@ -161,6 +162,19 @@ def test_ties_between_the_derivatives(state):
         assert drop == pytest.approx(1, rel=1e-6)
     assert by["heights"] == pytest.approx(4 - load - drop, rel=1e-6)
     assert by["solid.contact_modulus"] == pytest.approx(1 - load - drop, rel=1e-6)
+
+
+def test_a_flat_counter_face():
+    """The solid's displacement, in place of heights, says what little conducts in contact."""
+    half_open = np.where(np.arange(32) < 16, np.full((32, 32), 1e-6), 0.0)
+    heights, gap, pressure = (
+        GridField(values, (1e-6, 1e-6), periodic=True)
+        for values in (np.zeros((32, 32)), half_open, 1e5 * (half_open == 0))
+    )
+    made = scene()
+    by = sensitivity(made, made.load, heights, ContactState(gap, pressure, 1e7)).by_input
+    assert by["fluid.viscosity"] == pytest.approx(-1, rel=1e-6)
+    assert by["flow.pressure_drop"] == pytest.approx(1, rel=1e-6)
 
 
 def test_refused():
