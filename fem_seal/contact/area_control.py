@@ -35,6 +35,8 @@ SMALLEST_STEP = 1e-6
 # Both over the pressure at which the search begins. Where the area is too large even at the least
 # one, the search returns the contact with the nearest area; above the highest one it gives up.
 LEAST_PRESSURE, HIGHEST_PRESSURE = 1e-12, 1e12
+# Halving takes 82 iterations between both; Brent's method takes at most the square of that.
+MOST_SEARCHED = 6800
 # First pressure over that of Persson's area law, at light load. At light load the law's area is 1.6
 # times p/(E* h'rms), that of simulations 2.1 to 2.2 times, and that of the samples that touch,
 # which are counted whole, up to 3 times.
@@ -146,8 +148,9 @@ def _search(
         # A little beyond the line through the origin; further each time, in case nothing grows.
         low, high = high, high * min(beyond * target / max(short + target, 1e-300), 4.0)
         beyond = min(beyond**2, 4.0)
-    # Wherever it ends, the nearest contact is the result; the error budget counts the missing area.
-    brentq(miss, low, high, xtol=LEAST_PRESSURE * pressure, rtol=SMALLEST_STEP, disp=False)
+    # At a jump the nearest contact is the result; the error budget counts the missing area.
+    least = LEAST_PRESSURE * pressure
+    brentq(miss, low, high, xtol=least, rtol=SMALLEST_STEP, maxiter=MOST_SEARCHED)
     return replace(present(nearest, "contact of the search"), iterations=iterations)
 
 
