@@ -8,6 +8,7 @@ import numpy as np
 
 from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
+from fem_seal.registry import require_positive
 
 # V. A. Yastrebov, G. Anciaux, J.-F. Molinari, Tribol. Int. 114, 161 (2017), arXiv:1701.02727.
 PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
@@ -91,10 +92,12 @@ class ContactState(GapState):
             raise Inconsistent(
                 f"gap and pressure of a contact have {self.gap.shape} and {pressure.shape} samples"
             )
+        if self.pressure.spacing != self.gap.spacing:
+            raise Inconsistent("gap and pressure of a contact are on grids of another spacing")
+        require_positive(contact_modulus=self.contact_modulus)
         if pressure.min() < 0:
             raise Inconsistent(f"the pressure of a contact is negative: {pressure.min():g} Pa")
-        # Of values that are not negative, the sum of products is 0 only if each product is.
-        if np.vdot(pressure, self.gap.values) != 0:
+        if ((pressure > 0) & (self.gap.values > 0)).any():
             raise Inconsistent("a contact has pressure where its gap is open")
 
     @classmethod

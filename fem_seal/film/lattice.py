@@ -36,6 +36,13 @@ class Lattice:
     spacing: tuple[float, float]  #: (dx, dy) [m]
     seam: bool  #: whether the gap's samples repeat column 0 after the last column of sites
 
+    def __post_init__(self) -> None:
+        lowest = self.gap.min()
+        if lowest < 0:
+            raise InvalidInput(
+                f"the gap is negative ({lowest:.3e} m); contact is a gap of exactly 0"
+            )
+
     @property
     def open(self) -> np.ndarray:
         """(mx, my) bool: the sites that are not in contact."""
@@ -74,9 +81,6 @@ def lattice(gap: GridField, sides: Sides, representation: Representation) -> Lat
     """
     periodic_sides = choose(SIDES, sides, "sides")
     connectivity = choose(OPEN_CONNECTIVITY, representation, "representation")
-    lowest = gap.values.min()
-    if lowest < 0:
-        raise InvalidInput(f"the gap is negative ({lowest:.3e} m); contact is a gap of exactly 0")
     if representation == "constant":
         half = (0.5 * gap.spacing[0], 0.5 * gap.spacing[1])
         return Lattice(

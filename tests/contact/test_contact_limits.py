@@ -105,6 +105,8 @@ def test_a_contact_problem_has_one_load(loads):
         ([[1e-6, -1e-9]], [[0.0, 0.0]], "gap of a contact is negative: -1e-09 m"),
         ([[1e-6, 0.0]], [[0.0, -1.0]], "pressure of a contact is negative: -1 Pa"),
         ([[1e-6, 0.0]], [[1.0, 0.0]], "pressure where its gap is open"),
+        # Their product is below the least number.
+        ([[1e-200, 0.0]], [[1e-200, 0.0]], "pressure where its gap is open"),
         ([[1e-6, 0.0]], [[0.0], [0.0]], r"have \(1, 2\) and \(2, 1\) samples"),
     ],
 )
@@ -112,6 +114,9 @@ def test_a_state_that_is_no_contact_is_refused(gap, pressure, message):
     fields = (GridField(np.array(values), (1.0, 1.0), True) for values in (gap, pressure))
     with pytest.raises(Inconsistent, match=message):
         ContactState(*fields, E_STAR)
+    flat, finer = (GridField(np.zeros((2, 2)), (dx, dx), True) for dx in (1.0, 0.5))
+    with pytest.raises(Inconsistent, match="another spacing"):
+        ContactState(flat, finer, E_STAR)
 
 
 def test_progress_hears_every_iteration(rough):
@@ -126,6 +131,7 @@ def test_progress_hears_every_iteration(rough):
 
 NAN = float("nan")
 ROUGH = rough_surface()
+ROUGH_GAP = GridField(ROUGH.values - ROUGH.values.min(), ROUGH.spacing, ROUGH.periodic)
 
 
 def pressed(height=ROUGH, start=None):
@@ -140,6 +146,7 @@ def pressed(height=ROUGH, start=None):
         (partial(Load, "area_fraction", 1.0), "area_fraction"),
         (partial(Load, "mean_gap", 0.0), "mean_gap"),
         (partial(ElasticSolid, float("inf")), "contact_modulus"),
+        (partial(ContactState.without_load, ROUGH_GAP, 0.0), "contact_modulus"),
         (partial(pressed, height=np.ones((8, 8))), "make it a GridField"),
         (partial(pressed, height=GridField(np.ones((8, 8)), (1.0, 1.0))), "periodic"),
         (partial(pressed, height=periodic([[1.0]])), "more than one sample"),
