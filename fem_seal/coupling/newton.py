@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from math import inf
 
-from fem_seal.coupling.point import MOST_ITERATIONS, STEP_TOLERANCE, FloatingPoint, LiftPoint
+from fem_seal.coupling.point import MOST_GMRES, STEP_TOLERANCE, FloatingPoint, LiftPoint
 
 MOST_STEPS = 20  # in a stage; most scenes need two to five
 # The fractions of a step that are tried until |F| falls; and those that the first, second, ... step
@@ -55,7 +55,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
             break
         step = point.step
         left = STEP_TOLERANCE * step.log_rate
-        difficult |= step.unstable or step.iterations > MOST_ITERATIONS / 2
+        difficult |= step.unstable or step.iterations > MOST_GMRES / 2
         fractions = list(islice(away, 1)) if step.unstable else STEP_FRACTIONS
         tried: list[LiftPoint] = []
         for fraction in fractions:

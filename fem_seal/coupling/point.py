@@ -34,7 +34,7 @@ STEP_TOLERANCE = 0.1  # part of F that GMRES leaves in Newton's step
 # The same for λ: no later step corrects an error of λ, and next to closing λ is large. What GMRES
 # leaves of its right side, times the step, is an error of λ·F.
 ADJOINT_TOLERANCE = 0.01
-MOST_ITERATIONS = 20  # of GMRES; most scenes need two to six
+MOST_GMRES = 20  # iterations; most scenes need two to six
 # Part of the network's error that the triangles hold which are halved.
 HALVED = 0.9
 # Part of the allowed error of ln Q by which a channel along diagonals may change it: many may open.
@@ -122,8 +122,6 @@ class LiftPoint:
 
     def thinned_to(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""
-        if problem is self.problem:
-            return self
         stride = self.problem.stride(problem.height.values)
         gap, pressure = (
             problem.field(field.values[::stride, ::stride])
@@ -143,18 +141,19 @@ class LiftPoint:
 
         It may be unstable with fewer samples and stable with all: then more samples are taken.
         """
-        for point in map(self.thinned_to, self.problem.chain):  # this point is the last one
+        for thinned in self.problem.chain[:-1]:
+            point = self.thinned_to(thinned)
             if point.conducts_like(self):
-                adjoint = point.linear.adjoint(ADJOINT_TOLERANCE, MOST_ITERATIONS)
+                adjoint = point.linear.adjoint(ADJOINT_TOLERANCE, MOST_GMRES)
                 if not adjoint.unstable:
-                    break
-        return adjoint
+                    return adjoint
+        return self.linear.adjoint(ADJOINT_TOLERANCE, MOST_GMRES)
 
     @cached_property
     def step(self) -> NewtonStep:
         """Newton's step."""
         solution, gap = self.linear.solved(
-            self.residual, STEP_TOLERANCE, MOST_ITERATIONS, to_stable=True
+            self.residual, STEP_TOLERANCE, MOST_GMRES, to_stable=True
         )
         return NewtonStep(
             pressure=solution.x,
@@ -322,10 +321,10 @@ class FloatingPoint(LiftPoint):
         """
         linear = self.linear
         fixed, by_pressure = linear.solved(
-            self.residual, STEP_TOLERANCE, MOST_ITERATIONS, to_stable=True
+            self.residual, STEP_TOLERANCE, MOST_GMRES, to_stable=True
         )
         by_rise = linear.response(np.ones_like(self.pressure), ADJOINT_TOLERANCE)
-        lifted, displaced = linear.solved(by_rise, STEP_TOLERANCE, MOST_ITERATIONS)
+        lifted, displaced = linear.solved(by_rise, STEP_TOLERANCE, MOST_GMRES)
         load_by_rise = float(lifted.x.mean())
         # Under a rigid solid with grooves along the flow p_f is the same at all separations.
         excess = float(fixed.x.mean()) - self.lacking

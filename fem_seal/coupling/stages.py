@@ -91,9 +91,9 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
     search = _Search(problem, steps)
     for _ in range(MOST_STAGES):
         began = perf_counter()
-        start = search.next_start()
-        if isinstance(start, str):
-            return search.ended(start)
+        start, reason = search.next_start()
+        if start is None:
+            return search.ended(reason)
         search = search.estimated(start)
         if search.changes.grown == MOST_GROWN and search.error > problem.allowed:
             return search.ended("each finer network changes the leak rate more than the one before")
@@ -125,19 +125,19 @@ class _Search:
     #: last equilibrium with a small ε, if its film is sealed and no path has opened since
     last_sealed: LiftPoint | None = None
 
-    def next_start(self) -> LiftPoint | str:
-        """The first point of the next stage, or why there is none; "" where none is needed.
+    def next_start(self) -> tuple[LiftPoint | None, str]:
+        """The first point of the next stage; if there is none, why not, unless none is needed.
 
         None is needed where the film stays sealed with a small ε, or its leak rate is negligible.
         """
         problem, point, chain = self.problem, self.steps.point, self.problem.chain
         if self._negligible(point):
-            return ""
+            return None, ""
         sealed = point.problem is problem and point.sealed
         stays_sealed = sealed and point.stays_sealed
         small = self._sealed(point) and not self.steps.failure
         if stays_sealed and (small or problem.never_opens):
-            return ""
+            return None, ""
         more = len(chain) if self.error <= LITTLE * problem.allowed else 1
         following = chain[min(chain.index(point.problem) + more, len(chain) - 1)]
         network, epsilon = point.finer(following)
@@ -147,20 +147,20 @@ class _Search:
         # pockets. Finite elements take such an ε only for films that are all but sealed.
         least = np.cbrt(float_info.epsilon) * problem.roughness
         if epsilon < least and sealed:
-            return ""
+            return None, ""
         if epsilon < least and not isinstance(network, MeshNetwork):
             if point.epsilon == least and following is point.problem:
-                return "a smaller ε is lost in the rounding of the gap's cube"
+                return None, "a smaller ε is lost in the rounding of the gap's cube"
             epsilon = least
         if len(network.free) > MOST_NODES:
-            return f"a finer network would have more than {number_of(MOST_NODES, 'node')}"
+            return None, f"a finer network would have more than {number_of(MOST_NODES, 'node')}"
         if following is point.problem:
-            return replace(point, network=network, epsilon=epsilon)
+            return replace(point, network=network, epsilon=epsilon), ""
         pressure = following.interpolated(point.pressure)
         # From this start a contact takes two thirds of the iterations that it takes without one.
         start = np.maximum(following.interpolated(point.contact.pressure.values), 0.0)
         pressed = following.contact_under(pressure, start)
-        return LiftPoint(following, network, epsilon, pressure, pressed)
+        return LiftPoint(following, network, epsilon, pressure, pressed), ""
 
     def estimated(self, start: LiftPoint) -> "_Search":
         """The search with the error of its last point, as the first one of the next stage tells it.
