@@ -88,6 +88,8 @@ class HalfSpace:
         The work arrays, in double and in the steering precision.
     fft_pairs
         FFT pairs (forward and backward) spent so far.
+    softest, stiffest
+        Least k above 0 and largest k of a mode.
     point_stiffness
         Pressure on one sample over the displacement it causes there.
     rms_compliance

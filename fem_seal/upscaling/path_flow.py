@@ -53,7 +53,7 @@ class PathFlow:
     """Pressures and conductivity along the leak path, from the inlet to the outlet."""
 
     x: np.ndarray  #: (n,), ends of the cells [m]
-    contact_pressure: np.ndarray  #: (n,), P [Pa]
+    contact_pressure: np.ndarray  #: (n,), P [Pa], which solid and fluid carry together
     fluid_pressure: np.ndarray  #: (n,), p [Pa] above ambient
     conductivity: np.ndarray  #: (n,), K(P - p) [m³/(Pa s)]; infinite where the film is open, P <= p
     #: (n - 1, m), net loads [Pa] along each cell, and the influence of ln K at each of them on ln
