@@ -232,7 +232,7 @@ def answer(
     among workers by `work` and kept in the folder `patches`, from which a later run continues.
     """
     start, scene = perf_counter(), patch.scene
-    # The dry contact uses all cores, a flow only one: half of the samples are solved beside that.
+    # The dry contact uses all cores, a flow only one: half of the samples are solved meanwhile.
     patch.solve_contact()
     with half_in_worker(patch):
         # All processes solve film and flow together. From here on `parallel.on_root` marks what the

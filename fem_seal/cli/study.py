@@ -173,7 +173,7 @@ def _cross_validation(options: argparse.Namespace) -> Text:
 def _cross_validation_text(
     compared: "dict[str, tuple[list[Row], Bounded]]", *, slips: bool
 ) -> list[str]:
-    """Lines of all gaps by their names: the methods beside the certified bounds."""
+    """Lines of all gaps by their names: the methods, and the certified bounds."""
     text = []
     if slips:
         text.append(

@@ -1,4 +1,4 @@
-"""Elastic contact of rough surfaces on periodic grids, and the bearing model beside it."""
+"""Elastic contact of rough surfaces on periodic grids, and the bearing model."""
 
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.methods import CONTACT_METHODS, ContactStopping

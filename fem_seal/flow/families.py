@@ -95,7 +95,7 @@ def upper_matrix(pressures: Pressures, energies: np.ndarray | None = None) -> np
 def best_flux(streams: Streams, energies: np.ndarray | None = None) -> np.ndarray:
     """Weights (k, d) of the stream functions whose jumps G attain the maximum of C, linear in J."""
     energies = streams.energies if energies is None else energies
-    # Scale the diagonal to ones: elimination would lose the small energy beside a large one.
+    # Scale the diagonal to ones: elimination would lose an energy far below another.
     scale = 1 / np.sqrt(energies.diagonal())[:, None]
     return scale * np.linalg.solve(scale * energies * scale.T, scale * _crossing(streams))
 

@@ -1,4 +1,4 @@
-"""Quantities beside the leak rate: constriction, threshold, aperture, trapped volume, verdict.
+"""Quantities other than the leak rate: constriction, threshold, aperture, trapped volume, verdict.
 
 Each quantity has its own module and is computed only if the scene names it.
 """

@@ -1,7 +1,7 @@
 """Pictures of fields on the samples of a film: contact, gap, pressures of solid and fluid.
 
 `contact_picture` is like Fig. 1 of the letter (PRL 108, 244301, 2012), `lift_picture` shows the dry
-contact beside the lifted one, `sensitivity_picture` where a nanometre of height matters.
+contact and the lifted one, `sensitivity_picture` where a nanometre of height matters.
 """
 
 from pathlib import Path

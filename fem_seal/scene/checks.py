@@ -275,7 +275,7 @@ def _tolerances(scene: "Scene") -> Iterator[str]:
 
 
 def _without_value(scene: "Scene", name: str, tolerance: InputTolerance) -> Iterator[str]:
-    """A tolerance of an input that the scene does not use, or an amount beside 0."""
+    """A tolerance of an input that the scene does not use, or an amount of a value of 0."""
     section, _, key = name.partition(".")
     known = scene.surface if name == "heights" else getattr(scene, section)
     rigid = scene.contact is not None and not scene.contact.is_elastic
