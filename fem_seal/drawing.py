@@ -1,6 +1,5 @@
 """The pictures of a result folder, drawn again (`draw`), and the mesh of a shape (`mesh`)."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from fem_seal import parallel
@@ -57,7 +56,7 @@ def draw(
 def _film_of(result: Result, folder: Path, contact: ContactArrays | None) -> GridFilm | MeshFilm:
     """Film of a result, from the arrays in its folder or the gap that its scene names."""
     if (folder / MESH_FILE).is_file():
-        return replace(read_mesh(folder), formula=result.gap_formula())
+        return read_mesh(folder)
     if contact is not None:
         return result.flow().film_of(contact.gap)
     if not result.provenance.has_section("gap"):

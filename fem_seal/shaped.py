@@ -31,7 +31,7 @@ def shaped_film(shape: AnyShape, grid: GridField | None, *, trust: bool = False)
     triangles = _triangles(shape, source, trust)
     name = shape.path.name if isinstance(shape, MeshFile) else shape.kind
     mesh = shape_mesh(*labelled(triangles, name))
-    return MeshFilm(mesh, source(mesh.xy), source if isinstance(source, Formula) else None)
+    return MeshFilm(mesh, source(mesh.xy))
 
 
 def gap_source(shape: Shape, grid: GridField | None) -> GapSource:

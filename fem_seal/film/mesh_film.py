@@ -12,7 +12,6 @@ from fem_seal.film.constriction import CriticalConstriction, highest_spanning
 from fem_seal.graphs import components
 
 if TYPE_CHECKING:
-    from fem_seal.mesh.gap_source import Formula
     from fem_seal.mesh.triangles import TriangleMesh
 
 
@@ -23,9 +22,6 @@ class MeshFilm:
     mesh: "TriangleMesh"
     #: (V,), gap at the vertices [m], >= 0 and exactly 0 in contact, equal at twins
     values: np.ndarray
-    #: formula from which the gap at the vertices was computed, if any. The film is linear between
-    #: the vertices all the same; pictures show the contact of the formula
-    formula: "Formula | None" = None
 
     def __post_init__(self) -> None:
         values, twin = self.values, self.mesh.twin

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from platform import python_version
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
@@ -26,11 +26,7 @@ from fem_seal.scene.contact import ITERATION
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import explain
 from fem_seal.scene.seal import PROFILES
-from fem_seal.scene.shape import Sector
 from fem_seal.surface import MapStatistics
-
-if TYPE_CHECKING:
-    from fem_seal.mesh.gap_source import Formula
 
 RESULT_FILE = "result.json"
 _PACKAGES = (
@@ -190,18 +186,6 @@ class Result(Record):
         except ValidationError as error:
             reasons = "; ".join(explain(error, Flow))
             raise InvalidInput(f"scene of the result: {reasons}") from None
-
-    def gap_formula(self) -> "Formula | None":
-        """Formula of the gap of a shape; None if a number or a file gives it.
-
-        As recorded: rebuilding the scene would ask for its files, which the arrays stand for.
-        """
-        from fem_seal.mesh.gap_source import Formula
-
-        shape = self.provenance.scene.get("shape", {})
-        middle = Sector(**shape).middle_angle if shape.get("kind") == "sector" else 0.0
-        text = shape.get("gap_expression")
-        return None if text is None else Formula(text, middle)
 
     def scene(self) -> Scene:
         """Rebuild the scene that gave this result."""

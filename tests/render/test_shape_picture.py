@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from fem_seal.leak_rate import FlowField
 from fem_seal.mesh.gap_source import Formula
 from fem_seal.patch import Patch
-from fem_seal.render import offscreen, shape
+from fem_seal.render import shape
 from fem_seal.render.colours import CONTACT, NO_FLOW
 from fem_seal.scene import Scene
 
@@ -26,8 +26,8 @@ def uniform(mesh_size):
 
 
 def strip(expression="1e-6", mesh_size="1 mm"):
-    film, formula = uniform(mesh_size), Formula(expression)
-    return replace(film, values=formula(film.mesh.xy), formula=formula)
+    film = uniform(mesh_size)
+    return replace(film, values=Formula(expression)(film.mesh.xy))
 
 
 def flow_everywhere(film, density=1.0):
@@ -79,16 +79,11 @@ def test_key_names_contact_and_open_places_without_flow_only_where_there_are_som
     assert all(CONTACT in key for _, key in pages.values())
 
 
-def test_contact_is_drawn_where_the_formula_is_zero(drawn, monkeypatch):
-    """A disc: its area to the pixels of its rim. The film as meshed touches on less."""
-    monkeypatch.setattr(offscreen, "LONG_SIDE", 1200)
-    radius, gap = 0.6e-3, "max(0, (x - 0.002)**2 + (y - 0.001)**2 - 0.36e-6)"
-    film = strip(gap, "0.2 mm")
-    pixel = 4e-3 / offscreen.LONG_SIDE
-    # Sub-triangles of at most a pixel are in or out as a whole: an error of a pixel along the rim.
-    rim, areas = 2 * np.pi * radius * pixel, []
-    for one in (film, replace(film, formula=None)):
-        corners = [layer.points[layer.cells] for layer in drawn(one)[1]]
-        areas.append(sum(np.abs(np.linalg.det(c[:, 1:] - c[:, :1])).sum() / 2 for c in corners))
-    assert areas[0] == pytest.approx(np.pi * radius**2, abs=rim)
-    assert areas[1] < areas[0] - 10 * rim
+def test_contact_is_drawn_on_the_triangles_that_touch(drawn):
+    """Of a strip whose first half touches, up to a line of vertices: no part of other triangles."""
+    touching = strip("max(0, 1e-6 * (x / 0.002 - 1))", "0.2 mm")
+    (layer,) = drawn(touching)[1]
+    corners = layer.points[layer.cells]
+    area = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 2
+    assert area == pytest.approx(touching.contact_area_fraction * 8e-6, rel=1e-12)
+    assert 0 < area <= 4e-6 * (1 + 1e-12)
