@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, NullLocator
 
@@ -37,23 +38,8 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> None:
     with new_figure((6.6, 4.6), *paths(folder, "thresholds")) as figure:
         axes = figure.subplots()
         for row in rows:
-            apart = 1.05 ** (
-                ensembles.index((row.case.n, row.case.hurst)) - 0.5 * (len(ensembles) - 1)
-            )
-            for model, value, deviation, colour, filled in KINDS.values():
-                if model == row.model:
-                    axes.errorbar(
-                        [row.case.short * apart],
-                        [getattr(row, value)],
-                        yerr=[(getattr(row, deviation) or 0.0) / row.seeds**0.5],
-                        fmt=sizes[row.case.n],
-                        color=colour,
-                        mfc=colour if filled else "white",
-                        alpha=opacity[row.case.hurst],
-                        markersize=5.5,
-                        capsize=2,
-                        linewidth=0.9,
-                    )
+            place = ensembles.index((row.case.n, row.case.hurst)) - 0.5 * (len(ensembles) - 1)
+            _draw_row(axes, row, 1.05**place, sizes[row.case.n], opacity[row.case.hurst])
         letters = LETTERS_THRESHOLDS["elastic"][0]
         for height, name in ((0.5, "one half"), (letters, "the letter's\nelastic contact")):
             axes.axhline(height, color="0.55", linewidth=0.8, zorder=0)
@@ -79,6 +65,24 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> None:
             title="mean over seeds; bars: its standard error (none for a single seed)",
             title_fontsize=7.5,
         )
+
+
+def _draw_row(axes: Axes, row: ThresholdRow, apart: float, marker: str, opacity: float) -> None:
+    """Draw the thresholds of one ensemble, a factor `apart` from its cut-off."""
+    for model, value, deviation, colour, filled in KINDS.values():
+        if model == row.model:
+            axes.errorbar(
+                [row.case.short * apart],
+                [getattr(row, value)],
+                yerr=[(getattr(row, deviation) or 0.0) / row.seeds**0.5],
+                fmt=marker,
+                color=colour,
+                mfc=colour if filled else "white",
+                alpha=opacity,
+                markersize=5.5,
+                capsize=2,
+                linewidth=0.9,
+            )
 
 
 def _threshold_marks(sizes: dict[int, str], opacity: dict[float, float]) -> list[Line2D]:
