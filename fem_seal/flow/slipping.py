@@ -99,6 +99,7 @@ class SlippingFilm:
 
     def _under_bounding_law(self, solution: LevelSolution) -> GapOnMesh:
         """The gap under the law of two weights, kept for the next mesh unless others gain there."""
+        # All choose from the same numbers: where rounding differs, the choice of the first counts.
         chosen = solution.problem.space.comm.bcast(self._choice(solution))
         if self._gap is None or chosen is not None:
             self._chosen = present(chosen, "weights")
