@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.digits import per_cent
-from fem_seal.errors import present
-from fem_seal.render.plot import new_figure
+from fem_seal.render.plot import FONT_POINTS, new_figure
 from fem_seal.results.records import SealRecord
 from fem_seal.results.words import lifted_words
 from fem_seal.upscaling.conductivity import ConductivityTable
@@ -37,7 +36,12 @@ def draw_seal(figure: "Figure", seal: SealRecord) -> None:
     """Draw the axes of `seal_picture`."""
     if seal.leak_rate is None:
         figure.set_size_inches(7, 5)
-        _draw_lifted(seal, figure.add_subplot())
+        pressures = figure.add_subplot()
+        _draw_path(seal, pressures)
+        title = lifted_words(seal).replace(", is", ",\nis")
+        pressures.set_title(title, fontsize=FONT_POINTS)
+        pressures.set(xlabel="x [mm]")
+        _legend_below(pressures)
     elif seal.median.state == "sealed":
         figure.set_size_inches(11, 4.5)
         pressures, margins = figure.subplots(1, 2)
@@ -54,18 +58,6 @@ def draw_seal(figure: "Figure", seal: SealRecord) -> None:
         pressures.tick_params(labelbottom=False)
         _legend_below(pressures, room=0.02)
         _draw_loads(seal, figure.add_subplot(grid[:, 1]))
-
-
-def _draw_lifted(seal: SealRecord, axes: "Axes") -> None:
-    """Draw the contact pressure, and the fluid pressure that is nowhere below it."""
-    axes.set(xlabel="x [mm]", ylabel="pressure [MPa]")
-    axes.set_title(lifted_words(seal).replace(", is", ",\nis"), fontsize=11)
-    x = 1e3 * np.array(seal.path.x)
-    axes.plot(x, 1e-6 * np.array(seal.path.contact_pressure), "k", label="contact pressure P")
-    inlet = 1e-6 * np.array(seal.path.fluid_pressure)
-    axes.plot(x, inlet, "tab:blue", label="fluid pressure at the inlet, above ambient")
-    axes.set_ylim(bottom=0)
-    _legend_below(axes)
 
 
 def _legend_below(axes: "Axes", room: float = 0.12) -> None:
@@ -85,37 +77,28 @@ def _legend_below(axes: "Axes", room: float = 0.12) -> None:
 
 def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None:
     """Draw both pressures along the path, or its conductivity; shade the part that decides."""
-    sealed = seal.median.state == "sealed"
-    sealing = present(seal.sealing, "part that seals")
-    start, end = 1e3 * sealing.start, 1e3 * sealing.end
-    # With an edge, since a seal may be known to be sealed at one place only.
-    axes.axvspan(
-        start,
-        end,
-        facecolor="tab:green",
-        edgecolor="tab:green",
-        alpha=0.4 if sealed else 0.12,
-        label="sealed: K = 0" if sealed else "decides the leak rate (90 %)",
-    )
-    x = 1e3 * np.array(seal.path.x)
+    sealed, path = seal.median.state == "sealed", seal.path
+    x, p = 1e3 * np.array(path.x), 1e-6 * np.array(path.fluid_pressure)
+    if seal.sealing is not None:
+        start, end = 1e3 * seal.sealing.start, 1e3 * seal.sealing.end
+        # With an edge, since a seal may be known to be sealed at one place only.
+        axes.axvspan(
+            start,
+            end,
+            facecolor="tab:green",
+            edgecolor="tab:green",
+            alpha=0.4 if sealed else 0.12,
+            label="sealed: K = 0; p is not known" if sealed else "decides the leak rate (90 %)",
+        )
+        if sealed:
+            p[(start < x) & (x < end)] = np.nan
     if not of_fluid:
         axes.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]", yscale="log")
-        axes.plot(*_at_steps(x, seal.path.conductivity), "tab:red")
+        axes.plot(*_at_steps(x, path.conductivity), "tab:red")
         return
     axes.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
-    P, p = (
-        1e-6 * np.array(values) for values in (seal.path.contact_pressure, seal.path.fluid_pressure)
-    )
-    axes.plot(x, P, "k", label="contact pressure P")
-    if not sealed:
-        axes.plot(x, p, "tab:blue", label="fluid pressure p, above ambient")
-        return
-    # Inside a sealed part the fluid's pressure is not known.
-    before = np.append(x[x < start], start), np.append(p[x < start], p[0])
-    behind = np.append(end, x[x > end]), np.append(p[-1], p[x > end])
-    label = "fluid pressure p, above ambient; not known where sealed"
-    axes.plot(*before, "o-", color="tab:blue", markevery=[-1], clip_on=False, label=label)
-    axes.plot(*behind, "o-", color="tab:blue", markevery=[0], clip_on=False)
+    axes.plot(x, 1e-6 * np.array(path.contact_pressure), "k", label="contact pressure P")
+    axes.plot(x, p, "tab:blue", label="fluid pressure p, above ambient")
 
 
 def _at_steps(x: np.ndarray, conductivity: Sequence[float | None]) -> tuple[np.ndarray, np.ndarray]:
