@@ -11,7 +11,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.own_layouts import read_own_layout
 from fem_seal.field_file.recorded import Recorded, metres_in, refuse_other_unit
-from fem_seal.field_file.text_header import statements
+from fem_seal.field_file.text_header import statements_of
 from fem_seal.field_file.text_table import even_step, read_table
 from fem_seal.memory import within_available_memory
 
@@ -33,7 +33,7 @@ def holds_profiles(path: Path) -> bool:
         if recorded is not None:
             return recorded.values.shape[1] == 1
         table = read_table(path)
-    header = statements(table, path)
+    header = statements_of(table, path)
     return table.values.shape[1] <= 2 or header.titled_as_profiles
 
 
@@ -106,7 +106,7 @@ def _profiles(
 def _from_table(path: Path) -> Recorded:
     """Samples (n, k) of k profiles, and their step, if the file has x or says it."""
     table = read_table(path)
-    header, values = statements(table, path), table.values
+    header, values = statements_of(table, path), table.values
     # x is the column with this title, else the first one.
     along = next((k for k, title in enumerate(header.titles) if title.axis == "x"), 0)
     even = even_step(values[:, along]) if values.shape[1] > 1 else None

@@ -14,7 +14,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
 from fem_seal.field_file.recorded import Pair, Recorded, in_si
-from fem_seal.field_file.text_header import Statements, bare, statements, unit_in
+from fem_seal.field_file.text_header import Statements, bare, statements_of, unit_in
 from fem_seal.field_file.text_table import (
     FARTHEST,
     OFF_GRID,
@@ -42,7 +42,7 @@ def read_text(path: Path) -> Recorded:
             raise line_scan
         return in_own_layout
     table = read_table(path)
-    header = statements(table, path)
+    header = statements_of(table, path)
     if (table.values.shape[1] == 2 or header.titled_as_profiles) and len(table.values) > 3:
         raise line_scan
     if header.titled_as_points or (table.values.shape[1] == 3 and len(table.values) > 3):

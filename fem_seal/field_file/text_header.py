@@ -150,7 +150,7 @@ class Statements:
         return f"; its header says {lines}, but no lengths of both sides with their unit"
 
 
-def statements(table: TextTable, path: Path) -> Statements:
+def statements_of(table: TextTable, path: Path) -> Statements:
     """Read the header of a text file."""
     statements = Statements(titles=column_titles(table))
     for line in table.header:

@@ -171,8 +171,8 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
         if not lengths:
             continue
         length, frequency = max(lengths.items(), key=lambda item: (item[1], item[0]))
-        whole = (cells for cells in map(layout.cells, every) if len(cells) == length)
-        empty = not any(cells[-1] and _is_data(layout.numbers(cells)) for cells in whole)
+        of_length = (cells for cells in map(layout.cells, every) if len(cells) == length)
+        empty = not any(cells[-1] and _is_data(layout.numbers(cells)) for cells in of_length)
         if width in (None, length - empty):
             readings.append((frequency, length - empty, layout))
     if not readings:
@@ -186,8 +186,8 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
     columns, layout = max(best, key=lambda reading: reading[0])
     example = used[-1].strip()
     unclear = ", " in example or len({count for count, _ in best}) > 1
-    unclear = width is None and layout.separator == "," and unclear
-    if unclear and _DECIMAL_COMMA_ONLY.fullmatch(example):
+    by_commas = width is None and layout.separator == ","
+    if by_commas and unclear and _DECIMAL_COMMA_ONLY.fullmatch(example):
         raise InvalidInput(
             f"{path} has lines such as {_quoted(example)}, whose commas may be decimal commas or "
             "stand between numbers; put semicolons between numbers, or write decimal points"

@@ -123,11 +123,11 @@ def contact_pressure_scale(pressure: np.ndarray) -> Scale | None:
         return None
     highest = step_above(float(np.quantile(carried, SHOWN)))
     factor, unit = readable(highest, "Pa")
-    label, beyond = f"contact pressure [{unit}]", "neither"
+    name, beyond = f"contact pressure [{unit}]", "neither"
     if carried.max() > highest:
-        label, beyond = f"{label}, peaks to {in_digits(factor * carried.max(), 2)}", "max"
+        name, beyond = f"{name}, peaks to {in_digits(factor * carried.max(), 2)}", "max"
     return Scale(
-        label, 0.0, highest * factor, False, CONTACT_PRESSURE_COLOURS, beyond, per_si=factor
+        name, 0.0, highest * factor, False, CONTACT_PRESSURE_COLOURS, beyond, per_si=factor
     )
 
 
