@@ -72,6 +72,7 @@ def sweep_figure(
     path = folder / PICTURE_FILE
     with new_figure((6.4, 4.4), path) as figure:
         axes = figure.add_subplot()
+        axes.margins(x=0.1)  # room for the counts of sealed points
         _set_leak_rate_axis(axes, table)
         for number, (label, curve) in enumerate(curves.items()):
             if joined:
@@ -145,9 +146,9 @@ def _draw_curve(axes: "Axes", curve: Curve, colour: str, marker: str) -> None:
                 on_edge = axes.get_xaxis_transform()
                 axes.plot(place, edge, mark, color=colour, transform=on_edge, clip_on=False)
                 if len(group.points) > 1:
-                    of_all = f"{count} of {len(group.points)}\n"
+                    of_all = f"  {count} of {len(group.points)}"
                     text = axes.text(place, edge, of_all, color=colour, transform=on_edge)
-                    text.set(ha="center", fontsize=FONT_POINTS - 3)
+                    text.set(va="bottom", fontsize=FONT_POINTS - 3)
 
 
 def _median_line(curve: Curve) -> np.ndarray:
