@@ -73,13 +73,5 @@ def gmres(
     if to_stable and sure.any():
         along = np.linalg.solve(vectors, y.astype(complex))
         y = (vectors @ np.where(sure, -along, along)).real
-    x = weighted_sum(y, basis)
+    x = sum((part * vector for part, vector in zip(y, basis, strict=True)), np.zeros_like(b))
     return LinearSolution(x, converged, tuple(residuals), y, bool(sure.any()))
-
-
-def weighted_sum(coefficients: np.ndarray, basis: list[np.ndarray]) -> np.ndarray:
-    """Sum of the vectors of a basis, each times its coefficient."""
-    total = np.zeros_like(basis[0])
-    for coefficient, vector in zip(coefficients, basis, strict=True):
-        total += coefficient * vector
-    return total

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.coupling.krylov import LinearSolution, gmres, weighted_sum
+from fem_seal.coupling.krylov import LinearSolution, gmres
 from fem_seal.network.film_pressure import FilmPressure
 
 # Part of a tolerance of GMRES to which contact and flow are solved within it.
@@ -65,8 +65,8 @@ class Linearised:
             return change - self.response(moved[-1], inner_tolerance)
 
         solution = gmres(applied, right_side, tolerance, most, to_stable=to_stable)
-        gap = weighted_sum(solution.coefficients, moved) if moved else np.zeros_like(right_side)
-        return solution, gap
+        parts = zip(solution.coefficients, moved, strict=True)
+        return solution, sum((part * gap for part, gap in parts), np.zeros_like(right_side))
 
     def adjoint(self, tolerance: float, most: int) -> LinearSolution:
         """λ by at most so many iterations.

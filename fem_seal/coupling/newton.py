@@ -60,9 +60,10 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
         tried: list[LiftPoint] = []
         for fraction in fractions:
             other = point.after(step, fraction)
-            tried += [] if other is None else [other]
-            if other is not None and other.size < point.size:
-                break
+            if other is not None:
+                tried.append(other)
+                if other.size < point.size:
+                    break
             difficult = True
         if not tried:
             break

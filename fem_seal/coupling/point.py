@@ -268,7 +268,10 @@ class LiftPoint:
 
 @dataclass(frozen=True, eq=False)
 class FloatingPoint(LiftPoint):
-    """A fluid pressure that carries the solid alone, at a distance from the counter-face."""
+    """A fluid pressure that carries the solid alone, at a distance from the counter-face.
+
+    Without contact G' is that at a fixed separation.
+    """
 
     @classmethod
     def leaving(cls, point: LiftPoint) -> Self:
@@ -305,12 +308,6 @@ class FloatingPoint(LiftPoint):
     def _log_rate_moved(self, other: LiftPoint, pressure: np.ndarray) -> float:
         """What the first step of the other point changes, with what this one's steps have left."""
         return other.step.log_rate
-
-    @cached_property
-    def gap_change(self) -> Callable[[np.ndarray, float], np.ndarray]:
-        """G' at a fixed separation."""
-        displacement = self.problem.displacement
-        return lambda pressure, _: displacement(pressure)
 
     @cached_property
     def step(self) -> NewtonStep:

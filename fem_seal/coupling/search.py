@@ -139,7 +139,8 @@ def _completed(problem: LiftProblem, end: _End) -> LiftedState:
         change = error = lowest = highest = 0.0
         reason = ""
         if end.opened is not None:
-            highest = _most_if_opened(problem, end.contact, end.opened)
+            lifts_off = problem.solid_load(problem.highest_pressure(end.contact)) <= 0
+            highest = inf if lifts_off else problem.flow(end.opened, 0.0).range[1]
         elif end.failure and not problem.never_opens:
             highest, known = inf, False
         if end.failure and highest:
@@ -171,13 +172,6 @@ def _completed(problem: LiftProblem, end: _End) -> LiftedState:
         network=end.network,
         reason=reason,
     )
-
-
-def _most_if_opened(problem: LiftProblem, contact: ContactState, opened: GridFilm) -> float:
-    """Leak rate [m³/s] of the film that the most fluid pressure opens; infinite if it lifts off."""
-    if problem.solid_load(problem.highest_pressure(contact)) <= 0:
-        return inf
-    return problem.flow(opened, 0.0).range[1]
 
 
 def _why_not_settled(end: _End, allowed: float, *, known: bool) -> str:

@@ -55,32 +55,6 @@ def first_stage(
     return equilibrium(point, problem.allowed)
 
 
-@dataclass(frozen=True)
-class _Changes:
-    """Changes of ln Q, to first order, by the flows at the beginning of the stages."""
-
-    last: float = inf  #: by that of the last stage
-    by_network: float = inf  #: by that of the last stage with as many samples as the one before
-    #: of the last two changes by finer networks, at most 0.9; 1/2 before there are two
-    ratio: float = 0.5
-    grown: int = 0  #: finer networks in a row, each of which changed ln Q more than the one before
-
-    def after(self, point: LiftPoint, start: LiftPoint) -> "_Changes":
-        """Add the change from the last point of a stage to the first one of the next."""
-        change = point.log_rate_change_to(start)
-        if start.problem is not point.problem:
-            return replace(self, last=change, ratio=0.5)
-        known = 0 < self.by_network < inf
-        ratio = min(change / self.by_network, 0.9) if known else 0.5
-        grows = start.epsilon == point.epsilon and change > self.by_network
-        return _Changes(change, change, ratio, self.grown + 1 if grows else 0)
-
-    @property
-    def to_come(self) -> float:
-        """Change by all stages after the last one, where each changes ln Q by the ratio."""
-        return self.ratio / (1 - self.ratio) * self.last
-
-
 def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
     """Go on from the equilibrium of the first stage.
 
@@ -95,7 +69,7 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
         if start is None:
             return search.ended(reason)
         search = search.estimated(start)
-        if search.changes.grown == MOST_GROWN and search.error > problem.allowed:
+        if search.grown == MOST_GROWN and search.error > problem.allowed:
             return search.ended("each finer network changes the leak rate more than the one before")
         if search.accepts(start):
             accepted = Steps(start, (start.size,), False, "")
@@ -119,7 +93,10 @@ class _Search:
 
     problem: LiftProblem  #: that of all samples
     steps: Steps  #: of all stages
-    changes: _Changes = _Changes()
+    #: change of ln Q, to first order, by the flow at the beginning of the last stage
+    change: float = inf
+    by_network: float = inf  #: that of the last stage with as many samples as the one before
+    grown: int = 0  #: finer networks in a row, each of which changed ln Q more than the one before
     error: float = inf  #: of ln Q in the stage before, as the last first point tells it
     moved: float = 0.0  #: change of ln Q by the steps of the last stage that took some
     #: last equilibrium with a small ε, if its film is sealed and no path has opened since
@@ -165,13 +142,21 @@ class _Search:
     def estimated(self, start: LiftPoint) -> "_Search":
         """The search with the error of its last point, as the first one of the next stage tells it.
 
-        After difficult steps ln Q changes by more than its first order: the error is then at least
-        what the steps of the stage before have `moved` ln Q.
+        Each stage to come is taken to change ln Q by a ratio of what the stage before it did: that
+        of the last two changes by finer networks, at most 0.9, or 1/2 before there are two. After
+        difficult steps ln Q changes by more than its first order: the error is then at least what
+        the steps of the stage before have `moved` ln Q.
         """
-        changes = self.changes.after(self.steps.point, start)
-        error = self.steps.point.log_rate_error(start) + changes.to_come
+        point, ratio, by_network, grown = self.steps.point, 0.5, self.by_network, self.grown
+        change = point.log_rate_change_to(start)
+        if start.problem is point.problem:
+            if 0 < by_network < inf:
+                ratio = min(change / by_network, 0.9)
+            grown = grown + 1 if start.epsilon == point.epsilon and change > by_network else 0
+            by_network = change
+        error = point.log_rate_error(start) + ratio / (1 - ratio) * change
         error = max(error, self.moved if self.steps.difficult else 0.0) + start.by_epsilon
-        return replace(self, changes=changes, error=error)
+        return replace(self, change=change, by_network=by_network, grown=grown, error=error)
 
     def accepts(self, start: LiftPoint) -> bool:
         """Whether the first point of a stage is its equilibrium without a step."""
@@ -208,7 +193,7 @@ class _Search:
             error = max(error, steps.point.step.log_rate)
         error = max(error, LEAST_ERROR * problem.allowed)
         failure = steps.failure or (reason if unfinished else "")
-        return replace(steps, change=self.changes.last, error=error, failure=failure)
+        return replace(steps, change=self.change, error=error, failure=failure)
 
     def _negligible(self, point: LiftPoint) -> bool:
         """Whether the film leaks, on all samples, too little to go on; the lift has not settled."""
