@@ -18,11 +18,6 @@ class LinearSolution:
     coefficients: np.ndarray
     unstable: bool = False  #: whether A has a negative real eigenvalue, as far as b shows it
 
-    @property
-    def iterations(self) -> int:
-        """How often A was applied."""
-        return len(self.residuals)
-
 
 def gmres(
     apply: Callable[[np.ndarray], np.ndarray],

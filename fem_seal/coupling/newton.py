@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from math import inf
 
-from fem_seal.coupling.point import MOST_GMRES, STEP_TOLERANCE, FloatingPoint, LiftPoint
+from fem_seal.coupling.point import STEP_TOLERANCE, FloatingPoint, LiftPoint
 
 MOST_STEPS = 20  # in a stage; most scenes need two to five
 # The fractions of a step that are tried until |F| falls; and those that the first, second, ... step
@@ -18,8 +18,8 @@ class Steps:
 
     point: LiftPoint  #: the last one
     residuals: tuple[float, ...]  #: `LiftPoint.size` at the start of each step, and at the end
-    #: whether a step was halved, GMRES took many iterations, or an unstable state was left. What a
-    #: step changes to first order is then no measure of what it changes
+    #: whether a step was halved, or an unstable state was left. What a step changes to first order
+    #: is then no measure of what it changes
     difficult: bool
     failure: str  #: why the last point is no equilibrium, else ""
     lost: bool = False  #: whether one of their stages has come to no equilibrium
@@ -55,7 +55,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
             break
         step = point.step
         left = STEP_TOLERANCE * step.log_rate
-        difficult |= step.unstable or step.iterations > MOST_GMRES / 2
+        difficult |= step.unstable
         fractions = list(islice(away, 1)) if step.unstable else STEP_FRACTIONS
         tried: list[LiftPoint] = []
         for fraction in fractions:

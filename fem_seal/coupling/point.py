@@ -49,7 +49,6 @@ class NewtonStep:
     gap: np.ndarray  #: change (nx, ny) of the gap [m]
     #: size of the change of ln Q, to first order; infinite if GMRES has not reached its tolerance
     log_rate: float
-    iterations: int  #: most iterations of GMRES
     #: whether it leads away from a state that contact and flow in turn would leave
     unstable: bool = False
 
@@ -159,7 +158,6 @@ class LiftPoint:
             pressure=solution.x,
             gap=gap,
             log_rate=self.linear.log_rate_change(gap) if solution.converged else np.inf,
-            iterations=solution.iterations,
             unstable=solution.unstable,
         )
 
@@ -332,7 +330,6 @@ class FloatingPoint(LiftPoint):
             pressure=fixed.x + rise * lifted.x,
             gap=gap,
             log_rate=self.linear.log_rate_change(gap) if solved else np.inf,
-            iterations=max(fixed.iterations, lifted.iterations),
             unstable=fixed.unstable or load_by_rise > 0,
         )
 

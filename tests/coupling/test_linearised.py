@@ -145,4 +145,4 @@ def test_a_singular_operator_is_not_solved(matrix, b):
     assert not solution.converged
     left = np.linalg.norm(matrix @ solution.x - b) / np.linalg.norm(b)
     assert left == pytest.approx(solution.residuals[-1])
-    assert solution.iterations <= 2
+    assert len(solution.residuals) <= 2
