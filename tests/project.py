@@ -30,6 +30,9 @@ MPI_ENVIRONMENT = {
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
     "OMP_NUM_THREADS": "1",
 }
+# In another process: pictures are drawn as small as `conftest` draws them here.
+SMALL_PICTURES = """from fem_seal.render import offscreen, plot
+plot.DPI, offscreen.LONG_SIDE = 70, 400"""
 
 
 def leak_rate(film: "Film", **options: Any) -> "LeakRate":

@@ -6,7 +6,7 @@ import runpy
 
 import numpy as np
 import pytest
-from project import ROOT, printed_by
+from project import ROOT, SMALL_PICTURES, printed_by
 
 DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
 # 64 and 128 samples a period are the fewest; contacts near closing have tests beside the library.
@@ -23,7 +23,7 @@ SMALL = {
     "gas_that_slips": {"n": 32, "rtol": 0.3, "points": 3},
     "how_contact_is_solved": {"n": 64},
     "ordinary_dolfinx": {},  # its figures stand on a page
-    "how_the_lift_is_solved": {"n": 32},
+    "how_the_lift_is_solved": {"n": 24},
     "when_does_the_fluid_matter": {"n": 32, "shares": (0.01, 0.1, 0.9)},
     "when_is_a_limit_kept": {"n": 96},
     "where_must_i_polish": {"n": 64, "tries": 1, "rtol": 0.1},
@@ -32,11 +32,10 @@ SMALL = {
 PAGES = {"ordinary_dolfinx": "docs/reference/results.md"}
 # From the command line of Python: FEniCSx and VTK must be loaded in this order in one process.
 FRESH = ("closing_contact",)
-RUN = """
+RUN = f"""
 import runpy, sys
 from pathlib import Path
-from fem_seal.render import offscreen, plot
-plot.DPI, offscreen.LONG_SIDE = 70, 400
+{SMALL_PICTURES}
 main = runpy.run_path(sys.argv[1], run_name="demo")["main"]
 assert main(out=Path(sys.argv[2]), **eval(sys.argv[3])) is not None
 """

@@ -324,21 +324,26 @@ def test_shares_under_a_cylinder():
         assert shares[name] == pytest.approx(at(1, name) - at(-1, name), rel=1e-12)
 
 
-def test_a_stiffer_cylinder_under_fluid_of_nearly_its_pressure():
+def test_a_stiffer_cylinder_under_fluid_of_nearly_its_pressure(monkeypatch):
     """With p_in near Hertz's maximum √(w E*/(π R)) a stiffer cylinder leaks less.
 
-    (P - p)/E* grows with E* where p > P/2.
+    (P - p)/E* grows with E* where p > P/2. A tenth of E* more or less shows beyond the bounds; few
+    cells of the path tell at which end more leaks.
     """
+    monkeypatch.setattr("fem_seal.quantities.inputs.CELLS", 50)
     w, R, E = 200.0, 2e-3, 1e7
     drop = {"flow.pressure_drop": 0.85 * np.sqrt(w * E / (np.pi * R))}
-    pressed = under_cylinder(w, R, **drop | {"surface.shape": [16, 16], "solid.contact_modulus": E})
-    pressed = pressed.with_({"seal.rtol": 0.2})
+    coarse = {"surface.shape": [16, 16], "solid.contact_modulus": E, "seal.rtol": 0.5}
+    pressed = under_cylinder(w, R, **drop | coarse)
     solved = solve(pressed.with_({"tolerances": {"solid": {"contact_modulus": "10 %"}}}))
-    lower, upper = entry(solved).lower, entry(solved).upper
-    for factor in (0.9, 1.1):
-        other = solve(pressed.with_({"solid": {"contact_modulus": factor * E}})).leak_rate
-        assert lower * solved.leak_rate.lower <= other.upper
-        assert other.lower <= upper * solved.leak_rate.upper
+    leak, ends = solved.leak_rate, entry(solved)
+    softer, stiffer = (
+        solve(pressed.with_({"solid": {"contact_modulus": part * E}})).leak_rate
+        for part in (0.9, 1.1)
+    )
+    assert stiffer.upper < leak.lower < leak.upper < softer.lower
+    assert ends.lower * leak.lower <= stiffer.upper
+    assert softer.lower <= ends.upper * leak.upper
 
 
 def test_shares_of_solids_that_only_touch():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mesh_files import scene_of, write_msh
-from project import ROOT, leak_rate, printed_by, unwrapped, write_toml
+from project import ROOT, SMALL_PICTURES, leak_rate, printed_by, unwrapped, write_toml
 from sample_gaps import FLUID
 from scipy.integrate import trapezoid
 
@@ -299,6 +299,7 @@ def test_meshing_needs_no_finite_elements(tmp_path):
     path = write_toml(tmp_path / "ring.toml", scene(RING | {"gap": "5 um"}))
     code = (
         "import sys; sys.modules |= dict.fromkeys(('dolfinx', 'ufl', 'petsc4py'))\n"
+        f"{SMALL_PICTURES}\n"
         "from fem_seal.cli import main; sys.exit(main(sys.argv[1:]))"
     )
     said = unwrapped(printed_by("-c", code, "mesh", path, "--out", tmp_path / "out"))
