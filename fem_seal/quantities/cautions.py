@@ -10,12 +10,10 @@ from fem_seal.error_budget import ErrorBudget
 from fem_seal.errors import present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
-from fem_seal.mesh.gap_source import GapSource
 from fem_seal.patch import Patch
 from fem_seal.scene import FileSurface, Scene
-from fem_seal.scene.shape import AnyShape
+from fem_seal.scene.shape import AnyShape, Shape
 from fem_seal.scene_steps import whole_map
-from fem_seal.shaped import gap_source
 from fem_seal.surface import Lay, PreparedSurface, spikes_caution
 from fem_seal.upscaling.seal import SealLeak, median_patch
 
@@ -70,8 +68,8 @@ def cautions(
         sentences.extend(filter(None, (_contact(patch, gap), _peak(patch), thick, coarse)))
     elif isinstance(film := patch.film, MeshFilm):
         thick = _thickness(film.mean_gap, min(film.size))
-        source = gap_source(present(patch.scene.shape, "[shape]"), None)
-        sentences.extend(filter(None, (thick, _jump(film, source))))
+        jump = _jump(film, present(patch.scene.shape, "[shape]"))
+        sentences.extend(filter(None, (thick, jump)))
     return tuple(sentences)
 
 
@@ -244,8 +242,11 @@ def _coarse_mesh(film: MeshFilm, shape: AnyShape, gap: GridField) -> str | None:
     )
 
 
-def _jump(film: MeshFilm, gap: GapSource) -> str | None:
-    """Warn if the gap jumps where theta does, at 180 degrees, inside the film."""
+def _jump(film: MeshFilm, shape: Shape) -> str | None:
+    """Warn if the gap of a shape jumps where theta does, at 180 degrees, inside the film."""
+    from fem_seal.shaped import gap_source
+
+    gap = gap_source(shape, None)
     x, y = np.moveaxis(film.mesh.xy[film.mesh.cells], 2, 0)
     across = (x.max(axis=1) < 0) & (y.min(axis=1) < 0) & (y.max(axis=1) >= 0)
     radii = np.hypot(x, y)[across].ravel()
