@@ -86,11 +86,14 @@ def refined_flow(
             if taken > max_seconds:
                 reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
                 return replace(flow, reason=reason)
-        marked = marked_loads(table, flow, loaded.enclosed(), tolerance, span, most_loads)
+        enclosed = loaded.enclosed()
+        marked = marked_loads(table, flow, enclosed, tolerance, span, most_loads)
+        if not marked and flow.lower > 0 and enclosed.all():
+            marked = _halved(table, span, int(np.argmax(_errors(table, flow)[0])))
         loads = loaded.missing(marked)
         if loads and len(loads.keys() | set(table.loads.tolist())) <= most_loads:
             table = loaded.table(loads)
-        elif flow.lower > 0 and not loaded.enclosed().all():
+        elif flow.lower > 0 and not enclosed.all():
             table = loaded.enclose()
         else:
             reason = f"it may take {most_loads} net loads; raise seal.max_loads"
@@ -129,9 +132,8 @@ def marked_loads(
 ) -> dict[float, float]:
     """Loads [Pa] that the table should have, each with a multiple of the flows' tolerance.
 
-    The dict is empty if all intervals should be enclosed first, or if no load helps. `enclosed` are
-    the intervals that have their enclosures, `span` the smallest and the largest load along the
-    path.
+    The dict is empty if the table has them already. `enclosed` are the intervals that have their
+    enclosures, `span` the smallest and the largest load along the path.
     """
     loads = table.loads
     if flow.lower == 0:
@@ -157,9 +159,7 @@ def marked_loads(
     while (uncut / pieces**2).sum() > allowed and pieces.sum() < most:
         pieces[np.argmax(uncut * (1 / pieces**2 - 1 / (pieces + 1) ** 2))] += 1
     added = np.setdiff1d(demand.cut(nodes, pieces), loads)
-    if added.size:
-        return demand.multiples(np.union1d(loads, added), span)
-    return _halved(table, span, int(np.argmax(error))) if enclosed.all() else {}
+    return demand.multiples(np.union1d(loads, added), span) if added.size else {}
 
 
 def _halved(table: ConductivityTable, span: tuple[float, float], k: int) -> dict[float, float]:
