@@ -17,7 +17,7 @@ from fem_seal import parallel
 from fem_seal.area_error import area_error
 from fem_seal.coupling import SETTLED
 from fem_seal.digits import per_cent
-from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
+from fem_seal.error_budget import CONTACT_GRID, MOST_LOG, Uncertainty, estimate
 from fem_seal.errors import present
 from fem_seal.grid_series import (
     error_from_half,
@@ -174,7 +174,7 @@ def _grid_error(tried: Sequence[Patch]) -> Uncertainty:
 
 def known_error(log_error: float) -> float | None:
     """Relative error of |ln| of a ratio of leak rates; None if not known or beyond doubles."""
-    return expm1(log_error) if log_error < 700 else None
+    return expm1(log_error) if log_error < MOST_LOG else None
 
 
 def chosen_patch(

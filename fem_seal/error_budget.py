@@ -13,6 +13,7 @@ from fem_seal.digits import rounded_down, rounded_up
 from fem_seal.errors import Inconsistent
 from fem_seal.leak_rate import LeakRate
 
+MOST_LOG = 700.0  # exp(709) is the largest double
 # Keys of entries that other modules look for.
 FLOW, CONTACT_GRID, SLIP_INTERVAL = "flow", "contact_grid", "slip_interval"
 CONTACT_AREA = "contact_area"

@@ -17,7 +17,7 @@ from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.state import log_ratio
 from fem_seal.digits import per_cent
-from fem_seal.error_budget import CONTACT_GRID, Uncertainty, estimate
+from fem_seal.error_budget import CONTACT_GRID, MOST_LOG, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
@@ -244,7 +244,7 @@ def grid_error(
         return estimate(CONTACT_GRID, sentence, exp(-claimed), exp(claimed))
     most = max(most, 3 * log1p(unresolved_share))
     sentence += "; a finer grid may be sealed"
-    return estimate(CONTACT_GRID, sentence, upper=exp(min(most, 700)))
+    return estimate(CONTACT_GRID, sentence, upper=exp(min(most, MOST_LOG)))
 
 
 @once
@@ -300,7 +300,7 @@ def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:
     sentence = "what half of the samples of the map change"
     if change == inf:
         return estimate(CONTACT_GRID, f"{sentence}: they are sealed")
-    return estimate(CONTACT_GRID, sentence, exp(-change), exp(min(change, 700)))
+    return estimate(CONTACT_GRID, sentence, exp(-change), exp(min(change, MOST_LOG)))
 
 
 def change_of(coarse: Interval, fine: Interval) -> float:

@@ -56,6 +56,9 @@ class Bounded:
     def __post_init__(self) -> None:
         if not self.lower <= self.upper:
             raise Inconsistent(f"the bounds of {self.value} cross: {self.lower} > {self.upper}")
+        room = MEAN_ROUNDING * max(abs(self.lower), abs(self.upper))
+        if not self.lower - room <= self.value <= self.upper + room:
+            raise Inconsistent(f"{self.value} is not between {self.lower} and {self.upper}")
 
 
 @dataclass(frozen=True)

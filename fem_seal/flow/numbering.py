@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array
 
+from fem_seal.errors import Inconsistent
+
 
 @dataclass(frozen=True, eq=False)
 class Numbering:
@@ -21,6 +23,11 @@ class Numbering:
     of_corner: np.ndarray
     offset: np.ndarray  #: (C, 3), prescribed values, and jumps that are added to the unknowns
     count: int  #: number of unknowns
+
+    def __post_init__(self) -> None:
+        last = self.of_corner.max(initial=-1)
+        if self.of_corner.shape != self.offset.shape or last >= self.count:
+            raise Inconsistent(f"{self.count} unknowns, and corners of {last + 1}")
 
     def corners(self, values: np.ndarray, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Corner values (n, 3), on all or given cells, of the function with `values` (count,)."""

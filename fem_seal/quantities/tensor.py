@@ -32,7 +32,9 @@ class ConductivityTensor:
         value = bounds.value
 
         def component(i: int, j: int) -> Bounded:
-            return Bounded(float(value[i, j]), *bounds.interval(i, j))
+            # Next to 0 the component of the mean is rounding, and so are its bounds.
+            interval = bounds.interval(i, j)
+            return Bounded(float(np.clip(value[i, j], *interval)), *interval)
 
         (hardest, easiest), directions = np.linalg.eigh(value)
         x, y = directions[:, 1]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.error_budget import MOST_LOG
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.links import harmonic_mean
 from fem_seal.finite_difference.star_mesh import star_mesh
@@ -26,7 +27,6 @@ DRAWS = 24  # mosaics that are drawn for a seal
 # Draws of the pivots of an interval: of single patches, and of mosaics, which cost more.
 PIVOTS, PIVOTS_OF_MOSAICS = 20_000, 200
 SEED = 0  # of all draws of a seal
-MOST_LOG = 700.0  # exp(709) is the largest double
 # Largest standard deviation σ of ln K that is drawn. The mean of log-normal patches is exp(σ²/2)
 # times their median: exp(200) here.
 MOST_SCATTER = 20.0

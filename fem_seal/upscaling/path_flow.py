@@ -19,7 +19,7 @@ from math import inf
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import Inconsistent, InvalidInput
 from fem_seal.leak_rate import FlowState, require_enclosed
 from fem_seal.pressure_profile import Profile, is_uniform
 from fem_seal.registry import require_count
@@ -60,6 +60,11 @@ class PathFlow:
     #: Q: d ln Q = Σ influence × d ln K. The sum is 1
     net_loads: np.ndarray
     influences: np.ndarray
+
+    def __post_init__(self) -> None:
+        shapes = {values.shape for values in (self.x, self.contact_pressure, self.fluid_pressure)}
+        if shapes != {self.conductivity.shape} or not (np.diff(self.x) > 0).all():
+            raise Inconsistent(f"a leak path whose cells are out of order, of shapes {shapes}")
 
     @property
     def influence(self) -> np.ndarray:

@@ -8,6 +8,7 @@ import pytest
 from fem_seal.errors import Inconsistent
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds
+from fem_seal.flow.numbering import Numbering
 from fem_seal.flow.solution import SolvedLevel
 from fem_seal.flow.stopping import Decision, Stopping, Tolerance
 from fem_seal.limits import Limits
@@ -41,6 +42,14 @@ def test_a_tensor_of_one_number_has_its_width():
 def test_no_bounds(lower, upper):
     with pytest.raises(Inconsistent, match="bounds"):
         matrices(lower, upper)
+
+
+def test_no_numbering():
+    corners = np.array([[0, 1, -1], [1, 2, 0]])
+    assert Numbering(corners, np.zeros((2, 3)), 3).count == 3
+    for offset, count in (np.zeros((2, 3)), 2), (np.zeros(3), 3):
+        with pytest.raises(Inconsistent, match=f"^{count} unknowns, and corners of 3$"):
+            Numbering(corners, offset, count)
 
 
 def test_the_better_bounds_are_kept():

@@ -172,10 +172,9 @@ def test_wedge(law, B, p_out, shape):
     assert found.converged
 
 
-def half_width_of_slip(seed: int, law) -> float:
+def require_enclosed_differences(seed: int, law) -> None:
     """Bounds of rough pixels against finite differences on 8² and 16² nodes a pixel, which take the
-    conductivity at the pressure of each node and share nothing with the elements. Returns the
-    half-width of the slip interval [%].
+    conductivity at the pressure of each node and share nothing with the elements.
 
     Their error comes from the corners of pixels, where the pressure goes as r^γ and the error as
     the distance of two nodes to the power 2 γ. For a contrast of conductivities c, γ is at least
@@ -199,14 +198,13 @@ def half_width_of_slip(seed: int, law) -> float:
     assert lower <= fine + off, seed
     assert upper >= fine - off, seed
     assert found.converged
-    return 50 * np.log(found.slip_interval[1] / found.slip_interval[0])
 
 
 @LAWS
 @pytest.mark.parametrize("seeds", [range(1), pytest.param(range(200), marks=pytest.mark.slow)])
 def test_random_gaps_enclose_finite_differences(seeds, law):
-    widths = [half_width_of_slip(seed, law) for seed in seeds]
-    print(f"slip interval: median ±{np.median(widths):.2g} %, at most ±{max(widths):.2g} %")
+    for seed in seeds:
+        require_enclosed_differences(seed, law)
 
 
 @pytest.mark.parametrize("part", [0.5, 1.0, 2.0])

@@ -64,6 +64,7 @@ def test_the_mesh_of_a_shape_is_not_covered(straight):
         (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
         (lambda: Level(9, 8, 3.0, 1.0), "bounds cross"),
         (lambda: Bounded(2.0, 3.0, 1.0), "bounds of 2.0 cross"),
+        (lambda: Bounded(-2.0, -1.0, 1.0), "-2.0 is not between"),
         (lambda: Trial((8, 8), 9.0, 1.0, 2.0), "is not between"),
         (lambda: Uncertainty("flow", "guaranteed", ""), "flow is guaranteed without factors"),
         (lambda: Headline(1.0, 2.0, 1.0, ""), "ends of the leak rate: 2.0 and 1.0"),

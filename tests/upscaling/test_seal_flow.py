@@ -24,6 +24,7 @@ from fem_seal.upscaling import (
 )
 from fem_seal.upscaling.conductivity import SLIPPING, ConductivitySteps, Enclosure
 from fem_seal.upscaling.march import SHOOTING, bracketed_root, path_leak_rate
+from fem_seal.upscaling.path_flow import PathFlow
 
 ETA = 1e-3
 STRIP = StraightPath(2e-3, 0.15)
@@ -339,10 +340,12 @@ def test_a_load_that_seals_at_the_highest_pressure_alone(profile):
         lambda: ConductivitySteps(np.array([1.0, 2.0]), np.array([np.inf, 1.0, 1.1])),
         lambda: ConductivitySteps(np.array([2.0, 1.0]), np.array([np.inf, 1.0, 0.0])),
         lambda: ConductivitySteps(np.array([1.0]), np.array([1.0])),
+        lambda: PathFlow(*np.ones((4, 2)), np.ones((1, 1)), np.ones((1, 1))),
+        lambda: PathFlow(np.arange(3.0), *np.ones((5, 2))),
     ],
 )
 def test_conductivities_that_cannot_be_are_refused(make):
-    with pytest.raises(Inconsistent, match=r"enclosure with|rises with"):
+    with pytest.raises(Inconsistent, match=r"enclosure with|rises with|out of order"):
         make()
 
 
