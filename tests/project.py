@@ -7,10 +7,13 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fem_seal.parallel import OF_MPI
 
@@ -42,6 +45,11 @@ def leak_rate(film: "Film", **options: Any) -> "LeakRate":
     names = {field.name for field in fields(flow.FlowSettings)}
     own = {name: options.pop(name) for name in names.intersection(options)}
     return flow.leak_rate(film, flow.FlowSettings(**own), **options)
+
+
+def observed_orders(errors: Sequence[float]) -> np.ndarray:
+    """Orders between errors of meshes or steps, each half as large as the one before."""
+    return np.log2(np.divide(errors[:-1], errors[1:]))
 
 
 @cache

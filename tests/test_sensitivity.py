@@ -9,7 +9,7 @@ from math import log
 import numpy as np
 import pytest
 from lifted_scenes import problem_of
-from project import FIRST
+from project import FIRST, observed_orders
 
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
@@ -144,8 +144,7 @@ def test_taylor_remainder_of_heights(state):
     # ε follows the rms height, which the direction changes; that is of second order, too. ln Q is
     # known to 1e-12, an eighth of the least remainder, which is 0.2 of an order.
     assert min(remainders) > 5e-12
-    orders = np.log2(np.array(remainders[:-1]) / remainders[1:])
-    assert orders == pytest.approx([2, 2], abs=0.2), remainders
+    assert observed_orders(remainders) == pytest.approx([2, 2], abs=0.2), remainders
 
 
 def test_ties_between_the_derivatives(state):

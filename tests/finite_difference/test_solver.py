@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from drawn_stripes import Case
+from project import observed_orders
 
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import by_differences
@@ -37,11 +38,6 @@ def test_layers_in_series_are_exact(sides, representation, links):
     read = {"sides": sides, "representation": representation}
     found = leak(case.values, case.spacing, sides == "periodic", links, **read)
     assert found == approx(case.exact, rel=1e-13)
-
-
-def observed_orders(errors):
-    """Orders of convergence, where each grid has half the spacing of the one before."""
-    return np.log2(np.array(errors[:-1]) / errors[1:])
 
 
 def checkerboard_errors(links, sides):

@@ -5,7 +5,7 @@ import pytest
 from gaps import bracketed, solved_on
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from project import leak_rate
+from project import leak_rate, observed_orders
 from sample_gaps import FLUID
 from triangulations import (
     labelled,
@@ -31,11 +31,6 @@ def bounds_on(gap: MeshFilm, unknowns: int = 1, energy: float = ENERGY) -> np.nd
     """Lower and upper bound on the given mesh, or on its last uniform refinement."""
     flow = bracketed(gap, 1e-9, unknowns, method="uniform", tuning=Tuning(tolerance=energy))
     return np.array([flow.lower, flow.upper])
-
-
-def observed_orders(errors) -> np.ndarray:
-    """Between meshes, each twice as fine as the one before."""
-    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
 
 @pytest.mark.parametrize(

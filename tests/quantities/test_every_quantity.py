@@ -7,7 +7,7 @@ import pytest
 from project import ROOT, scene_of_samples
 
 import fem_seal as fs
-from fem_seal.quantities.of_patch import QUANTITIES, Quantities
+from fem_seal.quantities.of_patch import QUANTITIES
 from fem_seal.results import Result
 from fem_seal.results.words import summary_of
 
@@ -22,10 +22,6 @@ def result():
     scene["contact"] = {"pressure": "0.2 MPa"}
     scene["flow"] |= {"method": "adaptive", "rtol": 0.5, "lift": "none"}
     return fs.solve(fs.Scene.from_mapping(scene)).result()
-
-
-def test_a_scene_may_name_all():
-    assert {field.name for field in fields(Quantities)} == set(QUANTITIES)
 
 
 def test_all_survive_their_file(result):
