@@ -80,7 +80,8 @@ def deciding_setting(
     # How far the limit is from the leak rate that is taken for the true one.
     away = log(limit / middle_of(*leak.bounds))
     remedies = {CONTACT_GRID: finer_grid(scene)}
-    for inputs in (entry for entry in counted if entry.key == INPUTS):
+    inputs = next((entry for entry in counted if entry.key == INPUTS), None)
+    if inputs is not None:
         remedies[INPUTS] = _by_inputs(head, limit, away > 0, inputs)
     return (
         _by_total_error(scene, away, counted)
@@ -91,11 +92,11 @@ def deciding_setting(
 
 
 def of_widest(budget: ErrorBudget, remedies: Mapping[str, str]) -> str:
-    """What narrows the widest entry of a budget, of remedies by key; empty if none is counted.
+    """What narrows the widest entry of a budget, of remedies by key; empty if none has a width.
 
     No setting helps while an entry is unbounded on a side: its sentence is the advice then.
     """
-    counted = [entry for entry in budget if entry.counted]
+    counted = [entry for entry in budget if entry.counted and entry.log_error > 0]
     if unbounded := [entry for entry in counted if None in (entry.lower, entry.upper)]:
         return "; ".join(entry.sentence for entry in unbounded)
     if not counted:

@@ -126,6 +126,9 @@ def test_what_would_decide_with_other_factors():
     lift = Uncertainty("fluid_pressure", "estimated", "it opens", 1.0, 1.5, caution=True)
     words = "no setting narrows fluid pressure, the widest of them"
     assert words in judged(2.4e-10, lift).sentence
+    # At the leak rate itself, an entry without width is no reason.
+    settled = replace(lift, upper=1.0)
+    assert "the best estimate is the limit itself" in judged(2e-10, settled).sentence
     # The entry of a computed lift is twice as wide as the bracket, and narrows with it.
     computed = Uncertainty("lift", "estimated", "passes", 0.5, 2.0, per_rtol=1.0)
     advised = 2 * np.sinh(np.log(1.2) / 3)
