@@ -24,6 +24,7 @@ def extrapolated(load: float, states: Sequence[tuple[float, ContactState]]) -> n
     """
     if not states:
         return None
+    # The first and the last of at most two states, which may be one.
     (before, first), (last, latest) = states[-2:][0], states[-1]
     signed = _signed_pressure(latest)
     if before != last:

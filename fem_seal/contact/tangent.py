@@ -20,7 +20,7 @@ from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.digits import number_of
 from fem_seal.errors import NotConverged
 
-MOST_ITERATIONS = 300
+MOST_CG = 300
 
 
 class ContactTangent:
@@ -70,7 +70,7 @@ class ContactTangent:
     def _inverse(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
         """Change (nx, ny) [m] of the open samples that M turns into a pressure [Pa] on them."""
         change, residuals = np.zeros(self._opened.shape), [1.0]
-        for residual in islice(self._solving(pressure, change), MOST_ITERATIONS):
+        for residual in islice(self._solving(pressure, change), MOST_CG):
             residuals.append(residual)
             if residual <= tolerance:
                 return change

@@ -68,7 +68,7 @@ def test_too_few_iterations_raise(rough, solver):
 
 def test_a_tangent_out_of_reach_is_an_error(monkeypatch):
     """One step of conjugate gradients is not enough, and the message says that it was one."""
-    monkeypatch.setattr("fem_seal.contact.tangent.MOST_ITERATIONS", 1)
+    monkeypatch.setattr("fem_seal.contact.tangent.MOST_CG", 1)
     opened = np.arange(64).reshape(8, 8) % 5 > 0
     tangent = ContactTangent(HalfSpace((8, 8), (1.0, 1.0)), 1.0, opened)
     with pytest.raises(NotConverged, match=r"residual [\d.e-]+ after 1 iteration \(wanted 1.0e-12"):
