@@ -27,7 +27,7 @@ class Threshold:
 
     Under a fluid that lifts the solid, the pressures are total loads of solid and fluid: under the
     first the patch leaks and under the second it is sealed, at any fluid pressure between those of
-    the ends.
+    the ends. Both are 0 at least: pressures below ambient may seal the patch without any load.
     """
 
     model: str  #: how the contact grows: "gfmd" under pressure, "bearing" or "gap" by lowering
@@ -113,12 +113,13 @@ def threshold(patch: Patch) -> Threshold | None:
     dry = dry_threshold(patch)
     if dry is None or dry.pressure_sealed is None or patch.lift == "none":
         return dry
-    # The fluid carries at least the outlet's pressure and at most the inlet's.
+    # The fluid carries at least the outlet's pressure and at most the inlet's. Pressures below
+    # ambient press the solids together, so that no load may be needed.
     inlet, outlet = patch.scene.flow.gauge_pressures
     return replace(
         dry,
-        pressure_leaking=present(dry.pressure_leaking, "pressure") + outlet,
-        pressure_sealed=dry.pressure_sealed + inlet,
+        pressure_leaking=max(present(dry.pressure_leaking, "pressure") + outlet, 0.0),
+        pressure_sealed=max(dry.pressure_sealed + inlet, 0.0),
     )
 
 

@@ -202,6 +202,18 @@ def test_threshold_of_a_lifted_contact():
     assert Patch(scene(load=1.001 * lifted.pressure_sealed)).leak_rate.state == "sealed"
 
 
+def test_threshold_of_a_contact_that_vacuum_presses():
+    """Ambient air presses a soft solid harder than it takes to seal: no load is needed for that."""
+    solid, output = {"contact_modulus": 1e6}, {"products": ["threshold"]}
+    vacuum = {"inlet_pressure": 0.9e5, "outlet_pressure": 0.0, "ambient_pressure": 1e5}
+    dry, lifted = (
+        solve(scene(1e4, solid=solid, output=output, lift=lift, **vacuum)).quantities.threshold
+        for lift in ("none", "resolved")
+    )
+    assert 1e4 < dry.pressure_sealed < 1e5
+    assert (lifted.pressure_leaking, lifted.pressure_sealed) == (0, dry.pressure_sealed - 1e4)
+
+
 def test_an_error_of_the_lift_that_is_not_known(monkeypatch):
     """Where no finer network can be made, nothing says how far the leak rate is off: no numbers."""
     monkeypatch.setattr(import_module("fem_seal.coupling.stages"), "MOST_NODES", 1)
