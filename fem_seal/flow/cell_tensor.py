@@ -92,16 +92,14 @@ def conductivity_tensor(
     stopping = Stopping(Tolerance(rtol), limits, USUAL_GROWTH, narrowest, comm)
     strategy = Strategy(mark, rtol, every_dual=stopping.doubtful, tuning=tuning)
     start = Start.first(represented, uniform_torus(represented.squares, width))
-    for solution in refined(represented, start, strategy, stopping):
+    # The map keeps no solution: each mesh is freed before the next one is made.
+    for last in map(lambda one: one.level, refined(represented, start, strategy, stopping)):
         if progress is not None:
-            progress(solution.level.unknowns, solution.level.bounds.width)
-        # Free this mesh before the next one is made.
-        del solution
+            progress(last.unknowns, last.bounds.width)
     Lx, Ly = scaled.size
     # From fluxes per jump to mean flux per gradient: D A* D/(Lx Ly), D = diag(Lx, Ly).
     scale = per_pascal * np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])
-    last, reason = stopping.levels[-1], stopping.reason
-    lower, upper = last.bounds.lower * scale, last.bounds.upper * scale
+    lower, upper, reason = last.bounds.lower * scale, last.bounds.upper * scale, stopping.reason
     if reason:
         reason = f"{reason}; {_missed(lower, upper, rtol)}{_rounding_doubt(narrowest)}"
     return TensorBounds(lower, upper, unknowns=last.unknowns, reason=reason)
