@@ -98,7 +98,8 @@ def test_conductivity_tensor_of_stripes(count, aspect, on, contact, slip):
         rtol=0.05,
         limits=Limits(unknowns=UNKNOWNS),
     )
-    assert found.converged or (slip is None and count == 8)
+    # Where pixels are a million times as wide as long rounding may keep CG from its tolerance.
+    assert found.converged or aspect == 1e-6
     # As quadratic forms, in units of what each direction conducts.
     unit = np.sqrt(np.diag(found.upper)) + (np.diag(found.upper) == 0)
     for difference in (found.upper - exact, exact - found.lower):
