@@ -251,6 +251,18 @@ def test_reference_scene_runs(tmp_path, capsys, monkeypatch):
     assert "flow.png is left as it was" in second
 
 
+def test_nothing_is_drawn_or_compared_of_a_film_that_is_lifted_off(tmp_path, capsys):
+    (tmp_path / "reference.toml").write_text(REFERENCE)
+    settings = "contact.pressure=1 kPa", "surface.shape=[24, 24]", "surface.short_wavelength=10 um"
+    overrides = [word for setting in settings for word in ("--set", setting)]
+    assert run("run", "reference.toml", *overrides, "--out", "off") == 0
+    capsys.readouterr()
+    assert run("render", "off") == 0
+    assert capsys.readouterr().out.startswith("no pictures")
+    assert run("study", "cross-validation", "reference.toml", *overrides, "--out", "study") == 2
+    assert "the gap is lifted off" in capsys.readouterr().err
+
+
 def test_version_is_that_of_the_package():
     """By the module too, where the script is not on the path."""
     printed = printed_by("-m", "fem_seal", "--version")

@@ -26,7 +26,8 @@ def _render(options: argparse.Namespace) -> int:
 
     with Display() as report:
         names = draw(options.folder, report, everything=options.all)
-    say(f"{', '.join(names)} in {options.folder}")
+    nothing = "no pictures, since nothing is left to draw of a film that is lifted off,"
+    say(f"{', '.join(names) or nothing} in {options.folder}")
     if FLOW not in names and (options.folder / FLOW).is_file():
         say(f"{FLOW} is left as it was: it is drawn from flow.vtu, which the product 'mesh' keeps")
     return 0

@@ -30,6 +30,12 @@ COLUMNS = (
     "method", "squares", "unknowns", "value", "error", "band", "order", "effectivity", "verdict",
 )  # fmt: skip
 
+# Why there is nothing to compare in other states than "leaking".
+WITHOUT_FLOW = {
+    "sealed": "every method says 0 without a solve",
+    "lifted off": "the fluid carries the whole load, and no gap is left to compare methods on",
+}
+
 
 def add(command: argparse.ArgumentParser) -> None:
     """Add the studies."""
@@ -110,7 +116,7 @@ def _scene(options: argparse.Namespace, assignments: Sequence[str] = ()) -> "Sce
 
 
 def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
-    """The scene's patches by the fields that tell them apart; says which are sealed."""
+    """The scene's patches that leak, by the fields that tell them apart; says which do not."""
     from fem_seal.patch import Patch
     from fem_seal.sweep import combinations
 
@@ -120,12 +126,12 @@ def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
         assignments = [f"{key}={value}" for key, value in zip(keys, values, strict=True)]
         patch = Patch(_scene(options, assignments))
         name = ", ".join(assignments)
-        if not patch.sealed:
+        if patch.state == "leaking":
             gaps[name] = patch
         elif options.vary:
-            say(f"{name}: sealed, where every method says 0 without a solve")
+            say(f"{name}: {patch.state}, where {WITHOUT_FLOW[patch.state]}")
     if not gaps:
-        raise InvalidInput("the gap is sealed: every method says 0 without a solve")
+        raise InvalidInput(f"the gap is {patch.state}: {WITHOUT_FLOW[patch.state]}")
     return gaps
 
 
