@@ -13,6 +13,7 @@ from fem_seal.leak_rate import Bounded, LeakRate, Level
 from fem_seal.patch import Patch
 from fem_seal.quantities.advice import what_would_decide
 from fem_seal.quantities.headline import Headline
+from fem_seal.quantities.slip import slip_entry_at
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import verdict
 from fem_seal.results.words import budget_words
@@ -200,3 +201,23 @@ def test_budget_of_a_scene():
     assert "; not covered: flow, fluid pressure, other patches of the face" in budget_words(
         by_differences
     )
+
+
+@pytest.mark.parametrize("outlet", [0.0, 1e5])
+@pytest.mark.parametrize("accommodation", [0.1, 0.3, 0.5, 0.8, 1.0])
+@pytest.mark.parametrize("knudsen", [1e-3, 1e-2, 0.05])
+def test_what_first_order_slip_and_no_slip_lack_holds_the_kinetic_law(
+    knudsen, accommodation, outlet
+):
+    """In a channel, whose leak rate with each law is exact."""
+    gas = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
+    flow = {"inlet_pressure": 1.2e5, "outlet_pressure": outlet, "rtol": 1000.0}
+    shape = {"kind": "rectangle", "length": 1e-3, "width": 1e-3, "mesh_size": 1e-4, "gap": 1e-6}
+    for law in ("first-order", False):
+        walls = {"slip": law, "accommodation": accommodation} if law else {"slip": False}
+        scene = Scene.from_mapping({"shape": shape, "fluid": gas | walls, "flow": flow})
+        gap = scene.drive.mean_free_path(scene.viscosity) / knudsen
+        gain = 1.0 if scene.slip is None else scene.slip.mean_gain(gap)
+        kinetic = scene.with_({"fluid.slip": "kinetic"}).slip.mean_gain(gap)
+        entry = slip_entry_at(scene, gap, 1e-3, scene.flow.rtol)
+        assert kinetic <= gain * entry.upper, law
