@@ -116,10 +116,12 @@ def _point(
         return LiftPoint(problem, network, epsilon, pressure, contact)
     none = np.zeros(contact.gap.shape)
     point = LiftPoint(problem, problem.first_network, epsilon, none, contact)
-    # The links that dissipate most are halved until they are half as long as the samples are apart.
+    # Triangles are halved until those that dissipate most are at most half a sample wide.
     for _ in range(1 + problem.doublings):
         if isinstance(point.network, MeshNetwork):
-            point = replace(point, network=point.network.refined(point.flow.dissipation, HALVED))
+            flow = point.flow
+            finer = point.network.refined(flow.dissipation, HALVED, flow.varies)
+            point = replace(point, network=finer)
     return point
 
 

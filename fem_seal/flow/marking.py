@@ -20,6 +20,7 @@ from fem_seal.flow.joints import wrongly_joined_cells
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.solution import FlowEstimate
 from fem_seal.flow_settings import FlowSettings
+from fem_seal.mesh.bisection import doerfler, halvings
 from fem_seal.registry import require_count, require_positive
 
 # Least size of a step by the error indicators, as a part of a full step, while flow through leaking
@@ -28,7 +29,6 @@ LEAST_STEP = 0.3
 # Halving the cells that hold a part θ of the difference lowers it by about this times θ.
 DECREASE = 0.625
 LEAST_PART = 0.15  # least size of the last step: a smaller one would cost a level for little
-MOST_HALVINGS = 4  # of a cell before the next solve
 LEAK_HALVINGS = 2  # of a cell from which the linear pressure leaks: half its size in x and y
 JOINT_HALVINGS = 4  # of a wrongly joined cell: a quarter of its size
 # Parameters that are parts of something, from 0 to 1.
@@ -171,23 +171,6 @@ Marking = Callable[[LevelProblem, Sequence[FlowEstimate], float, float, Strategy
 REFINEMENTS: dict[str, Marking | None] = {"adaptive": mark, "uniform": None}
 
 
-def doerfler(indicators: np.ndarray, theta: float) -> np.ndarray:
-    """The fewest cells (C,) bool that hold a part `theta` of the sum of indicators (Dörfler 1996).
-
-    At least one cell is marked if any indicator is positive. Rounding may have made some negative.
-    """
-    marked = np.zeros(len(indicators), dtype=bool)
-    total = indicators.sum(where=indicators > 0)
-    # Cells below 1 - θ of the mean hold less than 1 - θ of the sum, so only the others need
-    # sorting.
-    candidates = np.flatnonzero(indicators > (1 - theta) * total / max(len(indicators), 1))
-    # A stable sort, so that all processes of a run mark the same cells.
-    order = candidates[np.argsort(-indicators[candidates], kind="stable")]
-    enough = np.searchsorted(np.cumsum(indicators[order]), theta * total)
-    marked[order[: enough + 1]] = True
-    return marked
-
-
 def completed(marked: np.ndarray, indicators: np.ndarray, required: float) -> np.ndarray:
     """The fewest cells (C,) bool to add to `marked`, so that all hold the sum `required`."""
     rest = np.where(marked, 0.0, indicators)
@@ -196,17 +179,3 @@ def completed(marked: np.ndarray, indicators: np.ndarray, required: float) -> np
     if missing <= 0 or not rest.any():
         return np.zeros(len(marked), dtype=bool)
     return doerfler(rest, missing / rest.sum())
-
-
-def halvings(indicators: np.ndarray, marked: np.ndarray) -> np.ndarray:
-    """How often to halve each cell (C,) before the next solve; 0 if it is not marked.
-
-    Where the solution is smooth, half a cell has a quarter of its indicator. A cell with 4^k times
-    the smallest marked indicator would be marked k more times, and is halved k times at once. This
-    gains most at singular corners, where the indicators fall more slowly.
-    """
-    times = marked.astype(int)
-    if marked.any():
-        ratio = np.log(indicators[marked] / indicators[marked].min()) / np.log(4)
-        times[marked] = np.clip(np.floor(ratio), 1, MOST_HALVINGS)
-    return times

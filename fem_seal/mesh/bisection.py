@@ -21,6 +21,7 @@ from fem_seal.mesh.mesh import Edges, Halvings
 from fem_seal.mesh.nested import PIXEL, NestedMesh, covering, opposite, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
 
+MOST_HALVINGS = 4  # of a triangle by `halvings`
 AnyMesh = NestedMesh | TriangleMesh  # the meshes that bisection refines
 M = TypeVar("M", bound=AnyMesh)
 
@@ -73,6 +74,37 @@ def refine(mesh: M, times: np.ndarray) -> Refinement[M]:
             times[second] = times[cut]
         times = np.maximum(times - 1, 0)
     return bisection.refinement()
+
+
+def doerfler(indicators: np.ndarray, theta: float) -> np.ndarray:
+    """The fewest cells (C,) bool that hold a part `theta` of the sum of indicators (Dörfler 1996).
+
+    At least one cell is marked if any indicator is positive. Rounding may have made some negative.
+    """
+    marked = np.zeros(len(indicators), dtype=bool)
+    total = indicators.sum(where=indicators > 0)
+    # Cells below 1 - θ of the mean hold less than 1 - θ of the sum, so only the others need
+    # sorting.
+    candidates = np.flatnonzero(indicators > (1 - theta) * total / max(len(indicators), 1))
+    # A stable sort, so that all processes of a run mark the same cells.
+    order = candidates[np.argsort(-indicators[candidates], kind="stable")]
+    enough = np.searchsorted(np.cumsum(indicators[order]), theta * total)
+    marked[order[: enough + 1]] = True
+    return marked
+
+
+def halvings(indicators: np.ndarray, marked: np.ndarray) -> np.ndarray:
+    """How often to halve each cell (C,) before the next solve; 0 if it is not marked.
+
+    Where the solution is smooth, half a cell has a quarter of its indicator. A cell with 4^k times
+    the smallest marked indicator would be marked k more times, and is halved k times at once. This
+    gains most at singular corners, where the indicators fall more slowly.
+    """
+    times = marked.astype(int)
+    if marked.any():
+        ratio = np.log(indicators[marked] / indicators[marked].min()) / np.log(4)
+        times[marked] = np.clip(np.floor(ratio), 1, MOST_HALVINGS)
+    return times
 
 
 def coarse_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:

@@ -28,7 +28,7 @@ from fem_seal.film.grid_film import GridFilm
 from fem_seal.finite_difference.links import LINKS, harmonic_mean
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
-from fem_seal.mesh.bisection import refine
+from fem_seal.mesh.bisection import doerfler, halvings, refine
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at, uniform_mesh
 
 # A point lies in a triangle if no barycentric coordinate is below -EDGE; an angle is a right one if
@@ -36,8 +36,9 @@ from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at, uniform_
 EDGE = RIGHT = 1e-9
 # Step of central differences at which their own error, its square, is that of rounding, ε/STEP.
 STEP = float_info.epsilon ** (1 / 3)
-# Relative error of a link one sample long in a uniform gap, over that of one whose gap varies.
-SMOOTH = 0.01
+# Relative error of a link one sample long in a uniform gap, over that of one whose gap varies, by
+# representation. The gap of a pixel is uniform, and the pressure in it is bent at its corners.
+SMOOTH = {"linear": 0.01, "constant": 0.1}
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,14 +152,15 @@ class MeshNetwork(Network):
         self,
         of_links: np.ndarray,
         share: float,
-        varies: np.ndarray | None = None,
+        varies: np.ndarray,
         anyway: np.ndarray | None = None,
         film: GridFilm | None = None,
     ) -> Self:
         """Network whose triangles are half as wide where they hold a share of a sum over links.
 
         A link's error falls with the square of its length: each triangle counts by its area, and by
-        its legs.
+        its legs. Where pixels of unlike gaps meet in a corner it falls more slowly: triangles that
+        count far more than the others become a quarter as wide (`bisection.halvings`).
 
         Parameters
         ----------
@@ -166,9 +168,9 @@ class MeshNetwork(Network):
         share
             Part of the sum over triangles that those to be halved hold.
         varies : (legs,)
-            Square of the relative variation of the gap along each leg, if it is to count.
-            Triangles within a pixel then count by its largest value on their legs, which falls
-            with their area where the gap is smooth, and hardly where it closes.
+            Square of the relative variation of the gap along each leg. Triangles within a pixel
+            count by its largest value on their legs, which falls with their area where the gap is
+            smooth, and hardly where it closes.
         anyway : (C,)
             Bool, triangles that are halved whatever their links tell.
         film
@@ -179,14 +181,12 @@ class MeshNetwork(Network):
         shared = np.bincount(legs.ravel())
         of_cells = (of_links[: len(shared)] / shared)[legs].sum(axis=1)
         area = ((b - a) ** 2).sum(axis=1)
-        inside = area if varies is None else varies[legs].max(axis=1) + SMOOTH * area
+        inside = varies[legs].max(axis=1) + SMOOTH[self.film.representation] * area
         of_cells *= np.where(area > 1, area, inside)
-        order = np.argsort(-of_cells)
-        count = np.searchsorted(np.cumsum(of_cells[order]), share * of_cells.sum()) + 1
-        times = np.full(len(legs), 2, dtype=np.int8)
-        times[order[count:]] = 0
+        marked = doerfler(of_cells, share)
+        times = np.where(marked, np.maximum(halvings(of_cells, marked), 2), 0)
         if anyway is not None:
-            times[anyway] = 2
+            times[anyway] = np.maximum(times[anyway], 2)
         film = film or self.film
         pixels = film.gap.shape[0] // self.film.gap.shape[0]
         return self.on_mesh(film, refine(mesh, times).mesh.in_pixels(pixels))

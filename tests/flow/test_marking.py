@@ -10,7 +10,8 @@ from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
-from fem_seal.flow.marking import REFINEMENTS, Tuning, completed, doerfler, halvings, mark_all
+from fem_seal.flow.marking import REFINEMENTS, Tuning, completed, mark_all
+from fem_seal.mesh.bisection import doerfler, halvings
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(Tuning)])
