@@ -86,13 +86,16 @@ RANDOM = np.random.default_rng(0).random((4, 5))
 SIZES, BAD = (1e-310, 1e-120, 1e-70, 1e70, 1e120), (0.0, -1.0, np.inf, np.nan)
 BEYOND = "beyond double precision; check the units"
 NUMBERS = ("viscosity", "pressure_drop", "rtol", "decide")
-SETTINGS = FlowSettings(**FLUID)
+SOLVERS = (
+    partial(flow_leak_rate, settings=FlowSettings(**FLUID)),
+    partial(by_differences, **FLUID),
+)
 ROWS = [
     *(
         (partial(film, [[1.0, bad], [1, 1]]), "1 of 4 grid values are not finite")
         for bad in (np.nan, np.inf, -np.inf)
     ),
-    (partial(film, [[1.0, -1e-9]]), "negative"),
+    (partial(film, [[1.0, -1e-9], [1, 1]]), "negative"),
     *(
         (partial(film, np.ones(shape)), "needs a two-dimensional array")
         for shape in [(0, 4), (4,), (2, 2, 2)]
@@ -119,15 +122,11 @@ ROWS = [
     (lambda: leak(tuning=Tuning(ceiling=np.nan)), "ceiling = nan must be above 0"),
     # A bare gap does not say what lies at its sides, nor how to read it between its samples.
     *(
-        (partial(solver, bare, SETTINGS), f"{type(bare).__name__}; make it a GridFilm")
-        for solver in (flow_leak_rate, by_differences)
+        (partial(solver, bare), f"{type(bare).__name__}; make it a GridFilm")
+        for solver in SOLVERS
         for bare in (ONES, GridField(ONES, (1.0, 1.0)))
     ),
-    *(
-        (partial(solver, film(size * ONES), SETTINGS), BEYOND)
-        for solver in (flow_leak_rate, by_differences)
-        for size in SIZES
-    ),
+    *((partial(solver, film(size * ONES)), BEYOND) for solver in SOLVERS for size in SIZES),
     (partial(leak, [[1.0], [1e-61], [1.0]], representation="constant"), "constriction is 1e-61 of"),
     *((partial(tensor, size * ONES), BEYOND) for size in SIZES),
     (partial(tensor, np.eye(8) + 1, periodic=False), "periodic in both directions"),
