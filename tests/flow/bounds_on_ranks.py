@@ -27,7 +27,7 @@ def found() -> dict[str, dict]:
     for name, samples in gaps.items():
         field = GridField(samples, (1.0, 1.0), periodic=True)
         for method, sides, representation in CASES if name == "rough" else CASES[::3]:
-            limits = Limits(unknowns=1500)
+            limits = Limits(unknowns=600)
             settings = FlowSettings(method=method, rtol=0.2, limits=limits, field=True, **FLUID)
             flow = leak_rate(GridFilm(field, sides, representation), settings)
             numbers[f"{name} {method} {sides} {representation}"] = {
@@ -37,7 +37,7 @@ def found() -> dict[str, dict]:
                 "field": [len(flow.field.points), len(flow.field.cells)],
             }
         tensor = conductivity_tensor(
-            field, viscosity=FLUID["viscosity"], rtol=0.2, limits=Limits(unknowns=1500)
+            field, viscosity=FLUID["viscosity"], rtol=0.2, limits=Limits(unknowns=600)
         )
         numbers[f"{name} tensor"] = {
             "lower": tensor.lower.tolist(),
