@@ -42,12 +42,14 @@ class Linearised:
     pressure_by_u: np.ndarray  #: derivative (nx, ny) [Pa] of p_f by the solution u of the network
     #: derivative (nx, ny) [Pa/m] of p_f by the gap of the critical constriction; 0 without slip
     pressure_by_critical: np.ndarray
-    critical: np.ndarray  #: (nx, ny) bool, the sample with that gap; none without slip or if sealed
+    #: (nx, ny), weights of the gaps in that one: of the samples that have it, all alike; 0 without
+    #: slip and if the film is sealed
+    critical: np.ndarray
 
     def response(self, gap: np.ndarray, tolerance: float) -> np.ndarray:
         """R' of a change of the gap."""
         by_flow = self.pressure_by_u * self.flow.change(gap, tolerance)
-        return by_flow + self.pressure_by_critical * gap[self.critical].sum()
+        return by_flow + self.pressure_by_critical * float(np.vdot(self.critical, gap))
 
     def response_transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
         """R'ᵀ of weights of the pressure."""

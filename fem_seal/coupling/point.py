@@ -115,9 +115,11 @@ class LiftPoint:
         """Contact and flow to first order."""
         gap, by_critical = self.contact.gap.values, np.zeros_like(self.pressure)
         tightest = (gap > 0) & (gap == self.critical)
-        if tightest.any():
+        count = np.count_nonzero(tightest)
+        if count:
             by_critical = self.problem.pressure_by_critical(self.flow.on_samples, self.critical)
-        return Linearised(self.gap_change, self.flow, self.pressure_by_u, by_critical, tightest)
+        weights = tightest / max(count, 1)
+        return Linearised(self.gap_change, self.flow, self.pressure_by_u, by_critical, weights)
 
     def thinned_to(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""
