@@ -17,7 +17,8 @@ LinksName = Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-g
 class FlowSettings:
     """Fluid, pressures, method and accuracy of a flow.
 
-    A leak rate by finite differences has no accuracy; a lift has one by any method.
+    A leak rate by finite differences reads fluid, pressures and links alone. `rtol` and `limits`
+    hold for a lift by either method.
     """
 
     viscosity: float  #: η [Pa s]

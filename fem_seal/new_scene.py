@@ -142,18 +142,18 @@ def _map(path: Path, name: str, stated: Stated) -> NewScene:
 def _preparation(recorded: Recorded, missing: int, spikes: int) -> Iterator[str]:
     """Lines of [surface] that prepare a map of which so many points are missing, or are spikes."""
     if spikes:
-        comment = f"{spikes} points far from all their neighbours; out if they are real"
+        comment = f"{number_of(spikes, 'point')} far from all neighbours; out if real"
         yield _line("outliers", '"missing"', comment)
     if recorded.periodic:
         yield _line("detrend", '"mean"', "the map repeats, says the file")
     else:
         yield _line("detrend", '"plane"', 'the tilt; "quadratic" takes a bow away as well')
     if missing + spikes:
-        yield _line("fill", '"harmonic"', f"{missing + spikes} points are missing")
+        yield _line("fill", '"harmonic"', f"{number_of(missing + spikes, 'missing point')}")
     part = (missing + spikes) / recorded.values.size
     if part > MOST_FILLED:
         comment = f"more than the usual {MOST_FILLED:g}; would a crop do?"
-        # The field must be below 1: a part next to 1 is raised by half of what it lacks.
+        # Scenes take max_missing below 1 alone: not a part rounded up to 1, but half-way there.
         most = min(np.ceil(20 * part) / 20, (1 + part) / 2)
         yield _line("max_missing", f"{most:g}", comment)
     if not recorded.periodic:

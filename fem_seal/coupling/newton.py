@@ -18,8 +18,8 @@ class Steps:
 
     point: LiftPoint  #: the last one
     residuals: tuple[float, ...]  #: `LiftPoint.size` at the start of each step, and at the end
-    #: whether a step was halved, or an unstable state was left. What a step changes to first order
-    #: is then no measure of what it changes
+    #: whether a step was halved, or an unstable state was left; steps then change ln Q by more than
+    #: their first order says
     difficult: bool
     failure: str  #: why the last point is no equilibrium, else ""
     lost: bool = False  #: whether one of their stages has come to no equilibrium

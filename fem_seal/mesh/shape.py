@@ -66,7 +66,8 @@ def shape_mesh_with_values(
             cell, side = loops.wall_after(end)
             sides[cell, side] = label
     else:
-        # Halving adds vertices in the interior, until a path avoids those of other walls.
+        # The cut may not touch other walls. Where all vertices between the ends lie on walls, the
+        # triangles are halved until there are enough others for a path.
         while (path := loops.path_between_ends(cells, sides)) is None:
             xy, cells, sides, values = _all_halved(xy, cells, sides, values)
             loops = _Loops(xy, cells, sides)
