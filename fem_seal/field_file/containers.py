@@ -29,8 +29,9 @@ BROKEN = (
 HDF5 = b"\x89HDF"
 # Attributes of codes of their own: scale, z_scale, multiplier.
 _FACTOR = re.compile(r"(^|_|z)(scale|scaling|multiplier)$", re.IGNORECASE)
-# Attributes that hold a number written for missing points; a file may have both.
-_MISSING = ("_FillValue", "missing_value")
+# Attributes of NetCDF in the numbers as stored: two for missing points, and the valid range.
+_STORED = {"_FillValue", "missing_value", "valid_min", "valid_max"}
+_UNPACK = {"scale_factor", "add_offset"}
 
 
 @contextmanager
@@ -146,33 +147,56 @@ def _is_data_set(item: "h5py.Dataset | h5py.Group") -> bool:
 def _variable(
     what: str, values: np.ndarray, attributes: Mapping[str, object], dimensions: tuple[str, ...]
 ) -> Variable:
-    """Array of a file, with NaN at missing points, unpacked from integers."""
+    """Array of a file, with NaN at missing points, unpacked from integers.
+
+    NetCDF 3 has no unsigned integers: `_Unsigned` says which ones are. Points outside the valid
+    range, which is one of the packed numbers, are missing.
+    """
+    if _is_unsigned(values, attributes):
+        values = values.view(values.dtype.str.replace("i", "u"))
     about = _numbers_about(values, attributes, what)
-    for name in about.keys() & set(_MISSING):
-        values = np.where(values == about[name], np.nan, values)
-    if about.keys() & {"scale_factor", "add_offset"}:
+    missing = np.zeros(np.shape(values), dtype=bool)
+    for name in about.keys() & {"_FillValue", "missing_value"}:
+        missing |= values == about[name]
+    if about.keys() & {"valid_min", "valid_max"}:
+        missing |= values < about.get("valid_min", -np.inf)
+        missing |= values > about.get("valid_max", np.inf)
+    if missing.any():
+        values = np.where(missing, np.nan, values)
+    if about.keys() & _UNPACK:
         values = values * about.get("scale_factor", 1.0) + about.get("add_offset", 0.0)
     return Variable(values, attributes, dimensions)
+
+
+def _is_unsigned(values: np.ndarray, attributes: Mapping[str, object]) -> bool:
+    said = text_of(attributes.get("_Unsigned", "")).lower() == "true"
+    return said and np.asarray(values).dtype.kind == "i"
 
 
 def _numbers_about(
     values: np.ndarray, attributes: Mapping[str, object], what: str
 ) -> dict[str, float]:
     """Numbers by which NetCDF marks missing points and packs lengths into integers."""
-    if np.asarray(values).dtype.kind not in "iuf":
+    stored = np.asarray(values).dtype
+    if stored.kind not in "iuf":
         return {}
     about = {}
     for name, value in attributes.items():
-        number = np.ravel(np.asarray(value))
-        numeric = number.dtype.kind in "iuf"
-        if _FACTOR.search(name) and numeric and (number != 1).any():
+        numbers = np.ravel(np.asarray(value))
+        numeric = numbers.dtype.kind in "iuf"
+        if _FACTOR.search(name) and numeric and (numbers != 1).any():
             raise InvalidInput(
                 f"{what} has an attribute {name} = {value}, a factor of no convention: multiply "
                 "the values by it unless they are products already, and delete it"
             )
-        if name in (*_MISSING, "scale_factor", "add_offset"):
-            if number.size != 1 or not numeric:
-                shown = text_of(value) if isinstance(value, bytes) else value
-                raise InvalidInput(f"{name} of {what} must be one number, got {shown!r}")
-            about[name] = number[0]
+        parts = ("valid_min", "valid_max") if name == "valid_range" else (name,)
+        if not _STORED.union(_UNPACK).issuperset(parts):
+            continue
+        if numbers.size != len(parts) or not numeric:
+            shown = text_of(value) if isinstance(value, bytes) else value
+            wanted = "two numbers" if len(parts) == 2 else "one number"
+            raise InvalidInput(f"{name} of {what} must be {wanted}, got {shown!r}")
+        if name not in _UNPACK and numbers.dtype.kind + stored.kind == "iu":
+            numbers = numbers.astype(stored)  # of -1 the largest unsigned number
+        about.update(zip(parts, map(float, numbers), strict=True))
     return about

@@ -159,6 +159,7 @@ def test_simple_field_of_gwyddion(tmp_path, padding):
 
 
 MARK, PACKED = GAP[1, 2], np.arange(24, dtype=np.int16).reshape(6, 4)
+UNSIGNED = (PACKED.astype(float) - 12) % 2**16
 SQUARE, MASK = GAP[:4], np.eye(4, k=1)
 
 
@@ -180,6 +181,25 @@ SQUARE, MASK = GAP[:4], np.eye(4, k=1)
             "xy",
             np.where(PACKED == 7, np.nan, 2 + PACKED / 4),
         ),
+        (
+            {"heights": PACKED},
+            {"valid_range": np.array([3, 20], np.int16), "scale_factor": 0.5},
+            "xy",
+            np.where((PACKED < 3) | (PACKED > 20), np.nan, PACKED / 2),
+        ),
+        (
+            {"heights": PACKED},
+            {"valid_min": np.int16(3)},
+            "xy",
+            np.where(PACKED < 3, np.nan, PACKED),
+        ),
+        # NetCDF 3 stores the bits of unsigned integers in signed ones: -2 is 65534.
+        (
+            {"heights": PACKED - 12},
+            {"_Unsigned": "true", "_FillValue": np.int16(-2), "valid_max": np.int16(-7)},
+            "xy",
+            np.where(UNSIGNED > 65529, np.nan, UNSIGNED),
+        ),
         # As xarray writes them; a square map does not show its order otherwise.
         (
             {"heights": SQUARE.T, "mask": MASK.T.astype(np.int8)},
@@ -188,7 +208,7 @@ SQUARE, MASK = GAP[:4], np.eye(4, k=1)
             np.where(MASK, np.nan, SQUARE),
         ),
     ],
-    ids=["fill value", "two marks", "packed", "y first"],
+    ids=["fill value", "two marks", "packed", "valid range", "valid from", "unsigned", "y first"],
 )
 def test_conventions_of_netcdf(write, arrays, attributes, dimensions, expected, tmp_path):
     """In versions 3 and 4."""
