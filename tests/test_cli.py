@@ -261,6 +261,12 @@ def test_nothing_is_drawn_or_compared_of_a_film_that_is_lifted_off(tmp_path, cap
     assert capsys.readouterr().out.startswith("no pictures")
     assert run("study", "cross-validation", "reference.toml", *overrides, "--out", "study") == 2
     assert "the gap is lifted off" in capsys.readouterr().err
+    vary = "--vary", "contact.pressure=1 kPa,1 GPa"
+    study = "study", "cross-validation", "reference.toml", *overrides, *vary, "--out", "study"
+    assert run(*study) == 2
+    said = capsys.readouterr()
+    assert "pressure=1 GPa: sealed" in said.out
+    assert "none of the 2 gaps leaks" in said.err
 
 
 def test_version_is_that_of_the_package():

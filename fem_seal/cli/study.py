@@ -130,6 +130,8 @@ def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
             gaps[name] = patch
         elif options.vary:
             say(f"{name}: {patch.state}, where {WITHOUT_FLOW[patch.state]}")
+    if not gaps and options.vary:
+        raise InvalidInput(f"none of the {len(points)} gaps leaks: there is nothing to compare")
     if not gaps:
         raise InvalidInput(f"the gap is {patch.state}: {WITHOUT_FLOW[patch.state]}")
     return gaps
@@ -190,12 +192,15 @@ def _cross_validation_text(
         text += [*filter(None, [name]), as_text(of_gap, COLUMNS)]
         text.append(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
     rows = [row for of_gap, _ in compared.values() for row in of_gap]
-    wrong = [row for row in rows if row.verdict == "disagrees"]
-    for row in wrong:
+    for row in rows:
         where = f"{row.gap}: {row.method}" if row.gap else row.method
-        band = per_cent(present(row.band, "band of an answer that disagrees"))
-        text.append(f"{where} on {row.squares}: {row.value:.4e} ± {band} is outside of that")
-    return [*text, f"{len(wrong)} of {len(rows)} numbers contradict the certified bounds"]
+        if row.reason:
+            text.append(f"{where} on {row.squares}: {row.reason}")
+        elif row.verdict == "disagrees":
+            band = per_cent(present(row.band, "band of an answer that disagrees"))
+            text.append(f"{where} on {row.squares}: {row.value:.4e} ± {band} is outside of that")
+    wrong = sum(row.verdict == "disagrees" for row in rows)
+    return [*text, f"{wrong} of {len(rows)} numbers contradict the certified bounds"]
 
 
 def _exact(options: argparse.Namespace) -> Text:
@@ -213,9 +218,9 @@ def _exact(options: argparse.Namespace) -> Text:
 
     def write() -> None:
         """Write a table and a picture of each case."""
-        for name, (rows, _) in zip(cases, compared, strict=True):
+        for name, (rows, exact) in zip(cases, compared, strict=True):
             write_text(options.out / f"{name}.csv", as_csv(rows))
-            cross_validation_figure(rows, options.out / f"{name}.png", name)
+            cross_validation_figure(rows, options.out / f"{name}.png", name, exact)
 
     parallel.on_root(write)
     return [

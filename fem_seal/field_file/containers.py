@@ -180,7 +180,7 @@ def _numbers_about(
     stored = np.asarray(values).dtype
     if stored.kind not in "iuf":
         return {}
-    about = {}
+    about: dict[str, float] = {}
     for name, value in attributes.items():
         numbers = np.ravel(np.asarray(value))
         numeric = numbers.dtype.kind in "iuf"

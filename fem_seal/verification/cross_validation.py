@@ -25,6 +25,8 @@ from fem_seal.verification.methods import METHODS, Answer
 
 SMOOTH_ORDER = 2.0  # order in the energy of linear elements and of central differences
 EXACT = 1e-7  # smaller relative errors count as none: CG stops at 1e-8 of the energy
+# The correction of a bound is right to the root of that, and smaller than the half-width.
+OF_CORRECTION = 1e-4
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,10 @@ class Row:
     effectivity: float | None
     #: from the reference, in units of the sum of both errors; None for bounds
     distance: float | None
-    verdict: str  #: comparison with the reference: "bound", or as of `judge`
+    verdict: str  #: comparison with the reference: "bound", "no answer", or as of `judge`
     seconds: float  #: CPU time [s]
+    reference: float  #: leak rate with which the value is compared [m^3/s]
+    reason: str = ""  #: sentence on why there is no answer; empty if there is one
     gap: str = ""  #: the fields of the scene that tell this gap from others of the study
 
 
@@ -171,6 +175,7 @@ def answer_on(films: Sequence[GridFilm], settings: FlowSettings, times: int, met
         mean("upper"),
         max(answer.unknowns for answer in answers),
         sum(answer.seconds for answer in answers),
+        next((answer.reason for answer in answers if answer.reason), ""),
     )
 
 
@@ -181,38 +186,46 @@ def _rows(gap: StudiedGap, series: Series, reference: Bounded) -> Iterator[Row]:
         bounded = all(answer.lower is not None for answer in on_grids.values())
         ends = {"upper": " upper", "lower": " lower", "value": " √(lo·hi)"}
         for end, words in ends.items() if bounded else [("value", "")]:
-            values = [getattr(answer, end) for answer in on_grids.values()]
-            errors = [value / reference.value - 1 for value in values]
-            for k, (n, answer) in enumerate(on_grids.items()):
-                error = errors[k]
+            coarse: float | None = None  # leak rate on the grid before, if there is one
+            for n, answer in on_grids.items():
+                value, rounding = getattr(answer, end), EXACT
+                error = value / reference.value - 1
+                band: float | None = None
                 if answer.lower is not None and answer.upper is not None:
-                    band: float | None = relative_half_width(answer.lower, answer.upper)
-                else:
-                    band = abs(values[k] - values[k - 1]) / values[k] if k else None
+                    band = relative_half_width(answer.lower, answer.upper)
+                    rounding = max(EXACT, OF_CORRECTION * band)
+                elif coarse is not None and not answer.reason:
+                    band = abs(value - coarse) / value
+                true, unsure = abs(error) + doubt, max(doubt, rounding)
                 claimed = None if band is None or end != "value" else band * (1 + error)
-                if gap.exact is not None:
-                    verdict = _side(error)
+                if answer.reason:
+                    verdict = "no answer"
+                elif gap.exact is not None:
+                    verdict = _side(error, rounding)
                 else:
-                    verdict = judge(values[k], band, reference) if end == "value" else "bound"
+                    verdict = judge(value, band, reference) if end == "value" else "bound"
                 yield Row(
                     method=f"{method}{words}",
                     squares=n,
                     unknowns=answer.unknowns,
-                    value=values[k],
+                    value=value,
                     error=error,
                     band=band,
-                    order=_observed(errors[k - 1], error, doubt) if k else None,
+                    order=coarse and _observed(coarse / reference.value - 1, error, unsure),
                     expected=None if method == "adaptive" else gap.order,
-                    effectivity=claimed and claimed / max(abs(error) + doubt, EXACT),
+                    effectivity=claimed / true if claimed is not None and true > rounding else None,
                     distance=None if claimed is None else error / max(claimed + doubt, EXACT),
                     verdict=verdict,
                     seconds=answer.seconds,
+                    reference=reference.value,
+                    reason=answer.reason,
                 )
+                coarse = None if answer.reason else value
 
 
-def _observed(coarse: float, fine: float, doubt: float) -> float | None:
+def _observed(coarse: float, fine: float, unsure: float) -> float | None:
     """Order of convergence from the errors on a grid and on one of half the spacing."""
-    if min(abs(coarse), abs(fine)) <= max(EXACT, doubt):
+    if min(abs(coarse), abs(fine)) <= unsure:
         return None
     return log2(abs(coarse / fine))
 
@@ -233,7 +246,7 @@ def judge(value: float, band: float | None, reference: Bounded) -> str:
     return "agrees" if overlap else "disagrees"
 
 
-def _side(error: float) -> str:
-    if abs(error) <= EXACT:
+def _side(error: float, rounding: float) -> str:
+    if abs(error) <= rounding:
         return "exact"
     return "high" if error > 0 else "low"

@@ -21,6 +21,7 @@ class Answer:
     upper: float | None
     unknowns: int  #: unknowns of the solve
     seconds: float  #: CPU time [s]
+    reason: str = ""  #: sentence on why the value is no leak rate; empty if it is
 
 
 def _elements(
@@ -38,7 +39,8 @@ def _differences(film: GridFilm, settings: FlowSettings, links: str) -> Answer:
     start = process_time()
     fluid = settings.viscosity, settings.pressure_drop, settings.slip
     leak = by_differences(film, *fluid, links)
-    return Answer(f"FD {links}", leak.value, None, None, leak.unknowns, process_time() - start)
+    spent = process_time() - start
+    return Answer(f"FD {links}", leak.value, None, None, leak.unknowns, spent, leak.reason)
 
 
 METHODS: dict[str, Callable[[GridFilm, FlowSettings], Answer]] = {

@@ -23,31 +23,31 @@ MARKERS = {"finite-difference": "s", "uniform": "^", "adaptive": "o"}
 
 
 def cross_validation_figure(
-    rows: Sequence[Row], path: Path, title: str, reference: Bounded | None = None
+    rows: Sequence[Row], path: Path, title: str, reference: Bounded
 ) -> None:
     """Draw leak rates against the grid, and the magnitude of their errors against unknowns.
 
-    The reference is drawn as a band; errors below its half-width cannot be resolved.
+    A certified reference is drawn as a band; errors below its half-width cannot be resolved.
     """
     from matplotlib.ticker import NullLocator, ScalarFormatter
 
     with new_figure((8.5, 5.4), path) as figure:
         rates, errors = figure.subplots(1, 2)
-        truth = rows[0].value / (1 + rows[0].error)
         for number, name in enumerate(dict.fromkeys(row.method for row in rows)):
-            series = [row for row in rows if row.method == name]
+            series = [row for row in rows if row.method == name and not row.reason]
             style = _style(name, number)
             rates.plot(
-                [row.squares for row in series], [row.value / truth for row in series], **style
+                [row.squares for row in series],
+                [row.value / reference.value for row in series],
+                **style,
             )
             shown = [row for row in series if abs(row.error) > EXACT]
             if shown:
                 x, y = [row.unknowns for row in shown], [abs(row.error) for row in shown]
                 errors.plot(x, y, **style)
-        floor = 0.0
-        if reference is not None:
-            floor = relative_half_width(reference.lower, reference.upper)
-            bracket = reference.lower / truth, reference.upper / truth
+        floor = relative_half_width(reference.lower, reference.upper)
+        if floor:
+            bracket = reference.lower / reference.value, reference.upper / reference.value
             rates.axhspan(*bracket, color=INSIDE, zorder=0, label="certified bracket")
             errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
         rates.axhline(1, color="0.4", lw=0.8)
@@ -84,7 +84,7 @@ def claims_figure(rows: Sequence[Row], path: Path, title: str) -> None:
             style = _style(name, number) | {"ls": ""}
             unknowns = [row.unknowns for row in series]
             effectivity.plot(unknowns, [row.effectivity for row in series], **style)
-            references = [row.value / (1 + row.error) for row in series]
+            references = [row.reference for row in series]
             apart = np.array([row.distance for row in series], dtype=float)
             distance.plot(references, apart.clip(-MOST_APART, MOST_APART), **style)
         effectivity.axhline(1, color="0.4", lw=0.8)
