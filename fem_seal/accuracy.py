@@ -49,7 +49,7 @@ class Trial:
     upper: float
 
     def __post_init__(self) -> None:
-        require_enclosed(self.leak_rate, self.lower, self.upper)
+        require_enclosed(self.lower, self.upper, self.leak_rate)
 
 
 @dataclass(frozen=True)

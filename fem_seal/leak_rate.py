@@ -3,7 +3,7 @@
 import dataclasses
 from dataclasses import dataclass
 from enum import IntEnum
-from math import asinh, inf, sqrt, tanh
+from math import asinh, inf, isclose, sqrt, tanh
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -54,11 +54,7 @@ class Bounded:
     upper: float
 
     def __post_init__(self) -> None:
-        if not self.lower <= self.upper:
-            raise Inconsistent(f"the bounds of {self.value} cross: {self.lower} > {self.upper}")
-        room = MEAN_ROUNDING * max(abs(self.lower), abs(self.upper))
-        if not self.lower - room <= self.value <= self.upper + room:
-            raise Inconsistent(f"{self.value} is not between {self.lower} and {self.upper}")
+        require_enclosed(self.lower, self.upper, self.value)
 
 
 @dataclass(frozen=True)
@@ -77,7 +73,7 @@ class Level:
     residuals: dict[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        require_enclosed(self.upper, self.lower, self.upper)
+        require_enclosed(self.lower, self.upper)
 
     @property
     def half_width(self) -> float:
@@ -102,17 +98,18 @@ class FacetTag(IntEnum):
     SEAM = 5
 
 
-def require_enclosed(value: float, lower: float, upper: float) -> None:
-    """Raise Inconsistent if bounds of a leak rate [m³/s] cross, or do not hold its value."""
-    if not lower >= 0:
-        raise Inconsistent(f"the lower bound, {lower:.6e} m^3/s, is no number of at least 0")
-    if not lower <= upper:
+def require_enclosed(lower: float | None, upper: float | None, value: float | None = None) -> None:
+    """Raise Inconsistent if bounds cross, or do not hold the value; None is not known."""
+    least, most = -inf if lower is None else lower, inf if upper is None else upper
+    if not least <= most:
         raise Inconsistent(
-            f"the bounds cross: lower {lower:.6e} > upper {upper:.6e} m^3/s; "
+            f"the bounds cross: lower {least:.6e} > upper {most:.6e}; "
             "this is a defect of the solver, please report the gap"
         )
-    if not lower * (1 - MEAN_ROUNDING) <= value <= upper * (1 + MEAN_ROUNDING):
-        raise Inconsistent(f"{value:.6e} is not between {lower:.6e} and {upper:.6e} m^3/s")
+    if value is None or least <= value <= most:
+        return
+    if not any(isclose(value, end, rel_tol=MEAN_ROUNDING) for end in (least, most)):
+        raise Inconsistent(f"{value:.6e} is not between {least:.6e} and {most:.6e}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,12 +174,12 @@ class LeakRate:
 
     def __post_init__(self) -> None:
         require_known(get_args(FlowState), self.state, "state")
-        if not self.value >= 0 or (self.state == "sealed" and self.value > 0):
-            raise Inconsistent(f"{self.state}, and the leak rate is {self.value:.6e} m^3/s")
         if (self.lower is None) != (self.upper is None):
             raise Inconsistent(f"one bound without the other: {self.lower} and {self.upper} m^3/s")
-        if self.lower is not None:
-            require_enclosed(self.value, *self.bounds)
+        require_enclosed(self.lower, self.upper, self.value)
+        least = self.range[0]
+        if not least >= 0 or (self.state == "sealed" and self.value > 0):
+            raise Inconsistent(f"{self.state}, and the leak rate is at least {least:.6e} m^3/s")
 
     @property
     def converged(self) -> bool:

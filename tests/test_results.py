@@ -95,9 +95,9 @@ def test_an_answer_that_contradicts_itself_is_none(field):
             replace(field, **change)
     with pytest.raises(Inconsistent):
         LeakRate("sealed", "adaptive", 1.0)
-    for value, lower, upper in ((1.5, 2.0, 1.0), (3.0, 1.0, 2.0), (1.0, -1.0, 2.0)):
+    for value, lower, upper in ((1.5, 2.0, 1.0), (3.0, 1.0, 2.0), (1.0, np.nan, 2.0)):
         with pytest.raises(Inconsistent):
-            SealFlow("leaking", value, lower, upper)
+            SealFlow(value, lower, upper, "leaking")
 
 
 @pytest.mark.parametrize("lip", [0.5004, 0.5014, 0.5024])

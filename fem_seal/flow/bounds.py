@@ -23,7 +23,7 @@ class Bounds:
         if not self.lower.shape == self.upper.shape == (d, d):
             raise Inconsistent(f"bounds of shapes {self.lower.shape} and {self.upper.shape}")
         if d == 1:
-            require_enclosed(self.upper.item(), *self.numbers)
+            require_enclosed(*self.numbers)
 
     @property
     def numbers(self) -> tuple[float, float]:

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.fluid import Slip
-from fem_seal.leak_rate import MEAN_ROUNDING, LeakRate
+from fem_seal.leak_rate import LeakRate, require_enclosed
 
 
 @dataclass(frozen=True)
@@ -20,9 +19,7 @@ class HydraulicAperture:
     upper: float | None
 
     def __post_init__(self) -> None:
-        least, most = self.lower or 0.0, np.inf if self.upper is None else self.upper
-        if not 0 <= least * (1 - MEAN_ROUNDING) <= self.value <= most * (1 + MEAN_ROUNDING):
-            raise Inconsistent(f"an aperture of {self.value} m between {self.lower} and {most} m")
+        require_enclosed(self.lower, self.upper, self.value)
 
 
 def hydraulic_aperture(

@@ -5,7 +5,7 @@ named behind them: guaranteed of a patch, estimated of a seal.
 """
 
 from dataclasses import dataclass
-from math import inf, isinf
+from math import isinf
 
 from fem_seal.digits import bracket_digits, in_digits, per_cent, rounded_up
 from fem_seal.error_budget import (
@@ -20,9 +20,8 @@ from fem_seal.error_budget import (
     may_open,
     outside_bounds,
 )
-from fem_seal.errors import Inconsistent
 from fem_seal.fluid import GasDrive
-from fem_seal.leak_rate import LeakRate, relative_half_width
+from fem_seal.leak_rate import LeakRate, relative_half_width, require_enclosed
 from fem_seal.scene import Scene
 
 NO_PATH = "no open path joins inlet and outlet"
@@ -71,9 +70,7 @@ class Headline:
     unit: str = "m^3/s"  #: of the three numbers
 
     def __post_init__(self) -> None:
-        most = inf if self.upper is None else self.upper
-        if self.lower is not None and not 0 <= self.lower <= most:
-            raise Inconsistent(f"ends of the leak rate: {self.lower} and {self.upper} m^3/s")
+        require_enclosed(self.lower, self.upper)
 
     def __str__(self) -> str:
         return self.sentence

@@ -20,7 +20,7 @@ from math import inf
 import numpy as np
 
 from fem_seal.errors import Inconsistent, InvalidInput
-from fem_seal.leak_rate import FlowState, require_enclosed
+from fem_seal.leak_rate import Bounded, FlowState
 from fem_seal.pressure_profile import Profile, is_uniform
 from fem_seal.registry import require_count
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
@@ -85,15 +85,14 @@ class PathFlow:
 
 
 @dataclass(frozen=True, eq=False)
-class SealFlow:
-    """Leak rate of a seal of equal patches, under the hypothesis that the scales are apart."""
+class SealFlow(Bounded):
+    """Leak rate [m³/s] of a seal of equal patches, under the hypothesis that scales are apart.
+
+    It is that of a gas at reference conditions; 0 if sealed, infinite if lifted off.
+    """
 
     #: "lifted off": P <= p_in everywhere, there is no contact left and no leak rate
     state: FlowState
-    #: leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off
-    value: float
-    lower: float
-    upper: float
     #: pressures and conductivity along the path at the value. If sealed, no place has an influence;
     #: if lifted off, the fluid has the pressure of the inlet everywhere
     path: PathFlow | None = None
@@ -101,9 +100,6 @@ class SealFlow:
     table: ConductivityTable | None = None  #: conductivity of the patches; None if lifted off
     #: why the bounds do not meet a tolerance, and what to change; empty if they do
     reason: str = ""
-
-    def __post_init__(self) -> None:
-        require_enclosed(self.value, self.lower, self.upper)
 
 
 def seal_flow(
@@ -148,7 +144,7 @@ def seal_flow(
     upper = path_leak_rate(table.highest, low, laid.lengths, ends) * (1 + 2 * SHOOTING)
     value = float(np.clip(value, lower, upper))
     along = laid.flow(table.interpolated, ends, value)
-    return SealFlow("leaking", value, lower, upper, along, along.sealing, table)
+    return SealFlow(value, lower, upper, "leaking", along, along.sealing, table)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +179,7 @@ def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:
     x = _places(profile, ends, CELLS)
     none = np.zeros((len(x) - 1, 0))
     along = PathFlow(x, profile(x), np.full_like(x, ends.inlet), np.full_like(x, inf), none, none)
-    return SealFlow("lifted off", inf, inf, inf, along)
+    return SealFlow(inf, inf, inf, "lifted off", along)
 
 
 def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> SealFlow:
@@ -197,7 +193,7 @@ def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> S
     fluid = np.where(x <= middle, ends.inlet, ends.outlet)
     along = PathFlow(x, P, fluid, table.interpolated(P - fluid), none, none)
     sealing = SealingPart(start, middle, end)
-    return SealFlow("sealed", 0.0, 0.0, 0.0, along, sealing, table=table)
+    return SealFlow(0.0, 0.0, 0.0, "sealed", along, sealing, table=table)
 
 
 def _places(profile: Profile, ends: EndPressures, cells: int) -> np.ndarray:

@@ -42,7 +42,7 @@ def test_bounds_of_both_leak_rates_widen_those_of_the_aperture():
     found = hydraulic_aperture(leak, uniform, 3e-6)
     ends = 3e-6 * np.cbrt([0.5 / 1.25, 2 / 0.8])
     assert (found.lower, found.upper) == pytest.approx(ends, rel=1e-14)
-    for crossed in ((1.0, 1.1, 2.0), (1.0, 0.5, 0.9), (-1.0, None, None)):
+    for crossed in ((1.0, 1.1, 2.0), (1.0, 0.5, 0.9), (np.nan, 0.5, 2.0)):
         with pytest.raises(Inconsistent):
             HydraulicAperture(*crossed)
 

@@ -519,8 +519,8 @@ def test_time_of_a_patch_is_limited():
 @pytest.mark.parametrize(("share", "converged"), [(1e-9, True), (1.0, False)])
 def test_a_wide_patch_that_leaks_little_does_not_matter(share, converged):
     """Of two patches of a seal one patch wide, one is known to a factor of 10."""
-    known = SealFlow("leaking", 1.0, 0.99, 1.01)
-    wide = SealFlow("leaking", share, 0.1 * share, share, reason="it is slow")
+    known = SealFlow(1.0, 0.99, 1.01, "leaking")
+    wide = SealFlow(share, 0.1 * share, share, "leaking", reason="it is slow")
     seal = seal_of_patches((known, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
     assert seal.converged == converged
     assert ("patch 2 of 2 got to ±82 %, since it is slow" in seal.reason) != converged
@@ -528,7 +528,7 @@ def test_a_wide_patch_that_leaks_little_does_not_matter(share, converged):
 
 def test_a_patch_whose_bounds_are_too_wide_names_one_tolerance():
     """Half of it goes to the bounds at the loads: twice the width that was reached is enough."""
-    flow = SealFlow("leaking", 1.0, 0.9, 1.1)
+    flow = SealFlow(1.0, 0.9, 1.1, "leaking")
     wide = replace(flow, reason="its bounds are wide")
     seal = seal_of_patches((wide, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1, "adaptive")
     assert seal.reason.endswith("since its bounds are wide; seal.rtol = 0.41 would do")
@@ -608,7 +608,7 @@ def test_a_sealed_seal_is_said_and_drawn_as_far_as_it_is_known(profile):
 
 
 def test_a_scatter_of_many_decades_is_words():
-    flows = tuple(SealFlow("leaking", rate, 0.9 * rate, 1.1 * rate) for rate in (1.0, 1e-30, 1e-60))
+    flows = tuple(SealFlow(rate, 0.9 * rate, 1.1 * rate, "leaking") for rate in (1.0, 1e-30, 1e-60))
     seal = seal_of_patches(flows, StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.5, "adaptive")
     entry = patches_entry(seal)
     assert "scatter by 30 powers of ten" in entry.sentence
