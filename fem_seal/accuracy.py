@@ -9,8 +9,8 @@ c: error of the contact grid, a: error of a prescribed contact area, f: half-wid
 bracket, l: error of the lift, where the fluid lifts the solid.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import expm1, inf, log, log1p, sinh
 
 from fem_seal import parallel
@@ -20,6 +20,7 @@ from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, MOST_LOG, Uncertainty, estimate
 from fem_seal.errors import present
 from fem_seal.grid_series import (
+    Interval,
     error_from_half,
     estimated_error,
     grids,
@@ -27,7 +28,7 @@ from fem_seal.grid_series import (
     rate_interval,
 )
 from fem_seal.leak_rate import LeakRate, require_enclosed
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -85,7 +86,7 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice, str]:
     allowed = log1p(total)
     # On every grid the flow is solved with rtol = total. On the chosen one it is solved again if
     # its error is more than the contact leaves of the total.
-    first = first.with_(flow_settings=replace(first.flow_settings, rtol=total))
+    first = first.with_(Given(flow_settings=replace(first.flow_settings, rtol=total)))
     patch, trials = _refined(first, allowed)
     lifts, left = patch.lifted is not None, allowed - _contact_part(patch)
     # No tolerance makes the error of a lift as small as one likes: single samples open or close.
@@ -126,50 +127,51 @@ def _lift_part(patch: Patch) -> float:
 
 def _solved_again(first: Patch, patch: Patch, left: float) -> Patch:
     """The same contact with a flow and a lift whose errors keep what is left of the allowed one."""
-    # The lift claims a multiple of rtol, which is up to twice the flow's part.
+    # The flow claims rtol/2, the lift up to SETTLED of rtol.
     rtol = 2 * sinh(left) if patch.lifted is None else 2 * left / (1 + 2 * SETTLED)
-    settings = replace(first.flow_settings, rtol=rtol)
-    solved = first.with_(surface=patch.surface, contact=patch.contact, flow_settings=settings)
-    solved.keep(estimated_error, estimated_error(patch))
-    return solved
+    settings, error = replace(first.flow_settings, rtol=rtol), estimated_error(patch)
+    # Two grids are compared by flows of one tolerance: a sharper one on one grid says no more.
+    given = Given(patch.surface, patch.contact, flow_settings=settings, grid_error=lambda _: error)
+    return first.with_(given)
 
 
 def _refined(first: Patch, allowed: float) -> tuple[Patch, tuple[Trial, ...]]:
     """Refine the contact grid until its errors leave flow and lift a part of the allowed one.
 
-    Returns the last grid, whose error is kept as of `estimated_error`, and all from coarse to fine.
-    Grids coarser than that of the scene are not chosen; they only serve `_grid_error`.
+    Returns the last grid, and all from coarse to fine. Grids coarser than that of the scene are not
+    chosen; they only serve `_grid_error`.
     """
     own = present(first.surface, "surface of a scene with [accuracy]")
     shapes = grids(own.shape, present(first.scene.accuracy, "[accuracy]").max_refinement)
     trials: list[Trial] = []
-    tried: list[Patch] = []
+    coarser: Interval | None = None
     for shape in shapes:
         first.report("accuracy", f"contact on {shape[0]} x {shape[1]}")
-        solved = first.with_(surface=resample(own, shape))
+        by_coarser = partial(_grid_error, coarser)
+        solved = first.with_(Given(resample(own, shape), grid_error=by_coarser))
         coarse, leak = shape[0] < own.shape[0], solved.leak_rate
         if leak.state == "lifted off":
             if coarse:
                 # A uniform film carries more on fewer samples, here more than the load.
                 continue
-            solved.keep(estimated_error, UNKNOWN)
             break
-        tried.append(solved)
+        coarser = rate_interval(solved)
         trials.append(Trial(shape, leak.value, *leak.bounds))
         if coarse:
             continue
-        solved.keep(estimated_error, _grid_error(tried))
         share = LAST_SHARE if shape == shapes[-1] else SHARE
         if _contact_part(solved) <= share * allowed:
             break
     return solved, tuple(trials)
 
 
-def _grid_error(tried: Sequence[Patch]) -> Uncertainty:
-    """What a grid finer than the last one would change."""
-    if tried[-1].leak_rate.state == "sealed":
-        return of_sealed(tried[-1])
-    return error_from_half(tried[-1], rate_interval(tried[-2])) if len(tried) > 1 else UNKNOWN
+def _grid_error(coarser: Interval | None, patch: Patch) -> Uncertainty:
+    """What a finer grid would change, from the leak rate on a coarser one [m³/s]."""
+    if patch.state == "sealed":
+        return of_sealed(patch)
+    if patch.state == "lifted off" or coarser is None:
+        return UNKNOWN
+    return error_from_half(patch, coarser)
 
 
 def known_error(log_error: float) -> float | None:

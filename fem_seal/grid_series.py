@@ -6,27 +6,24 @@ The rule and how well it held: docs/guide/contact-grid.md.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import exp, hypot, inf, log, log1p
 
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.state import log_ratio
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, MOST_LOG, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
-from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
 from fem_seal.memory import available_memory
-from fem_seal.patch import Patch, once
+from fem_seal.patch import Given, Patch, once
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
-from fem_seal.scene.section import Lift
 from fem_seal.sensitivity import ByLoad
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
@@ -79,7 +76,7 @@ def on_half(patch: Patch, even: bool = False) -> Patch | None:
         shape = 2 * round(surface.shape[0] / 4), 2 * round(surface.shape[1] / 4)
     rtol = max(settings.rtol, min(LOOSER * settings.rtol, LOOSEST))
     settings = replace(settings, rtol=rtol, decide=None, field=False)
-    return patch.with_(surface=resample(surface, shape), flow_settings=settings)
+    return patch.with_(Given(resample(surface, shape), flow_settings=settings))
 
 
 def rate_interval(patch: Patch) -> Interval:
@@ -130,10 +127,17 @@ def pays_in_worker(samples: float, lifted: bool, comm: parallel.Comm = None) -> 
     return idle and samples >= (LIFTED_IN_WORKER if lifted else DRY_IN_WORKER)
 
 
+@dataclass
+class HalfSolver:
+    """Solves half of the samples: here, or in a process of its own (`half_in_worker`)."""
+
+    solve: Callable[[], Interval | None]
+
+
 @once
-def half_solver(patch: Patch) -> Callable[[], Interval | None]:
-    """Function that solves half of the samples here, or that of `half_in_worker` in its place."""
-    return partial(_solved_here, patch)
+def half_solver(patch: Patch) -> HalfSolver:
+    """Solver of half of the samples of a patch."""
+    return HalfSolver(partial(_solved_here, patch))
 
 
 @contextmanager
@@ -146,9 +150,10 @@ def half_in_worker(patch: Patch) -> Iterator[None]:
     if not asked or not _saves_time(patch):
         yield
         return
-    settings = patch.scene, patch.surface, patch.load, patch.lift, patch.flow_settings
-    with in_worker(_solved_in_worker, *settings) as solver:
-        patch.keep(half_solver, solver)
+    given = Given(
+        patch.surface, load=patch.load, lift=patch.lift, flow_settings=patch.flow_settings
+    )
+    with in_worker(_solved_in_worker, patch.scene, given) as half_solver(patch).solve:
         yield
 
 
@@ -166,10 +171,8 @@ def _solved_here(patch: Patch) -> Interval | None:
     return None if coarse.lifted_off else rate_interval(coarse)
 
 
-def _solved_in_worker(
-    scene: Scene, surface: GridField, load: Load, lift: Lift, settings: FlowSettings
-) -> Interval | None:
-    return _solved_here(Patch(scene, surface=surface, load=load, lift=lift, flow_settings=settings))
+def _solved_in_worker(scene: Scene, given: Given) -> Interval | None:
+    return _solved_here(Patch(scene, given=given))
 
 
 def unresolved(height: GridField) -> float:
@@ -254,6 +257,8 @@ def estimated_error(patch: Patch) -> Uncertainty:
     A sealed patch is solved under less load instead (`of_sealed`). For a measured map: what half of
     the samples change. Its own samples are all that is known.
     """
+    if patch.given.grid_error is not None:
+        return patch.given.grid_error(patch)
     if half(present(patch.surface, "surface").shape) is None:
         words = "the samples are too few to leave out every second one"
         return estimate(CONTACT_GRID, words)
@@ -264,7 +269,7 @@ def estimated_error(patch: Patch) -> Uncertainty:
         if patch.state == "sealed":
             return of_sealed(patch)
         try:
-            return _from_coarser(patch, half_solver(patch)())
+            return _from_coarser(patch, half_solver(patch).solve())
         except NotConverged as error:
             return estimate(CONTACT_GRID, f"on half of the samples: {error}")
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial, wraps
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -12,6 +12,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
+from fem_seal.error_budget import Uncertainty
 from fem_seal.errors import InvalidInput, narrowed, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import pressure_of
@@ -34,6 +35,21 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
+@dataclass(frozen=True, eq=False)
+class Given:
+    """What a patch takes in place of what its scene says, or of what it would compute."""
+
+    surface: GridField | None = None  #: heights [m], such as the same surface on another grid
+    contact: GapState | None = None  #: dry contact of the surface, if it is known already
+    #: (nx, ny), first guess of the contact pressure [Pa]; a good one saves iterations
+    contact_start: np.ndarray | None = None
+    load: Load | None = None  #: of the contact
+    lift: Lift | None = None  #: in place of `flow.lift`
+    flow_settings: FlowSettings | None = None
+    #: what a finer grid changes, in place of what half of the samples tell
+    grid_error: "Callable[[Patch], Uncertainty] | None" = None
+
+
 class Patch:
     """The steps of a scene: surface, contact, film, sealed, leak_rate.
 
@@ -53,17 +69,10 @@ class Patch:
         `accuracy` tries some.
     report
         Called with stage and detail.
+    given
+        What replaces or precedes the scene's own, such as another surface.
     trust
         Whether gmsh may run a .geo file that is not the package's own, with your rights.
-    surface
-        Heights [m] in place of the scene's surface, such as the same surface on another grid.
-    contact
-        Dry contact of the surface, if it is known already.
-    contact_start
-        First guess of the contact pressure [Pa], (nx, ny); a good one saves iterations.
-    load, lift, flow_settings
-        In place of the load of the contact, of `flow.lift` and of the settings of the flow that the
-        scene gives.
     comm
         The processes that read the steps together; all of this run if left out. With MPI.COMM_SELF
         each process solves a patch of its own.
@@ -79,13 +88,8 @@ class Patch:
         scene: Scene,
         report: Report = silent,
         *,
+        given: Given | None = None,
         trust: bool = False,
-        surface: GridField | None = None,
-        contact: GapState | None = None,
-        contact_start: np.ndarray | None = None,
-        load: Load | None = None,
-        lift: Lift | None = None,
-        flow_settings: FlowSettings | None = None,
         comm: parallel.Comm = None,
     ):
         require_scene(scene)
@@ -93,10 +97,8 @@ class Patch:
         parallel.start_petsc(comm)
         self.scene, self.report, self.trust, self.comm = scene, report, trust, comm
         self.seconds: dict[str, float] = {}
-        self.lift, self._contact_start = lift or scene.lift, contact_start
-        self._surface, self._load, self._flow_settings = surface, load, flow_settings
-        self._contact = contact
-        self._values: dict[Callable[[Patch], Any], Any] = {}
+        self.given = given or Given()
+        self._values: dict[Callable[[Patch], Any], Any] = {}  # of functions `once`
 
     def __repr__(self) -> str:
         """The scene, and the steps that have been computed."""
@@ -107,16 +109,17 @@ class Patch:
     @cached_property
     def load(self) -> Load:
         """Load of the contact."""
-        return self._load or self.scene.load
+        return self.given.load or self.scene.load
+
+    @property
+    def lift(self) -> Lift:
+        """How the pressure of the fluid counts for the contact, as `flow.lift` says."""
+        return self.given.lift or self.scene.lift
 
     @cached_property
     def flow_settings(self) -> FlowSettings:
         """Settings of the flow; for scenes that need it."""
-        return self._flow_settings or self.scene.flow_settings
-
-    def keep(self, function: "Callable[[Patch], T]", value: T) -> None:
-        """Let a function that is computed `once` return this value, found in another way."""
-        self._values[function] = value
+        return self.given.flow_settings or self.scene.flow_settings
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -150,15 +153,15 @@ class Patch:
     @cached_property
     def surface(self) -> GridField | None:
         """Heights [m] of the rough face; None if the scene gives a gap instead."""
-        section = self.scene.surface
-        if self._surface is not None or section is None:
-            return self._surface
+        section, given = self.scene.surface, self.given.surface
+        if given is not None or section is None:
+            return given
         return SURFACES[section.kind](self, section)
 
     @property
     def _pressed(self) -> GridField:
         """The surface on the grid of the contact."""
-        if self.scene.total_error is not None and self._surface is None:
+        if self.scene.total_error is not None and self.given.surface is None:
             raise InvalidInput(
                 "a scene with accuracy.total has no contact grid yet: fem_seal.solve(scene) tries "
                 "some and makes the Patch of the chosen one"
@@ -177,46 +180,31 @@ class Patch:
         read = partial(measured_surface, map_.path, map_.stated, preparation)
         return self.timed_on_root("surface", read)
 
-    def with_(
-        self,
-        *,
-        surface: GridField | None = None,
-        contact: GapState | None = None,
-        contact_start: np.ndarray | None = None,
-        load: Load | None = None,
-        lift: Lift | None = None,
-        flow_settings: FlowSettings | None = None,
-    ) -> "Patch":
-        """Patch of the same scene with other arguments.
+    def with_(self, given: Given) -> "Patch":
+        """Patch of the same scene that is given something else.
 
         Surface, load, lift and settings of the flow stay unless they are named; what has been
         solved does not.
         """
-        return Patch(
-            self.scene,
-            self.report,
-            trust=self.trust,
-            surface=surface or self.surface,
-            contact=contact,
-            contact_start=contact_start,
-            load=load or self._load,
-            lift=lift or self.lift,
-            flow_settings=flow_settings or self._flow_settings,
-            comm=self.comm,
-        )
+        own = self.given
+        kept = replace(own, surface=self.surface, contact=None, contact_start=None, grid_error=None)
+        named = {name: value for name, value in vars(given).items() if value is not None}
+        given = replace(kept, **named)
+        return Patch(self.scene, self.report, given=given, trust=self.trust, comm=self.comm)
 
     def pressed_by(self, pressure: float, lift: Lift = "none") -> "Patch":
         """Same surface and settings under another mean pressure [Pa]; dry if not said otherwise."""
         start = self.elastic_state.pressure.values
-        return self.with_(contact_start=start, load=Load("pressure", pressure), lift=lift)
+        return self.with_(Given(contact_start=start, load=Load("pressure", pressure), lift=lift))
 
     @cached_property
     def contact(self) -> GapState | None:
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
-        if self._contact is not None or self.scene.contact is None:
-            return self._contact
-        press, start = CONTACTS[self.scene.contact.model], self._contact_start
-        arguments = self.scene, self._pressed, start, self.load, self.report
+        given, section = self.given, self.scene.contact
+        if given.contact is not None or section is None:
+            return given.contact
+        press = CONTACTS[section.model]
+        arguments = self.scene, self._pressed, given.contact_start, self.load, self.report
         return self.timed_on_root("contact", partial(press, *arguments))
 
     @property
@@ -357,7 +345,7 @@ def once(function: Callable[[Patch], T]) -> Callable[[Patch], T]:
     @wraps(function)
     def kept(patch: Patch) -> T:
         if kept not in patch._values:
-            patch.keep(kept, function(patch))
+            patch._values[kept] = function(patch)
         value: T = patch._values[kept]
         return value
 

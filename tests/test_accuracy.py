@@ -26,7 +26,7 @@ from fem_seal.grid_series import (
     sealed_under,
     unresolved,
 )
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.results import Result, read_contact
 from fem_seal.scene import Scene
@@ -73,8 +73,8 @@ def chosen(accurate_scene, monkeypatch):
         accuracy = {"accuracy.total": 0.1, "accuracy.max_refinement": max_refinement}
         scene = Scene.from_mapping(accurate_scene).with_(accuracy | changes)
 
-        def error_of(tried):
-            error = part(tried[-1].surface.shape[0]) * ALLOWED
+        def error_of(coarser, patch):
+            error = part(patch.surface.shape[0]) * ALLOWED
             return estimate("contact_grid", "", exp(-error), exp(error))
 
         monkeypatch.setattr("fem_seal.accuracy._grid_error", error_of)
@@ -137,7 +137,9 @@ def test_grids_double_up_to_the_limit():
 def test_half_of_the_samples_may_be_asked_to_be_even():
     """Half of 30 and 34, and the next even numbers; a quarter of a mirrored map is half of them."""
     flat = GridField(np.zeros((30, 34)), (1.0, 1.0), periodic=True)
-    patch = Patch(Scene.from_mapping(FIRST | {"contact": {"pressure": "0.1 MPa"}}), surface=flat)
+    patch = Patch(
+        Scene.from_mapping(FIRST | {"contact": {"pressure": "0.1 MPa"}}), given=Given(surface=flat)
+    )
     assert on_half(patch).surface.shape == (15, 17)
     assert on_half(patch, even=True).surface.shape == (16, 16)
 
@@ -214,7 +216,7 @@ def test_the_total_error_is_kept_and_recorded(accurate_scene, tmp_path, capsys):
     assert counted == ["flow", "contact grid", "fluid pressure"]
     own = Patch(result.scene())
     settings = replace(own.flow_settings, rtol=0.02)
-    finer = own.with_(surface=resample(own.surface, (256, 256)), flow_settings=settings)
+    finer = own.with_(Given(surface=resample(own.surface, (256, 256)), flow_settings=settings))
     assert abs(leak.value / finer.leak_rate.value - 1) <= 0.2 + 0.015
 
 
@@ -279,7 +281,7 @@ def test_a_bearing_contact_of_an_area_that_leaks(accurate_scene):
     patch, choice, missed = chosen_patch(Scene.from_mapping(accurate_scene))
     assert patch.leak_rate.converged
     assert not missed
-    fine = patch.with_(surface=resample(patch.surface, (256, 256)))
+    fine = patch.with_(Given(surface=resample(patch.surface, (256, 256))))
     assert abs(log(patch.leak_rate.value / fine.leak_rate.value)) <= log1p(0.5)
     assert choice.contact_error > 0
 

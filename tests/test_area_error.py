@@ -17,7 +17,7 @@ from fem_seal.contact.settings import Load
 from fem_seal.coupling import lifted
 from fem_seal.coupling.state import log_ratio
 from fem_seal.grid_series import critical_gap
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
 from fem_seal.sensitivity import LOAD_TOLERANCE, ByLoad
@@ -54,7 +54,7 @@ def pressures(patch: Patch) -> np.ndarray:
 def asked_for(patch: Patch, samples: float) -> Patch:
     """The same contact as the end of a search for an area of so many samples."""
     area = Load("area_fraction", samples / patch.surface.values.size)
-    asked = patch.with_(contact=patch.contact, load=area)
+    asked = patch.with_(Given(contact=patch.contact, load=area))
     asked.lifted = patch.lifted
     return asked
 
@@ -193,7 +193,7 @@ def test_two_ends_of_one_search():
     assert all(state.converged for state in states)
     apart = abs(log(states[0].leak_rate.value / states[1].leak_rate.value))
     claims = sum(state.error + RTOL / 2 for state in states)
-    solved = [patch.with_() for _ in states]
+    solved = [patch.with_(Given()) for _ in states]
     for one, state in zip(solved, states, strict=True):
         one.lifted = state
     errors = [area_error(one) for one in solved]

@@ -22,7 +22,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.digits import in_digits
 from fem_seal.error_budget import INPUTS, LargestInput, Uncertainty
 from fem_seal.leak_rate import LeakRate
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.path_flow import seal_flow
@@ -140,16 +140,8 @@ def _at_corner(patch: Patch, end: int, probe: Probe) -> Patch:
     settings = replace(scene.flow_settings, rtol=patch.flow_settings.rtol)
     if end < 0 and patch.lifted is not None and patch.state == "leaking":
         settings = replace(settings, negligible=NEGLIGIBLE_LEAK * patch.leak_rate.value)
-    return Patch(
-        scene,
-        patch.report,
-        trust=patch.trust,
-        surface=surface,
-        contact_start=start,
-        lift=patch.lift,
-        flow_settings=settings,
-        comm=patch.comm,
-    )
+    given = Given(surface, contact_start=start, lift=patch.lift, flow_settings=settings)
+    return Patch(scene, patch.report, given=given, trust=patch.trust, comm=patch.comm)
 
 
 def corner(scene: Scene, end: int, probe: Probe) -> Scene:

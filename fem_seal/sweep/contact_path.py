@@ -4,7 +4,7 @@ from fem_seal.contact.predictor import extrapolated
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
 from fem_seal.parallel import Comm
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
 
@@ -42,15 +42,7 @@ class ContactPath:
                 contact = pressed
             elif _path(scene) is not None and _path(scene) == _path(last):
                 start = extrapolated(scene.load.value, self._states)
-        return Patch(
-            scene,
-            report,
-            trust=trust,
-            surface=surface,
-            contact=contact,
-            contact_start=start,
-            comm=comm,
-        )
+        return Patch(scene, report, given=Given(surface, contact, start), trust=trust, comm=comm)
 
     def follow(self, patch: Patch) -> None:
         """Keep surface and contact of a patch that has been computed, for the next point."""

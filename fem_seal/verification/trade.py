@@ -34,7 +34,7 @@ from fem_seal.grid_series import (
 from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.points import Task, Work, points_of
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
@@ -118,7 +118,7 @@ class ContactGrid(Task[tuple[Run, ...]]):
         """Solve the contact, then the flows; nothing is handed on."""
         _warm_up(comm)
         surface = resample(surface_of(self.scene, comm), self.samples)
-        pressed = Patch(self.scene, report, surface=surface, comm=comm)
+        pressed = Patch(self.scene, report, given=Given(surface), comm=comm)
         start = process_time()
         contact = pressed.contact
         of_contact = process_time() - start
@@ -126,7 +126,7 @@ class ContactGrid(Task[tuple[Run, ...]]):
         for own in self.flows:
             limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
             settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
-            patch = pressed.with_(contact=contact, lift="none", flow_settings=settings)
+            patch = pressed.with_(Given(contact=contact, lift="none", flow_settings=settings))
             # Reset the kernel's largest resident memory of this process (proc(5)), where it can be.
             with suppress(OSError):
                 Path("/proc/self/clear_refs").write_text("5")

@@ -25,7 +25,7 @@ from fem_seal.grid_series import (
     rate_interval,
     unresolved,
 )
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
@@ -91,7 +91,8 @@ def sealed_contacts(first: int, count: int, shortest: list[int]) -> None:
             patch = Patch(of.with_({"contact.pressure": part * seals}))
             stays = patch.sealed and of_sealed(patch).upper == 1
             finer = [
-                patch.with_(surface=resample(patch.surface, (k * n, k * n))) for k in (2, FINER)
+                patch.with_(Given(surface=resample(patch.surface, (k * n, k * n))))
+                for k in (2, FINER)
             ]
             leaks = not any(one.sealed for one in finer)
             claimed, wrong = claimed + stays, wrong + (stays and leaks)
@@ -115,7 +116,9 @@ def main(first: int, count: int, lift: bool, by_area: bool, shortest: list[int])
             error = estimated_error(patch)
             surface = patch.surface
             many = resample(surface, tuple(FINER * n for n in surface.shape))
-            finer = patch.with_(surface=many, flow_settings=replace(patch.flow_settings, rtol=RTOL))
+            finer = patch.with_(
+                Given(surface=many, flow_settings=replace(patch.flow_settings, rtol=RTOL))
+            )
             reference = finer.leak_rate
         except NotConverged as failure:
             print(f"{number}: {failure}")

@@ -9,7 +9,7 @@ from fem_seal.contact.settings import Load
 from fem_seal.contact.state import PERIMETER_FACTOR
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.scene import Scene
 from fem_seal.surface import rms_height
 
@@ -50,10 +50,10 @@ def test_another_load_of_a_patch():
     """A pressure cuts nothing; what the scene does not give is named as such."""
     cut = {"contact": {"model": "bearing", "area_fraction": 0.2}, "output.products": ["contact"]}
     scene = Scene.from_mapping(scene_of_samples(16)).with_(cut | {"fluid": None, "flow": {}})
-    half = Patch(scene).with_(load=Load("area_fraction", 0.5))
+    half = Patch(scene).with_(Given(load=Load("area_fraction", 0.5)))
     assert half.contact.contact_area_fraction == 0.5
     with pytest.raises(InvalidInput, match="knows no pressure"):
-        _ = half.with_(load=Load("pressure", 1e5)).contact
+        _ = half.with_(Given(load=Load("pressure", 1e5))).contact
     with pytest.raises(InvalidInput, match="elastic contact"):
         _ = half.elastic_state
     with pytest.raises(InvalidInput, match=r"\[fluid\] is missing"):

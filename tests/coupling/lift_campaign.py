@@ -28,7 +28,7 @@ from fem_seal.area_error import area_error
 from fem_seal.coupling import LiftedState, lifted
 from fem_seal.coupling.state import log_ratio
 from fem_seal.errors import NotConverged
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.points import Chain, PointFolder, StudyTask, Work, compute_points
 from fem_seal.quantities.lift import lift_range
 from fem_seal.scene import Scene
@@ -143,7 +143,7 @@ def outcome(number: int) -> Outcome:
 
 def _claimed(patch: Patch, state: LiftedState) -> float:
     """Error of ln Q by the lift, and by the search for a contact area."""
-    other = patch.with_()
+    other = patch.with_(Given())
     other.lifted = state
     of_area = area_error(other)
     return min(SEALED, state.error + (0.0 if of_area is None else of_area.log_error))

@@ -14,7 +14,7 @@ from fem_seal.coupling.linearised import Linearised
 from fem_seal.coupling.newton import newton
 from fem_seal.coupling.point import FloatingPoint, LiftPoint
 from fem_seal.grid import GridField
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 
 
 def test_a_solid_that_floats():
@@ -159,7 +159,7 @@ def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load():
     error = 2 * 4 / n**2 + load * 1e-3 / modulus / height
     for drop in (1.4, 1.6):
         lifting, surface = stiff(wedge, load, drop * load, modulus)
-        state = Patch(lifting, surface=surface).lifted
+        state = Patch(lifting, given=Given(surface=surface)).lifted
         assert state.converged
         assert state.floats == (drop * carried(wedge) > 1)
         rise = state.contact.gap.values.min() / height

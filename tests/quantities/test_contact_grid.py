@@ -9,7 +9,7 @@ from project import scene_of_samples
 
 from fem_seal.errors import NotConverged
 from fem_seal.grid_series import on_half
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -34,8 +34,10 @@ def test_four_times_the_samples_lie_within_the_factors():
     patch = Patch(scene("0.15 MPa"))
     grid = entry(patch)
     finer = patch.with_(
-        surface=resample(patch.surface, (128, 128)),
-        flow_settings=replace(patch.flow_settings, rtol=0.02),
+        Given(
+            surface=resample(patch.surface, (128, 128)),
+            flow_settings=replace(patch.flow_settings, rtol=0.02),
+        )
     )
     assert grid.kind == "estimated"
     assert grid.lower < finer.leak_rate.value / patch.leak_rate.value < grid.upper
@@ -55,7 +57,7 @@ def test_a_sealed_grid_that_lacks_short_waves_says_that_finer_ones_may_leak(
     surface = {"shape": [n, n], "hurst": hurst, "seed": seed, "long_wavelength": 1e-4 / waves}
     surface |= {"short_wavelength": 1e-4 * samples / n, "size": [1e-4, 1e-4]}
     patch = Patch(scene(f"{pressure} Pa", surface=scene().to_mapping()["surface"] | surface))
-    finer = [patch.with_(surface=resample(patch.surface, (k * n, k * n))) for k in (2, 4)]
+    finer = [patch.with_(Given(surface=resample(patch.surface, (k * n, k * n)))) for k in (2, 4)]
     assert patch.sealed
     assert not any(one.sealed for one in finer)
     assert entry(patch).upper is None

@@ -13,7 +13,7 @@ from project import FIRST
 
 from fem_seal.error_budget import INPUTS
 from fem_seal.leak_rate import LeakRate
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.quantities.inputs import OPENS, TINY, Probe, _on_line, corner, input_shares
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
@@ -52,7 +52,7 @@ def test_a_closing_corner_that_leaks_next_to_nothing():
     closed = corner(solved.patch.scene, -1, Probe())
     surface = replace(surface, values=0.95 * surface.values)
     # Under the load without the fluid less leaks than with it, and that is sealed.
-    assert Patch(closed, surface=surface, lift="none").sealed
+    assert Patch(closed, given=Given(surface=surface, lift="none")).sealed
     assert solved.headline.lower is None
     assert far.upper > 1
 

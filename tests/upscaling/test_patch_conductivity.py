@@ -12,7 +12,7 @@ from test_seal_flow import exact_table
 
 from fem_seal.contact import ContactState
 from fem_seal.grid import GridField
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.scene import Scene
 from fem_seal.surface.cell import periodic_cell
 from fem_seal.upscaling import (
@@ -48,7 +48,7 @@ def waves(samples):
     phase = 2 * np.pi * np.arange(samples) / samples
     heights = np.tile(WAVE.height * np.cos(phase), (4, 1))
     surface = GridField(heights, (spacing, spacing), periodic=True)
-    return LoadedPatch(Patch(scene(), surface=surface), RTOL)
+    return LoadedPatch(Patch(scene(), given=Given(surface=surface)), RTOL)
 
 
 @pytest.fixture(scope="module")
@@ -139,8 +139,12 @@ def test_a_quarter_of_a_mirrored_patch_conducts_as_the_whole():
     surface = periodic_cell(GridField(whole.values[:17, :13], whole.spacing), "mirror")
     heights = surface.values.copy()
     heights[5, 3] -= heights.std()
-    uneven = LoadedPatch(Patch(scene(), surface=replace(surface, values=heights)), RTOL)
-    patch, full = (LoadedPatch(Patch(scene(), surface=surface), RTOL) for _ in range(2))
+    uneven = LoadedPatch(
+        Patch(scene(), given=Given(surface=replace(surface, values=heights))), RTOL
+    )
+    patch, full = (
+        LoadedPatch(Patch(scene(), given=Given(surface=surface)), RTOL) for _ in range(2)
+    )
     full.quartered = False
     for one, shape in (patch, (17, 13)), (full, (33, 25)), (uneven, (33, 25)):
         film = one.film(1e5)

@@ -18,7 +18,7 @@ from fem_seal.cli.sweep import line_of_point
 from fem_seal.error_budget import combined
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Bounded
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.points import Work
 from fem_seal.pressure_profile import Hertz, read_profile
 from fem_seal.progress import NOTE
@@ -484,7 +484,7 @@ def test_error_of_the_contact_grid():
     assert entry.kind == "estimated"
     assert entry.lower == pytest.approx(1 / entry.upper)
     patch = Patch(realizations(asked)[0])
-    finer = Patch(patch.scene, surface=resample(patch.surface, (128, 128)))
+    finer = Patch(patch.scene, given=Given(surface=resample(patch.surface, (128, 128))))
     # Net loads begin at 0.5e5 Pa, where K is largest, and the flow is an integral of K.
     load = 0.52e5
     (lower, upper), (low, high) = (LoadedPatch(one, 0.01).bounds(load) for one in (patch, finer))

@@ -25,6 +25,7 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Given
 from fem_seal.surface import Spectrum, rms_slope, self_affine
 from fem_seal.threshold import threshold
 from fem_seal.verification.cross_validation import StudiedGap, compare
@@ -402,7 +403,7 @@ def channel(
     flow = {"inlet_pressure": ends[0] * FULL, "outlet_pressure": ends[1] * FULL, "rtol": 0.02}
     flow |= {"ambient_pressure": 0.0, "sides": "periodic", "lift": lift}
     scene = patch(surface=roughness(64, 1), contact={"pressure": load * FULL}, flow=flow).scene
-    return Patch(scene, surface=surface)
+    return Patch(scene, given=Given(surface=surface))
 
 
 def sealing_load(page: bool) -> Row:
@@ -458,7 +459,7 @@ def stiff_wedge(page: bool) -> Row:
         flow = {"pressure_drop": drop * load, "sides": "periodic", "lift": "resolved", "rtol": 0.1}
         solid, contact = {"contact_modulus": 1e12}, {"pressure": load}
         scene = patch(surface=roughness(64, 1), solid=solid, contact=contact, flow=flow).scene
-        return Patch(scene, surface=GridField(values, (1e-3 / n, 1e-3 / n), True))
+        return Patch(scene, given=Given(surface=GridField(values, (1e-3 / n, 1e-3 / n), True)))
 
     return Row(loses_contact(under, (0.99, 1.3, 1.47, 1.53, 1.7)), Number.exact(1.5))
 
