@@ -32,19 +32,15 @@ FEWEST_OF_GRID = 0.25  # least part of the points of a grid that a list must hav
 
 def read_text(path: Path) -> Recorded:
     """Read a map, and unit, steps and mark of missing points if the header has them."""
-    line_scan = InvalidInput(
-        f"{path} has columns of x and height of a profile: this is a line scan; a map is "
-        "wanted (or surface.kind = 'profiles')"
-    )
     in_own_layout = read_own_layout(path)
     if in_own_layout is not None:
         if in_own_layout.values.shape[1] == 1:
-            raise line_scan
+            raise _line_scan(path)
         return in_own_layout
     table = read_table(path)
     header = statements_of(table, path)
     if (table.values.shape[1] == 2 or header.titled_as_profiles) and len(table.values) > 3:
-        raise line_scan
+        raise _line_scan(path)
     if header.titled_as_points or (table.values.shape[1] == 3 and len(table.values) > 3):
         recorded = _from_points(table, header, path)
     else:
@@ -54,6 +50,13 @@ def read_text(path: Path) -> Recorded:
     for mark in header.missing:
         values = without_marked(values, mark)
     return replace(recorded, values=values, header=table.header)
+
+
+def _line_scan(path: Path) -> InvalidInput:
+    return InvalidInput(
+        f"{path} has columns of x and height of a profile: this is a line scan; a map is "
+        "wanted (or surface.kind = 'profiles')"
+    )
 
 
 def _refuse_list(table: TextTable, header: Statements, path: Path) -> None:
@@ -191,11 +194,16 @@ def _axis(table: TextTable, column: int, name: str, path: Path) -> tuple[np.ndar
             f"{path} has three columns, but no list of x, y and height on a grid: {name} is the "
             "same in all lines; a map that is three samples wide is read from .npy or .npz"
         )
-    # Points of one row of the grid differ by rounding only.
-    breaks = np.flatnonzero(rises > 0.1 * rises.max())
-    rows = np.array([part.mean() for part in np.split(ordered, breaks + 1)])
-    steps = np.rint((rows - rows[0]) / np.diff(rows).min())
-    step = float((rows[-1] - rows[0]) / steps[-1])
+    # Points of one row of the grid differ by rounding only. The largest rise may be that over a
+    # hole of many rows, and smaller ones part them.
+    step, width, least = 0.0, np.inf, np.inf
+    while width > 2 * OFF_GRID * step:
+        least = 0.1 * rises[rises <= least].max()
+        parts = np.split(ordered, np.flatnonzero(rises > least) + 1)
+        width = max(part[-1] - part[0] for part in parts)
+        rows = np.array([part.mean() for part in parts])
+        steps = np.rint((rows - rows[0]) / np.diff(rows).min())
+        step = float((rows[-1] - rows[0]) / steps[-1])
     index = (x - rows[0]) / step
     off = np.abs(index - np.rint(index))
     if off.max() > OFF_GRID:

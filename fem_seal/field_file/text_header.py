@@ -85,7 +85,7 @@ _UNITS_OF = re.compile(r"\s*(units?|einheit(en)?|unités?)\b[\s:=;,]*", re.IGNOR
 _BEFORE_UNIT = re.compile(r"\s+(?=[\[(/])|(?<=/)\s+")
 _UNIT_WORD = re.compile(r"(?<![^\W_])(?:[nuµμmc]m|inch|mil|[hkMG]Pa|m?bar|psi|ksi|N/mm)(?![^\W_])")
 _LETTER = re.compile(r"[^\W\d_]")
-_AXES = {"x": {"x", "dx"}, "y": {"y"}, "z": VALUES | {"höhe"}, "p": PRESSURES}
+_AXES = {"x": {"x", "dx"}, "y": {"y", "dy"}, "z": VALUES | {"höhe"}, "p": PRESSURES}
 QUOTED = 3  # most lines about lengths that a message quotes
 
 # By axis, "x", "y" or "" (both): number and unit or None.

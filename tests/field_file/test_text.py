@@ -136,6 +136,7 @@ WHOLE = {
     ),
     "all in one line": ("# heights in um; pixel size 0.5 x 0.25 um\n" + matrix(values=HEIGHTS.T)),
     "points with titles": (f"x [um]; y [um]; z [um]\n{points(';', ',', '')}"),
+    "titles of steps": ("dx dy z\num um um\n" + points()),
     "titles in another order": ("y,x,z\nmm,mm,um\n" + points(",", order=(1, 0, 2), unit=1e-3)),
     "a number for each point, and its brightness": (
         "Nr;X (um);Y (um);Höhe (um);I\n"
@@ -262,6 +263,20 @@ def test_points_in_any_order_and_rounded(tmp_path):
     (tmp_path / "a.txt").write_text("\n".join(lines[k] for k in order))
     field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, UNIT)
     np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-15)
+    np.testing.assert_allclose(field.spacing, (1e-6 / 3, 1e-6 / 3), rtol=1e-3)
+
+
+@pytest.mark.parametrize("hole", [1, 8, 14, 29])
+def test_a_list_with_a_hole_of_whole_columns(hole, tmp_path):
+    """The largest rise of x is that over the hole, not the step; thirds are rounded."""
+    heights = np.arange(40.0 * 3).reshape(40, 3)
+    heights[5 : 5 + hole] = np.nan
+    lines = [
+        f"{i / 3:.3f} {j / 3:.3f} {z}" for (i, j), z in np.ndenumerate(heights) if not np.isnan(z)
+    ]
+    (tmp_path / "a.txt").write_text("\n".join(lines))
+    field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, UNIT)
+    np.testing.assert_allclose(field.values, heights * 1e-6, rtol=1e-15)
     np.testing.assert_allclose(field.spacing, (1e-6 / 3, 1e-6 / 3), rtol=1e-3)
 
 
