@@ -12,7 +12,7 @@ import numpy as np
 from fem_seal.digits import length_text, number_of, per_cent, rounded_down
 from fem_seal.errors import InvalidInput, printable
 from fem_seal.field_file.markers import suspected_mark, without_marked
-from fem_seal.field_file.profiles import holds_profiles, read_profiles
+from fem_seal.field_file.profiles import holds_profiles, read_profiles, says_step
 from fem_seal.field_file.read import HEIGHT_NAMES, TEXT_ENDINGS, read_recorded
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text_table import is_text
@@ -24,6 +24,7 @@ COMMENT_COLUMN = 32
 MOST_FILLED = FileSurface.model_fields["max_missing"].default
 LONGEST, MOST_LINES = 90, 20  # characters of a line, and lines, of the header that are quoted
 FEW_SAMPLES = 512  # samples along a side of a map whose contact takes about a minute
+EXAMPLE_STEP = 0.5e-6  # of samples of a profile whose file does not say it [m]
 TEXT = (".txt", ".csv", *TEXT_ENDINGS)
 
 OTHER_SECTIONS = """
@@ -200,7 +201,13 @@ def _unit_and_size(recorded: Recorded, stated: Stated) -> tuple[list[str], list[
 
 
 def _profiles(path: Path, name: str, stated: Stated) -> NewScene:
-    profiles = read_profiles([path], unit=stated.unit)
+    if stated.size is not None:
+        raise InvalidInput(
+            f"--size is of a map, and {path} holds profiles; surface.size is that of a random "
+            "surface with their spectrum"
+        )
+    needed = [] if says_step(path) else ["step"]
+    profiles = read_profiles([path], unit=stated.unit, step=EXAMPLE_STEP if needed else None)
     (count, samples), length = profiles.heights.shape, profiles.heights.shape[1] * profiles.step
     side = 256 * profiles.step
     unit = [_line("unit", f'"{stated.unit}"', "of heights and x")] if stated.unit else []
@@ -209,16 +216,19 @@ def _profiles(path: Path, name: str, stated: Stated) -> NewScene:
         'kind = "profiles"',
         f"path = {name}",
         *unit,
+        *(
+            _line("# step", f'"{1e6 * EXAMPLE_STEP:g} um"', "needed: the file does not say it")
+            for _ in needed
+        ),
         _line("detrend", '"line"', 'the tilt; or "mean", "quadratic"'),
         _line("shape", "[256, 256]", "of a random surface with the spectrum of the profiles"),
         _line("size", f'["{1e6 * side:.6g} um", "{1e6 * side:.6g} um"]', "yours: of its cell"),
         "seed = 1",
     ]
-    fact = (
-        f"{number_of(count, 'profile')} of {samples} samples, "
-        f"{length_text(profiles.step, 6)} apart, {length_text(length)} long"
-    )
-    return NewScene(_text(path, lines, SEEDS), [fact], [])
+    fact = f"{number_of(count, 'profile')} of {samples} samples"
+    if not needed:
+        fact += f", {length_text(profiles.step, 6)} apart, {length_text(length)} long"
+    return NewScene(_text(path, lines, SEEDS), [fact], needed)
 
 
 def _line(key: str, value: str, comment: str) -> str:

@@ -96,6 +96,19 @@ def test_profiles():
     assert Patch(Scene.from_file("stylus.toml")).surface.shape == (256, 256)
 
 
+def test_profiles_without_x(capsys):
+    """Their step is still needed; the scene has the place for it."""
+    np.savetxt("stylus.txt", HEIGHTS.T.ravel()[:300] * 1e6)
+    surface = new("stylus.txt", "--length-unit", "um")["surface"]
+    assert "step" not in surface
+    said = capsys.readouterr().out
+    assert "1 profile of 300 samples\n" in said
+    assert "still needs surface.step, which the file does not say" in said
+    text = Path("stylus.toml").read_text(encoding="utf-8").replace("# step", "step")
+    Path("stylus.toml").write_text(text, encoding="utf-8")
+    assert Patch(Scene.from_file("stylus.toml")).surface.shape == (256, 256)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -108,12 +121,14 @@ def test_profiles():
         (["map.txt", "--out", "b.toml", "--length-unit", "kg"], "no unit of length"),
         (["empty.txt", "--out", "b.toml"], "all 12 points of empty.txt are missing"),
         (["words.txt", "--out", "b.toml"], "holds no line of numbers"),
+        (["x.txt", "--size", "1 mm,1 mm"], "--size is of a map, and x.txt holds profiles"),
         (["inf.txt", "--out", "b.toml"], "1 of 6 values of inf.txt are infinite"),
     ],
 )
 def test_refused(arguments, message, here, refused):
     np.savetxt("map.txt", HEIGHTS)
     (here / "map.toml").write_text("")
+    np.savetxt("x.txt", np.column_stack([np.arange(9), HEIGHTS[:9, 0]]), header="x [um] z [um]")
     (here / "words.txt").write_text("no numbers")
     (here / "inf.txt").write_text("0 1 5\n2 1e999 3\n")
     (here / "empty.txt").write_text("NODATA_value 0\n" + "0 0 0 0\n" * 3)

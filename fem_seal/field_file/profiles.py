@@ -37,6 +37,12 @@ def holds_profiles(path: Path) -> bool:
     return table.values.shape[1] <= 2 or header.titled_as_profiles
 
 
+def says_step(path: Path) -> bool:
+    """Whether a file of profiles has x, or says the step of its samples."""
+    with within_available_memory(str(path)):
+        return _recorded(path).spacing is not None
+
+
 def read_profiles(
     paths: Sequence[Path],
     *,
@@ -77,7 +83,7 @@ def read_profiles(
 def _profiles(
     path: Path, unit: str | None, stated: float | None, missing: float | None
 ) -> Profiles:
-    recorded = read_own_layout(path) or _from_table(path)
+    recorded = _recorded(path)
     values = recorded.values if missing is None else without_marked(recorded.values, missing)
     refuse_markers(values, str(path))
     heights = values.T * metres_in(recorded.unit, unit, f"the heights of {path}")
@@ -101,6 +107,10 @@ def _profiles(
             "surface.step = '0.5 um'"
         )
     return Profiles(heights, step)
+
+
+def _recorded(path: Path) -> Recorded:
+    return read_own_layout(path) or _from_table(path)
 
 
 def _from_table(path: Path) -> Recorded:
