@@ -204,6 +204,17 @@ def test_each_point_of_a_killed_chain_has_its_own_error(tmp_path):
     assert folder.point("fine") == folder.point("kept") == 1
 
 
+def test_a_point_that_cannot_be_read_does_not_count_as_missing(tmp_path):
+    """A disk that fails for a moment must not cost the hours of its points again."""
+    folder = PointFolder(tmp_path, int)
+    assert folder.point("none") is None
+    folder.path_of("damaged").write_text("{")
+    assert folder.point("damaged") is None
+    folder.path_of("held").mkdir()
+    with pytest.raises(IsADirectoryError):
+        folder.finished("held")
+
+
 def test_a_study_says_how_many_points_have_failed(tmp_path):
     folder = PointFolder(tmp_path, int)
     said = []

@@ -46,10 +46,13 @@ class PointFolder(Generic[T]):
         write_text(self.path_of(name), text + "\n")
 
     def point(self, name: str) -> T | None:
-        """Read a point; None if there is none or its file is damaged."""
+        """Read a point; None if there is none or its file is damaged.
+
+        OSError if the system cannot read the file: the point may be there.
+        """
         try:
             return self.load(name)
-        except (OSError, ValueError, InvalidInput):
+        except (FileNotFoundError, ValueError, InvalidInput):
             return None
 
     def finished(self, name: str) -> bool:
