@@ -150,6 +150,15 @@ def test_commands_that_read_a_large_map_say_what_they_do(monkeypatch):
         assert heard
 
 
+def test_table_of_a_flat_surface(capsys):
+    """It has no spectrum, which is no failure."""
+    np.savez("flat.npz", heights=np.full((8, 8), 1e-6), spacing=(1e-6, 1e-6))
+    assert cli.main(["surface", "flat.npz", "--csv", "a.csv", "--out", "a.png"]) == 0
+    assert "a flat surface has no spectrum" in capsys.readouterr().out
+    table = Path("a.csv").read_text(encoding="utf-8").splitlines()
+    assert table == ["# Sq = 0.0 m", "# Sdq = 0.0", "# Ssk = 0.0", "q [1/m],C [m^4],modes"]
+
+
 def test_surface_of_a_file_without_a_scene(capsys):
     """The command that it prints, and that which this prints, can be typed as they stand."""
     np.savetxt("my map.txt", HEIGHTS * 1e6)

@@ -2,7 +2,8 @@
 
 import argparse
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import astuple
 from math import pi
 from typing import TYPE_CHECKING
@@ -116,6 +117,7 @@ def _csv(prepared: "PreparedSurface", spectrum: "IsotropicSpectrum | None") -> s
     """
     from fem_seal.surface import MapStatistics, map_spectrum
 
+    columns: tuple[Iterable[float], ...] = ()
     if spectrum is not None:
         head = [f"# Sq = {spectrum.rms_height!r} m", f"# Sdq = {spectrum.rms_slope!r}"]
         names = ["q from [1/m]", "q to [1/m]", "C [m^4]", "standard deviation [m^4]"]
@@ -127,8 +129,9 @@ def _csv(prepared: "PreparedSurface", spectrum: "IsotropicSpectrum | None") -> s
             f"# Sdq = {statistics.rms_slope!r}",
             f"# Ssk = {statistics.skewness!r}",
         ]
-        rings = map_spectrum(prepared.measured)
-        names, columns = ["q [1/m]", "C [m^4]", "modes"], astuple(rings)
+        names = ["q [1/m]", "C [m^4]", "modes"]
+        with suppress(InvalidInput):  # a flat map has no spectrum, and a row of the text says so
+            columns = astuple(map_spectrum(prepared.measured))
     return "\n".join((*head, csv_text(names, [*zip(*map(list, columns), strict=True)])))
 
 
