@@ -40,7 +40,8 @@ USUAL_CORRECTION_RATIO = 0.4
 GROWTH = 4.0
 # Multiples of the tolerance that the expected (u - l)/l is compared with: below DUAL_AT_ONCE the
 # true dual is solved at once; below DUAL_NEXT on the next mesh, before the regularised dual, which
-# is not needed if the bounds decide there. A full step leaves a third of the width.
+# is not needed if the bounds decide there. A full step leaves a third of the width. To wait longer
+# with the true dual costs a level near percolation, where the first correction narrows less.
 DUAL_AT_ONCE, DUAL_NEXT = 2.0, 3.0
 
 
@@ -62,8 +63,7 @@ def refined(
         The first mesh, which must leave a path for the flow, and functions to start from.
     """
     max_unknowns = stopping.limits.unknowns or np.inf
-    outlook = _Outlook(strategy.uniform or strategy.every_dual)
-    log = _Log()
+    loop = _Loop(strategy, stopping)
     while True:
         problem = LevelProblem(
             gap, start.mesh, start.values, stopping.comm, strategy.tuning.tolerance
@@ -73,8 +73,8 @@ def refined(
             return
         guesses, psi = problem.guesses(start), start.streams
         del start
-        log.lap("mesh")
-        solution, regularised = _solve(problem, guesses, psi, strategy, stopping, outlook, log)
+        loop.log.lap("mesh")
+        solution, regularised = loop.solve(problem, guesses, psi)
         yield stopping.judged(solution)
         if stopping.ended:
             return
@@ -83,8 +83,8 @@ def refined(
         if strategy.uniform and 2 * problem.unknowns > max_unknowns:
             stopping.stop(_too_many(max_unknowns))
             return
-        log = _Log()
-        start, marks, fluxes = _marked(solution, regularised, psi, strategy, outlook, log)
+        loop.log = _Log()
+        start, marks, fluxes = loop.marked(solution, regularised, psi)
         # Two meshes together may not fit into memory: of this one only what is refined stays.
         del problem, guesses, psi, solution, regularised
         try:
@@ -92,16 +92,7 @@ def refined(
         except TooFine as limit:
             stopping.stop(str(limit))
             return
-        log.lap("refine")
-
-
-class _Outlook:
-    """What the meshes so far foretell of the next one."""
-
-    def __init__(self, true_dual: bool) -> None:
-        self.true_dual = true_dual  # whether it is solved first, as the bounds may decide there
-        # Ratio of (u - l)/l after and before the hierarchical correction.
-        self.correction_ratio = USUAL_CORRECTION_RATIO
+        loop.log.lap("refine")
 
 
 class _Log:
@@ -120,78 +111,77 @@ class _Log:
             self.residuals[name] = solved.residuals
 
 
-def _solve(
-    problem: LevelProblem,
-    guesses: list[np.ndarray],
-    psi: np.ndarray,
-    strategy: Strategy,
-    stopping: Stopping,
-    outlook: _Outlook,
-    log: _Log,
-) -> tuple[LevelSolution, Streams | None]:
-    """Solve the primal and, if it may end the refinement, the true dual.
+class _Loop:
+    """What the loop keeps from mesh to mesh: what to solve first on the next one, and costs."""
 
-    Unless the outlook asks for the true dual at once, the regularised one is solved before it. The
-    true dual then follows if the expected width is close to the tolerance, or if the next mesh
-    would be too large. Returns the solution, and the regularised dual if it was solved.
-    """
-    pressure = problem.pressure(guesses)
-    log.lap("primal", pressure)
-    best = problem.upper_bound(pressure)
-    if stopping.levels:
-        best = best.tightened(stopping.levels[-1].bounds)
-    regularised = None if outlook.true_dual else _regularised_dual(problem, psi, strategy, log)
-    level = SolvedLevel(problem.unknowns, problem.space.count, best, log.residuals, log.seconds)
-    solution = LevelSolution(level, problem, pressure)
-    if regularised is not None:
-        psi = regularised.psi
-        # Near a tolerance (u - l)/l is nearly the width (u - l)/√(l u).
-        expected = outlook.correction_ratio * problem.excess(pressure, regularised)
-        outlook.true_dual = expected < DUAL_NEXT * strategy.rtol
-        last = GROWTH * problem.unknowns > (stopping.limits.unknowns or np.inf)
-        if not last and expected >= DUAL_AT_ONCE * strategy.rtol:
-            return solution, regularised
-    solution = solution.certified(psi)
-    stream, corrected = solution.stream, solution.corrected
-    if stream is not None and corrected is not None and np.isfinite(corrected.excess):
-        solved = problem.excess(pressure, stream)
-        outlook.correction_ratio = corrected.excess / solved if solved > SUM_ROUNDING else 1.0
-        outlook.true_dual = True
-    return solution, regularised
+    def __init__(self, strategy: Strategy, stopping: Stopping) -> None:
+        self.strategy, self.stopping, self.log = strategy, stopping, _Log()
+        # Whether the true dual is solved first, as the bounds may decide there.
+        self.true_dual = strategy.uniform or strategy.every_dual
+        # Ratio of (u - l)/l after and before the hierarchical correction.
+        self.correction_ratio = USUAL_CORRECTION_RATIO
 
+    def solve(
+        self, problem: LevelProblem, guesses: list[np.ndarray], psi: np.ndarray
+    ) -> tuple[LevelSolution, Streams | None]:
+        """Solve the primal and, if it may end the refinement, the true dual.
 
-def _regularised_dual(
-    problem: LevelProblem, psi: np.ndarray, strategy: Strategy, log: _Log
-) -> Streams:
-    """Solve the regularised dual from stream functions of unit jumps."""
-    regularised = problem.stream(psi, strategy.tuning.chi)
-    if regularised is None:
-        raise Inconsistent("contact bars an open gap; please report the gap as a defect")
-    log.lap("regularised dual", regularised)
-    return regularised
+        Unless the true dual is wanted at once, the regularised one is solved before it. The true
+        dual then follows if the expected width is close to the tolerance, or if the next mesh would
+        be too large. Returns the solution, and the regularised dual if it was solved.
+        """
+        stopping, log = self.stopping, self.log
+        # Also where the bounds are far apart: marking by the least indicator alone, without the
+        # primal, takes a level or two more.
+        pressure = problem.pressure(guesses)
+        log.lap("primal", pressure)
+        best = problem.upper_bound(pressure)
+        if stopping.levels:
+            best = best.tightened(stopping.levels[-1].bounds)
+        regularised = None if self.true_dual else self._regularised_dual(problem, psi)
+        level = SolvedLevel(problem.unknowns, problem.space.count, best, log.residuals, log.seconds)
+        solution = LevelSolution(level, problem, pressure)
+        if regularised is not None:
+            psi = regularised.psi
+            # Near a tolerance (u - l)/l is nearly the width (u - l)/√(l u).
+            expected = self.correction_ratio * problem.excess(pressure, regularised)
+            self.true_dual = expected < DUAL_NEXT * self.strategy.rtol
+            last = GROWTH * problem.unknowns > (stopping.limits.unknowns or np.inf)
+            if not last and expected >= DUAL_AT_ONCE * self.strategy.rtol:
+                return solution, regularised
+        solution = solution.certified(psi)
+        stream, corrected = solution.stream, solution.corrected
+        if stream is not None and corrected is not None and np.isfinite(corrected.excess):
+            solved = problem.excess(pressure, stream)
+            self.correction_ratio = corrected.excess / solved if solved > SUM_ROUNDING else 1.0
+            self.true_dual = True
+        return solution, regularised
 
+    def _regularised_dual(self, problem: LevelProblem, psi: np.ndarray) -> Streams:
+        """Solve the regularised dual from stream functions of unit jumps."""
+        regularised = problem.stream(psi, self.strategy.tuning.chi)
+        if regularised is None:
+            raise Inconsistent("contact bars an open gap; please report the gap as a defect")
+        self.log.lap("regularised dual", regularised)
+        return regularised
 
-def _marked(
-    solution: LevelSolution,
-    regularised: Streams | None,
-    psi: np.ndarray,
-    strategy: Strategy,
-    outlook: _Outlook,
-    log: _Log,
-) -> tuple[Start, Marks, list[Flux]]:
-    """Mark cells: all, or by the regularised dual and the flows that it shows.
+    def marked(
+        self, solution: LevelSolution, regularised: Streams | None, psi: np.ndarray
+    ) -> tuple[Start, Marks, list[Flux]]:
+        """Mark cells: all, or by the regularised dual and the flows that it shows.
 
-    Returns the start to be refined, the marks, and the fluxes of these flows.
-    """
-    problem, pressure, stream = solution.problem, solution.pressure, solution.stream
-    if strategy.marking is None:
-        return problem.start(pressure, stream), mark_all(problem), []
-    # If the true dual came first, the next level logs the time of this solve.
-    if regularised is None:
-        psi = psi if stream is None else stream.psi
-        regularised = _regularised_dual(problem, psi, strategy, log)
-    flows = problem.flows(pressure, regularised)
-    expected = outlook.correction_ratio * problem.excess(pressure, regularised)
-    reached = np.inf if stream is None else solution.level.bounds.width
-    marks = strategy.marking(problem, flows, expected, reached, strategy)
-    return problem.start(pressure, regularised), marks, [flow.flux for flow in flows]
+        Returns the start to be refined, the marks, and the fluxes of these flows.
+        """
+        problem, pressure, stream = solution.problem, solution.pressure, solution.stream
+        if self.strategy.marking is None:
+            return problem.start(pressure, stream), mark_all(problem), []
+        # By the true dual alone the bounds stall, since side channels stay blocked. If the true dual
+        # came first, the next level logs the time of this solve.
+        if regularised is None:
+            psi = psi if stream is None else stream.psi
+            regularised = self._regularised_dual(problem, psi)
+        flows = problem.flows(pressure, regularised)
+        expected = self.correction_ratio * problem.excess(pressure, regularised)
+        reached = np.inf if stream is None else solution.level.bounds.width
+        marks = self.strategy.marking(problem, flows, expected, reached, self.strategy)
+        return problem.start(pressure, regularised), marks, [flow.flux for flow in flows]
