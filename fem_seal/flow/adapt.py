@@ -175,8 +175,8 @@ class _Loop:
         problem, pressure, stream = solution.problem, solution.pressure, solution.stream
         if self.strategy.marking is None:
             return problem.start(pressure, stream), mark_all(problem), []
-        # By the true dual alone the bounds stall, since side channels stay blocked. If the true dual
-        # came first, the next level logs the time of this solve.
+        # By the true dual alone the bounds stall: side channels stay blocked. If it came first, the
+        # next level logs the time of this solve.
         if regularised is None:
             psi = psi if stream is None else stream.psi
             regularised = self._regularised_dual(problem, psi)

@@ -130,7 +130,8 @@ def seal_flow(
             f"seal has at most {profile.highest - ends.inlet:g} Pa where the fluid has the inlet's "
             "pressure; the table needs a load there at which the patch leaks"
         )
-    # A uniform profile is solved in one cell.
+    # A uniform profile is solved in one cell. Another one is solved twice: only a first flow tells
+    # where the contact pressure matters.
     x = profile.nodes if is_uniform(profile) else _places(profile, ends, cells // COARSE)
     laid = _Cells.of(profile, path, x)
     value = path_leak_rate(table.interpolated, laid.pressure, laid.lengths, ends)
@@ -138,6 +139,7 @@ def seal_flow(
         x = _refined(laid.flow(table.interpolated, ends, value), cells)
         laid = _Cells.of(profile, path, x)
         value = path_leak_rate(table.interpolated, laid.pressure, laid.lengths, ends)
+    # A K that is too small everywhere gives a Q that is too small.
     P = profile(x)
     low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
     lower = path_leak_rate(table.lowest, high, laid.lengths, ends) * (1 - 2 * SHOOTING)
@@ -243,7 +245,7 @@ def _influences(
     if not K.size:
         loads, K = steps.loads, steps.conductivity[-1:]
     positive = K[(K > 0) & np.isfinite(K)]
-    # At loads that seal, K counts as exp(-MOST_FALL) of the smallest K that leaks.
+    # At loads that seal ln K has no value: K counts as exp(-MOST_FALL) of the smallest that leaks.
     least = max(positive.min(initial=1.0) * np.exp(-MOST_FALL), np.finfo(float).tiny)
     log_K = np.log(np.clip(K, least, max(positive.max(initial=0.0), least)))
     share = (np.arange(PLACES) + 0.5) / PLACES
