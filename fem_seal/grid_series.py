@@ -278,9 +278,11 @@ def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
     """Factors on the ends of another load's leak rate for what its contact grid errs more.
 
     The factors of the entry of `patch` multiply its leak rate as well. Next to sealing the grid
-    errs far more, and a finer one may be sealed. Lower factor 0 and upper None: open.
+    errs far more, and a finer one may be sealed. Lower factor 0 and upper None: open. Where the
+    fluid lifts the solid off, no grid limits the leak rate.
     """
-    if not (is_estimated(patch.scene) or patch.scene.total_error is not None):
+    asked = is_estimated(patch.scene) or patch.scene.total_error is not None
+    if not asked or other.lifted_off:
         return 1.0, 1.0
     here, there = map(estimated_error, (patch, other))
     lower = (there.lower or 0.0) / here.lower if here.lower else 1.0

@@ -217,8 +217,10 @@ class LeakRate:
     def widened(self, lower: float, upper: float | None) -> "LeakRate":
         """The same with factors <= 1 and >= 1 on its range; None leaves that without an upper end.
 
-        A sealed film with an open upper end may leak.
+        A sealed film with an open upper end may leak. One that is lifted off has no finite range.
         """
+        if self.state == "lifted off":
+            return self
         low, high = self.range
         state: FlowState = "leaking" if upper is None and self.state == "sealed" else self.state
         most = inf if upper is None else upper * high

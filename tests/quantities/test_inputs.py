@@ -251,6 +251,15 @@ def test_a_film_that_is_lifted_off_may_not_be_under_more_load(tolerance, decisio
     assert entry(solved).lower == (1.0 if decision == "above limit" else 0.0)
 
 
+def test_an_opening_corner_that_is_lifted_off():
+    """At 0.7 of the load, with the entry of the contact's grid: no grid limits that leak rate."""
+    settings = [*COARSE, LIFTED, "contact.pressure=0.06 MPa", "accuracy.contact_grid=true"]
+    solved = solve(scene(*settings, "tolerances.contact.pressure=30 %"))
+    assert solved.state == "leaking"
+    assert entry(solved).upper is None
+    assert solved.headline.upper is None
+
+
 def test_a_load_that_may_not_exceed_the_pressure_of_the_fluid():
     """The dry contact keeps the limit under the load less 0.14 MPa, not under nine tenths of it."""
     settings = [DRY, "flow.pressure_drop=0.14 MPa"]
