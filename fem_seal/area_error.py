@@ -133,6 +133,7 @@ def _of_sealed(patch: Patch, reach: _Reach, words: str) -> Uncertainty:
     lighter = patch.pressed_by(load, patch.lift)
     rate, lifted = lighter.leak_rate, lighter.lifted
     if lifted is not None:
-        rate = replace(rate, upper=max(rate.range[1], lifted.highest))
+        low, high = rate.range
+        rate = replace(rate, lower=low, upper=max(high, lifted.highest))
     most = rate.widened(*error_beyond(patch, lighter)).range[1]
     return estimate(CONTACT_AREA, words, 1.0, upper_rate=most if most < inf else None)

@@ -165,6 +165,16 @@ def test_a_sealed_film_that_opens():
     assert true > 0  # of the second area, at which a path is open
 
 
+def test_a_sealed_lifted_film_that_opens():
+    """By finite differences, whose leak rate has no bounds."""
+    sealed = Patch(scene(*LIFTED, "flow.rtol=0.3", "contact.pressure=0.27 MPa"))
+    lighter = sealed.pressed_by(0.98 * sealed.carried_load, sealed.lift)
+    error = area_error(asked_for(sealed, touching(lighter)))
+    assert sealed.sealed
+    assert (error.lower, error.upper) == (1, None)
+    assert 0 < lighter.leak_rate.value <= error.upper_rate
+
+
 @pytest.mark.parametrize("samples", [300, 600])
 def test_a_cut_surface(samples):
     """The plane of the bearing model lies at a sample: the number passes there, or at the next."""
