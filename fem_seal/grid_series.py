@@ -25,6 +25,7 @@ from fem_seal.patch import Given, Patch, once
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
 from fem_seal.sensitivity import ByLoad
+from fem_seal.slip_error import slip_entry
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
 from fem_seal.worker import in_worker
@@ -275,20 +276,29 @@ def estimated_error(patch: Patch) -> Uncertainty:
 
 
 def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
-    """Factors on the ends of another load's leak rate for what its contact grid errs more.
+    """Factors on the ends of another load's leak rate for what contact grid and slip err more.
 
-    The factors of the entry of `patch` multiply its leak rate as well. Next to sealing the grid
-    errs far more, and a finer one may be sealed. Lower factor 0 and upper None: open. Where the
-    fluid lifts the solid off, no grid limits the leak rate.
+    The factors of the entries of `patch` multiply its leak rate as well. Next to sealing the grid
+    errs far more, and a finer one may be sealed; of a sealed patch slip is no entry. Lower factor 0
+    and upper None: open. Where the fluid lifts the solid off, neither limits the leak rate.
     """
-    asked = is_estimated(patch.scene) or patch.scene.total_error is not None
-    if not asked or other.lifted_off:
-        return 1.0, 1.0
-    here, there = map(estimated_error, (patch, other))
-    lower = (there.lower or 0.0) / here.lower if here.lower else 1.0
-    if here.upper is None:
-        return min(lower, 1.0), 1.0
-    return min(lower, 1.0), None if there.upper is None else max(there.upper / here.upper, 1.0)
+    lower: float = 1.0
+    upper: float | None = 1.0
+    if other.lifted_off:
+        return lower, upper
+    sources: list[Callable[[Patch], Uncertainty | None]] = [slip_entry]
+    if is_estimated(patch.scene) or patch.scene.total_error is not None:
+        sources.append(estimated_error)
+    for source in sources:
+        if (there := source(other)) is None:
+            continue
+        here = source(patch)
+        least, most = (1.0, 1.0) if here is None else (here.lower, here.upper)
+        if least:
+            lower *= min((there.lower or 0.0) / least, 1.0)
+        if upper is not None and most is not None:
+            upper = None if there.upper is None else upper * max(there.upper / most, 1.0)
+    return lower, upper
 
 
 def error_from_half(patch: Patch, coarse: Interval) -> Uncertainty:

@@ -18,8 +18,8 @@ pressure_profile
 surface contact
 fenicsx mesh film theory finite_difference network
 flow coupling
-points scene new_scene shaped scene_steps lifting sensitivity patch threshold grid_series area_error
-accuracy upscaling
+points scene new_scene shaped scene_steps lifting sensitivity patch threshold slip_error grid_series
+area_error accuracy upscaling
 prediction quantities results
 render products solved sweep verification
 drawing exchange cli __main__

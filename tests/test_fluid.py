@@ -8,10 +8,10 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive, Slip
 from fem_seal.patch import Patch
-from fem_seal.quantities.slip import EXCESS
 from fem_seal.quantities.verdict import verdict
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
+from fem_seal.slip_error import EXCESS
 from fem_seal.solved import solve
 
 VISCOSITY, TEMPERATURE, MOLAR_MASS = 1.8e-5, 293.15, 0.029

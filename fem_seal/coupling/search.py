@@ -135,12 +135,14 @@ def _completed(problem: LiftProblem, end: _End) -> LiftedState:
     leak = problem.flow(problem.film(end.contact.gap), min(error, allowed))
     sealed = leak.state == "sealed"
     known = sealed or (leak.value > 0 and error <= MOST_ERROR)
+    opened_gap = 0.0
     if sealed:
         change = error = lowest = highest = 0.0
         reason = ""
         if end.opened is not None:
             lifts_off = problem.solid_load(problem.highest_pressure(end.contact)) <= 0
             highest = inf if lifts_off else problem.flow(end.opened, 0.0).range[1]
+            opened_gap = 0.0 if lifts_off else present(end.opened.constriction, "constriction").gap
         elif end.failure and not problem.never_opens:
             highest, known = inf, False
         if end.failure and highest:
@@ -168,6 +170,7 @@ def _completed(problem: LiftProblem, end: _End) -> LiftedState:
         error=error,
         lowest=lowest,
         highest=highest,
+        opened_gap=opened_gap,
         residuals=end.residuals,
         network=end.network,
         reason=reason,
@@ -201,7 +204,8 @@ def _merged(first: LiftedState, second: LiftedState, *, in_equilibrium: bool) ->
     both = replace(shown, steps=first.steps + second.steps)
     if first.converged and second.converged and not any(leak.value for leak in leaks):
         # Both are sealed: the pressure that opens one film may open the other as well.
-        both = replace(both, highest=max(first.highest, second.highest))
+        most = max((first, second), key=lambda state: state.highest)
+        both = replace(both, highest=most.highest, opened_gap=most.opened_gap)
     if apart <= first.error + second.error + max(widths, default=0.0):
         return both
     settled = in_equilibrium and all(s.converged or s.state == "sealed" for s in (first, second))

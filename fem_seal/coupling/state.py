@@ -31,6 +31,7 @@ class LiftedState:
     error: float = 0.0  #: error of ln Q, estimated
     lowest: float = inf  #: least leak rate that is not excluded [m³/s]
     highest: float = inf  #: largest leak rate that is not excluded [m³/s]
+    opened_gap: float = 0.0  #: critical gap of the opened film that leaks so much [m]; 0 if none
     residuals: tuple[float, ...] = ()  #: rms of F over the pressure drop, at each step's start
     network: Network | None = None  #: on which p_f was solved; None if lifted off
     reason: str = ""  #: sentence on why it has not settled; empty if it has

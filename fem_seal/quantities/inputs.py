@@ -233,6 +233,9 @@ def _entry(
         f"{name} (±{in_digits(100 * part, 2)} %) matters most; that these ends are the extremes is "
         "a theorem for the half-space, not for its grid"
     )
+    unlimited = leak.state != "lifted off" and opened.bounds[1] == inf
+    if unlimited:
+        sentence += "; no upper bound is known at those that open it"
     entry = partial(
         Uncertainty,
         INPUTS,
@@ -242,7 +245,7 @@ def _entry(
     )
     if leak.state == "lifted off" or opened.state == "sealed":
         return entry(1.0, 1.0)
-    if opened.state == "lifted off" or opened.bounds[1] == inf:
+    if unlimited:
         return entry(0.0, None, caution=True)
     most = opened.bounds[1]
     if leak.state == "sealed":

@@ -24,6 +24,7 @@ from fem_seal.quantities.headline import ShownUnit
 NEGLECTED = "fluid_pressure"
 # The fluid's pressure is neglected below this part of the contact pressure.
 NEGLIGIBLE_PRESSURE = 1e-3
+NOT_LIMITED = "a finer grid of the contact, or slip of the gas, may let any amount through"
 REMEDY = "flow.lift = 'resolved' solves contact and flow together"
 
 
@@ -157,7 +158,11 @@ def _range(patch: Patch) -> Uncertainty:
         f"{shown.name}"
     )
     if isinf(rate):
-        sentence = "the inlet's pressure is no less than the load, so that the seal may lift off"
+        sentence = f"under the load less the inlet's pressure {NOT_LIMITED}"
+        if lift_range(patch)[1].state == "lifted off":
+            sentence = (
+                "the inlet's pressure is no less than the load, so that the seal may lift off"
+            )
         if isinf(least):
             sentence = "the outlet's pressure is no less than the load: the seal lifts off"
         elif least > 0:
@@ -220,8 +225,8 @@ def _at_the_end(patch: Patch, pressure: float, *, upper: bool) -> tuple[LeakRate
     else:
         under = f"under the {_pressure(pressure)} that press the solid then"
         sealed, end = "the contact is sealed", f"at least {rounded_down(low)}"
-    if high == inf:
-        return None, [f"{under}, a finer grid of the contact may leak any amount"]
+    if upper and high == inf:
+        return None, [f"{under} no upper bound is known: {NOT_LIMITED}"]
     return leak, [f"{under} {sealed}" if leak.state == "sealed" else f"{under}, {end} {shown.name}"]
 
 

@@ -19,8 +19,8 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.advice import finer_grid, of_widest
 from fem_seal.quantities.inputs import Probe, inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
-from fem_seal.quantities.slip import slip_entry_at
 from fem_seal.quantities.uncertainties import model_entry, surface_entry
+from fem_seal.slip_error import slip_entry_at
 from fem_seal.upscaling.mosaic import DRAWS, LEAST_LEAKING, error_of_mean, may_conduct, patches_for
 from fem_seal.upscaling.seal import SealLeak
 

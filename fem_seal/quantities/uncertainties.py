@@ -12,7 +12,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.inputs import Probe, inputs_entry, rate_in_range
 from fem_seal.quantities.lift import lift_entry
-from fem_seal.quantities.slip import slip_entry, slip_interval_entry
+from fem_seal.slip_error import slip_entry, slip_interval_entry
 
 
 def error_budget(patch: Patch) -> ErrorBudget:

@@ -12,8 +12,8 @@ from fem_seal.leak_rate import Bounded, FlowState, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.headline import SI, ShownUnit
 from fem_seal.quantities.lift import lift_range
-from fem_seal.quantities.slip import knudsen_number
 from fem_seal.scene.readable import own_names
+from fem_seal.slip_error import knudsen_number
 from fem_seal.units import RATES
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.path_flow import PathFlow, SealingPart

@@ -13,11 +13,11 @@ from fem_seal.leak_rate import Bounded, LeakRate, Level
 from fem_seal.patch import Patch
 from fem_seal.quantities.advice import what_would_decide
 from fem_seal.quantities.headline import Headline
-from fem_seal.quantities.slip import slip_entry_at
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import verdict
 from fem_seal.results.words import budget_words
 from fem_seal.scene import Scene
+from fem_seal.slip_error import slip_entry_at
 from fem_seal.solved import solve
 
 LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)

@@ -194,3 +194,19 @@ def test_an_older_scene_is_rebuilt(made, older_flow, older_contact, here):
     older["contact"] = older.get("contact", {}) | older_contact
     result = SimpleNamespace(provenance=SimpleNamespace(scene=older))
     assert Result.scene(result) == given
+
+
+def test_slip_in_a_sealed_film_that_more_pressure_would_open():
+    """The entry "slip" is that of the opened film, through which more leaks by the kinetic law."""
+    air = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.15}
+    ends = {"inlet_pressure": 2e5, "outlet_pressure": 1e5}
+    first, kinetic = (
+        solve(lifted_scene(2.8e5, n=16, seed=3, fluid=air | {"slip": law}, **ends))
+        for law in ("first-order", "kinetic")
+    )
+    assert first.state == kinetic.state == "sealed"
+    assert 0 < first.patch.lifted.highest < kinetic.patch.lifted.highest
+    assert first.headline.upper is None
+    slip = next(entry for entry in kinetic.budget if entry.key == "slip")
+    assert kinetic.headline.upper == slip.upper * kinetic.patch.lifted.highest
+    assert slip.upper > 1

@@ -1,4 +1,4 @@
-"""Error budget: slip of a gas at the walls."""
+"""What slip of a gas at the walls leaves open in the leak rate."""
 
 from fem_seal.digits import length_text, per_cent
 from fem_seal.error_budget import SLIP_INTERVAL, Uncertainty, parts_of_bounds
@@ -39,11 +39,17 @@ def knudsen_number(patch: Patch) -> float | None:
 
 
 def slip_entry(patch: Patch) -> Uncertainty | None:
-    """Entry for the error of the law of slip; None for a liquid or a sealed gap."""
-    if knudsen_number(patch) is None:
+    """Entry for the error of the law of slip; None for a liquid or a sealed gap.
+
+    Of a sealed gap that more fluid pressure would open it is that of the opened one.
+    """
+    if patch.lifted_off:
         return None
-    film = patch.film
-    critical = present(film.constriction, "constriction").gap
+    film, lifted = patch.film, patch.lifted
+    opened = 0.0 if lifted is None else lifted.opened_gap
+    critical = opened if film.constriction is None else film.constriction.gap
+    if critical == 0:
+        return None
     return slip_entry_at(patch.scene, critical, max(film.size), patch.flow_settings.rtol)
 
 
