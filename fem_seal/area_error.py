@@ -132,7 +132,7 @@ def _of_sealed(patch: Patch, reach: _Reach, words: str) -> Uncertainty:
         return estimate(CONTACT_AREA, words, 1.0)
     lighter = patch.pressed_by(load, patch.lift)
     rate, lifted = lighter.leak_rate, lighter.lifted
-    if lifted is not None:
+    if lifted is not None and lifted.is_range:
         low, high = rate.range
         rate = replace(rate, lower=low, upper=max(high, lifted.highest))
     most = rate.widened(*error_beyond(patch, lighter)).range[1]

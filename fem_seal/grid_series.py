@@ -276,7 +276,7 @@ def estimated_error(patch: Patch) -> Uncertainty:
 
 
 def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
-    """Factors on the ends of another load's leak rate for what contact grid and slip err more.
+    """Factors on the ends of another load's leak rate for what grid, slip and lift err more there.
 
     The factors of the entries of `patch` multiply its leak rate as well. Next to sealing the grid
     errs far more, and a finer one may be sealed; of a sealed patch slip is no entry. Lower factor 0
@@ -298,6 +298,10 @@ def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
             lower *= min((there.lower or 0.0) / least, 1.0)
         if upper is not None and most is not None:
             upper = None if there.upper is None else upper * max(there.upper / most, 1.0)
+    if other.lifted is not None and other.lifted.converged:
+        own = 0.0 if patch.lifted is None else patch.lifted.error
+        beyond = exp(max(other.lifted.error - own, 0.0))
+        return lower / beyond, None if upper is None else upper * beyond
     return lower, upper
 
 

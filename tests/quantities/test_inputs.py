@@ -135,6 +135,20 @@ def test_random_inputs_lie_inside(box, draws):
         assert leak.upper <= high, factors
 
 
+def test_corners_whose_lift_errs_more():
+    """The headline ends where those of the scenes at its corners do, with the errors of their lift.
+
+    The contacts start elsewhere, and agree to their certificate, 1e-6, of which Q makes 1e-5.
+    """
+    settings = [LIFTED, "flow.rtol=0.5", "surface.seed=2"]
+    known = "tolerances.contact.pressure=10 %"
+    solved = solve(scene(*settings, "contact.pressure=0.16 MPa", known))
+    ends = [solve(scene(*settings, f"contact.pressure={P} MPa")) for P in (0.176, 0.144)]
+    assert all(end.patch.lifted.error > 2 * solved.patch.lifted.error for end in ends)
+    assert solved.headline.lower == pytest.approx(ends[0].headline.lower, rel=1e-5)
+    assert solved.headline.upper == pytest.approx(ends[1].headline.upper, rel=1e-5)
+
+
 @pytest.mark.parametrize("gap", [20e-9, 70e-9, 1e-6])
 def test_viscosity_of_a_gas_that_slips(gap, scene_of_gap):
     """A uniform gap below, at and above Knudsen's minimum, between 1 bar and a vacuum.
