@@ -31,6 +31,11 @@ def _sliding(depth: np.ndarray, nu: float) -> np.ndarray:
     return np.expm1(-2 * depth) ** 2 / (-np.expm1(-4 * depth) + 4 * depth * decay)
 
 
+# Least factor of a layer: below it the terms of `_fixed` leave few digits of their difference, and
+# the squares of pressures soon exceed single precision.
+LEAST_FACTOR = 1e-15
+
+
 BASES = {"fixed": _fixed, "sliding": _sliding}
 
 
@@ -201,5 +206,12 @@ def wave_stiffness(
     stiffness = q * (spacing[0] * spacing[1]) ** 0.5
     if layer is not None:
         waves = q > 0
-        stiffness[waves] /= layer.compliance_factor(q[waves])
+        factor = layer.compliance_factor(q[waves])
+        if not factor.min(initial=1.0) >= LEAST_FACTOR:
+            raise InvalidInput(
+                f"a layer of thickness {layer.thickness:g} m yields to the longest wave of the "
+                f"surface, {2 * np.pi / q[waves].min():.3g} m, less than {LEAST_FACTOR:g} times as "
+                "much as a half-space does: check the units of layer_thickness and surface"
+            )
+        stiffness[waves] /= factor
     return stiffness

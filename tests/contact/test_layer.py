@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from fem_seal.contact import Layer
+from fem_seal.contact import ElasticSolid, Layer, Load, press
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
 
 
 def airy_compliance(q, thickness, nu, base):
@@ -38,3 +40,16 @@ def test_compliance_against_elasticity(base, nu, depth):
     factor = Layer(depth / q, base, nu).compliance_factor(q)
     # The 4 x 4 system loses up to 1/ξ^4 = 1e5 of its 16 digits in thin layers.
     assert 2 * (1 - nu**2) / q * factor == pytest.approx(exact, rel=1e-8)
+
+
+@pytest.mark.parametrize("thickness", [1e-8, 1e-15, 1e-60, 1e-300])
+def test_a_layer_that_yields_to_no_wave(thickness):
+    """Thinner than 1e-6 of the longest wave its compliance is rounding, and its pressures overflow.
+
+    Incompressible and bonded it yields (2/3) ξ³ times as much as a half-space, ξ << 1.
+    """
+    x = np.arange(8) / 8
+    wave = GridField(np.cos(2 * np.pi * x)[:, None] + np.zeros(8), (1 / 8, 1 / 8), periodic=True)
+    for load in (Load("area_fraction", 0.3), Load("pressure", 1.0), Load("mean_gap", 0.3)):
+        with pytest.raises(InvalidInput, match="units of layer_thickness"):
+            press(wave, ElasticSolid(1.0, Layer(thickness)), load)
