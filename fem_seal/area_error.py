@@ -50,7 +50,8 @@ def area_error(patch: Patch) -> Uncertainty | None:
     # Six digits take the rounding of a fraction off.
     asked = round(patch.load.value * samples, 6)
     closing = floor(asked) - touching + 1 if touching <= asked else 0
-    opening = touching - ceil(asked) + 1 if touching >= asked else 0
+    # The highest sample touches without load.
+    opening = touching - max(ceil(asked), 1) + 1 if touching >= asked else 0
     words = f"{touching} of {samples} samples touch, and {asked:.7g} were asked for"
     sealed = patch.sealed
     try:

@@ -210,6 +210,17 @@ def test_two_ends_of_one_search():
     assert claims < apart < claims + sum(error.log_error for error in errors)
 
 
+@pytest.mark.parametrize("load", [["contact.tolerance="], ["contact.model=bearing"]])
+def test_less_than_a_sample(load):
+    """The highest sample touches at any area, and the others are as at the first touch."""
+    some = ["contact.pressure=", "flow.lift=none", "contact.tolerance=", *load]
+    asked, touch = (Patch(scene(*some, f"contact.area_fraction={area}")) for area in (1e-10, 0))
+    error = area_error(asked)
+    assert asked.leak_rate.value == pytest.approx(touch.leak_rate.value, rel=1e-9)
+    assert error.lower == 1
+    assert error.upper == pytest.approx(1, rel=1e-9)
+
+
 BY_AREA = ["contact.pressure=", "contact.area_fraction=0.3", "flow.lift=none"]
 
 
