@@ -37,6 +37,8 @@ ADJOINT_TOLERANCE = 0.01
 MOST_GMRES = 20  # iterations; most scenes need two to six
 # Part of the network's error that the triangles hold which are halved.
 HALVED = 0.9
+# Least gap of a solid that floats, over ε: the flow hardly tells a smaller one from contact.
+TOUCHES = 0.1
 # Part of the allowed error of ln Q by which a channel along diagonals may change it: many may open.
 DIAGONAL = 0.01
 
@@ -282,9 +284,17 @@ class FloatingPoint(LiftPoint):
         return present(floating, "gap")
 
     @classmethod
+    def high(cls, point: LiftPoint) -> Self:
+        """The point with a film that is higher than the counter-face is rough."""
+        problem, pressure = point.problem, point.problem.uniform_pressure
+        touching = problem.displacement(pressure) - problem.height.values
+        above = touching - touching.min() + np.ptp(touching)
+        return present(cls.at_gap(point, pressure, above), "gap")
+
+    @classmethod
     def at_gap(cls, point: LiftPoint, pressure: np.ndarray, gap: np.ndarray) -> Self | None:
         """The point of another pressure and a gap; None if the solid touches the counter-face."""
-        if not gap.min() > 0:  # a NaN is no gap either
+        if not gap.min() > TOUCHES * point.epsilon:  # a NaN is no gap either
             return None
         problem = point.problem
         contact = ContactState.without_load(problem.field(gap), problem.solid.contact_modulus)
@@ -338,12 +348,11 @@ class FloatingPoint(LiftPoint):
     def after(self, step: NewtonStep, fraction: float = 1.0) -> Self | None:
         """The point a fraction of a step further on; None if the solid would touch.
 
-        The film at most doubles: p_f hardly depends on a large separation, whose step may therefore
-        be as long as one likes.
+        The film at most doubles and nowhere falls below a quarter: p_f hardly depends on a large
+        separation, whose step may therefore be as long as one likes.
         """
         gap = self.contact.gap.values
-        rise, most = fraction * float(step.gap.mean()), float(gap.mean())
-        if rise > most:
-            fraction *= most / rise
+        longest = max(float(step.gap.mean() / gap.mean()), float((-step.gap / gap).max()) / 0.75)
+        fraction = min(fraction, 1 / longest) if longest > 0 else fraction
         pressure = self.pressure + fraction * step.pressure
         return self.at_gap(self, pressure, gap + fraction * step.gap)

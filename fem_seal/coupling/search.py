@@ -14,7 +14,8 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.newton import Steps
+from fem_seal.coupling.newton import Steps, newton
+from fem_seal.coupling.point import FloatingPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.stages import first_stage, further_stages
 from fem_seal.coupling.state import LiftedState, log_ratio
@@ -94,11 +95,12 @@ def _end_of(steps: Steps) -> _End:
 
 
 def _from_both_ends(problem: LiftProblem, dry: ContactState | None) -> list[_End]:
-    """Where the stages end that start from the outlet's pressure, and from the inlet's if needed.
+    """Where the stages end that start from the outlet's pressure, and from another one if needed.
 
-    If both have the same equilibrium in the first stage, the next stages are the same as well: the
-    second start goes on only if the first one has not settled, or has lost its equilibrium on the
-    way.
+    If the solid may float, it may do so above a contact: a start from high above leads there. Else
+    the second start is from the inlet's pressure. If both have the same equilibrium in the first
+    stage, the next stages are the same as well: the second start goes on only if the first one has
+    not settled, or has lost its equilibrium on the way.
     """
     low, high = (
         np.full(problem.height.shape, end) for end in (problem.outlet, problem.largest_start)
@@ -106,6 +108,10 @@ def _from_both_ends(problem: LiftProblem, dry: ContactState | None) -> list[_End
     dry = dry or problem.contact_under(low)
     first = first_stage(problem, low, dry)
     steps = further_stages(problem, first)
+    if problem.may_float and not isinstance(steps.point, FloatingPoint):
+        above = newton(FloatingPoint.high(first.point), problem.allowed)
+        if not above.failure:
+            return [_end_of(steps), _end_of(further_stages(problem, above))]
     if not _may_be_another(problem, steps, dry):
         return [_end_of(steps)]
     second = first_stage(problem, high)
@@ -210,11 +216,14 @@ def _merged(first: LiftedState, second: LiftedState, *, in_equilibrium: bool) ->
         return both
     settled = in_equilibrium and all(s.converged or s.state == "sealed" for s in (first, second))
     what = "have two equilibria" if settled else "come to two states, not both of them settled"
+    starts = "from the pressure of the outlet and of the inlet"
+    if second.floats and not first.floats:
+        starts = "in contact and floating above it"
     names = [f"{leak.value:.3g} m^3/s" if leak.value else "0 (sealed)" for leak in leaks]
     opened = [present(state.contact, "contact").gap.values > 0 for state in (first, second)]
     differ = np.count_nonzero(opened[0] != opened[1])
     reason = (
-        f"contact and flow {what}, from the pressure of the outlet and of the inlet: "
+        f"contact and flow {what}, {starts}: "
         f"{differ} samples are open in one and closed in the other, and the leak rate is "
         f"{names[0]} or {names[1]}; {FINER}"
     )

@@ -6,6 +6,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 from lifted_scenes import problem_of, scene
+from scipy.optimize import brentq
 
 import fem_seal as fs
 from fem_seal.coupling import lifted
@@ -185,6 +186,30 @@ def test_a_solid_does_not_float_where_a_rise_lets_the_fluid_carry_more(rise, las
     assert (not steps.failure) == lasts
     if lasts:
         assert 0.73 < steps.point.contact.gap.values.min() / 1e-5 < 0.76
+
+
+def test_a_contact_below_a_solid_that_floats_is_one_of_two_states():
+    """Both are reported: the contact behind the gate, and the film that carries the same load.
+
+    With the rise t the leak rate is W p_in/(12 η) over ∫ dx/(g + t)³.
+    """
+    gap, share, load = np.ones(32), 0.58, 1e5
+    gap[1], gap[-4:-1] = 0.05, 0.2
+    lifting, surface = stiff(gap, load, load / share)
+    state = Patch(lifting, surface=surface).lifted
+    rise = brentq(lambda t: carried(gap + t) - share, 0.73, 0.76)
+
+    def leak(rise):
+        low, high = gap + rise, np.roll(gap, -1) + rise
+        resistance = ((low + high) / (low * high) ** 2).sum() / 2 / 1e-15 / len(gap)
+        return load / share / (12e-3 * resistance)
+
+    assert not state.converged
+    assert "two equilibria, in contact and floating" in state.reason
+    # In contact a tent at one sample takes up to twice its area from the conductance.
+    error = state.error + lifting.flow.rtol + 2 * 4 / 32**2
+    assert state.lowest == pytest.approx(leak(0), rel=error)
+    assert state.highest == pytest.approx(leak(rise), rel=error)
 
 
 def test_no_load_below_that_of_a_uniform_film_is_carried():
