@@ -196,7 +196,7 @@ def test_a_contact_below_a_solid_that_floats_is_one_of_two_states():
     gap, share, load = np.ones(32), 0.58, 1e5
     gap[1], gap[-4:-1] = 0.05, 0.2
     lifting, surface = stiff(gap, load, load / share)
-    state = Patch(lifting, surface=surface).lifted
+    state = Patch(lifting, given=Given(surface=surface)).lifted
     rise = brentq(lambda t: carried(gap + t) - share, 0.73, 0.76)
 
     def leak(rise):
