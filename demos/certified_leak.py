@@ -29,7 +29,7 @@ from fem_seal.contact import ElasticSolid, Load, press
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings, Limits, leak_rate
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import Level, relative_width
+from fem_seal.leak_rate import LevelRecord, relative_width
 from fem_seal.render.convergence import draw_bounds
 from fem_seal.render.plot import new_figure
 from fem_seal.surface import Spectrum, self_affine
@@ -54,7 +54,9 @@ def near_percolation(n: int) -> GridField:
     return press(height, ElasticSolid(10e6), Load("area_fraction", 0.4)).gap
 
 
-def compare(gap: GridField, rtol: float, grids: int) -> tuple[tuple[Level, ...], tuple[Level, ...]]:
+def compare(
+    gap: GridField, rtol: float, grids: int
+) -> tuple[tuple[LevelRecord, ...], tuple[LevelRecord, ...]]:
     """Levels of the adaptive mesh, refined to `rtol`, and of `grids` uniform ones."""
     film, most = GridFilm(gap, SIDES), 4 ** (grids - 1) * gap.values.size
     adaptive = leak_rate(film, FlowSettings(rtol=rtol, **WATER), every_dual=True)
@@ -64,7 +66,7 @@ def compare(gap: GridField, rtol: float, grids: int) -> tuple[tuple[Level, ...],
     return adaptive.levels, uniform.levels
 
 
-def refined_at(contrast: float, n: int) -> tuple[Level, ...]:
+def refined_at(contrast: float, n: int) -> tuple[LevelRecord, ...]:
     """Meshes of n², 4 n² and 16 n² squares of a smooth gap whose K = g³ spans a contrast."""
     wave = np.cos(2 * np.pi * np.arange(n) / n)
     gap = GridField(1e-6 * contrast ** (np.outer(wave, wave) / 6), (1e-6, 1e-6), periodic=True)
@@ -73,7 +75,7 @@ def refined_at(contrast: float, n: int) -> tuple[Level, ...]:
     return leak_rate(GridFilm(gap, SIDES), settings, every_dual=True).levels
 
 
-def draw(adaptive: tuple[Level, ...], uniform: tuple[Level, ...], path: Path) -> None:
+def draw(adaptive: tuple[LevelRecord, ...], uniform: tuple[LevelRecord, ...], path: Path) -> None:
     """Left: bounds; right: their half-width. The uniform mesh is dotted."""
     shown = [level for level in uniform if level.lower > 0]
     n, style = [level.unknowns for level in shown], {"markersize": 4}

@@ -22,9 +22,9 @@ from fem_seal.errors import present
 from fem_seal.grid_series import (
     Interval,
     error_from_half,
+    error_of_sealed,
     estimated_error,
     grids,
-    of_sealed,
     rate_interval,
 )
 from fem_seal.leak_rate import LeakRate, require_enclosed
@@ -168,7 +168,7 @@ def _refined(first: Patch, allowed: float) -> tuple[Patch, tuple[Trial, ...]]:
 def _grid_error(coarser: Interval | None, patch: Patch) -> Uncertainty:
     """What a finer grid would change, from the leak rate on a coarser one [m³/s]."""
     if patch.state == "sealed":
-        return of_sealed(patch)
+        return error_of_sealed(patch)
     if patch.state == "lifted off" or coarser is None:
         return UNKNOWN
     return error_from_half(patch, coarser)

@@ -24,8 +24,8 @@ LIFT, INPUTS = "lift", "inputs"
 NOT_THE_SEAL = "others of the seal may leak: [seal] judges the seal"
 # A factor above this one, or below its inverse, counts as unbounded in texts.
 USELESS = 1e6
-# Factors as near to 1 as this are written as 1 ± their distance, and as 1 below a rounding error.
-NEAR_ONE, ROUNDING = 1e-3, 1e-12
+# Factors as near to 1 as NEAR_ONE are written as 1 ± their distance, as near as ONE as 1.
+NEAR_ONE, ONE = 1e-3, 1e-12
 # Entries that the bounds of a leak rate contain.
 IN_BOUNDS = (FLOW, SLIP_INTERVAL, FLOW_AND_LOADS)
 
@@ -160,7 +160,7 @@ def factor_words(lower: float | None, upper: float | None) -> str:
     """
     error = 1.0 if lower is None or upper is None else max(1 - lower, upper - 1)
     if error < NEAR_ONE:
-        return f"1 ± {rounded_up(error, 2)}" if error > ROUNDING else "1"
+        return f"1 ± {rounded_up(error, 2)}" if error > ONE else "1"
     low = None if lower is None or lower < 1 / USELESS else lower
     high = None if upper is None or upper > USELESS else upper
     return ends_words(low, high) or "any factor"

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.arguments import require_kind
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.registry import require_kind
 from fem_seal.render.patch import draw_patch
 from fem_seal.solved import Solved
 

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from fem_seal.arguments import require_kind, require_known, require_not_negative, require_positive
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import Slip
 from fem_seal.limits import Limits
-from fem_seal.registry import require_kind, require_known, require_not_negative, require_positive
 
 NO_LIMITS = Limits()
 MethodName = Literal["adaptive", "uniform", "finite-difference"]

@@ -16,9 +16,9 @@ from math import pi, sqrt
 
 import numpy as np
 
+from fem_seal.arguments import choose, require_not_negative, require_positive
 from fem_seal.errors import InvalidInput
 from fem_seal.rarefied import FIRST_ORDER, LAWS, PoiseuilleCoefficient
-from fem_seal.registry import choose, require_not_negative, require_positive
 
 GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact in the SI since 2019
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_seal.arguments import require_positive
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import GAP_NAMES, Stated, read_map
 from fem_seal.grid import GridField
-from fem_seal.registry import require_positive
 
 
 def load_gap(

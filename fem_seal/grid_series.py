@@ -88,7 +88,7 @@ def rate_interval(patch: Patch) -> Interval:
     return patch.leak_rate.value, patch.leak_rate.value
 
 
-def of_sealed(patch: Patch) -> Uncertainty:
+def error_of_sealed(patch: Patch) -> Uncertainty:
     """Whether a finer grid may open a sealed patch: it must stay sealed under a part of its load.
 
     The heights between the samples, u over the rms height, let a finer grid seal under more load.
@@ -115,7 +115,7 @@ def sealed_under(patch: Patch, load_share: float) -> bool:
     return lighter.state == "sealed" and (lighter.lifted is None or not lighter.lifted.is_range)
 
 
-def is_estimated(scene: Scene) -> bool:
+def estimates_grid_error(scene: Scene) -> bool:
     """Whether a patch is solved on half of its samples as well."""
     contact, accuracy = scene.contact, scene.accuracy
     asked = scene.total_error is None and (accuracy is None or accuracy.contact_grid)
@@ -147,7 +147,7 @@ def half_in_worker(patch: Patch) -> Iterator[None]:
 
     The flow of a patch uses one core: another process uses the second one where it is idle.
     """
-    asked = patch.scene.leak_rate_of == "patch" and is_estimated(patch.scene)
+    asked = patch.scene.leak_rate_of == "patch" and estimates_grid_error(patch.scene)
     if not asked or not _saves_time(patch):
         yield
         return
@@ -255,8 +255,8 @@ def grid_error(
 def estimated_error(patch: Patch) -> Uncertainty:
     """Estimate what a finer grid changes, for which the patch is solved on half of the samples.
 
-    A sealed patch is solved under less load instead (`of_sealed`). For a measured map: what half of
-    the samples change. Its own samples are all that is known.
+    A sealed patch is solved under less load instead (`error_of_sealed`). For a measured map: what
+    half of the samples change. Its own samples are all that is known.
     """
     if patch.given.grid_error is not None:
         return patch.given.grid_error(patch)
@@ -268,7 +268,7 @@ def estimated_error(patch: Patch) -> Uncertainty:
         return estimate(CONTACT_GRID, words)
     with patch.timed("contact grid"):
         if patch.state == "sealed":
-            return of_sealed(patch)
+            return error_of_sealed(patch)
         try:
             return _from_coarser(patch, half_solver(patch).solve())
         except NotConverged as error:
@@ -287,7 +287,7 @@ def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
     if other.lifted_off:
         return lower, upper
     sources: list[Callable[[Patch], Uncertainty | None]] = [slip_entry]
-    if is_estimated(patch.scene) or patch.scene.total_error is not None:
+    if estimates_grid_error(patch.scene) or patch.scene.total_error is not None:
         sources.append(estimated_error)
     for source in sources:
         if (there := source(other)) is None:

@@ -8,9 +8,9 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
+from fem_seal.arguments import require_known
 from fem_seal.digits import bracket_digits, per_cent
 from fem_seal.errors import Inconsistent
-from fem_seal.registry import require_known
 
 FlowState: TypeAlias = Literal["leaking", "sealed", "lifted off"]
 MEAN_ROUNDING = 1e-12  # relative, of the geometric mean of two bounds
@@ -58,7 +58,7 @@ class Bounded:
 
 
 @dataclass(frozen=True)
-class Level:
+class LevelRecord:
     """One mesh of a refinement, with its bounds and cost."""
 
     unknowns: int  #: unknowns of the primal problem
@@ -161,7 +161,8 @@ class LeakRate:
     #: correction lowers that further
     inflow: float = 0.0
     outflow: float = 0.0
-    levels: tuple[Level, ...] = dataclasses.field(default=(), repr=False)  #: refinement history
+    #: refinement history
+    levels: tuple[LevelRecord, ...] = dataclasses.field(default=(), repr=False)
     #: of the iteration of finite differences for "slip": largest change of the pressures over the
     #: inlet's in each step
     residuals: dict[str, tuple[float, ...]] = dataclasses.field(default_factory=dict, repr=False)

@@ -3,8 +3,8 @@
 import time
 from dataclasses import dataclass
 
+from fem_seal.arguments import require_count, require_not_negative
 from fem_seal.memory import available_memory, peak_memory
-from fem_seal.registry import require_count, require_not_negative
 
 # Usual ratio of the unknowns of an adaptive mesh, and of the peak memory, to the level before.
 USUAL_GROWTH = 2.0
@@ -29,7 +29,7 @@ class Limits:
         if self.unknowns is not None:
             require_count(unknowns=self.unknowns)
 
-    def exceeded(
+    def why_exceeded(
         self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0, what: str = "mesh"
     ) -> str:
         """Message on the limit that the next level would exceed; empty if there is none.

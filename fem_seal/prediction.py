@@ -16,7 +16,7 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import THREADED_FROM
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
-from fem_seal.grid_series import LOOSER, LOOSEST, half, is_estimated, pays_in_worker
+from fem_seal.grid_series import LOOSER, LOOSEST, estimates_grid_error, half, pays_in_worker
 from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
@@ -204,7 +204,7 @@ def _stages(scene: Scene, shape: tuple[int, int], channels: float) -> dict[str, 
             stages["range"] = contact + flow
         if by_area:
             stages["contact area"] = OF_CONTACT * contact + OF_LIFT * flow * lifted
-        coarse = half(shape) if is_estimated(scene) else None
+        coarse = half(shape) if estimates_grid_error(scene) else None
         if coarse is not None:
             both = of_contact(prod(coarse)) + of_flow(prod(coarse), min(LOOSER * rtol, LOOSEST))
             during = flow if pays_in_worker(samples, lifted) else 0.0

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_seal.arguments import require_positive
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.text_header import column_titles, names_units
 from fem_seal.field_file.text_table import is_comment, read_table
-from fem_seal.registry import require_positive
 
-SI = "m", "Pa"  # units of x and pressure in a table that names none
+_SI = "m", "Pa"  # units of x and pressure in a table that names none
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def read_profile(path: Path) -> TabulatedProfile:
     titles = column_titles(table)
     axes = [title.axis for title in titles]
     order = (1, 0) if "p" in axes[:1] or axes[1:] == ["x"] else (0, 1)
-    sizes = [titles[k].size(si, path) if titles else None for k, si in zip(order, SI, strict=True)]
+    sizes = [titles[k].size(si, path) if titles else None for k, si in zip(order, _SI, strict=True)]
     words = [line for line in table.header if line.strip(";, \t")]
     unclear = [line for line in words if not titles and not is_comment(line)]
     if None in sizes:

@@ -15,7 +15,7 @@ from fem_seal.field_file import HEIGHT_NAMES, read_map
 from fem_seal.field_file.profiles import read_profiles
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate, Level
+from fem_seal.leak_rate import LeakRate, LevelRecord
 from fem_seal.memory import refuse_too_large
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, ProfileSurface, Scene
@@ -101,7 +101,7 @@ ContactModel = Callable[[Scene, GridField, np.ndarray | None, Load, Report], Gap
 CONTACTS: dict[str, ContactModel] = {"gfmd": elastic_contact, "bearing": _bearing}
 
 
-def flow_progress(report: Report) -> Callable[[Level], None]:
+def flow_progress(report: Report) -> Callable[[LevelRecord], None]:
     """Progress of a refinement, one line for each mesh."""
     return lambda level: report("flow", f"{level.unknowns} unknowns, ±{per_cent(level.half_width)}")
 

@@ -31,8 +31,8 @@ from fem_seal.network.network import MeshNetwork
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
 
-ADJOINT_TOLERANCE, ADJOINT_ITERATIONS = 1e-6, 60  # of the adjoint solves
-HALVED = 0.9  # part of the dissipation on the links that are halved
+TOLERANCE, ITERATIONS = 1e-6, 60  # of the adjoint solves
+OF_DISSIPATION = 0.9  # part of the dissipation on the links that are halved
 # Gap that conducts in contact: part of the rms height, and at most of the critical constriction.
 EPSILON, OF_CRITICAL = 1e-4, 0.1
 LOAD_TOLERANCE = 0.03  # tolerance of the linear solves of `ByLoad`
@@ -78,9 +78,9 @@ def sensitivity(
     point = _point(problem, epsilon, contact, lifted)
     flow, adjoint, weight = point.flow, np.zeros_like(gap), point.flow.log_rate_by_gap
     if lifted is not None:
-        adjoint = _solution(point.linear.adjoint(ADJOINT_TOLERANCE, ADJOINT_ITERATIONS))
-        weight = weight + point.linear.response_transposed(adjoint, ADJOINT_TOLERANCE)
-    z = point.gap_change(weight, ADJOINT_TOLERANCE)
+        adjoint = _solution(point.linear.adjoint(TOLERANCE, ITERATIONS))
+        weight = weight + point.linear.response_transposed(adjoint, TOLERANCE)
+    z = point.gap_change(weight, TOLERANCE)
     by_height = -problem.stiffness * problem.half_space.pressure(z)
     by_input = {"heights": float(np.vdot(by_height, height.values))}
     solid = scene.solid
@@ -120,7 +120,7 @@ def _point(
     for _ in range(1 + problem.doublings):
         if isinstance(point.network, MeshNetwork):
             flow = point.flow
-            finer = point.network.refined(flow.dissipation, HALVED, flow.varies)
+            finer = point.network.refined(flow.dissipation, OF_DISSIPATION, flow.varies)
             point = replace(point, network=finer)
     return point
 
@@ -129,7 +129,7 @@ def _solution(solved: LinearSolution) -> np.ndarray:
     if not solved.converged:
         raise NotConverged(
             "the linear system of the sensitivity of contact and flow is not solved: "
-            f"{ADJOINT_ITERATIONS} iterations of GMRES leave {solved.residuals[-1]:.1e} of it; try "
+            f"{ITERATIONS} iterations of GMRES leave {solved.residuals[-1]:.1e} of it; try "
             "a smaller contact.tolerance, or leave out what asks for it"
         )
     return solved.x
@@ -189,7 +189,7 @@ class ByLoad:
             return none
         linear = self._point.linear
         at_fixed = linear.response(linear.gap_change(none - 1, LOAD_TOLERANCE), LOAD_TOLERANCE)
-        return _solution(linear.solved(at_fixed, LOAD_TOLERANCE, ADJOINT_ITERATIONS)[0])
+        return _solution(linear.solved(at_fixed, LOAD_TOLERANCE, ITERATIONS)[0])
 
 
 def _epsilon(problem: LiftProblem, critical: float) -> float:

@@ -12,7 +12,7 @@ from fem_seal.scene.shape import AnyShape
 
 # A module may import those before it, and its own folder.
 LAYERS = """
-errors installed interrupts files tables registry digits graphs grid leak_rate error_budget memory
+errors installed interrupts files tables arguments digits graphs grid leak_rate error_budget memory
 limits parallel worker progress units expression rarefied fluid flow_settings field_file gap_file
 pressure_profile
 surface contact
@@ -77,7 +77,7 @@ def test_imports_point_backwards():
 # What finite differences and finite elements both use: the film, its law and its open clusters, and
 # what carries numbers from one to the other. No equation of the flow and no solver is among them.
 SHARED = """
-digits errors fluid graphs grid leak_rate rarefied registry
+arguments digits errors fluid graphs grid leak_rate rarefied
 film.clusters film.constriction film.grid_film film.lattice film.law
 """
 

@@ -9,10 +9,10 @@ from in_workers import ended_elsewhere
 from project import scene_of_samples
 
 from fem_seal import grid_series, parallel
+from fem_seal.arguments import require_known
 from fem_seal.errors import InvalidInput
 from fem_seal.grid_series import estimated_error, half_in_worker
 from fem_seal.patch import Patch
-from fem_seal.registry import require_known
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.worker import environment, in_worker, peak_of_workers

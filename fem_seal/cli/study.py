@@ -10,13 +10,13 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
+from fem_seal.arguments import choose
 from fem_seal.cli.options import add_path, add_scene, add_work, work_of
 from fem_seal.cli.printing import WIDTH, say
 from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, NotConverged, narrowed, present
 from fem_seal.files import locked_folder, write_text
 from fem_seal.progress import Display
-from fem_seal.registry import choose
 from fem_seal.tables import as_csv, as_text
 
 if TYPE_CHECKING:

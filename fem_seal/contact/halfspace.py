@@ -5,11 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
+from fem_seal.arguments import choose, require_known, require_positive
 from fem_seal.contact.blocks import RowPasses
 from fem_seal.contact.transform import RealTransform
 from fem_seal.errors import InvalidInput
 from fem_seal.parallel import cores
-from fem_seal.registry import choose, require_known, require_positive
 from fem_seal.surface.spectrum import multiplicity, wavenumbers
 
 PRECISIONS = {"double": "float64", "mixed": "float32"}

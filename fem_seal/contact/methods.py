@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_seal.arguments import require_count, require_known
 from fem_seal.contact.damped import damped, fista
 from fem_seal.contact.free_set_cg import free_set_cg
 from fem_seal.contact.polonsky_keer import polonsky_keer
 from fem_seal.contact.problem import Iterate, Iterates, Measures, Problem
 from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput, NotConverged, present
-from fem_seal.registry import require_count, require_known
 
 Progress = Callable[[int, float], None]
 

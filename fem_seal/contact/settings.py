@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal, cast, get_args
 
+from fem_seal.arguments import require_count, require_known, require_not_negative, require_positive
 from fem_seal.contact.halfspace import PRECISIONS, Layer
 from fem_seal.errors import InvalidInput
-from fem_seal.registry import require_count, require_known, require_not_negative, require_positive
 
 
 @dataclass(frozen=True)

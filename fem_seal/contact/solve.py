@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fem_seal.arguments import require_kind
 from fem_seal.contact.area_control import contact_of_area
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import CONTACT_METHODS, USUAL_STOPPING, ContactStopping
@@ -11,7 +12,6 @@ from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.grid import GridField
-from fem_seal.registry import require_kind
 
 # Contact area below which a coarse start pays. Measured at 512² and 1024²: it saves a quarter of
 # the CPU time at 1 % of contact, a few percent at 5 %, and nothing at 20 %, where the remaining

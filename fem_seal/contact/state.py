@@ -6,9 +6,9 @@ from math import inf
 
 import numpy as np
 
+from fem_seal.arguments import require_positive
 from fem_seal.errors import Inconsistent
 from fem_seal.grid import GridField
-from fem_seal.registry import require_positive
 
 # V. A. Yastrebov, G. Anciaux, J.-F. Molinari, Tribol. Int. 114, 161 (2017), arXiv:1701.02727.
 PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24

@@ -178,7 +178,7 @@ class LiftPoint:
     @cached_property
     def by_epsilon(self) -> float:
         """Part of the leak rate that is due to ε; where it is small, p_f depends on ε even less."""
-        return self.flow.beyond(np.cbrt(self.problem.cubes(self.contact.gap.values)))
+        return self.flow.lost_with(np.cbrt(self.problem.cubes(self.contact.gap.values)))
 
     def finer(self, problem: LiftProblem) -> tuple[Network, float]:
         """Network and ε of the next stage: smaller triangles where errors change ln Q most.

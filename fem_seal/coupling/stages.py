@@ -84,7 +84,7 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
         if start.problem is problem:  # no state has fewer samples
             # The next network has four times the nodes. The contacts need most of the memory.
             time = 4 * (perf_counter() - began)
-            exceeded = problem.settings.limits.exceeded(problem.began, 1.0, time, "stage")
+            exceeded = problem.settings.limits.why_exceeded(problem.began, 1.0, time, "stage")
             if exceeded:
                 return search.ended(exceeded)
     return search.ended(f"it has not in {MOST_STAGES} stages")

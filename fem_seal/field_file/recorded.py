@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
+from fem_seal.arguments import require_kind, require_positive
 from fem_seal.errors import InvalidInput
-from fem_seal.registry import require_kind, require_positive
 from fem_seal.units import to_si
 
 Pair = tuple[float, float]

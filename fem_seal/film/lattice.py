@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.arguments import choose
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField, Representation, Sides, diagonal_rises
-from fem_seal.registry import choose
 
 # For each connectivity of a phase that of its complement, so that exactly one of the two spans.
 DUAL_CONNECTIVITY = {"4": "8", "8": "4", "triangulation": "triangulation"}

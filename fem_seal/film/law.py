@@ -19,7 +19,7 @@ T = TypeVar("T", float, np.float64, np.ndarray)
 # Smallest unit of leak rates [m³/s]: those of gaps over 60 decades, whose cubes span 180, are still
 # floating-point numbers of full precision below it.
 LEAST_UNIT = 1e-100
-ROUNDING = 1e-12  # of a table of m, as a part of its largest value
+TABLE_ROUNDING = 1e-12  # of a table of m, as a part of its largest value
 Line = tuple[np.ndarray | float, np.ndarray | float]
 
 
@@ -66,7 +66,7 @@ class Conductivity:
             if part.shape != self.gaps.shape or not np.isfinite(part).all():
                 raise Inconsistent("a conductivity has not one finite value at each of its gaps")
             bends = np.diff(np.diff(part) / widths)
-            rounding = ROUNDING * np.abs(part).max() / np.minimum(widths[1:], widths[:-1])
+            rounding = TABLE_ROUNDING * np.abs(part).max() / np.minimum(widths[1:], widths[:-1])
             if (bends < -rounding).any():
                 raise Inconsistent("a part of a conductivity is not convex, or not concave")
 

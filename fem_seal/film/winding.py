@@ -10,12 +10,12 @@ from operator import add, sub
 
 import numpy as np
 
+from fem_seal.arguments import require_known
 from fem_seal.errors import InvalidInput
 from fem_seal.film import clusters
 from fem_seal.film.constriction import highest_spanning
 from fem_seal.film.lattice import OPEN_CONNECTIVITY
 from fem_seal.grid import GridField, require_grid_field
-from fem_seal.registry import require_known
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ between inlet (p = p_in) and outlet (p = p_out)
 and the leak rate is Q = C Δp, C the conductance of the network between its two ends.
 """
 
+from fem_seal.arguments import require_kind, require_positive
 from fem_seal.film.grid_film import GridFilm, require_film
 from fem_seal.film.law import leak_rate_of_square
 from fem_seal.finite_difference.elimination import conductance
@@ -15,7 +16,6 @@ from fem_seal.finite_difference.slipping import film_without_slip
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.fluid import Slip
 from fem_seal.leak_rate import LeakRate
-from fem_seal.registry import require_kind, require_positive
 
 METHOD = "finite-difference"
 

@@ -11,11 +11,11 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from fem_seal.arguments import choose
 from fem_seal.film import clusters
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.film.law import film_conductivity
 from fem_seal.finite_difference.links import LINKS
-from fem_seal.registry import choose
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fem_seal import parallel
+from fem_seal.arguments import require_positive
 from fem_seal.fenicsx import explained_compilation
 from fem_seal.film.law import CUBE, leak_rate_of_square, mean_pressure_law
 from fem_seal.film.winding import periodic_sites, widest_both_ways, widest_winding
@@ -20,7 +21,6 @@ from fem_seal.grid import GridField
 from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.nested import coarsest_width
 from fem_seal.mesh.torus import uniform_torus
-from fem_seal.registry import require_positive
 
 # Smallest part of the largest conductivity that can be resolved. The pressure is prescribed
 # nowhere, so its rounding errors in open regions hide smaller conductivities.

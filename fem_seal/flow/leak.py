@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fem_seal import parallel
+from fem_seal.arguments import choose, require_kind
 from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, MeshFilm, require_film
@@ -21,11 +22,10 @@ from fem_seal.flow.solution import SolvedLevel, Start
 from fem_seal.flow.stopping import Decision, Stopping, Tolerance, without_slip
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate, Level, middle_of
+from fem_seal.leak_rate import LeakRate, LevelRecord, middle_of
 from fem_seal.limits import USUAL_GROWTH
 from fem_seal.mesh.bisection import AnyMesh, coarse_mesh
 from fem_seal.mesh.nested import coarsest_width
-from fem_seal.registry import choose, require_kind
 
 NARROWEST = 1e-60  # smallest critical constriction, as a part of the largest gap
 
@@ -35,7 +35,7 @@ def leak_rate(
     film: Film,
     settings: FlowSettings,
     *,
-    progress: Callable[[Level], None] | None = None,
+    progress: Callable[[LevelRecord], None] | None = None,
     every_dual: bool = False,
     tuning: Tuning | None = None,
     start: Start | None = None,
@@ -56,7 +56,7 @@ def leak_rate(
     settings
         Fluid, pressures, method ("adaptive" or "uniform") and accuracy.
     progress
-        Called with every Level, in m³/s.
+        Called with every LevelRecord, in m³/s.
     every_dual
         Compute bounds from both sides on every level, to show how they close.
     tuning
@@ -112,7 +112,7 @@ def leak_rate(
     )
     gap, mesh = first_mesh(film, stopping.narrowest, strategy, law)
     start = Start.first(gap, mesh) if start is None else start.through(gap)
-    levels: list[Level] = []
+    levels: list[LevelRecord] = []
     drawn = None
     for solution in refined(gap, start, strategy, stopping):
         levels.append(_level_in(unit, solution.level))
@@ -190,11 +190,11 @@ def first_mesh(
     return gap, coarse_mesh(gap.squares, width, film.sides == "periodic")
 
 
-def _level_in(unit: float, level: SolvedLevel) -> Level:
+def _level_in(unit: float, level: SolvedLevel) -> LevelRecord:
     """A mesh with its bounds in m³/s."""
     lower, upper = (bound * unit for bound in level.bounds.numbers)
     iterations = {stage: len(residuals) for stage, residuals in level.residuals.items()}
-    return Level(
+    return LevelRecord(
         unknowns=level.unknowns,
         cells=level.cells,
         lower=lower,
@@ -206,7 +206,7 @@ def _level_in(unit: float, level: SolvedLevel) -> Level:
 
 
 def _leak_rate_in(
-    unit: float, solution: LevelSolution, method: str, levels: list[Level]
+    unit: float, solution: LevelSolution, method: str, levels: list[LevelRecord]
 ) -> LeakRate:
     """Leak rate of a solution, with its bounds."""
     level, slip = solution.level, solution.slip

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.arguments import require_count, require_positive
 from fem_seal.errors import InvalidInput
 from fem_seal.flow.indicators import blocked_fluxes, error_indicators, flux_residuals
 from fem_seal.flow.joints import wrongly_joined_cells
@@ -21,7 +22,6 @@ from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.solution import FlowEstimate
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.mesh.bisection import doerfler, halvings
-from fem_seal.registry import require_count, require_positive
 
 # Least size of a step by the error indicators, as a part of a full step, while flow through leaking
 # vertices or wrongly joined cells falsifies them.

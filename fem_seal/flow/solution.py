@@ -84,5 +84,5 @@ class SolvedLevel:
     unknowns: int  #: unknowns of the primal problem, for one direction
     cells: int  #: open triangles of the mesh
     bounds: Bounds  #: best bounds so far
-    residuals: dict[str, tuple[float, ...]] = field(default_factory=dict)  #: as in `Level`
+    residuals: dict[str, tuple[float, ...]] = field(default_factory=dict)  #: as in `LevelRecord`
     seconds: dict[str, float] = field(default_factory=dict)

@@ -72,7 +72,7 @@ class Tolerance:
         """Whether the bounds of a solution meet the criterion."""
         return bool(solution.level.bounds.width <= self.rtol)
 
-    def undecidable(self, solution: LevelSolution) -> str:
+    def why_undecidable(self, solution: LevelSolution) -> str:
         """No message: finer meshes narrow any bounds."""
         return ""
 
@@ -108,7 +108,7 @@ class Decision:
         below, above = (bound / self.limit for bound in leak.bounds)
         return f"the flow alone puts it between {below:.4g} and {above:.4g} times the limit"
 
-    def undecidable(self, solution: LevelSolution) -> str:
+    def why_undecidable(self, solution: LevelSolution) -> str:
         """Message if no mesh can decide because of slip or the margin, else ""."""
         bounds = solution.level.bounds
         lower, upper = bounds.numbers
@@ -185,7 +185,7 @@ class Stopping:
     def _reason_to_stop(self, solution: LevelSolution) -> str:
         """Reason to end with this solution, "" to go on."""
         last = sum(solution.level.seconds.values())
-        limit = self.limits.exceeded(self.started, self.growth, last)
+        limit = self.limits.why_exceeded(self.started, self.growth, last)
         if not limit and self.doubtful and self.criterion.rtol > 0:
             # A mesh has half as many vertices as cells. Unknowns would not do as a measure: where
             # the pressure is constant there are fewer.
@@ -195,7 +195,7 @@ class Stopping:
         # Time and memory differ from rank to rank.
         limit = self.comm.bcast(limit)
         stalled = solution.stalled if self._no_closer() else ""
-        return limit or stalled or self.criterion.undecidable(solution)
+        return limit or stalled or self.criterion.why_undecidable(solution)
 
     def _no_closer(self) -> bool:
         """Whether the last two meshes have hardly improved the bounds."""

@@ -127,7 +127,7 @@ class FilmPressure:
         fluxes = network.past_legs(self._places) * (self._u[a] - self._u[b])
         return by_links, np.abs(fluxes * (adjoint[a] - adjoint[b]))
 
-    def beyond(self, gap: np.ndarray) -> float:
+    def lost_with(self, gap: np.ndarray) -> float:
         """Part of the leak rate that is lost with a smaller gap (nx, ny) [m], to first order."""
         network = self._network
         links = network.conductances(network.to_places @ (gap.ravel() / self._unit))

@@ -31,9 +31,10 @@ from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import doerfler, halvings, refine
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at, uniform_mesh
 
-# A point lies in a triangle if no barycentric coordinate is below -EDGE; an angle is a right one if
-# half its cotangent is below RIGHT. Both are far above rounding.
-EDGE = RIGHT = 1e-9
+# Both are far above rounding. A point lies in a triangle if no barycentric coordinate is below
+# -EDGE; an angle is a right one if half its cotangent is below RIGHT.
+EDGE = 1e-9
+RIGHT = 1e-9
 # Step of central differences at which their own error, its square, is that of rounding, ε/STEP.
 STEP = float_info.epsilon ** (1 / 3)
 # Relative error of a link one sample long in a uniform gap, over that of one whose gap varies, by

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from fem_seal.area_error import area_error
 from fem_seal.error_budget import CONTACT_GRID, ONE_PATCH, ErrorBudget, Uncertainty, flow_entry
-from fem_seal.grid_series import error_beyond, estimated_error, is_estimated
+from fem_seal.grid_series import error_beyond, estimated_error, estimates_grid_error
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.inputs import Probe, inputs_entry, rate_in_range
@@ -25,7 +25,7 @@ def _contact_grid_entry(patch: Patch) -> Uncertainty | None:
     scene = patch.scene
     if scene.contact is None or scene.seal is not None or patch.lifted_off:
         return None
-    if scene.total_error is None and not is_estimated(scene):
+    if scene.total_error is None and not estimates_grid_error(scene):
         sentence = "what a finer grid of the contact would change was not computed"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
     return estimated_error(patch)

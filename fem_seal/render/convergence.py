@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.leak_rate import Level
+from fem_seal.leak_rate import LevelRecord
 from fem_seal.render.plot import label_axis, new_figure
 
 if TYPE_CHECKING:
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
 
 
-def close_in(levels: Sequence[Level]) -> bool:
+def close_in(levels: Sequence[LevelRecord]) -> bool:
     """Whether there are two levels or more to show how the bounds closed."""
     return sum(level.upper > 0 for level in levels) > 1
 
 
-def bounds_plot(levels: Sequence[Level], path: str | Path) -> None:
+def bounds_plot(levels: Sequence[LevelRecord], path: str | Path) -> None:
     """Plot the bounds, and the half-width of the bracket, against unknowns on logarithmic axes.
 
     A logarithmic axis has no place for a lower bound of zero: for such a level the plot shows the
@@ -38,7 +38,7 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> None:
         draw_bounds(figure, levels)
 
 
-def draw_bounds(figure: "Figure", levels: Sequence[Level]) -> None:
+def draw_bounds(figure: "Figure", levels: Sequence[LevelRecord]) -> None:
     """Draw the two axes of `bounds_plot` into a figure without axes."""
     rates, widths = figure.subplots(1, 2)
     unknowns, lower, upper, half_width = np.array(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.leak_rate import FlowField, Level
+from fem_seal.leak_rate import FlowField, LevelRecord
 from fem_seal.patch import Patch
 from fem_seal.render.convergence import bounds_plot, close_in
 from fem_seal.render.flow import flow_picture, mesh_picture, pressure_picture
@@ -72,7 +72,7 @@ def draw_pictures(
 
 
 def draw_details(
-    film: GridFilm | MeshFilm, field: FlowField | None, levels: Sequence[Level], folder: Path
+    film: GridFilm | MeshFilm, field: FlowField | None, levels: Sequence[LevelRecord], folder: Path
 ) -> None:
     """Draw pressure, mesh and relief of a flow on a grid, and the bounds of its levels."""
     if close_in(levels):

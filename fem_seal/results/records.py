@@ -198,16 +198,16 @@ class SealRecord(Record):
     @classmethod
     def of(cls, seal: SealLeak) -> "SealRecord":
         """Record of a seal; it has no leak rates if the seal is lifted off."""
-        lifted = seal.state == "lifted off"
+        lifted_off = seal.state == "lifted off"
         tables = [patch.table for patch in seal.patches if patch.table is not None]
         median = median_patch(seal.patches)
         return cls(
-            leak_rate=None if lifted else Rate.model_validate(seal),
+            leak_rate=None if lifted_off else Rate.model_validate(seal),
             patches=tuple(map(SealPatchRecord.model_validate, seal.patches)),
             share_sealed=seal.share_sealed,
             patches_along=seal.count.along,
             patches_around=seal.count.across,
-            scatter=seal.relative_scatter if len(seal.patches) > 1 and not lifted else None,
+            scatter=seal.relative_scatter if len(seal.patches) > 1 and not lifted_off else None,
             interval=seal.interval,
             loads=tuple(sorted({load for table in tables for load in table.loads.tolist()})),
             sealing=median.sealing,

@@ -16,7 +16,7 @@ from fem_seal.accuracy import Choice
 from fem_seal.error_budget import Uncertainty
 from fem_seal.errors import InvalidInput
 from fem_seal.files import digest
-from fem_seal.leak_rate import FlowState, LeakRate, Level
+from fem_seal.leak_rate import FlowState, LeakRate, LevelRecord
 from fem_seal.quantities.headline import Headline, ShownUnit, headline
 from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.verdict import Verdict
@@ -124,7 +124,7 @@ class Result(Record):
     pressed_gap: float | None = None
     penetration: float | None = None
     contact_iterations: int | None = None
-    levels: tuple[Level, ...] = ()
+    levels: tuple[LevelRecord, ...] = ()
     accuracy: Choice | None = None
     preparation: tuple[MapStatistics, ...] | None = None
     files: tuple[FileName, ...]

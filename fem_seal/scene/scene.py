@@ -9,12 +9,12 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import Field, ValidationError, model_validator
 
 from fem_seal import __version__
+from fem_seal.arguments import require_kind
 from fem_seal.contact.settings import Load
 from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.files import digest
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Drive, Slip
-from fem_seal.registry import require_kind
 from fem_seal.scene.checks import check
 from fem_seal.scene.contact import Contact, Solid
 from fem_seal.scene.files import override, replaced, scene_text, tables_of

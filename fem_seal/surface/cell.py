@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from fem_seal.arguments import require_known
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
-from fem_seal.registry import require_known
 
 # By name, as SciPy has it. The Tukey window rises and falls over an eighth of each side.
 WINDOWS = {"hann": "hann", "tukey": ("tukey", 0.25)}

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from fem_seal.arguments import choose
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
-from fem_seal.registry import choose
 
 # Degree of the polynomial in x and y together.
 DEGREES = {"mean": 0, "plane": 1, "quadratic": 2}

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_seal.arguments import require_known
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import HEIGHT_NAMES, FieldMap, Stated, read_map
 from fem_seal.grid import GridField
-from fem_seal.registry import require_known
 from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.missing import fill

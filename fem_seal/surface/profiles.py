@@ -15,8 +15,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from fem_seal.arguments import choose, require_positive
 from fem_seal.errors import InvalidInput
-from fem_seal.registry import choose, require_positive
 from fem_seal.surface.cell import HANN_DEPENDENCE
 from fem_seal.surface.detrending import TREND_ROUNDING
 

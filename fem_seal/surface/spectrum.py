@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.arguments import require_positive
 from fem_seal.digits import length_text
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
-from fem_seal.registry import require_positive
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from fem_seal.arguments import require_known, require_positive
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField, require_grid_field
 from fem_seal.memory import refuse_too_large
-from fem_seal.registry import require_known, require_positive
 from fem_seal.surface.profiles import IsotropicSpectrum
 from fem_seal.surface.spectrum import Spectrum, multiplicity, wavenumbers
 

@@ -41,8 +41,8 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.special import erf, erfc, exp1
 
+from fem_seal.arguments import choose, require_positive
 from fem_seal.errors import InvalidInput
-from fem_seal.registry import choose, require_positive
 from fem_seal.surface import IsotropicSpectrum, Spectrum
 from fem_seal.theory.bruggeman import (
     ELASTIC_THRESHOLD,

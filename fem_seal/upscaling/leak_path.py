@@ -6,9 +6,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from fem_seal.arguments import require_not_negative, require_positive
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import Drive, GasDrive, Slip
-from fem_seal.registry import require_not_negative, require_positive
 
 T = TypeVar("T", float, np.ndarray)
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.arguments import require_count
 from fem_seal.error_budget import MOST_LOG
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.links import harmonic_mean
 from fem_seal.finite_difference.star_mesh import star_mesh
-from fem_seal.registry import require_count
 
 NODES = 2  # nodes along a side of a patch
 # Most patches of a drawn mosaic along the path and across it. More patches along the path change

@@ -19,10 +19,10 @@ from math import inf
 
 import numpy as np
 
+from fem_seal.arguments import require_count
 from fem_seal.errors import Inconsistent, InvalidInput
 from fem_seal.leak_rate import Bounded, FlowState
 from fem_seal.pressure_profile import Profile, is_uniform
-from fem_seal.registry import require_count
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate

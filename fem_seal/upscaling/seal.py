@@ -245,19 +245,19 @@ def seal_of_patches(
     method: str,
 ) -> SealLeak:
     """Put the patches of a size [m] into the mosaic of the seal."""
-    lifted = flows[0].state == "lifted off"  # as all are, whose pressures are the same
+    lifted_off = flows[0].state == "lifted off"  # as all are, whose pressures are the same
     rates = np.array([(flow.lower, flow.value, flow.upper) for flow in flows])
     lengths = [flow.path.sealing_length for flow in flows if flow.path and flow.state == "leaking"]
     length = float(np.median(lengths)) if lengths else path.length
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(flow.state == "sealed" for flow in flows)
     mean, scatter, interval = rates[0], 0.0, None
-    if not lifted:
+    if not lifted_off:
         mean, scatter = drawn_seals(rates, count, np.random.default_rng(SEED))
         interval = generalised_interval(rates[:, 1], count.along, np.random.default_rng(SEED))
     lower, value, upper = map(float, mean)
     return SealLeak(
-        state="lifted off" if lifted else "sealed" if upper == 0 else "leaking",
+        state="lifted off" if lifted_off else "sealed" if upper == 0 else "leaking",
         method=method,
         value=value,
         lower=lower,

@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from fem_seal import __version__
+from fem_seal.arguments import choose
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.leak_rate import Bounded, middle_of, relative_half_width
 from fem_seal.points import StudyTask, Work, points_of
 from fem_seal.progress import Report, silent
-from fem_seal.registry import choose
 from fem_seal.verification.exact_cases import ExactCase, finer_film
 from fem_seal.verification.methods import METHODS, Answer
 

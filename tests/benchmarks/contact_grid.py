@@ -19,8 +19,8 @@ from fem_seal.errors import NotConverged
 from fem_seal.grid_series import (
     change_of,
     critical_gap,
+    error_of_sealed,
     estimated_error,
-    of_sealed,
     on_half,
     rate_interval,
     unresolved,
@@ -89,7 +89,7 @@ def sealed_contacts(first: int, count: int, shortest: list[int]) -> None:
             continue
         for part in (1, 1.02, 1.05, 1.1, 1.2, 1.3, 1.5, 2):
             patch = Patch(of.with_({"contact.pressure": part * seals}))
-            stays = patch.sealed and of_sealed(patch).upper == 1
+            stays = patch.sealed and error_of_sealed(patch).upper == 1
             finer = [
                 patch.with_(Given(surface=resample(patch.surface, (k * n, k * n))))
                 for k in (2, FINER)

@@ -131,5 +131,5 @@ def test_a_margin_widens_the_bounds_of_a_decision(lower, upper, reached, undecid
     no mesh decides one that both bounds are within it of."""
     decision, found = Decision(limit=0.5, unit=0.5, margin=0.1), solution(lower, upper)
     assert decision.reached(found) == reached
-    assert ("uncertainty of the lift, " in decision.undecidable(found)) == undecidable
-    assert Decision(limit=0.5, unit=0.5).undecidable(found) == ""
+    assert ("uncertainty of the lift, " in decision.why_undecidable(found)) == undecidable
+    assert Decision(limit=0.5, unit=0.5).why_undecidable(found) == ""

@@ -85,11 +85,11 @@ def test_no_level_begins_that_would_exceed_a_limit(monkeypatch):
     """Of 100 s, 50 are spent: a level of 20 s fits twice, one of 30 s does not. The memory of the
     machine is a limit in any case."""
     started, limits = time.perf_counter() - 50, Limits(seconds=100)
-    assert not limits.exceeded(started, growth=2, last=20)
-    assert "longer than the limit of 100 s" in limits.exceeded(started, growth=2, last=30)
-    assert "is used up" in Limits(seconds=40).exceeded(started)
+    assert not limits.why_exceeded(started, growth=2, last=20)
+    assert "longer than the limit of 100 s" in limits.why_exceeded(started, growth=2, last=30)
+    assert "is used up" in Limits(seconds=40).why_exceeded(started)
     monkeypatch.setattr("fem_seal.limits.available_memory", lambda: 1000)
-    assert "more than there is" in Limits().exceeded(started)
+    assert "more than there is" in Limits().why_exceeded(started)
 
 
 @pytest.mark.parametrize("ahead", [0, 4])

@@ -9,7 +9,7 @@ from project import RING, scene_of_samples
 from fem_seal.accuracy import Trial
 from fem_seal.error_budget import Uncertainty, combined, estimate, factor_words, flow_entry
 from fem_seal.errors import Inconsistent
-from fem_seal.leak_rate import Bounded, LeakRate, Level
+from fem_seal.leak_rate import Bounded, LeakRate, LevelRecord
 from fem_seal.patch import Patch
 from fem_seal.quantities.advice import what_would_decide
 from fem_seal.quantities.headline import Headline
@@ -63,7 +63,7 @@ def test_the_mesh_of_a_shape_is_not_covered(straight):
         (lambda: LeakRate("leaking", "uniform", 2.0, None, 3.0), "one bound without the other"),
         (lambda: LeakRate("leaking", "uniform", np.nan), "nan is not between"),
         (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
-        (lambda: Level(9, 8, 3.0, 1.0), "bounds cross"),
+        (lambda: LevelRecord(9, 8, 3.0, 1.0), "bounds cross"),
         (lambda: Bounded(2.0, 3.0, 1.0), "bounds cross"),
         (lambda: Bounded(-2.0, -1.0, 1.0), "-2.0.* is not between"),
         (lambda: Trial((8, 8), 9.0, 1.0, 2.0), "is not between"),

@@ -5,12 +5,12 @@ import pytest
 from matplotlib.figure import Figure
 
 from fem_seal.errors import InvalidInput
-from fem_seal.leak_rate import Level
+from fem_seal.leak_rate import LevelRecord
 from fem_seal.render import bounds_plot
 from fem_seal.render.convergence import draw_bounds
 
 LEVELS = tuple(
-    Level(unknowns=n, cells=2 * n, lower=lower, upper=upper)
+    LevelRecord(unknowns=n, cells=2 * n, lower=lower, upper=upper)
     for n, lower, upper in (
         (100, 0.0, 9e-15),
         (220, 1e-15, 6e-15),
@@ -45,7 +45,7 @@ def test_plotted_data_are_the_levels():
 
 
 def test_exact_bounds_have_no_half_width_to_plot(tmp_path):
-    exact = [Level(10, 20, 1.0, 1.0)]  # as in a uniform channel
+    exact = [LevelRecord(10, 20, 1.0, 1.0)]  # as in a uniform channel
     bounds_plot(exact, tmp_path / "bounds.png")
     assert (tmp_path / "bounds.png").stat().st_size > 1000
 

@@ -10,10 +10,10 @@ from fem_seal.errors import InvalidInput
 T = TypeVar("T")
 
 
-def choose(registry: Mapping[str, T], name: str, field: str) -> T:
-    """Look up the value registered under a name; a message calls the input `field`."""
-    require_known(registry, name, field)
-    return registry[name]
+def choose(names: Mapping[str, T], name: str, field: str) -> T:
+    """Value under one of several names; a message calls the input `field`."""
+    require_known(names, name, field)
+    return names[name]
 
 
 def require_known(names: Collection[str], name: str, field: str) -> None:
