@@ -163,10 +163,14 @@ def _map_rows(prepared: "PreparedSurface") -> Rows:
 
     yield "sides", " by ".join(map(length_text, prepared.measured.covered))  # as in surface.size
     without = " (without the spikes)" if prepared.outliers.any() else ""
-    lay = prepared.lay
-    yield "slopes", f"{lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y{without}"
+    lay, (dx, dy) = prepared.lay, prepared.measured.spacing
+    x, y, both = "x", "y", ""
+    if max(dx, dy) >= 1.5 * min(dx, dy):  # where the lay is that of longer differences
+        x, y = f"x over {length_text(dx)}", f"y over {length_text(dy)}"
+        both = f" over {length_text(max(dx, dy))}"
+    yield "slopes", f"{lay.slopes[0]:.3g} along {x}, {lay.slopes[1]:.3g} along {y}{without}"
     angle = f"{lay.angle:.0f} degrees from x{'' if lay.ratio > LAY else ', not clear'}"
-    yield "lay", f"{angle}: slopes across it are {lay.ratio:.3g} times those along it"
+    yield "lay", f"{angle}: slopes{both} across it are {lay.ratio:.3g} times those along it"
 
 
 def _cells(statistics: "MapStatistics") -> tuple[str, ...]:

@@ -71,6 +71,19 @@ def test_isotropic_surfaces_have_none():
         assert Lay.of(GridField(heights, (STEP, dy * STEP), False)).ratio < 1.1, (heights.shape, dy)
 
 
+def test_slopes_of_oblong_pixels_name_their_lengths(here, capsys):
+    """Neighbours along x are ten times as far apart: the slopes of noise along y are ten times as
+    large, while over equal lengths they are as large as those along x."""
+    noise = 1e-9 * np.random.default_rng(0).normal(size=(200, 1000))
+    np.savez("map.npz", heights=noise, spacing=(10 * STEP, STEP), periodic=False)
+    assert cli.main(["surface", "map.npz"]) == 0
+    rows = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines() if line)
+    assert " along x over 10 um, " in rows["slopes"]
+    assert rows["slopes"].endswith(" along y over 1 um")
+    _, lay = rows["lay"].split(": slopes over 10 um across it are ")
+    assert float(lay.split()[0]) < 1.1
+
+
 @pytest.mark.parametrize(
     ("angle", "settings", "words"),
     [
