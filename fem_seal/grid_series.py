@@ -42,7 +42,8 @@ SECOND_ORDER = 4.0  # of e², added to e
 MOST_E = 0.8  # e from which the constriction may close
 IF_LIFTED = 1.5  # of e where the fluid lifts the solid
 # Samples from which the coarser grid is solved in a process of its own while the flow is, and
-# available memory for both: dry and lifted, bytes for each sample, and for the libraries.
+# the memory that must be available for that process and for the flow: dry and lifted, bytes for
+# each sample of the finer grid, and for the libraries.
 DRY_IN_WORKER, LIFTED_IN_WORKER = 2048**2, 1024**2
 DRY_BYTES, LIFTED_BYTES, BYTES_OF_WORKER = 80, 800, 1e9
 # A patch is sealed on finer grids as well if it stays so under its load over 1 plus a margin and a

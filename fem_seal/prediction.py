@@ -14,6 +14,7 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.halfspace import THREADED_FROM
+from fem_seal.contact.settings import USUAL_BYTES
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
 from fem_seal.grid_series import LOOSER, LOOSEST, estimates_grid_error, half, pays_in_worker
@@ -45,7 +46,6 @@ BY_AREA = 1.2  # time of the search for a contact area, over that of a contact u
 # Time of the entry "contact area", over that of the contact, or of the flow that lifts it.
 OF_CONTACT, OF_LIFT = 0.5, 0.2
 LIFT_OF_SAMPLE = 6e-6  # CPU time of the networks of a flow that lifts [s/sample]
-BYTES_OF_SAMPLE = 85  # memory of heights and contact [bytes/sample]
 BYTES_OF_LIFT = 420  # memory of the networks of a flow that lifts [bytes/sample]
 BYTES_OF_UNKNOWN = 1200  # memory of a flow [bytes/unknown]
 # A patch of a seal takes at each net load:
@@ -122,7 +122,7 @@ def predicted(
     parts = {name: pace * time for name, time in _stages(scene, shape, channels).items()}
     flows = scene.solves_flow or scene.seal is not None or "tensor" in parts
     libraries = [CONTACT_IMPORTS] + [FLOW_IMPORTS] * flows
-    memory = sum(size for _, size in libraries) + BYTES_OF_SAMPLE * samples
+    memory = sum(size for _, size in libraries) + USUAL_BYTES * samples
     if scene.lift == "resolved":
         memory += BYTES_OF_LIFT * samples
     patches, jobs, each_patch = 1, 1, None
@@ -141,12 +141,12 @@ def predicted(
     memory *= max(jobs, parallel.processes())
     if jobs > 1:
         # The process that waits for the workers has solved the contact of the first patch.
-        memory += CONTACT_IMPORTS[1] + BYTES_OF_SAMPLE * samples
+        memory += CONTACT_IMPORTS[1] + USUAL_BYTES * samples
     start = sum(seconds for seconds, _ in libraries)
     if "pictures" in scene.output.products:
         # The memory of the flow is free by then.
         seconds, size = PICTURE_IMPORTS if scene.seal is None else SEAL_PICTURES
-        memory = max(memory, size + BYTES_OF_SAMPLE * samples)
+        memory = max(memory, size + USUAL_BYTES * samples)
         parts["pictures"] = pace * seconds
     parts = {"libraries": pace * start} | parts
     advice = _advice(scene, sum(parts.values()), memory)

@@ -7,7 +7,7 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact import bearing, press
-from fem_seal.contact.settings import Load
+from fem_seal.contact.settings import LEAST_BYTES, Load
 from fem_seal.contact.state import BearingState, ContactState, GapState
 from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, present
@@ -27,14 +27,9 @@ from fem_seal.surface import (
     profile_spectrum,
     without_outliers,
 )
-from fem_seal.surface.synthesis import SURFACE_BYTES
 
 if TYPE_CHECKING:
     from fem_seal.film import GridFilm, MeshFilm
-
-# Least peak memory of a surface with its elastic contact [bytes a sample], measured at 1024 x 1024
-# samples: 106 to 138 with the solver and its arithmetic.
-CONTACT_BYTES = 106
 
 
 def spectrum_of_profiles(surface: ProfileSurface) -> IsotropicSpectrum:
@@ -79,9 +74,9 @@ def elastic_contact(
 
     nx, ny = surface.shape
     subject = f"the contact of {nx} x {ny} samples"
-    refuse_too_large((CONTACT_BYTES - SURFACE_BYTES) * nx * ny, subject)
+    refuse_too_large(LEAST_BYTES * nx * ny - surface.values.nbytes, subject)
     if scene.flow.max_memory is not None:
-        refuse_too_large(CONTACT_BYTES * nx * ny, subject, scene.flow.max_memory)
+        refuse_too_large(LEAST_BYTES * nx * ny, subject, scene.flow.max_memory)
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     stopping = contact.stopping(progress)
     return press(surface, solid, load, stopping, contact.arithmetic, start)

@@ -2,11 +2,15 @@
 
 import os
 
+import numpy as np
 import pytest
 
+from fem_seal import scene_steps
 from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
 from fem_seal.memory import available_memory
 from fem_seal.patch import Patch
+from fem_seal.prediction import predicted
 from fem_seal.scene import Scene
 
 MACHINE = 8_000_000 * 1024
@@ -56,7 +60,7 @@ def test_limits_of_control_groups(tmp_path, version, groups, expected):
 
 @pytest.mark.parametrize("most", [1.0, 1e9])
 def test_a_contact_that_exceeds_the_limit_is_not_begun(small_scene, most):
-    """Its arrays take 106 bytes a sample at least: more than a byte, less than a gigabyte."""
+    """Its arrays take 72 bytes a sample at least: more than a byte, less than a gigabyte."""
     small_scene["flow"] = {"pressure_drop": "1 bar", "max_memory": f"{most:g} B"}
     patch = Patch(Scene.from_mapping(small_scene))
     if most > 1:
@@ -64,6 +68,18 @@ def test_a_contact_that_exceeds_the_limit_is_not_begun(small_scene, most):
         return
     with pytest.raises(InvalidInput, match=r"contact of .* GB of memory, .* flow\.max_memory"):
         _ = patch.contact
+
+
+def test_what_a_dry_run_predicts_is_not_refused(small_scene, monkeypatch):
+    """Of a contact so large that the libraries are little beside it; it is not solved here."""
+    monkeypatch.setattr(scene_steps, "press", lambda *_: "pressed")
+    monkeypatch.setattr("fem_seal.memory.available_memory", lambda: np.inf)
+    shape, output = (4096, 4096), {"products": ["contact"]}
+    data = small_scene | {"surface": small_scene["surface"] | {"shape": shape}, "output": output}
+    most = predicted(Scene.from_mapping(data | {"flow": {"lift": "none"}})).memory
+    scene = Scene.from_mapping(data | {"flow": {"lift": "none", "max_memory": f"{most} B"}})
+    heights = GridField(np.broadcast_to(0.0, shape), (1e-6, 1e-6), periodic=True)
+    assert scene_steps.elastic_contact(scene, heights, None, scene.load) == "pressed"
 
 
 def test_without_proc_the_memory_of_the_machine(tmp_path):
