@@ -74,6 +74,14 @@ def test_imports_point_backwards():
     assert not wrong
 
 
+def test_the_recipe_of_a_representation_names_all_modules_that_ask_for_one():
+    pages = (ROOT / "docs" / "architecture.md").read_text()
+    recipe = pages.partition("* **A representation of the gap")[2].partition("\n* **")[0]
+    asks = re.compile(r'representation [!=]= "|"(linear|constant)": ')
+    names = {str(path.relative_to(PACKAGE)) for path in trees() if asks.search(path.read_text())}
+    assert not {name for name in names if f"`{name}`" not in recipe}
+
+
 # What finite differences and finite elements both use: the film, its law and its open clusters, and
 # what carries numbers from one to the other. No equation of the flow and no solver is among them.
 SHARED = """

@@ -122,9 +122,8 @@ class LiftProblem:
     @property
     def uniform_pressure(self) -> np.ndarray:
         """Fluid pressure (nx, ny) [Pa] in a uniform film: its mean is the load that it carries."""
-        nx, ny = self.height.shape
-        first = 0.0 if self.touching_film.representation == "linear" else 0.5
-        u = 1 - (np.arange(nx) + first) / nx
+        (nx, ny), sites = self.height.shape, self.touching_film.sites
+        u = 1 - (np.arange(nx) + sites.origin[0] / sites.spacing[0]) / nx
         # A flat face has no gap by which to judge the slip: the distance of its samples does.
         gap = float(np.ptp(self.height.values)) or min(self.height.spacing)
         pressure = self.pressure_of(u, gap)

@@ -39,13 +39,23 @@ class GridFilm:
     @property
     def samples(self) -> np.ndarray:
         """Gap at all vertices (linear) or pixels (constant), (mx, my) [m]."""
-        return self.gap.vertices() if self.representation == "linear" else self.gap.values
+        return self.sampled(self.gap)
+
+    def sampled(self, field: GridField) -> np.ndarray:
+        """A field of the gap's grid at all vertices (linear) or pixels (constant), (mx, my)."""
+        return field.vertices() if self.representation == "linear" else field.values
+
+    @property
+    def squares(self) -> tuple[int, int]:
+        """Number of pixels of the film along each axis: between the samples, or around them."""
+        mx, my = self.samples.shape
+        return (mx - 1, my - 1) if self.representation == "linear" else (mx, my)
 
     @property
     def size(self) -> tuple[float, float]:
         """Lengths (Lx, Ly) of the film [m]."""
-        cells = [n - (self.representation == "linear") for n in self.samples.shape]
-        return cells[0] * self.gap.spacing[0], cells[1] * self.gap.spacing[1]
+        (mx, my), (dx, dy) = self.squares, self.gap.spacing
+        return mx * dx, my * dy
 
     @cached_property
     def largest_gap(self) -> float:

@@ -16,7 +16,7 @@ one sample fills, and it is never refined.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from sys import float_info
 from typing import Self
 
@@ -99,10 +99,7 @@ class MeshNetwork(Network):
     @classmethod
     def uniform(cls, film: GridFilm, width: int) -> Self:
         """A network of triangles as wide as so many samples, a divisor of those along each side."""
-        linear = film.representation == "linear"
-        squares = tuple(n - (linear and not film.gap.periodic) for n in film.gap.shape)
-        mesh = uniform_mesh((squares[0], squares[1]), width, film.sides == "periodic")
-        return cls.on_mesh(film, mesh)
+        return cls.on_mesh(film, uniform_mesh(film.squares, width, film.sides == "periodic"))
 
     @classmethod
     def on_mesh(cls, film: GridFilm, mesh: NestedMesh) -> Self:
@@ -197,7 +194,7 @@ def stencil_network(film: GridFilm, rule: str) -> Network:
     """The network of the finite differences, for all films on the grid of this one."""
     nx, ny = film.gap.shape
     flat = GridField(np.ones((nx, ny)), film.gap.spacing, film.gap.periodic)
-    stencil = flow_grid(GridFilm(flat, film.sides, film.representation), 1 / 12, rule).stencil
+    stencil = flow_grid(replace(film, gap=flat), 1 / 12, rule).stencil
     node = np.arange(np.prod(stencil.shape)).reshape(stencil.shape)
     (rows, columns), linear = node.shape, film.representation == "linear"
     i = np.arange(rows) % nx if linear else np.clip(np.arange(rows) - 1, 0, nx - 1)

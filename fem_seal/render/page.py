@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fem_seal.digits import readable
-from fem_seal.errors import InvalidInput
 from fem_seal.render.colours import INLET, OUTLET, Swatch, colour_map
 from fem_seal.render.plot import FONT_POINTS, label_axis, new_figure
 from fem_seal.render.scale import Scale
@@ -158,12 +157,6 @@ def frame_film(
 
 def window_of(film: "GridFilm") -> Window:
     """The whole rectangle of a film on a grid."""
-    if film.representation == "linear" and min(film.gap.vertices().shape) < 2:
-        nx, ny = film.gap.shape
-        raise InvalidInput(
-            f"a gap of {nx} x {ny} vertices has no area to draw; with representation = 'constant' "
-            "each sample fills a pixel"
-        )
     return Window(0.0, film.size[0], 0.0, film.size[1])
 
 

@@ -136,7 +136,7 @@ def draw_contact_pressure(
 ) -> None:
     """Draw the contact pressure with a bar of its own; see `contact_pressure_picture`."""
     frame_film(axes, film, None, title)
-    values, scale = on_samples(film, pressure), contact_pressure_scale(pressure.values)
+    values, scale = film.sampled(pressure), contact_pressure_scale(pressure.values)
     shown = (scale or Scale("", 0.0, 1.0)).paint(values, values > 0, OPEN.colour)
     draw_samples(axes, film, shown)
     add_bar(axes, scale)
@@ -157,7 +157,7 @@ def draw_fluid_pressure(axes: "Axes", film: GridFilm, pressure: GridField, title
 
     Pockets have a colour of their own: no fluid moves there, and nothing determines its pressure.
     """
-    samples = on_samples(film, pressure).copy()
+    samples = film.sampled(pressure).copy()
     if len(samples) > len(pressure.values):
         # The last row repeats the samples at the inlet, but the outlet has the lowest pressure.
         samples[-1] = samples.min()
@@ -204,15 +204,10 @@ def lift_picture(
         draw_fluid_pressure(axes[1, 1], lifted, fluid_pressure, title)
 
 
-def on_samples(film: GridFilm, field: GridField) -> np.ndarray:
-    """Field on the film's samples; a linear periodic film repeats its first samples at the end."""
-    return field.vertices() if film.representation == "linear" else field.values
-
-
 def sensitivity_picture(film: GridFilm, by_height: GridField, path: str | Path) -> None:
     """Picture of |∂ ln Q/∂h| [1/m] per area, logarithmic; the tightest place is marked."""
     dx, dy = by_height.spacing
-    size = np.abs(on_samples(film, by_height)) * 1e-9 * 1e-12 / (dx * dy)
+    size = np.abs(film.sampled(by_height)) * 1e-9 * 1e-12 / (dx * dy)
     scale = logarithmic_scale(SENSITIVITY, size, SENSITIVITY_DECADES, "flow")
     with page(window_of(film), path) as axes:
         frame_film(axes[0, 0], film, None, "Where a nanometre matters", marked=True)
