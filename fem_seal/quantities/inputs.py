@@ -151,7 +151,7 @@ def corner(scene: Scene, end: int, probe: Probe) -> Scene:
     """
     product = "leak_rate" if scene.seal is None else "seal"
     return scene.scaled(_ends(scene, end, probe)).with_(
-        {"tolerances": None, "limit": None, "output.products": [product]}
+        {"limit": None, "output.products": [product]}
     )
 
 
@@ -163,7 +163,8 @@ def _ends(scene: Scene, end: int, probe: Probe) -> dict[str, float]:
     if probe.table is not None and _under_cylinder(scene):
         others = scene.scaled({name: ends[name] for name in ends.keys() - {*MODULI}})
         for name in ends.keys() & {*MODULI}:
-            ends[name] = _modulus(others, name, end, probe.table, ends.get("heights", 1.0))
+            factors = 1 + scene.tolerated[name] * np.linspace(-1, 1, TRIED)
+            ends[name] = _modulus(others, name, factors, end, probe.table, ends.get("heights", 1.0))
     return ends
 
 
@@ -171,7 +172,14 @@ def _under_cylinder(scene: Scene) -> bool:
     return scene.seal is not None and scene.seal.line_load is not None
 
 
-def _modulus(scene: Scene, name: str, end: int, table: ConductivityTable, heights: float) -> float:
+def _modulus(
+    scene: Scene,
+    name: str,
+    factors: np.ndarray,
+    end: int,
+    table: ConductivityTable,
+    heights: float,
+) -> float:
     """Factor on a modulus at which a seal under a line load leaks most, or least at the end -1.
 
     The scene has its other inputs at their ends, and the table a factor on the heights. A stiffer
@@ -193,8 +201,7 @@ def _modulus(scene: Scene, name: str, end: int, table: ConductivityTable, height
             rate = seal_flow(scaled, profile, path, ends, cells=CELLS).value
         return rate, -decisive / factor
 
-    factors = (1 + scene.tolerated[name] * np.linspace(-1, 1, TRIED)).tolist()
-    return (max if end > 0 else min)(factors, key=by_leak)
+    return (max if end > 0 else min)(factors.tolist(), key=by_leak)
 
 
 def _viscosity(scene: Scene, end: int, gap: float | None) -> float:

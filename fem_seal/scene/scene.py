@@ -143,8 +143,11 @@ class Scene(Section):
         return True
 
     def scaled(self, factors: Mapping[str, float]) -> "Scene":
-        """Copy with factors on inputs, named as in [tolerances]."""
-        changes: dict[str, Any] = {}
+        """Copy with factors on inputs, named as in [tolerances], and without that section.
+
+        The tolerances are about the values of this scene.
+        """
+        changes: dict[str, Any] = {"tolerances": None}
         for name, factor in factors.items():
             section, _, key = name.partition(".")
             keys: tuple[str, ...] = (key,)

@@ -102,6 +102,22 @@ def test_each_input_opens_the_film_in_its_direction(name):
     assert np.sign(more - less) == OPENS[name]
 
 
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ["contact.pressure=0.06 MPa", "tolerances.contact.pressure=0.04 MPa"],
+        [
+            *("flow.pressure_drop=", "flow.inlet_pressure=1.5 bar", "flow.outlet_pressure=1 bar"),
+            "tolerances.flow.inlet_pressure=20 %",
+        ],
+    ],
+)
+def test_a_tolerance_is_not_taken_twice(settings):
+    """It is about the value of the scene, not about those at its ends."""
+    solved = solve(scene(*COARSE, DRY, *settings))
+    assert 0 < entry(solved).lower < 1 < entry(solved).upper
+
+
 BOX = (0.12e6, 3e4, 1, LIFTED)
 MORE = [(0.15e6, 3e4, 3, DRY), (0.13e6, 5e4, 2, LIFTED), (0.1e6, 8e4, 5, LIFTED)]
 MORE += [(0.12e6, 3e4, 1, DRY)]
