@@ -18,7 +18,7 @@ from fem_seal.scene_steps import elastic_contact
 PRECISION = 0.01  # largest relative distance of the two pressures between which a contact seals
 LOAD_RATIO = 1.5  # ratio of pressures while only a leaking or only a sealed one is known
 LEAST_OF_FIRST = 1e-6  # the search ends below this part of the first pressure
-MOST_OF_FIRST = 1e18  # and gives up above this multiple of it: 1 µPa would be 1e12 Pa by then
+MOST_OF_FIRST = 1e18  # and gives up above this multiple of it, and above the contact modulus
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def threshold_of_pressure(
             pressure = sqrt(leaking.mean_pressure * sealed.mean_pressure)
         elif leaking is not None:
             pressure = state.mean_pressure * LOAD_RATIO
-            if pressure > MOST_OF_FIRST * first:
+            if pressure > max(MOST_OF_FIRST * first, start.contact_modulus):
                 raise NotConverged(f"the contact still leaks at {state.mean_pressure:.6e} Pa")
         else:
             pressure = state.mean_pressure / LOAD_RATIO

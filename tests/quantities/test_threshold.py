@@ -67,9 +67,9 @@ def test_bearing_threshold_is_that_of_its_cuts(scene, area):
     assert found.pressure_sealed is None
 
 
-@pytest.mark.parametrize("pressure", ["0.1 MPa", "1 MPa"])
+@pytest.mark.parametrize("pressure", ["0.1 MPa", "1 MPa", "1e-14 Pa"])
 def test_elastic_threshold_lies_between_contacts_that_leak_and_seal(scene, pressure):
-    """Sought from a leaking contact and from a sealed one."""
+    """Sought from a leaking contact, a sealed one, and one that hardly touches."""
     patch = Patch(scene(pressure=pressure))
     found = quantities(patch).threshold
     # As docs/guide/verdict.md says.
