@@ -37,7 +37,7 @@ def draw(
 
         require_gl()
     with ResultFolder(folder, Result.from_folder(folder).provenance) as target:
-        result = Result.from_folder(folder)
+        result = Result.from_folder(folder)  # again: another process may have replaced it
         contact = read_contact(folder) if (folder / CONTACT_FILE).is_file() else None
         film = _film_of(result, folder, contact)
         field = read_flow(folder) if (folder / FLOW_FILE).is_file() else None

@@ -120,7 +120,7 @@ def predicted(
     shape, channels = _grid(scene, surface)
     samples, pace = prod(shape), _pace()
     parts = {name: pace * time for name, time in _stages(scene, shape, channels).items()}
-    flows = scene.solves_flow or scene.seal is not None or "tensor" in parts
+    flows = scene.solves_any_flow or "tensor" in parts
     libraries = [CONTACT_IMPORTS] + [FLOW_IMPORTS] * flows
     memory = sum(size for _, size in libraries) + USUAL_BYTES * samples
     if scene.lift == "resolved":

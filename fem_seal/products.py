@@ -29,7 +29,7 @@ def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False)
     require_scene(scene)
     by_elements = scene.flow.method != "finite-difference"
     # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
-    drawn = flow and by_elements and scene.leak_rate_of != "nothing"
+    drawn = flow and by_elements and scene.needs_leak_rate
     if pictures and (drawn or scene.shape is not None):
         from fem_seal.render.offscreen import require_gl
 
@@ -39,7 +39,7 @@ def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False)
 
         raise MissingPackage(NO_GMSH)
     tensor = flow and "conductivity_tensor" in scene.output.products
-    solved = flow and by_elements and (scene.solves_flow or scene.leak_rate_of == "seal")
+    solved = flow and by_elements and scene.solves_any_flow
     if (tensor or solved) and not find_spec("dolfinx"):
         differences = not tensor and scene.takes({"flow.method": "finite-difference"})
         without = "; flow.method = 'finite-difference' works without" if differences else ""

@@ -24,7 +24,7 @@ from fem_seal.parallel import OF_MPI
 T = TypeVar("T")
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _ENDING = 10.0  # longest time that a process takes to end [s]
-_peaks = [0]  # largest memory of processes that have ended [bytes]
+_peak = 0  # largest memory of processes that have ended [bytes]
 
 
 class Worker:
@@ -116,12 +116,13 @@ def in_worker(function: Callable[..., T], *arguments: object) -> Iterator[Callab
 
 def record_peak(memory: int) -> None:
     """Keep the largest memory of other processes, that of all that ran together [bytes]."""
-    _peaks.append(memory)
+    global _peak
+    _peak = max(_peak, memory)
 
 
 def peak_of_workers() -> int:
     """Largest memory of the processes that this one has started [bytes]."""
-    return max(_peaks)
+    return _peak
 
 
 def _main(descriptor: int) -> None:

@@ -5,7 +5,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from project import leak_rate, printed_by
+from project import ROOT, leak_rate, printed_by
 from sample_gaps import FLUID
 
 from fem_seal.errors import MissingPackage
@@ -101,6 +101,19 @@ def test_other_methods_are_sought_only_where_fenicsx_is_missing(gap_scene, monke
         monkeypatch.setattr(f"fem_seal.{module}.find_spec", lambda name: None)
     with pytest.raises(MissingPackage, match="'finite-difference' works without"):
         require_packages(scene)
+
+
+def test_pictures_of_a_seal_need_no_opengl(monkeypatch):
+    """They show no flow: `draw_patch` has none but that of a leak rate of a patch."""
+
+    def refuse():
+        raise MissingPackage("no OpenGL")
+
+    monkeypatch.setattr("fem_seal.render.offscreen.require_gl", refuse)
+    scenes = ROOT / "demos" / "scenes"
+    require_packages(Scene.from_file(scenes / "o-ring.toml"), pictures=True)
+    with pytest.raises(MissingPackage, match="no OpenGL"):
+        require_packages(Scene.from_file(scenes / "first.toml"), pictures=True)
 
 
 def test_a_sealed_gap_costs_a_few_masks():

@@ -386,7 +386,7 @@ def test_memory_of_jobs_keeps_within_the_limit(tmp_path, monkeypatch):
 
     The memory of both is reported.
     """
-    monkeypatch.setattr("fem_seal.worker._peaks", [0])
+    monkeypatch.setattr("fem_seal.worker._peak", 0)
     times = tmp_path / "times"
     times.mkdir()
     farm([times] * 3, in_workers.hold_memory, 4, lambda: len(list(times.iterdir())), 1000 * MB)

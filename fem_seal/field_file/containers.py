@@ -2,12 +2,14 @@
 
 import lzma
 import re
+import struct
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tokenize import TokenError
 from typing import TYPE_CHECKING
+from xml.etree.ElementTree import ParseError
 from zipfile import BadZipFile
 
 import numpy as np
@@ -24,6 +26,10 @@ if TYPE_CHECKING:
 BROKEN = (
     OSError, ValueError, EOFError, LookupError, TypeError, RuntimeError,
     BadZipFile, zlib.error, lzma.LZMAError, TokenError,
+)  # fmt: skip
+# Parsers of more formats, those of instruments and of meshes, raise these as well.
+BROKEN_PARSED = (
+    *BROKEN, AttributeError, AssertionError, ArithmeticError, struct.error, ParseError
 )  # fmt: skip
 
 HDF5 = b"\x89HDF"

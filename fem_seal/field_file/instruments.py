@@ -1,31 +1,26 @@
 """Maps in the formats of instruments, read by SurfaceTopography (over thirty formats)."""
 
-import struct
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.field_file.containers import BROKEN, refuse_data_elsewhere
+from fem_seal.field_file.containers import BROKEN_PARSED, refuse_data_elsewhere
 from fem_seal.field_file.recorded import Pair, Recorded
 from fem_seal.installed import how_to_add
 
 if TYPE_CHECKING:
     from SurfaceTopography.IO.Reader import ChannelInfo, ReaderBase
 
-# Errors that parsers of more formats raise on truncated or damaged files.
-_BROKEN = (*BROKEN, AttributeError, AssertionError, ArithmeticError, struct.error, ParseError)
-
 
 def read_instrument(path: Path, channel: str | None = None) -> Recorded:
     """Read one channel of an instrument's file, its default one if no name is given."""
-    _refuse_data_elsewhere(path)
+    _check_hdf5(path)
     with _readable(path), _open(path) as reader:
         info = _channel(reader, channel, path)
         # The reader insists on a size. Where the file has none, pass a placeholder, and report no
@@ -42,7 +37,7 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
         return Recorded(values, unit, spacing, unit, periodic, measured=True)
 
 
-def _refuse_data_elsewhere(path: Path) -> None:
+def _check_hdf5(path: Path) -> None:
     """Check HDF5 files under another name, such as .datx, as those under their own."""
     if find_spec("h5py"):
         import h5py
@@ -65,7 +60,7 @@ def _readable(path: Path) -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # deprecations inside the readers concern their authors
             yield
-    except (*_BROKEN, ReadFileError, UnknownFileFormat) as error:
+    except (*BROKEN_PARSED, ReadFileError, UnknownFileFormat) as error:
         # The messages of all other errors name parts of the reader's program.
         about_files = ReadFileError, UnknownFileFormat, OSError, ValueError
         of_the_file = isinstance(error, about_files)

@@ -80,7 +80,8 @@ def read_recorded(path: Path, names: Names) -> Recorded:
     return _recorded(path, names, content)
 
 
-# All patches of a seal, and the remarks about it, are of one file.
+# All patches of a seal, and the remarks about it, are of one file. The digest `content` is there
+# for the cache alone: a file that has changed is read again.
 @lru_cache(maxsize=1)
 def _recorded(path: Path, names: Names, content: str) -> Recorded:
     with within_available_memory(str(path)):

@@ -155,7 +155,7 @@ def _merge_plan(
     first = rim(*size)
     second = [(i + step[0], j + step[1]) for i, j in first]
     inner = sorted((set(first) | set(second)) - set(outer))
-    place = {node: k for k, node in enumerate(inner + outer)}
+    place = {node: k for k, node in enumerate((*inner, *outer))}
     first_runs, second_runs = (_runs([place[node] for node in part]) for part in (first, second))
     return first_runs, second_runs, len(place), len(inner)
 
@@ -168,10 +168,10 @@ def _runs(places: list[int]) -> tuple[_Run, ...]:
 
 
 @cache
-def rim(nx: int, ny: int) -> list[tuple[int, int]]:
+def rim(nx: int, ny: int) -> tuple[tuple[int, int], ...]:
     """Nodes (i, j) on the rim of a block of nx × ny pixels, one side after the other."""
     sides = (
         [(i, j) for i in (0, nx) for j in range(ny + 1)],
         [(i, j) for j in (0, ny) for i in range(1, nx)],
     )
-    return [node for side in sides for node in side]
+    return tuple(node for side in sides for node in side)

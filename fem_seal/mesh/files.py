@@ -6,12 +6,9 @@ name, not zero on its edges, or a number in the one integer cell array of the fi
 number may be used for any format.
 """
 
-import binascii
 import contextlib
 import io
 import re
-import struct
-import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +18,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.field_file.containers import refuse_data_elsewhere
+from fem_seal.field_file.containers import BROKEN_PARSED, refuse_data_elsewhere
 from fem_seal.memory import within_available_memory
 
 if TYPE_CHECKING:
@@ -33,12 +30,6 @@ _PLANE_CELLS = {"triangle", "line", "vertex"}
 _GROUPS = ("inlet", "outlet", "wall")
 # Commands of gmsh that read another file, with its name.
 _OTHER_FILE = re.compile(rb'\b(?:Include|Merge|Open|ShapeFromFile)\b[\s(]*"([^"\x00-\x1f]+)"')
-# Errors that meshio and the libraries below it raise for truncated files and other formats.
-_UNREADABLE = (
-    ValueError, LookupError, TypeError, AttributeError, AssertionError, EOFError,
-    OverflowError, struct.error, zlib.error, binascii.Error,
-    ElementTree.ParseError, RuntimeError,
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +117,7 @@ def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
             within_available_memory(str(source)),
         ):
             if ending == ".xdmf":
-                _refuse_data_elsewhere(path)
+                _refuse_other_files(path)
             return readers[ending](str(path))
     except ModuleNotFoundError as error:
         raise MissingPackage(
@@ -135,7 +126,7 @@ def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
         ) from None
     except OSError as error:
         raise InvalidInput(f"cannot read the mesh {source}: {error.strerror or error}") from None
-    except (meshio.ReadError, *_UNREADABLE):
+    except (meshio.ReadError, *BROKEN_PARSED):
         raise InvalidInput(f"{source} is not a whole {ending} mesh; write it again") from None
 
 
@@ -146,7 +137,7 @@ def files_within(path: Path) -> set[Path]:
     """
     found: set[Path] = set()
     left = [path]
-    with contextlib.suppress(OSError, *_UNREADABLE):
+    with contextlib.suppress(*BROKEN_PARSED):
         while left:
             file = left.pop()
             names: list[str] = []
@@ -168,7 +159,7 @@ def _data_items(path: Path) -> Iterator[tuple[str | None, str]]:
         yield item.get("Format"), (item.text or "").strip().partition(":")[0]
 
 
-def _refuse_data_elsewhere(path: Path) -> None:
+def _refuse_other_files(path: Path) -> None:
     """Refuse an .xdmf whose arrays are neither in it nor in an HDF5 file beside it.
 
     Otherwise it could name any file of the reader's machine.

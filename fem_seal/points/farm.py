@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from select import select
 from typing import TypeVar
 
@@ -49,12 +50,7 @@ def farm(
                 left = min(left, int(memory) - sum(resident))
             most = max(int(_SPARE * largest), 0 if finished else need)
             while waiting and len(running) < min(jobs, processes_that_fit(most, resident, left)):
-                worker = idle.pop() if idle else Worker()
-                try:
-                    worker.begin(compute, waiting[0])
-                except ConnectionError:  # The system has killed the worker while it was idle.
-                    worker.end()
-                else:
+                if worker := _begun(partial(compute, waiting[0]), idle):
                     running[worker] = waiting.popleft()
             finished = poll()
             for worker in select(list(running), [], [], POLL)[0]:
@@ -73,6 +69,17 @@ def farm(
         for worker in (*idle, *running):
             worker.end()
     return answers, killed
+
+
+def _begun(call: Callable[[], object], idle: list[Worker]) -> Worker | None:
+    """An idle or a new worker that calls; None if the system has killed the idle one."""
+    worker = idle.pop() if idle else Worker()
+    try:
+        worker.begin(call)
+    except ConnectionError:
+        worker.end()
+        return None
+    return worker
 
 
 def processes_that_fit(need: int, resident: Sequence[int], available: int) -> int:

@@ -50,6 +50,7 @@ LIFT_KEY = (
     POCKET,
 )
 SENSITIVITY = "|change of ln Q| for 1 nm of height on 1 µm²"
+NANOMETRE, SQUARE_MICROMETRE = 1e-9, 1e-12  # in m and m²
 LIFT_SIDE = 3.0  # longer side of each of the four drawings of a lift [inch]
 
 
@@ -207,7 +208,7 @@ def lift_picture(
 def sensitivity_picture(film: GridFilm, by_height: GridField, path: str | Path) -> None:
     """Picture of |∂ ln Q/∂h| [1/m] per area, logarithmic; the tightest place is marked."""
     dx, dy = by_height.spacing
-    size = np.abs(film.sampled(by_height)) * 1e-9 * 1e-12 / (dx * dy)
+    size = NANOMETRE * SQUARE_MICROMETRE / (dx * dy) * np.abs(film.sampled(by_height))
     scale = logarithmic_scale(SENSITIVITY, size, SENSITIVITY_DECADES, "flow")
     with page(window_of(film), path) as axes:
         frame_film(axes[0, 0], film, None, "Where a nanometre matters", marked=True)

@@ -339,7 +339,7 @@ def _too_large(scene: "Scene", given: Mapping[str, InputTolerance]) -> Iterator[
 def _ambient(scene: "Scene") -> Iterator[str]:
     """An ambient pressure that is missing or contradicts the scene."""
     flow, contact = scene.flow, scene.contact
-    if scene.fluid is None or (scene.leak_rate_of == "nothing" and not scene.solves_flow):
+    if scene.fluid is None or not scene.solves_any_flow:
         return
     if flow.ambient_pressure is not None and flow.pressure_drop is not None:
         yield (

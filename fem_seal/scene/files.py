@@ -30,13 +30,14 @@ def tables_of(text: str, path: Path) -> dict[str, Any]:
         raise _no_scene(path, f"{dots} dots outside comments; a scene has few")
     try:
         data = tomllib.loads(text)
-        if _depth(data) > DEEPEST:
-            raise RecursionError
-        return data
+        too_deep = _depth(data) > DEEPEST
     except RecursionError:
-        raise _no_scene(path, "it is nested too deeply") from None
+        too_deep = True
     except ValueError as error:  # of TOML, or of a number with thousands of digits
         raise _no_scene(path, f"{error}{_hint(text, str(error))}") from None
+    if too_deep:
+        raise _no_scene(path, "it is nested too deeply")
+    return data
 
 
 def _hint(text: str, error: str) -> str:

@@ -229,6 +229,11 @@ class Scene(Section):
         return self.needs_leak_rate or self.lift == "resolved"
 
     @property
+    def solves_any_flow(self) -> bool:
+        """Whether the flow of the patch is solved, or flows of a [seal]."""
+        return self.solves_flow or self.seal is not None
+
+    @property
     def leak_rate_of(self) -> Literal["nothing", "patch", "seal"]:
         """Whose leak rate is asked for, if any."""
         if self.seal is not None:
