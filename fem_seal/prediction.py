@@ -1,8 +1,8 @@
 """Time and memory of a scene before it is solved.
 
 The laws were fitted to runs on one core; `python tests/benchmarks/prediction.py` says how far they
-are off. They hold where contacts are open: next to closing the lift takes several times as long,
-and a patch that is sealed needs no flow at all.
+are off. They hold where contacts are open: next to closing a lift takes up to ten times as long as
+predicted, and a patch that is sealed needs no flow at all.
 """
 
 from dataclasses import dataclass
@@ -73,7 +73,7 @@ MANY = 0.8
 class Prediction:
     """Time and memory that a scene takes on this machine, mostly to a factor of 1.5.
 
-    Of contacts that leak easily to a factor of 2; next to closing, ten times have been seen.
+    Of contacts that leak easily to a factor of 2; a lift next to closing took up to ten times that.
     """
 
     samples: tuple[int, int]  #: of a patch

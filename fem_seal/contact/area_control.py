@@ -122,7 +122,7 @@ def _search(
     nearest: ContactState | None = None
     iterations, target = 0, _linear(area_fraction)
 
-    @cache
+    @cache  # Brent's method asks for both ends of its bracket again
     def miss(pressure: float) -> float:
         """Y - Y0 at a pressure [Pa]; 0 once the area is reached."""
         nonlocal nearest, start, iterations

@@ -80,7 +80,7 @@ class FilmPressure:
         self.on_samples = np.clip(self._to_samples(u), 0.0, 1.0)  #: (nx, ny)
         self.dissipation = links * self._drop**2  #: (links,), in a unit of its own
         one, other = places[network.between]
-        #: (legs,), square of (c - c')/(c + c') with the gaps c, c' at the two sides of each leg
+        #: (legs,), square of (c - c')/(c + c') with the gaps c, c' at the two places of each leg
         self.varies = ((one - other) / (one + other)) ** 2
 
     @property
