@@ -154,6 +154,7 @@ class _Cells:
     """The leak path in n cells, each of one contact pressure."""
 
     profile: Profile
+    path: LeakPath
     x: np.ndarray  #: (n + 1,), ends of the cells [m]
     pressure: np.ndarray  #: (n,), P of each cell [Pa]
     lengths: np.ndarray  #: (n,), Δs
@@ -161,19 +162,18 @@ class _Cells:
     @classmethod
     def of(cls, profile: Profile, path: LeakPath, x: np.ndarray) -> "_Cells":
         """Cells with the contact pressure of their middle."""
-        return cls(profile, x, profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x)))
+        return cls(profile, path, x, profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x)))
 
     def flow(self, steps: ConductivitySteps, ends: EndPressures, rate: float) -> PathFlow:
         """Pressures along the path at a leak rate [m³/s]."""
-        x, pressure, lengths = self.x, self.pressure, self.lengths
-        if len(lengths) == 1:
+        laid = self
+        if is_uniform(self.profile):
             # A uniform profile is solved in one cell, and drawn in many.
-            x = np.linspace(0, x[-1], CELLS + 1)
-            pressure, lengths = np.full(CELLS, pressure[0]), np.full(CELLS, lengths[0] / CELLS)
-        fluid = March(steps, pressure, lengths, ends).pressures(rate)
-        P = self.profile(x)
-        net, influences = _influences(steps, pressure, fluid, ends)
-        return PathFlow(x, P, fluid, steps(P - fluid), net, influences)
+            laid = self.of(self.profile, self.path, np.linspace(0, self.x[-1], CELLS + 1))
+        fluid = March(steps, laid.pressure, laid.lengths, ends).pressures(rate)
+        P = self.profile(laid.x)
+        net, influences = _influences(steps, laid.pressure, fluid, ends)
+        return PathFlow(laid.x, P, fluid, steps(P - fluid), net, influences)
 
 
 def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:

@@ -83,6 +83,25 @@ def test_smooth_ring(radii):
     encloses(flow, 2 * np.pi * SMOOTH * 1e5 / np.log(1.2), 1e-8)
 
 
+@pytest.mark.parametrize("places", [2, 4])
+@pytest.mark.parametrize("radii", [(0.01, 0.03), (0.03, 0.01)])
+def test_pressure_along_a_wide_smooth_ring(radii, places):
+    """p is linear in ln r, and so is the influence of ln K on ln Q before a place.
+
+    Each of 1000 cells is 20 um long, on which ln r differs from its chord by up to (20 um)²/(8 r²);
+    that moves a place by 5e-9 m.
+    """
+    path = RingPath(*radii)
+    profile = TabulatedProfile(np.linspace(0, path.length, places), np.full(places, 1e6))
+    flow = seal_flow(constant(), profile, path, BAR)
+    share = path.resistance(flow.path.x) / path.resistance(path.length)
+    np.testing.assert_allclose(flow.path.fluid_pressure, 1e5 * (1 - share), atol=1e-3)
+    ends = flow.sealing.start, flow.sealing.middle, flow.sealing.end
+    inlet, outlet = radii
+    exact = [abs(inlet * (outlet / inlet) ** part - inlet) for part in (0.05, 0.5, 0.95)]
+    assert ends == pytest.approx(exact, abs=1e-8)
+
+
 @pytest.mark.parametrize("width", [1e-5, 1e-3, 0.1])
 @pytest.mark.parametrize("part", [0.2, 0.9, 0.99])
 def test_a_lip_far_narrower_than_the_path(width, part):
