@@ -50,7 +50,7 @@ def read_profiles(
     step: float | None = None,
     missing: float | None = None,
 ) -> Profiles:
-    """Read profiles. Each column is one; a first column that rises evenly is x.
+    """Read profiles. Each column is one; a first column that rises or falls evenly is x.
 
     Profiles of different lengths are cut to the shortest. Samples at the ends that are missing in
     any profile are left out of all.
@@ -122,11 +122,19 @@ def _from_table(path: Path) -> Recorded:
     even = even_step(values[:, along]) if values.shape[1] > 1 else None
     columns, step = list(range(values.shape[1])), header.metres(header.steps, "x")
     unit_of_step: str | None = "m"
-    if even is not None and even > 0:
-        values = np.delete(values, columns.pop(along), axis=1)
-        step, unit_of_step = even, header.unit_of_coordinates(along)
+    if even is not None:
+        values = np.delete(values, columns.pop(along), axis=1)[:: 1 if even > 0 else -1]
+        step, unit_of_step = abs(even), header.unit_of_coordinates(along)
     elif header.titled_as_profiles:
-        raise InvalidInput(f"x in {path} does not rise evenly; resample the profile to even steps")
+        raise InvalidInput(
+            f"x in {path} neither rises nor falls evenly; resample the profile to even steps"
+        )
+    counted = [k for k, column in zip(columns, values.T, strict=True) if even_step(column)]
+    if counted:
+        raise InvalidInput(
+            f"column {counted[0] + 1} of {path} rises or falls evenly, as x does and no profile: "
+            "give x a title such as 'x [mm]', and delete the other one"
+        )
     for mark in header.missing:
         values = without_marked(values, mark)
     spacing = None if step is None else (step, step)

@@ -160,6 +160,24 @@ def test_files_without_x(tmp_path):
         read_profiles([tmp_path / "d.txt"], unit="um")
 
 
+def test_coordinates_are_no_profile(tmp_path):
+    """x that falls is x; a count beside it, or x behind the heights, would be a flat profile."""
+    heights, x = np.random.default_rng(0).normal(size=40), 0.5 * np.arange(40)
+    np.savetxt(tmp_path / "down.txt", np.column_stack([x[::-1], heights]))
+    profiles = read_profiles([tmp_path / "down.txt"], unit="um")
+    assert profiles.step == pytest.approx(5e-7, rel=1e-12)
+    np.testing.assert_allclose(profiles.heights, [1e-6 * heights[::-1]], rtol=1e-12)
+    counted = np.column_stack([np.arange(1, 41), x, heights])
+    for name, table, head, wrong in (
+        ("counted", counted, "", 2),
+        ("titled", counted, "No\tx [um]\tz [um]", 1),
+        ("behind", counted[:, [2, 1]], "", 2),
+    ):
+        np.savetxt(tmp_path / f"{name}.txt", table, delimiter="\t", header=head, comments="")
+        with pytest.raises(InvalidInput, match=rf"column {wrong} of .* rises or falls evenly"):
+            read_profiles([tmp_path / f"{name}.txt"], unit="um", step=5e-7)
+
+
 def test_scene_of_profiles(tmp_path, capsys, here):
     """From a stylus's file to a contact: the spectrum as a table, and the assumption in words."""
     rough = self_affine(SPECTRUM, (N, N), SIZE, rms_slope=0.1, seed=1).values[:, ::64]
