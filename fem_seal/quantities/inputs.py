@@ -57,6 +57,7 @@ class Probe:
 
     gap: float | None = None  #: that of the critical constriction [m]; None where no path is open
     table: ConductivityTable | None = None  #: of a patch of a seal
+    lifted_off: bool = False  #: whether a seal is lifted off
 
 
 def inputs_entry(
@@ -84,16 +85,20 @@ def inputs_entry(
         return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
     if leak.state == "lifted off":
         with patch.timed("inputs"):
-            closing = _at_corner(patch, -1, probe)
-            # Of a film that floats `rate_of` tells no leak rate, and yet it is finite.
-            stays = closing.lifted_off or (
-                closing.lifted is None and rate_of(closing).state == "lifted off"
-            )
-        return _of_lifted_off(stays)
+            return _of_lifted_off(_is_lifted_off(_at_corner(patch, -1, probe), rate_of))
     with patch.timed("inputs"):
         closed, opened = (rate_of(_at_corner(patch, end, probe)) for end in (-1, 1))
     carried = lifted.fluid_load / load if lifted is not None and load else 0.0
     return _entry(scene, leak, closed, opened, carried, probe)
+
+
+def _is_lifted_off(closing: Patch, rate_of: Callable[[Patch], LeakRate]) -> bool:
+    """Whether a patch, or the seal of its scene, is lifted off."""
+    if closing.scene.seal is not None:
+        profile, _, ends = leak_path_of(closing.scene)
+        return profile.highest <= ends.inlet
+    # Of a film that floats `rate_of` tells no leak rate, and yet it is finite.
+    return closing.lifted_off or (closing.lifted is None and rate_of(closing).state == "lifted off")
 
 
 def _of_lifted_off(stays: bool) -> Uncertainty:
@@ -160,7 +165,10 @@ def _ends(scene: Scene, end: int, probe: Probe) -> dict[str, float]:
     ends = {name: 1 + end * OPENS[name] * part for name, part in scene.tolerated.items()}
     if scene.slip is not None and "fluid.viscosity" in ends:
         ends["fluid.viscosity"] = _viscosity(scene, end, probe.gap)
-    if probe.table is not None and _under_cylinder(scene):
+    if probe.lifted_off and _under_cylinder(scene):
+        # A stiffer cylinder presses harder, and may close the seal.
+        ends |= {name: 2 - ends[name] for name in ends.keys() & {*MODULI}}
+    elif probe.table is not None and _under_cylinder(scene):
         others = scene.scaled({name: ends[name] for name in ends.keys() - {*MODULI}})
         for name in ends.keys() & {*MODULI}:
             factors = 1 + scene.tolerated[name] * np.linspace(-1, 1, TRIED)

@@ -52,7 +52,12 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
             "the contact pressure is nowhere above the fluid's at the inlet: no contact is left, "
             "whatever the roughness; contact remains where the contact pressure is above it"
         )
-        return Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0), model_entry(patch)
+        lifted = Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0)
+        return (
+            lifted,
+            inputs_entry(patch, seal, rate_of, Probe(lifted_off=True)),
+            model_entry(patch),
+        )
     scales, size = scale_entries(patch, seal.leak_path)
     most = max(seal.patches, key=lambda each: each.value)
     gap, rtol = seal.critical_gap, present(patch.scene.seal, "[seal]").rtol

@@ -401,6 +401,28 @@ def test_a_stiffer_cylinder_under_fluid_of_nearly_its_pressure(monkeypatch):
     assert softer.lower <= ends.upper * leak.upper
 
 
+@pytest.mark.parametrize(
+    ("tolerance", "decision"),
+    [
+        ("seal.line_load=20 %", "undecided"),
+        ("solid.contact_modulus=20 %", "undecided"),
+        ("solid.contact_modulus=5 %", "above limit"),
+        ("fluid.viscosity=20 %", "above limit"),
+        ("heights=20 %", "above limit"),
+    ],
+)
+def test_a_seal_that_is_lifted_off_may_not_be_at_the_other_end(tolerance, decision):
+    """Hertz's maximum √(w E*/(π R)) is 5 % below p_in: 1.2 times w or E* is above, 1.05 below."""
+    w, R, E = 200.0, 2e-3, 1e7
+    name, _, text = tolerance.partition("=")
+    known = {f"tolerances.{name}": text, "solid.contact_modulus": E}
+    drop = {"flow.pressure_drop": 1.05 * np.sqrt(w * E / (np.pi * R))}
+    solved = solve(under_cylinder(w, R, **drop, **known, **{"limit.leak_rate": "1 ml/h"}))
+    assert solved.state == "lifted off"
+    assert solved.verdict.decision == decision
+    assert (entry(solved).lower, entry(solved).upper) == (float(decision == "above limit"), 1.0)
+
+
 def test_shares_of_solids_that_only_touch():
     """Without a load the gap is as the heights, and the leak rate as their cube."""
     touching = scene(DRY, "contact.pressure=0", "tolerances.heights=5 %", KNOWN[3])

@@ -149,7 +149,7 @@ def test_lifted_off():
     assert (lifted.state, lifted.seal.leak_rate) == ("lifted off", None)
     assert set(pictures(solved)) == {"seal"}
     assert "contact" not in dict(summary_of(lifted))
-    assert [entry.key for entry in lifted.error_budget] == ["lift", "model"]
+    assert [entry.key for entry in lifted.error_budget] == ["lift", "inputs", "model"]
 
 
 def test_other_patches_scatter_at_the_ends_of_the_inputs_as_they_do_there():
