@@ -453,6 +453,30 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(kept, monkeypa
     assert patches_entry(many).upper == 1.0
 
 
+@pytest.mark.parametrize("patches", [1, 3])
+@pytest.mark.parametrize(("pressure", "shares"), [(3e4, [0.533, 0.16]), (8e3, [])])
+def test_fluid_below_ambient_leaves_no_load_to_try(monkeypatch, patches, pressure, shares):
+    """Fluid 0.4 bar below ambient presses the solids together with 40 kPa beside the load P.
+
+    0.8^n of P + 40 kPa is above 40 kPa twice of P = 30 kPa, and never of 8 kPa.
+    """
+    monkeypatch.setattr("fem_seal.solved.LEAST_SECONDS", np.inf)
+    fluid = {"pressure_drop": None, "inlet_pressure": 6e4, "outlet_pressure": 1e4}
+    asked = scene(contact={"pressure": 2e5}, limit={"leak_rate": "1 ml/h"}).with_(
+        {f"flow.{name}": value for name, value in fluid.items()}
+        | {"flow.ambient_pressure": 1e5, "contact.pressure": pressure, "seal.patches": patches}
+        | {"solid": {"contact_modulus": 5e4}}
+    )
+    said = []
+    solved = solve(asked, lambda *line: said.append(line))
+    assert (solved.state, solved.verdict.decision) == ("sealed", "undecided")
+    notes = [detail for stage, detail in said if stage == NOTE and "sought" in detail]
+    assert len(notes) == (len(shares) if patches == 3 else 0)
+    assert solved.seal.lowered is None
+    share = None if patches == 3 or not shares else pytest.approx(shares[0], abs=1e-3)
+    assert solved.seal.next_load_share == share
+
+
 @pytest.mark.parametrize("patches", [1, 2])
 def test_too_few_leaking_patches_ask_for_three(patches):
     """Patches that were not drawn may leak any amount more: no limit counts as kept."""
