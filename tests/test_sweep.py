@@ -155,6 +155,14 @@ def test_another_sweep_is_refused(tmp_path, capsys):
     assert next(iter(rows(tmp_path / "out")[0])) == "flow.rtol"
 
 
+def test_another_value_of_a_field_in_a_field_is_the_same_sweep():
+    """Nothing is computed: all is left to other parts, and status 3 says so."""
+    rest = ("--set", "flow.method=adaptive", "--set", "flow.links=", "--gather", "--out", "out")
+    assert run("--vary", "tolerances.fluid.viscosity=5 %,10 %", *rest) == 3
+    assert run("--vary", "tolerances.fluid.viscosity=20 %", *rest) == 3
+    assert run("--vary", "tolerances.heights=20 %", *rest) == 2
+
+
 def test_a_field_of_some_points_only(tmp_path, capsys):
     """The message names a point that has no use for it and the remedy, which works."""
     assert run("--vary", "contact.model=gfmd,bearing", "--set", "contact.tolerance=1e-5") == 2

@@ -5,6 +5,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from fem_seal import parallel
 from fem_seal.errors import FemSealError, InvalidInput
@@ -179,10 +180,17 @@ def _open(held: ExitStack, folder: SweepFolder, origin: Provenance, overwrite: b
 def _origin(scene: Scene, keys: tuple[str, ...]) -> Provenance:
     """The part that all points share: the scene without the fields that vary."""
     origin = Provenance.of(scene)
-    shared = {
-        section: {name: value for name, value in fields.items() if f"{section}.{name}" not in keys}
-        for section, fields in origin.scene.items()
-    }
+    shared = _without(origin.scene, keys)
     files = {str(path) for name, path in scene.input_files if name not in keys}
     inputs = {path: digest for path, digest in origin.inputs.items() if path in files}
     return origin.model_copy(update={"scene": shared, "inputs": inputs, "seed": None})
+
+
+def _without(fields: dict[str, Any], keys: tuple[str, ...], head: str = "") -> dict[str, Any]:
+    """Nested fields without those of the keys, such as "tolerances.contact.pressure"."""
+    kept = {name: value for name, value in fields.items() if f"{head}{name}" not in keys}
+    inner = {
+        name: _without(value, keys, f"{head}{name}.") if isinstance(value, dict) else value
+        for name, value in kept.items()
+    }
+    return {name: value for name, value in inner.items() if value != {}}
