@@ -21,7 +21,14 @@ from fem_seal.quantities.inputs import Probe, inputs_entry
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.uncertainties import model_entry, surface_entry
 from fem_seal.slip_error import slip_entry_at
-from fem_seal.upscaling.mosaic import DRAWS, LEAST_LEAKING, error_of_mean, may_conduct, patches_for
+from fem_seal.upscaling.mosaic import (
+    DRAWS,
+    FEW_AROUND,
+    LEAST_LEAKING,
+    error_of_mean,
+    may_conduct,
+    patches_for,
+)
 from fem_seal.upscaling.seal import SealLeak
 
 # Keys of entries that no other module looks for.
@@ -120,6 +127,11 @@ def patches_entry(seal: SealLeak) -> Uncertainty:
         )
         if many > MOST_PATCHES:
             sentence += ", larger patches scatter less"
+    if seal.count.across <= FEW_AROUND:
+        sentence += (
+            f"; seals of {number_of(seal.count.across, 'patch')} around differ from each other by "
+            f"about {per_cent(seal.relative_scatter)} (standard deviation), whatever seal.patches is"
+        )
     return Uncertainty(PATCHES, "estimated", sentence, min(1.0, lower), max(1.0, upper))
 
 

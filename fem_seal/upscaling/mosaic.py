@@ -26,6 +26,8 @@ MOST_ALONG, BLOCK = 40, 16
 DRAWS = 24  # mosaics that are drawn for a seal
 # Draws of the pivots of an interval: of single patches, and of mosaics, which cost more.
 PIVOTS, PIVOTS_OF_MOSAICS = 20_000, 200
+# Patches around a seal of one along the path up to which the seals of one scatter differ notably.
+FEW_AROUND = 256
 SEED = 0  # of all draws of a seal
 # Largest standard deviation σ of ln K that is drawn. The mean of log-normal patches is exp(σ²/2)
 # times their median: exp(200) here.
@@ -126,9 +128,9 @@ def error_of_mean(relative_scatter: float, count: PatchCount) -> float:
 
 
 def generalised_interval(
-    rates: Sequence[float] | np.ndarray, along: int, rng: np.random.Generator
+    rates: Sequence[float] | np.ndarray, count: PatchCount, rng: np.random.Generator
 ) -> tuple[float, float] | None:
-    """Confidence interval of the leak rate of a seal of many patches, from a few of them.
+    """Confidence interval of the leak rate of a seal of so many patches, from a few of them.
 
     The leak rates of leaking patches are taken to be log-normal. Let ȳ and s² be mean and variance
     of the logarithms of the n leaking patches out of N. Generalised pivots are (K. Krishnamoorthy
@@ -137,8 +139,8 @@ def generalised_interval(
         σ² = s² (n - 1)/χ²(n - 1),  μ = ȳ + Z σ/√n,  leaking share δ ~ Beta(n + 1/2, N - n + 1/2).
 
     The interval lies between quantiles of δ exp(μ + σ²/2), the mean over patches, or, with several
-    patches along the path, of the conductivity of mosaics of patches drawn with μ, σ and δ. None
-    with fewer than three leaking patches, too few to estimate the scatter.
+    patches along the path or few around the seal, of the conductivity of mosaics of patches drawn
+    with μ, σ and δ. None with fewer than three leaking patches, too few to estimate the scatter.
     """
     rates = np.asarray(rates, dtype=float)
     if not np.isfinite(rates).all() or rates.min(initial=0) < 0:
@@ -147,18 +149,19 @@ def generalised_interval(
     leaking, sealed = logs.size, rates.size - logs.size
     if leaking < LEAST_LEAKING:
         return None
-    draws = PIVOTS if along == 1 else PIVOTS_OF_MOSAICS
+    draws = PIVOTS if count.along == 1 else PIVOTS_OF_MOSAICS
     sigma = logs.std(ddof=1) * np.sqrt((leaking - 1) / rng.chisquare(leaking - 1, draws))
     mu = logs.mean() + rng.standard_normal(draws) * sigma / np.sqrt(leaking)
     share = rng.beta(leaking + 0.5, sealed + 0.5, draws) if sealed else np.ones(draws)
-    if along == 1:
-        seals = share * np.exp(np.minimum(mu + sigma**2 / 2, MOST_LOG))
-    else:
-        patches = [
-            lognormal_patches((min(along, MOST_ALONG), BLOCK), s, d, rng)
-            for s, d in zip(np.minimum(sigma, MOST_SCATTER), share, strict=True)
-        ]
-        seals = np.exp(mu) * mosaic_conductivity(np.array(patches))
+    log_mean = mu + sigma**2 / 2 + np.log(share)
+    if count.along > 1 or count.across <= FEW_AROUND:
+        shape = _block(count) if count.along > 1 else (1, count.across)
+        drawn = zip(np.minimum(sigma, MOST_SCATTER), share, strict=True)
+        patches = np.array([lognormal_patches(shape, s, d, rng) for s, d in drawn])
+        alike = patches.mean(axis=2)[:, 0] if count.along == 1 else mosaic_conductivity(patches)
+        with np.errstate(divide="ignore"):
+            log_mean = mu + np.log(alike)
+    seals = np.exp(np.minimum(log_mean, MOST_LOG))
     tail = (1 - CONFIDENCE) / 2
     lower, upper = np.quantile(seals, [tail, 1 - tail])
     return float(lower), float(upper)

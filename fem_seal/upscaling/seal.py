@@ -257,7 +257,7 @@ def seal_of_patches(
     mean, scatter, interval = rates[0], 0.0, None
     if not lifted_off:
         mean, scatter = drawn_seals(rates, count, np.random.default_rng(SEED))
-        interval = generalised_interval(rates[:, 1], count.along, np.random.default_rng(SEED))
+        interval = generalised_interval(rates[:, 1], count, np.random.default_rng(SEED))
     lower, value, upper = map(float, mean)
     return SealLeak(
         state="lifted off" if lifted_off else "sealed" if upper == 0 else "leaking",

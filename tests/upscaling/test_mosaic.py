@@ -22,6 +22,8 @@ from fem_seal.upscaling.mosaic import (
     sealed_share,
 )
 
+MANY = 10_000  # patches around a seal
+
 
 def test_layers():
     """Rows across the flow are in series, columns along it in parallel; a sealed row seals."""
@@ -106,10 +108,30 @@ def test_intervals_cover(monkeypatch, along, sigma, leaking, patches):
     covered = []
     for repeat in range(200):
         sample = lognormal_patches((patches, 1), sigma, leaking, rng).ravel()
-        lower, upper = generalised_interval(sample, along, np.random.default_rng(repeat))
+        lower, upper = generalised_interval(
+            sample, PatchCount(along, MANY), np.random.default_rng(repeat)
+        )
         covered.append(lower <= exact <= upper)
     fewest, most = binom.interval(0.997, len(covered), 0.95)
     assert fewest <= sum(covered) <= most
+
+
+@pytest.mark.parametrize(
+    ("size", "sigma", "leaking"), [((1, 1), 0.9, 1.0), ((1, 4), 1.9, 0.85), ((4, 2), 0.9, 1.0)]
+)
+def test_intervals_cover_seals_of_few_patches(monkeypatch, size, sigma, leaking):
+    """Small seals differ: of 100 intervals as many hold one more seal, of other patches."""
+    rng = np.random.default_rng(12)
+    monkeypatch.setattr(mosaic, "PIVOTS", 2000)
+    covered = []
+    for repeat in range(100):
+        sample = lognormal_patches((20, 1), sigma, leaking, rng).ravel()
+        count, pivots = PatchCount(*size), np.random.default_rng(repeat)
+        lower, upper = generalised_interval(sample, count, pivots)
+        seal = mosaic_conductivity(lognormal_patches(size, sigma, leaking, rng))
+        covered.append(lower <= seal <= upper)
+    fewest, _ = binom.interval(0.997, len(covered), 0.95)
+    assert fewest <= sum(covered)
 
 
 @pytest.mark.parametrize("patches", [3, 6])
@@ -132,7 +154,7 @@ def test_interval_is_that_of_the_likelihood(patches):
 
         return quad(part, -6, 6, limit=400)[0] / quad(density, -6, 6, limit=400)[0]
 
-    lower, upper = generalised_interval(rates, 1, np.random.default_rng(0))
+    lower, upper = generalised_interval(rates, PatchCount(1, MANY), np.random.default_rng(0))
     assert below(lower) == pytest.approx(0.025, abs=0.0045)
     assert below(upper) == pytest.approx(0.975, abs=0.0045)
 
@@ -140,9 +162,9 @@ def test_interval_is_that_of_the_likelihood(patches):
 def test_rates_without_an_interval():
     """Too few that leak, and none that can be."""
     rng = np.random.default_rng(0)
-    assert generalised_interval([1.0, 2.0, 0.0, 0.0], 1, rng) is None
+    assert generalised_interval([1.0, 2.0, 0.0, 0.0], PatchCount(1, MANY), rng) is None
     with pytest.raises(InvalidInput, match="not negative"):
-        generalised_interval([-1.0, 2.0, 3.0], 1, rng)
+        generalised_interval([-1.0, 2.0, 3.0], PatchCount(1, MANY), rng)
 
 
 def test_share_of_sealed_patches():
@@ -165,7 +187,9 @@ def test_patches_for_a_narrow_interval(sigma):
     widths = []
     for repeat in range(100):
         sample = lognormal_patches((number, 1), sigma, 1.0, rng).ravel()
-        lower, upper = generalised_interval(sample, 1, np.random.default_rng(repeat))
+        lower, upper = generalised_interval(
+            sample, PatchCount(1, MANY), np.random.default_rng(repeat)
+        )
         widths.append(np.log(upper / lower))
     student = t.ppf(0.975, number - 1) / norm.ppf(0.975)
     assert np.median(widths) == pytest.approx(student * np.log(2), rel=0.07 + 2 * 0.04)

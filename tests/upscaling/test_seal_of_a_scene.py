@@ -130,6 +130,15 @@ def test_undecided_names_the_range_that_is_held_against_the_limit():
     assert ends == pytest.approx([leak * lower, leak * upper, 100 * lower, 100 * upper], rel=1e-2)
 
 
+def test_seals_of_few_patches_differ_from_each_other():
+    """More realizations tell the mean of such seals, and none of them is the mean."""
+    many = solve_seal(Patch(scene()))
+    few = replace(many, count=mosaic.PatchCount(1, 4), relative_scatter=0.25)
+    words = "seals of 4 patches around differ from each other by about 25 %"
+    assert words in patches_entry(few).sentence
+    assert "differ from each other" not in patches_entry(many).sentence
+
+
 @pytest.mark.parametrize(("pressure", "near"), [(5.1e4, True), (2e5, False)])
 def test_a_seal_next_to_lift_off_warns(pressure, near):
     """The contact pressure that the caution allows to lose is all that it has above 50 kPa."""
