@@ -28,6 +28,11 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
         size = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
         topography = reader.topography(channel_index=info.index, **size)
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
+        header = info.info.get("raw_metadata") or {}
+        if reader.format() == "sur" and header.get("special_points"):
+            # Points that were not measured stand two steps below the lowest height.
+            steps = np.rint(values / header["height_scale_factor"])
+            values[steps == header["zmin"] - 2] = np.nan
         spacing: Pair | None = None
         if not size:
             dx, dy = topography.pixel_size

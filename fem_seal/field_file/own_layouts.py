@@ -3,6 +3,8 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
+from zipfile import ZipFile
 
 import numpy as np
 
@@ -17,6 +19,9 @@ SDF = re.compile(r"a[A-Z][\w.]*-V?\d")
 SDF_KEYS = "numpoints", "numprofiles", "xscale", "yscale", "zscale"
 GSF = b"Gwyddion Simple Field"
 WYKO, ZYGO_POINTS, ZYGO_PHASES = "Wyko ASCII Data", "Zygo XYZ Data", "Zygo ASCII Data"
+# Data types of X3P. openGPS, the reference, has signed integers; some programs write others.
+X3P_TYPES = {"I": ("<i2", "<u2"), "L": ("<i4", "<u4"), "F": ("<f4",), "D": ("<f8",)}
+X3P_SCALE = ("Increment", 1.0), ("Offset", 0.0)  # of heights: what they are if left out
 RESOLUTION = 7, 6  # line and word of the camera's resolution in a header of Zygo, from 0
 
 
@@ -88,6 +93,38 @@ def read_gsf(path: Path) -> Recorded:
             spacing = float(keys["XReal"]) / nx, float(keys["YReal"]) / ny
     units = keys.get("ZUnits") or None, keys.get("XYUnits") or None
     return Recorded(values.astype(float), units[0], spacing, units[1], measured=True)
+
+
+def read_x3p(path: Path) -> Recorded:
+    """Read X3P (ISO 25178-72): heights in a binary file inside, in metres, x along its lines.
+
+    A file of bits may say which points are valid: those that are not have heights of 0, or any
+    others. Integers are taken for signed ones or not, whichever makes the smoother map: a wrong
+    sign is a jump of the whole range.
+    """
+    with whole(path, "X3P"), ZipFile(path) as archive:
+        try:
+            root = ElementTree.fromstring(archive.read("main.xml"))
+        except ElementTree.ParseError as error:
+            raise ValueError(path) from error
+        axes, data = "Record1/Axes/C", "Record3/DataLink"
+        size = [root.findtext(f"Record3/MatrixDimension/Size{axis}", "") for axis in "XYZ"]
+        nx, ny, layers = map(int, size)
+        even = [root.findtext(f"{axes}{axis}/AxisType") for axis in "XYZ"] == ["I", "I", "A"]
+        if not even or min(nx, ny) < 1 or layers != 1:
+            raise ValueError(path)
+        dx, dy = (float(root.findtext(f"{axes}{axis}/Increment", "")) for axis in "XY")
+        step, start = (float(root.findtext(f"{axes}Z/{key}") or one) for key, one in X3P_SCALE)
+        kinds = X3P_TYPES[root.findtext(f"{axes}Z/DataType", "")]
+        with archive.open(root.findtext(f"{data}/PointDataLink", "")) as file:
+            points = file.read(nx * ny * np.dtype(kinds[0]).itemsize)
+        read = (np.frombuffer(points, kind).reshape(ny, nx).astype(float) for kind in kinds)
+        values = step * min(read, key=lambda raw: np.abs(np.diff(raw)).sum()) + start
+        if valid := root.findtext(f"{data}/ValidPointsLink"):
+            bits = np.frombuffer(archive.read(valid), np.uint8)
+            known = np.unpackbits(bits, count=nx * ny, bitorder="little")
+            values[known.reshape(ny, nx) == 0] = np.nan
+    return Recorded(values.T.copy(), "m", (dx, dy), "m", measured=True)
 
 
 def zygo_resolution(header: tuple[str, ...], path: Path) -> float | None:

@@ -13,7 +13,7 @@ from fem_seal.field_file.containers import read_hdf5, read_netcdf, read_numpy, w
 from fem_seal.field_file.instruments import read_instrument
 from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.named_arrays import NamedArrays, interpret, names_to_read
-from fem_seal.field_file.own_layouts import read_gsf
+from fem_seal.field_file.own_layouts import read_gsf, read_x3p
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text import read_text
 from fem_seal.field_file.text_table import is_text
@@ -117,4 +117,5 @@ READERS: dict[str, Callable[[Path, Names], Recorded]] = {
     ".txt": lambda path, names: read_text(path),
     ".csv": lambda path, names: read_text(path),
     ".gsf": lambda path, names: read_gsf(path),
+    ".x3p": lambda path, names: read_x3p(path),
 }

@@ -130,7 +130,7 @@ def patches_entry(seal: SealLeak) -> Uncertainty:
     if seal.count.across <= FEW_AROUND:
         sentence += (
             f"; seals of {number_of(seal.count.across, 'patch')} around differ from each other by "
-            f"about {per_cent(seal.relative_scatter)} (standard deviation), whatever seal.patches is"
+            f"about {per_cent(seal.relative_scatter)} (standard deviation) with any seal.patches"
         )
     return Uncertainty(PATCHES, "estimated", sentence, min(1.0, lower), max(1.0, upper))
 

@@ -5,6 +5,8 @@ SurfaceTopography 1.27.1 (to_netcdf) and ContactMechanics 1.8.3 (ce_hard_wall --
 """
 
 import json
+from struct import pack
+from zipfile import ZipFile
 
 import h5py
 import numpy as np
@@ -135,3 +137,40 @@ def plain_h5(path, name, values, spacing=None, unit=None, spacing_unit=None):
             if spacing_unit is not None:
                 file["spacing"].attrs["unit"] = spacing_unit
     return path
+
+
+X3P = """<?xml version="1.0" encoding="UTF-8"?>
+<p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2">
+<Record1><Revision>ISO5436 - 2000</Revision><FeatureType>SUR</FeatureType><Axes>
+<CX><AxisType>I</AxisType><DataType>D</DataType><Increment>{dx!r}</Increment></CX>
+<CY><AxisType>I</AxisType><DataType>D</DataType><Increment>{dy!r}</Increment></CY>
+<CZ><AxisType>A</AxisType><DataType>{kind}</DataType>{scale}</CZ></Axes></Record1>
+<Record3><MatrixDimension><SizeX>{nx}</SizeX><SizeY>{ny}</SizeY><SizeZ>1</SizeZ></MatrixDimension>
+<DataLink><PointDataLink>bindata/data.bin</PointDataLink>{valid}</DataLink></Record3>
+</p:ISO5436_2>"""
+
+
+def x3p(path, points, spacing, kind="D", dtype="<f8", step=None, start=None, valid=None):
+    """X3P of openGPS: points (nx, ny) of a data type, those along x next to each other."""
+    (nx, ny), (dx, dy) = np.shape(points), spacing
+    scale = "" if step is None else f"<Increment>{step!r}</Increment>"
+    scale += "" if start is None else f"<Offset>{start!r}</Offset>"
+    link = "" if valid is None else "<ValidPointsLink>bindata/valid.bin</ValidPointsLink>"
+    text = X3P.format(dx=dx, dy=dy, kind=kind, scale=scale, nx=nx, ny=ny, valid=link)
+    with ZipFile(path, "w") as archive:
+        archive.writestr("main.xml", text)
+        archive.writestr("bindata/data.bin", np.asarray(points).T.astype(dtype).tobytes())
+        if valid is not None:
+            bits = np.packbits(np.asarray(valid).T.ravel(), bitorder="little")
+            archive.writestr("bindata/valid.bin", bits.tobytes())
+
+
+def sur(path, points, spacing, step, special=0):
+    """SUR of Digital Surf: 16-bit points (nx, ny) in steps [m] behind a header of 512 bytes."""
+    (nx, ny), known = np.shape(points), points[points > points.min()] if special else points
+    ends = int(known.min()), int(known.max())
+    head = b"DIGITAL SURF" + pack("<4H60x5H8xH", 0, 1, 1, 2, 0, 0, 0, special, 1, 16)
+    head += pack("<5i3f", *ends, nx, ny, nx * ny, *spacing, step)
+    head += b"".join(text.ljust(16) for text in [b"X", b"Y", b"Z", *6 * [b"m"]])
+    head += pack("<3f", 1, 1, 1)
+    path.write_bytes(head.ljust(512, b"\0") + points.T.astype("<i2").tobytes())

@@ -43,6 +43,7 @@ LAYOUTS = {
     "tamaas.nc": (ONE_UM, lambda p: layouts.tamaas_nc(p, UM, gap=LAST)),
     "hard_wall.txt": (Stated(size=SIZE), lambda p: layouts.hard_wall_text(p, IN_UM, "µm")),
     "container.nc": (SAID, lambda p: layouts.contact_mechanics_nc(p, gap=LAST)),
+    "map.x3p": (Stated(), lambda p: layouts.x3p(p, GAP, SPACING)),
     "units.h5": (Stated(), lambda p: layouts.plain_h5(p, "gap", IN_UM, STEPS * 1e3, "um", "nm")),
 }
 
@@ -158,6 +159,37 @@ def test_simple_field_of_gwyddion(tmp_path, padding):
         read_map(path, HEIGHT_NAMES)
 
 
+@pytest.mark.parametrize("kind", ["I <i2", "I <u2", "L <i4", "L <u4"])
+def test_integers_of_x3p(tmp_path, kind):
+    """Signed, as openGPS has them, or not; a file of bits tells the points that are missing."""
+    x, y = np.meshgrid(np.arange(NX), np.arange(NY), indexing="ij")
+    valid, heights = ~((x == 2) & (y == 1)), 1e-6 * np.cos(x) + 2e-7 * y
+    letter, dtype = kind.split()
+    steps = np.rint(heights / 1e-10) if dtype[1] == "i" else np.rint(heights / 1e-10) + 3e4
+    start = 0.0 if dtype[1] == "i" else -3e-6
+    points = np.where(valid, steps, 0)
+    layouts.x3p(tmp_path / "a.x3p", points, SPACING, letter, dtype, 1e-10, start, valid)
+    found = read_map(tmp_path / "a.x3p", HEIGHT_NAMES)
+    np.testing.assert_allclose(found.values, np.where(valid, heights, np.nan), atol=0.51e-10)
+    np.testing.assert_allclose(found.spacing, SPACING, rtol=1e-15)
+    assert found.periodic is False
+
+
+@pytest.mark.parametrize("special", [0, 1])
+def test_points_of_sur_that_were_not_measured(tmp_path, special):
+    """They stand two steps below the lowest height, if the header says that there are some."""
+    steps = np.rint(GAP * 1e10)
+    steps[2, 1] = steps[GAP > 0].min() - 2
+    steps[3, 1] = steps[GAP > 0].min()
+    layouts.sur(tmp_path / "a.sur", steps, SPACING, 1e-10, special)
+    found = read_map(tmp_path / "a.sur", HEIGHT_NAMES)
+    missing = (np.arange(GAP.size) == 2 * NY + 1).reshape(GAP.shape) & (special == 1)
+    # The step stands in single precision in the header.
+    np.testing.assert_allclose(
+        found.values, np.where(missing, np.nan, steps * 1e-10), rtol=2**-23, atol=1e-20
+    )
+
+
 MARK, PACKED = GAP[1, 2], np.arange(24, dtype=np.int16).reshape(6, 4)
 UNSIGNED = (PACKED.astype(float) - 12) % 2**16
 SQUARE, MASK = GAP[:4], np.eye(4, k=1)
@@ -261,7 +293,7 @@ def test_single_precision_coordinates_are_even(tmp_path):
 
 @pytest.mark.parametrize("debian", [True, False])
 @pytest.mark.parametrize(
-    ("package", "name"), [("h5py", "tamaas.h5"), ("SurfaceTopography", "map.x3p")]
+    ("package", "name"), [("h5py", "tamaas.h5"), ("SurfaceTopography", "map.datx")]
 )
 def test_missing_package(package, name, debian, tmp_path, monkeypatch):
     """The remedy is that of the environment: setup.sh leaves there which numpy must stay."""
