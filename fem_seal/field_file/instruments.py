@@ -17,12 +17,18 @@ from fem_seal.installed import how_to_add
 if TYPE_CHECKING:
     from SurfaceTopography.IO.Reader import ChannelInfo, ReaderBase
 
+# What SurfaceTopography misreads, by its own audit of July 2026 (AUDIT.md there): lines of maps
+# whose sides differ; which of several channels is asked for; all maps of a format.
+_LINES, _CHANNELS = ("di", "ezd", "ps"), ("nmm", "oir", "poir")
+_ALL = {"mi": "the lengths", "bcr": "the missing points"}
+
 
 def read_instrument(path: Path, channel: str | None = None) -> Recorded:
     """Read one channel of an instrument's file, its default one if no name is given."""
     _check_hdf5(path)
     with _readable(path), _open(path) as reader:
         info = _channel(reader, channel, path)
+        _refuse_misread(reader, info, path)
         # The reader insists on a size. Where the file has none, pass a placeholder, and report no
         # spacing below.
         size = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
@@ -91,6 +97,20 @@ def _open(path: Path) -> "ReaderBase":
             "the instrument writes .x3p or text as well"
         )
     return reader
+
+
+def _refuse_misread(reader: "ReaderBase", info: "ChannelInfo", path: Path) -> None:
+    misread, name = None, reader.format()
+    if name in _LINES and len(set(info.nb_grid_pts)) > 1:
+        misread = "the lines of maps that are not square"
+    elif name in _CHANNELS and len(reader.channels) > 1:
+        misread = "all but one of several channels"
+    misread = _ALL.get(name, misread)
+    if misread is not None:
+        raise InvalidInput(
+            f"{path} is of the format {name!r}, of which SurfaceTopography misreads {misread}; "
+            "save the map as .x3p or text, or in Gwyddion as .gsf"
+        )
 
 
 def _channel(reader: "ReaderBase", name: str | None, path: Path) -> "ChannelInfo":

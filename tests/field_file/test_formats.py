@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.field_file import GAP_NAMES, HEIGHT_NAMES, Stated, read_map
+from fem_seal.field_file import GAP_NAMES, HEIGHT_NAMES, Stated, instruments, read_map
 from fem_seal.field_file.read import READERS
 from fem_seal.field_file.recorded import Recorded
 from fem_seal.gap_file import load_gap
@@ -318,3 +318,35 @@ def test_channel_of_an_instrument(tmp_path):
     assert np.array_equal(found.values, GAP)
     with pytest.raises(InvalidInput, match="has no channel 'Phase'; it holds 'Default'"):
         read_map(tmp_path / "a.dat", HEIGHT_NAMES, Stated(array="Phase"))
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "channels", "misread"),
+    [
+        ("di", (4, 4), 2, None),
+        ("di", (6, 4), 1, "the lines of maps that are not square"),
+        ("oir", (6, 4), 1, None),
+        ("oir", (6, 4), 2, "all but one of several channels"),
+        ("mi", (4, 4), 1, "the lengths"),
+        ("bcr", (4, 4), 1, "the missing points"),
+    ],
+)
+def test_what_surface_topography_misreads(monkeypatch, tmp_path, name, shape, channels, misread):
+    """A stand-in for its reader; maps that it reads well are read."""
+    layouts.topography_nc(tmp_path / "a.dat", GAP[:4] if shape[0] == 4 else GAP, SIZE, "m")
+    opened = instruments._open
+
+    def of_format(path):
+        reader = opened(path)
+        (channel,) = reader.channels
+        stand_in = type(reader)
+        monkeypatch.setattr(stand_in, "format", lambda self: name)
+        monkeypatch.setattr(stand_in, "channels", channels * [channel])
+        return reader
+
+    monkeypatch.setattr(instruments, "_open", of_format)
+    if misread is None:
+        assert read_map(tmp_path / "a.dat", HEIGHT_NAMES).values.shape == shape
+        return
+    with pytest.raises(InvalidInput, match=f"format '{name}', .* misreads {misread}"):
+        read_map(tmp_path / "a.dat", HEIGHT_NAMES)
