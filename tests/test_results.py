@@ -1,5 +1,6 @@
 """The result folder: complete or absent, read back to the last digit, never another scene's."""
 
+import json
 import os
 import re
 from contextlib import suppress
@@ -261,6 +262,26 @@ def test_damaged_result(answers, tmp_path, text):
         ResultFolder(tmp_path, origin).__enter__()
     with ResultFolder(tmp_path, origin, overwrite=True) as folder:
         assert folder.staged.is_dir()
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "words"),
+    [
+        (("seconds",), {}, "seconds: .*'total'"),
+        (("error_budget", 0, "lower"), -1.0, "factors of flow"),
+        # In ml/h it would be infinite.
+        (("leak_rate", "value"), 1e305, "beyond double precision"),
+    ],
+)
+def test_a_result_that_contradicts_itself_is_none(answers, tmp_path, place, value, words):
+    """One sentence of the reader, status 2: what shows a result never meets such a part."""
+    data = part = json.loads(answers[0].result().to_json())
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    (tmp_path / "result.json").write_text(json.dumps(data))
+    with pytest.raises(InvalidInput, match=f"is not a result.*{words}"):
+        Result.from_folder(tmp_path)
 
 
 def test_words_of_a_preparation():

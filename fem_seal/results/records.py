@@ -4,7 +4,7 @@ from math import isfinite
 from typing import Annotated
 
 import numpy as np
-from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
@@ -158,10 +158,16 @@ class SealPatchRecord(Record):
 class PathRecord(Record):
     """Pressures [Pa] and conductivity [m³/(Pa s)] along the leak path; null where it is open."""
 
-    x: tuple[float, ...]
+    x: tuple[float, ...] = Field(min_length=2)
     contact_pressure: tuple[float, ...]
     fluid_pressure: tuple[float, ...]
     conductivity: tuple[Finite, ...]
+
+    @model_validator(mode="after")
+    def _of_one_length(self) -> "PathRecord":
+        if len({len(getattr(self, name)) for name in type(self).model_fields}) > 1:
+            raise ValueError("should hold as many pressures and conductivities as places x")
+        return self
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -180,7 +186,7 @@ class SealRecord(Record):
     """The whole seal; docs/reference/results.md explains each."""
 
     leak_rate: Rate | None
-    patches: tuple[SealPatchRecord, ...]
+    patches: tuple[SealPatchRecord, ...] = Field(min_length=1)
     share_sealed: Bounded
     patches_along: int
     patches_around: int

@@ -1,6 +1,5 @@
 """Result: the content of result.json."""
 
-import json
 from collections.abc import Iterator
 from copy import deepcopy
 from datetime import UTC, datetime
@@ -9,12 +8,12 @@ from pathlib import Path
 from platform import python_version
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 
 from fem_seal import parallel
 from fem_seal.accuracy import Choice
 from fem_seal.error_budget import Uncertainty
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import FemSealError, InvalidInput
 from fem_seal.files import digest
 from fem_seal.leak_rate import FlowState, LeakRate, LevelRecord
 from fem_seal.quantities.headline import Headline, ShownUnit, headline
@@ -29,6 +28,7 @@ from fem_seal.scene.seal import PROFILES
 from fem_seal.surface import MapStatistics
 
 RESULT_FILE = "result.json"
+LARGEST = 1e200  # largest number of a result; in any unit of a text it is finite
 _PACKAGES = (
     "fem_seal", "fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "pyfftw",
     "pyvista", "h5py", "SurfaceTopography",
@@ -142,6 +142,13 @@ class Result(Record):
         except (LookupError, AttributeError, TypeError) as error:
             raise ValueError(f"a damaged result of the first schema: {error!r}") from None
 
+    @field_validator("seconds")
+    @classmethod
+    def _with_total(cls, seconds: dict[str, float]) -> dict[str, float]:
+        if "total" not in seconds:
+            raise ValueError("should hold the 'total'")
+        return seconds
+
     def to_json(self) -> str:
         """Text of result.json, with all digits of floats, so that reading returns them exactly."""
         return self.model_dump_json(by_alias=True, indent=2) + "\n"
@@ -154,21 +161,18 @@ class Result(Record):
             result = cls.model_validate_json(path.read_bytes())
         except OSError as error:
             raise InvalidInput(f"cannot read the result {path}: {error.strerror}") from None
-        except InvalidInput as error:  # of a conductivity table
-            raise InvalidInput(f"{path} is not a result: {error}") from None
+        except FemSealError as error:  # of a part that contradicts itself
+            contradiction = str(error).partition("; ")[0]  # and not that a solver is to blame
+            raise InvalidInput(f"{path} is not a result: {contradiction}") from None
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             where = ".".join(str(part) for part in first["loc"]) or "the file"
             raise InvalidInput(
                 f"{path} is not a result of this version: {where}: {first['msg']}"
             ) from None
-        try:
-            # JSON has no infinity, but 1e999 is read as one.
-            json.dumps(result.model_dump(mode="json"), allow_nan=False)
-        except ValueError:
-            raise InvalidInput(
-                f"{path} is not a result: it holds numbers beyond double precision"
-            ) from None
+        # JSON has no infinity, but 1e999 is read as one; others would become one in another unit.
+        if any(not abs(number) < LARGEST for number in _floats(result.model_dump(mode="json"))):
+            raise InvalidInput(f"{path} is not a result: it holds numbers beyond double precision")
         return result
 
     @property
@@ -191,6 +195,15 @@ class Result(Record):
         """Rebuild the scene that gave this result."""
         scene = _of_present_version(self.provenance.scene)
         return Scene.from_mapping(scene, source="scene of the result")
+
+
+def _floats(part: Any) -> Iterator[float]:
+    """Numbers that are no whole ones, of nested dicts and lists."""
+    if isinstance(part, float):
+        yield part
+    elif isinstance(part, dict | list):
+        for one in part.values() if isinstance(part, dict) else part:
+            yield from _floats(one)
 
 
 def _of_present_version(scene: dict[str, Any]) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """[seal] in a scene: from the file to result.json, the verdict and the picture."""
 
+import json
 import re
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
@@ -26,6 +27,7 @@ from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.seal import as_uncertain, patches_entry
 from fem_seal.quantities.verdict import verdict
 from fem_seal.render.seal import draw_seal
+from fem_seal.results import Result
 from fem_seal.results.words import first_sentence, summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
@@ -96,6 +98,26 @@ def test_result(result):
     # influence of a cell of 1000 is known to the steps between its loads.
     found = seal.sealing.start, seal.sealing.middle, seal.sealing.end
     assert found == pytest.approx((0.05e-4, 0.5e-4, 0.95e-4), abs=1e-3 * 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "words"),
+    [
+        (("path", "x"), [], "seal.path.x"),
+        (("path", "fluid_pressure"), [], "as many pressures"),
+        (("patches",), [], "seal.patches"),
+        (("share_sealed", "lower"), 2.0, "the bounds cross: [^;]*$"),
+    ],
+)
+def test_a_damaged_seal_is_no_result(result, tmp_path, place, value, words):
+    data = json.loads(result.to_json())
+    part = data["seal"]
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    (tmp_path / "result.json").write_text(json.dumps(data))
+    with pytest.raises(InvalidInput, match=f"is not a result.*{words}"):
+        Result.from_folder(tmp_path)
 
 
 def test_verdict_counts_flow_loads_and_patches(result):
