@@ -37,6 +37,13 @@ SMALLEST_STEP = 1e-6
 LEAST_PRESSURE, HIGHEST_PRESSURE = 1e-12, 1e12
 # Halving takes 82 iterations between both; Brent's method takes at most the square of that.
 MOST_SEARCHED = 6800
+# Least and largest ratio of a trial pressure to the last one: far from the area Y is not linear,
+# and it is 0 where nothing touches.
+LEAST_FACTOR, MOST_FACTOR = 1 / 16, 4.0
+# A bracket goes so far beyond the pressure at which Y, if it were linear, would be reached.
+BEYOND = 1.02
+MOST_AREA = 1 - 1e-9  # above it Y, which is infinite where all samples touch, is that of this area
+ROUNDING = 1e-9  # of a count of samples over their number, relative
 # First pressure over that of Persson's area law, at light load. At light load the law's area is 1.6
 # times p/(E* h'rms), that of simulations 2.1 to 2.2 times, and that of the samples that touch,
 # which are counted whole, up to 3 times.
@@ -68,7 +75,7 @@ def contact_of_area(
             area, start = state.contact_area_fraction, state.pressure.values
             if _reached(area, area_fraction, start.size):
                 return replace(state, iterations=iterations)
-        factor = _factor(area, area_fraction)
+        factor = _factor(_linear(area), _linear(area_fraction))
         pressure *= factor
         start = _pressed_further(start, factor)
     state = _search(pair, area_fraction, stopping, pressure, start)
@@ -138,16 +145,16 @@ def _search(
         reached = _reached(area, area_fraction, state.contact.size)
         return 0.0 if reached else _linear(area) - target
 
-    low, high, beyond = 0.0, pressure, 1.02
+    low, high, beyond = 0.0, pressure, BEYOND
     while (short := miss(high)) < 0:
         if high > HIGHEST_PRESSURE * pressure:
             raise NotConverged(
                 f"contact area fraction {area_fraction} is not reached at {high:.6e} Pa; ask for a "
                 "smaller one"
             )
-        # A little beyond the line through the origin; further each time, in case nothing grows.
-        low, high = high, high * min(beyond * target / max(short + target, 1e-300), 4.0)
-        beyond = min(beyond**2, 4.0)
+        # Further each time, in case nothing grows.
+        low, high = high, high * min(beyond * _factor(short + target, target), MOST_FACTOR)
+        beyond = min(beyond**2, MOST_FACTOR)
     # At a jump the nearest contact is the result; the error budget counts the missing area.
     least = LEAST_PRESSURE * pressure
     brentq(miss, low, high, xtol=least, rtol=SMALLEST_STEP, maxiter=MOST_SEARCHED)
@@ -156,7 +163,7 @@ def _search(
 
 def _reached(area: float, area_fraction: float, samples: int) -> bool:
     """Whether the area is the prescribed one to 1 part in 1000 or half a sample."""
-    within = max(AREA_TOLERANCE * area_fraction, 0.5 / samples) * (1 + 1e-9)
+    within = max(AREA_TOLERANCE * area_fraction, 0.5 / samples) * (1 + ROUNDING)
     return abs(area - area_fraction) <= within
 
 
@@ -164,12 +171,12 @@ def _linear(area: float) -> float:
     """Y of an area, finite where all samples touch."""
     from scipy.special import erfinv
 
-    return float(erfinv(min(area, 1 - 1e-9)))
+    return float(erfinv(min(area, MOST_AREA)))
 
 
-def _factor(area: float, area_fraction: float) -> float:
-    """Y0/Y, by which a trial pressure is multiplied, at most 4 and at least 1/16."""
-    return min(max(_linear(area_fraction) / max(_linear(area), 1e-300), 1 / 16), 4.0)
+def _factor(linear: float, target: float) -> float:
+    """Y0/Y, by which a trial pressure is multiplied, between its limits."""
+    return max(target / linear, LEAST_FACTOR) if linear * MOST_FACTOR > target else MOST_FACTOR
 
 
 def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | None) -> float:
@@ -179,5 +186,5 @@ def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | No
     # The law comes closer to simulations as the area grows: the factor rises by a third of it.
     part = FIRST_GUESS * (1 + area_fraction / 3)
     strain = part * _linear(area_fraction) * rms_slope(pair.height) / 2**0.5
-    # A flat surface touches everywhere under any pressure.
+    # A flat surface touches everywhere under any pressure, such as 1e-9 of the modulus.
     return (strain or 1e-9) * pair.solid.contact_modulus

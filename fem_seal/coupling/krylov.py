@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+IMAGINARY = 1e-9  # imaginary part of a real eigenvalue over its magnitude, by rounding
+
 
 @dataclass(frozen=True, eq=False)
 class LinearSolution:
@@ -63,8 +65,9 @@ def gmres(
             break
         basis.append(following / hessenberg[k + 1, k])
     values, vectors = np.linalg.eig(whole[:-1])
-    # Ritz values whose residual leaves no doubt about their sign.
-    sure = (np.abs(values.imag) < 1e-9) & (np.abs(whole[-1, -1] * vectors[-1]) < -values.real)
+    # Real Ritz values whose residual leaves no doubt about their sign.
+    real = np.abs(values.imag) <= IMAGINARY * np.abs(values)
+    sure = real & (np.abs(whole[-1, -1] * vectors[-1]) < -values.real)
     if to_stable and sure.any():
         along = np.linalg.solve(vectors, y.astype(complex))
         y = (vectors @ np.where(sure, -along, along)).real

@@ -157,6 +157,15 @@ def test_newtons_step_leads_away_from_an_unstable_state():
     np.testing.assert_allclose(np.linalg.solve(vectors, away.x), parts, atol=1e-9)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-12])
+def test_a_pair_of_complex_eigenvalues_is_no_instability(unit):
+    """Whatever the unit of the operator: -1 ± i turn, and only a real one leads away."""
+    matrix, b = unit * np.array([[-1.0, 1.0], [-1.0, -1.0]]), np.array([1.0, 0.0])
+    solution = gmres(lambda x: matrix @ x, b, 1e-12, 9, to_stable=True)
+    assert not solution.unstable
+    np.testing.assert_allclose(matrix @ solution.x, b, atol=1e-14)
+
+
 @pytest.mark.parametrize(
     ("matrix", "b"),
     [([[0.0, 1.0], [0.0, 0.0]], [1.0, 0.0]), ([[1.0, 0.0], [0.0, 0.0]], [1.0, 1.0])],

@@ -120,8 +120,9 @@ def test_means_on_the_quarters_of_a_gas_that_slips(width, halved, highest):
     assert (parts.K.mean(axis=0) <= whole.K * (1 + 1e-12)).all()
     resistivity = parts.resistivity.mean(axis=0)
     assert (resistivity <= whole.resistivity[:, 0] * (1 + 1e-12)).all()
-    # What is added to the resistivity of a cell that is refined is 40 % where the gap is halved.
-    assert (resistivity >= 0.5 * whole.resistivity[:, 0]).all()
+    # By Jensen a mean of the resistivity is at least the inverse of that of the conductivity: half
+    # of these quarters exceed it by less than 2 % (of the smallest cells) to 37 %.
+    assert (parts.resistivity * parts.K >= 1).all()
 
 
 def test_the_ceiling_does_not_reach_the_quarters():
