@@ -1,7 +1,7 @@
 """Statements of the header of a text file: steps or lengths, units, counts, mark of missing points.
 
 A line of a header is a key and a value, `Width: 10 µm`, `x-step [um] = 0.5`, `"Unit","nm"`, or the
-titles of columns, `x [mm]; y [mm]; z [µm]`. Words that are not in the tables below are ignored.
+titles of columns, `x [mm]; y [mm]; z [µm]`. Words that `header_words` does not know are ignored.
 """
 
 import re
@@ -11,38 +11,9 @@ from math import isfinite
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
+from fem_seal.field_file import header_words as known
 from fem_seal.field_file.recorded import in_si
 from fem_seal.field_file.text_table import Layout, TextTable
-
-# Words of a key, in lower case. German ones are those of instruments sold with German software.
-STEPS = {"step", "spacing", "increment", "pitch", "cellsize", "sampling", "calibration", "dx", "dy"}
-STEPS |= {"interval", "delta", "schritt", "schrittweite", "punktabstand"}
-STEPS |= {"abstand", "pixelabstand", "pixelgröße", "justierung", "pas"}
-STEP_PAIRS = [{"pixel", "size"}, {"pixel", "width"}, {"pixel", "height"}, {"point", "distance"}]
-STEP_PAIRS += [{"lateral", "resolution"}, {"cell", "size"}, {"x", "resolution"}]
-STEP_PAIRS += [{"y", "resolution"}, {"distance", "points"}, {"distance", "lines"}]
-LENGTHS = {"width", "height", "length", "range", "size", "extent", "breite", "höhe", "länge"}
-LENGTHS |= {"bildgröße", "fov", "view", "amplitude"}
-COUNTS = {"pixels", "points", "samples", "columns", "rows", "lines", "cols", "ncols", "nrows"}
-COUNTS |= {"spalten", "zeilen", "punkte"}
-AXES = {"axis", "achse", "axe"}
-# These are numbers of points only if they are the whole key, as in files of Keyence.
-DIRECTIONS = {"horizontal", "vertical", "horizont", "vertikal"}
-UNITS = {"unit", "units", "einheit", "unité"}
-ALONG_LINE = {"x", "dx", "width", "breite", "horizontal", "columns", "cols", "ncols"}
-ALONG_LINE |= {"spalten", "horizont"}
-ACROSS_LINES = {"y", "dy", "height", "höhe", "vertical", "rows", "nrows", "lines"}
-ACROSS_LINES |= {"zeilen", "vertikal"}
-LATERAL = {"xy", "lateral", "horizontal", "x", "y"}
-VALUES = {"z", "value", "values", "height", "heights", "data", "gap", "wert"}
-# Lengths of anything but a side of the map.
-NO_LENGTHS = {"z", "wave", "wavelength", "focal", "cut", "file", "tip"}
-SCALES = {"scale", "scaling", "skala", "skalierung", "multiplier", "multiplikator"}
-SCALES |= {"höhenfaktor", "überhöhung"}
-FACTORS = {"factor", "faktor"}
-NO_FACTOR = {"x", "y", "xy", "lateral", "color", "colour", "bar"}
-PRESSURES = {"p", "pressure", "cpress", "druck", "kontaktdruck", "pression"}
-MARKS = [{"nodata"}, {"no", "data"}, {"missing"}, {"bad"}, {"invalid"}, {"undefined"}]
 
 _NUMBER = r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
 # Digits in groups of three, by decimal mark: "1 250", "1'250", "1,250.5" and, with a decimal point,
@@ -85,7 +56,6 @@ _UNITS_OF = re.compile(r"\s*(units?|einheit(en)?|unités?)\b[\s:=;,]*", re.IGNOR
 _BEFORE_UNIT = re.compile(r"\s+(?=[\[(/])|(?<=/)\s+")
 _UNIT_WORD = re.compile(r"(?<![^\W_])(?:[nuµμmc]m|inch|mil|[hkMG]Pa|m?bar|psi|ksi|N/mm)(?![^\W_])")
 _LETTER = re.compile(r"[^\W\d_]")
-_AXES = {"x": {"x", "dx"}, "y": {"y", "dy"}, "z": VALUES | {"höhe"}, "p": PRESSURES}
 QUOTED = 3  # most lines about lengths that a message quotes
 
 # By axis, "x", "y" or "" (both): number and unit or None.
@@ -208,7 +178,7 @@ class Title:
     def axis(self) -> str:
         """One of "x", "y", "z" for heights and "p" for pressures, else empty."""
         words = _words(self.name)
-        return next((axis for axis, names in _AXES.items() if words & names), "")
+        return next((axis for axis, names in known.TITLES.items() if words & names), "")
 
     def size(self, si: str, path: Path) -> float | None:
         """Size of the unit in "m" or "Pa", None without a unit; refused if it is another one."""
@@ -287,9 +257,11 @@ def _length_unit(text: str) -> str | None:
 
 def _names_a_factor(words: set[str], unit: str) -> bool:
     """Whether a key with a number and a unit is about a factor, and not one of x and y alone."""
-    about_heights = bool(words & VALUES)
-    scales = words & SCALES or (words & FACTORS and about_heights)
-    return bool(scales) and not words & NO_FACTOR and (about_heights or not _length_unit(unit))
+    about_heights = bool(words & known.VALUES)
+    scales = words & known.SCALES or (words & known.FACTORS and about_heights)
+    return (
+        bool(scales) and not words & known.NO_FACTOR and (about_heights or not _length_unit(unit))
+    )
 
 
 def _understand(key: str, value: str, statements: Statements, decimal: str) -> None:
@@ -299,29 +271,29 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> N
     words = _words(_BRACKETS.sub(" ", key))
     axes = _axes(words)
     unit = _length_unit(value.strip())
-    if words & UNITS or (unit and words & (VALUES | LATERAL)):
+    if words & known.UNITS or (unit and words & (known.VALUES | known.LATERAL)):
         # Without a word on either it is the unit of both.
-        if words & VALUES and unit and "resolution" not in words:
+        if words & known.VALUES and unit and "resolution" not in words:
             statements.value_units.append(unit)
-        elif not words & (VALUES | LATERAL):
+        elif not words & (known.VALUES | known.LATERAL):
             statements.unit = statements.unit or unit
-        if not words & VALUES:
+        if not words & known.VALUES:
             statements.lateral_unit = statements.lateral_unit or unit
         return
     numbers = list(_quantities(value, unit_of_key, decimal))
     if not numbers:
         return
     (number, unit), pair = numbers[0], numbers[:2]
-    if any(mark <= words for mark in MARKS):
+    if any(mark <= words for mark in known.MARKS):
         statements.missing.append(number)
     elif _names_steps(words):
         # A key such as "Z step" is about the heights.
         if not words & {"z"}:
             _put(statements.steps, axes, pair)
-    elif words & COUNTS or words <= DIRECTIONS:
+    elif words & known.COUNTS or words <= known.DIRECTIONS:
         if len(axes) == 1 and unit is None and number == int(number):
             statements.counts[axes] = int(number)
-    elif words & LENGTHS and not words & NO_LENGTHS:
+    elif words & known.LENGTHS and not words & known.NO_LENGTHS:
         _put(statements.lengths, axes, pair)
 
 
@@ -337,23 +309,27 @@ def _axes(words: set[str]) -> str:
     # "Field width X" and "pixel height Y" are about one axis each.
     along, across = words & {"x", "dx"}, words & {"y", "dy"}
     if not along and not across:
-        along, across = words & ALONG_LINE, words & ACROSS_LINES
+        along, across = words & known.ALONG_LINE, words & known.ACROSS_LINES
     return "x" * bool(along) + "y" * bool(across)
 
 
 def _names_steps(words: set[str]) -> bool:
-    return bool(words & STEPS) or any(step <= words for step in STEP_PAIRS)
+    return bool(words & known.STEPS) or any(step <= words for step in known.STEP_PAIRS)
 
 
 def _about_lengths(line: str) -> bool:
     """Whether a line names a step, or a length with a number, of the map and not of its heights."""
     words = _words(line)
-    if words & NO_LENGTHS and not words & {"x", "y", "xy"}:
+    if words & known.NO_LENGTHS and not words & {"x", "y", "xy"}:
         return False
     if not re.search(r"\d", line):
         return _names_steps(words)
     # Numbers alone before the others may be counts and lengths.
-    return _names_steps(words) or not words or bool(words & (LENGTHS | AXES | SCALES))
+    return (
+        _names_steps(words)
+        or not words
+        or bool(words & (known.LENGTHS | known.AXES | known.SCALES))
+    )
 
 
 def _put(lengths: Lengths, axes: str, pair: list[tuple[float, str | None]]) -> None:

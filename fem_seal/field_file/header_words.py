@@ -1,0 +1,35 @@
+"""Words of the headers of text files, in lower case, by what a key or a title with them is about.
+
+German and French words are those of instruments sold with German or French software.
+"""
+
+STEPS = {"step", "spacing", "increment", "pitch", "cellsize", "sampling", "calibration", "dx", "dy"}
+STEPS |= {"interval", "delta", "schritt", "schrittweite", "punktabstand"}
+STEPS |= {"abstand", "pixelabstand", "pixelgröße", "justierung", "pas"}
+STEP_PAIRS = [{"pixel", "size"}, {"pixel", "width"}, {"pixel", "height"}, {"point", "distance"}]
+STEP_PAIRS += [{"lateral", "resolution"}, {"cell", "size"}, {"x", "resolution"}]
+STEP_PAIRS += [{"y", "resolution"}, {"distance", "points"}, {"distance", "lines"}]
+LENGTHS = {"width", "height", "length", "range", "size", "extent", "breite", "höhe", "länge"}
+LENGTHS |= {"bildgröße", "fov", "view", "amplitude"}
+COUNTS = {"pixels", "points", "samples", "columns", "rows", "lines", "cols", "ncols", "nrows"}
+COUNTS |= {"spalten", "zeilen", "punkte"}
+AXES = {"axis", "achse", "axe"}
+# These are numbers of points only if they are the whole key, as in files of Keyence.
+DIRECTIONS = {"horizontal", "vertical", "horizont", "vertikal"}
+UNITS = {"unit", "units", "einheit", "unité"}
+ALONG_LINE = {"x", "dx", "width", "breite", "horizontal", "columns", "cols", "ncols"}
+ALONG_LINE |= {"spalten", "horizont"}
+ACROSS_LINES = {"y", "dy", "height", "höhe", "vertical", "rows", "nrows", "lines"}
+ACROSS_LINES |= {"zeilen", "vertikal"}
+LATERAL = {"xy", "lateral", "horizontal", "x", "y"}
+VALUES = {"z", "value", "values", "height", "heights", "data", "gap", "wert"}
+# Lengths of anything but a side of the map.
+NO_LENGTHS = {"z", "wave", "wavelength", "focal", "cut", "file", "tip"}
+SCALES = {"scale", "scaling", "skala", "skalierung", "multiplier", "multiplikator"}
+SCALES |= {"höhenfaktor", "überhöhung"}
+FACTORS = {"factor", "faktor"}
+NO_FACTOR = {"x", "y", "xy", "lateral", "color", "colour", "bar"}
+PRESSURES = {"p", "pressure", "cpress", "druck", "kontaktdruck", "pression"}
+MARKS = [{"nodata"}, {"no", "data"}, {"missing"}, {"bad"}, {"invalid"}, {"undefined"}]
+# Words of the title of a column: x, y, heights and pressures.
+TITLES = {"x": {"x", "dx"}, "y": {"y", "dy"}, "z": VALUES | {"höhe"}, "p": PRESSURES}
