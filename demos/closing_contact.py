@@ -8,8 +8,8 @@
 #     weak: ∫ K ∇p·∇q dA = 0 for all q that are 0 at inlet and outlet,
 #
 # and the leak rate Q is the flux through any section, enclosed by lower ≤ Q ≤ upper. The loads lie
-# ever closer to each other: near closing Q falls as a power of the distance from the last one. The
-# contact is dry: the fluid's pressure does not lift the solid.
+# ever closer to each other: next to closing Q falls as a power of the distance from the last one.
+# The contact is dry: the fluid's pressure does not lift the solid.
 #
 # Claims: from load to load contact area rises and Q falls beyond its bounds; the last alone seals.
 #

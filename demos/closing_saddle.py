@@ -2,14 +2,14 @@
 # # How does a seal close?
 #
 # Just before a seal is tight all the fluid passes one saddle of the gap, between two contact spots
-# about to meet. How fast does the leak rate Q vanish with the load p? The contact pressure s has
-# the mean p, the surface is h = H (cos 2πy/λ - cos 2πx/λ), and S(q) = 2 / (E* q) the compliance:
+# about to meet. How fast does the leak rate Q vanish with the load P₀? The contact pressure p_c
+# has the mean P₀, the surface is h = H (cos 2πy/λ - cos 2πx/λ), S(q) = 2 / (E* q) the compliance:
 #
-#     strong: g = S s - h + const ≥ 0, s ≥ 0, s g = 0;  ∇·(g³ ∇P) = 0, P = 1 and 0 at the two ends
-#     weak: ∫ (S s - h) (r - s) dA ≥ 0 for all r ≥ 0 of mean p;  ∫ g³ ∇P·∇R dA = 0 if R is 0 there
+#     strong: g = S p_c - h + const ≥ 0, p_c ≥ 0, p_c g = 0;  ∇·(g³ ∇p) = 0, p = 1 and 0 at the ends
+#     weak: ∫ (S p_c - h) (r - p_c) dA ≥ 0 for all r ≥ 0 of mean P₀;  ∫ g³ ∇p·∇q dA = 0, q = 0 there
 #
-# Were the saddle a channel of fixed shape, Q = ∫ g³ |∇P|² dA would follow g³. Dapp and Müser (EPL
-# 109, 44001, 2015) measured Q ∝ (p_c - p)^(69/20): gap, width and length of the constriction all
+# Were the saddle a channel of fixed shape, Q = ∫ g³ |∇p|² dA would follow g³. Dapp and Müser (EPL
+# 109, 44001, 2015) measured Q ∝ (P* - P₀)^(69/20): gap, width and length of the constriction all
 # shrink, each with a power of its own. It runs in one process, since threads solve the contacts.
 
 # %%
@@ -28,7 +28,7 @@ from fem_seal.render.plot import new_figure
 from fem_seal.threshold import threshold_of_pressure
 
 EXPONENT = 69 / 20
-# (p_c - p)/p_c; at the smallest one 1024 samples just resolve the saddle.
+# (P* - P₀)/P*; at the smallest one 1024 samples just resolve the saddle.
 DISTANCES = 0.32 * 10 ** (-np.arange(9) / 4)
 CENTRES = np.sqrt(DISTANCES[1:] * DISTANCES[:-1])
 
@@ -38,7 +38,7 @@ class Saddle:
     """A saddle that closes. Units: λ, H, E* H/λ, and H³ Δp/(12 η) of the leak rates."""
 
     samples: int  #: along a period
-    closing: float  #: pressure p_c
+    closing: float  #: load P* that seals
     gaps: tuple[float, ...]  #: at the saddle, at each distance
     bounds: tuple[tuple[float, float], ...]  #: of the leak rate
 
@@ -48,7 +48,7 @@ class Saddle:
 
     @property
     def exponents(self) -> np.ndarray:
-        """d ln Q / d ln(p_c - p) between neighbouring distances."""
+        """d ln Q / d ln(P* - P₀) between neighbouring distances."""
         return np.diff(np.log(self.rates)) / np.diff(np.log(DISTANCES))
 
     @property
@@ -107,7 +107,7 @@ def limit(coarse: Saddle, fine: Saddle) -> tuple[float, float]:
 def show(saddles: list[Saddle], path: Path) -> None:
     """Draw leak rates and local exponents against the distance in load; print the exponents."""
     with new_figure((10, 4.4), path) as figure:
-        axis = {"xscale": "log", "xlabel": "distance in load, $(p_c - p)\\,/\\,p_c$"}
+        axis = {"xscale": "log", "xlabel": "distance in load, $(P_* - P_0)\\,/\\,P_*$"}
         rates, slopes = figure.subplots(1, 2, subplot_kw=axis)
         for one in saddles:
             style = {"marker": "o", "ms": 4, "lw": 1, "label": f"{one.samples} samples a period"}
@@ -115,14 +115,14 @@ def show(saddles: list[Saddle], path: Path) -> None:
             slopes.errorbar(CENTRES, one.exponents, one.errors, capsize=2, **style)
         finest = saddles[-1]
         law = finest.rates[-1] * (DISTANCES / DISTANCES[-1]) ** EXPONENT
-        rates.plot(DISTANCES, law, "k--", lw=1, label="$(p_c - p)^{69/20}$")
+        rates.plot(DISTANCES, law, "k--", lw=1, label="$(P_* - P_0)^{69/20}$")
         slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
         rates.set(yscale="log", ylabel="leak rate [H³ Δp/(12 η)]", title="The leak rate vanishes,")
-        slopes.set_ylabel("$d\\,\\ln Q\\,/\\,d\\,\\ln(p_c - p)$")
+        slopes.set_ylabel("$d\\,\\ln Q\\,/\\,d\\,\\ln(P_* - P_0)$")
         slopes.set_title("and its local exponent falls to 69/20 (dashed)")
         rates.legend(frameon=False, fontsize=8)
     for distance, exponent, error in zip(CENTRES, finest.exponents, finest.errors, strict=True):
-        print(f"(p_c - p)/p_c = {distance:.4f}: exponent {exponent:.2f} ± {error:.2f}")
+        print(f"(P* - P₀)/P* = {distance:.4f}: exponent {exponent:.2f} ± {error:.2f}")
     print("at closing: {:.3f} ± {:.3f}; published 3.45".format(*limit(*saddles[-2:])))
 
 

@@ -6,10 +6,10 @@
 #     V = (A0/4) E* Σ q |ũ(q)|² + load,   u >= h
 #
 # (Dapp, Lücke, Persson, Müser, Phys. Rev. Lett. 108, 244301 (2012)). In terms of the pressure p of
-# mean p0, with the compliance S(q) = 2 / (E* q) and the gap g:
+# mean P₀, with the compliance S(q) = 2 / (E* q) and the gap g:
 #
 #     strong: g = S p - h + const >= 0,  p >= 0,  p g = 0
-#     weak: ∫ (S p - h) (r - p) dA >= 0 for all r >= 0 of mean p0: least F = ∫ p (S p / 2 - h) dA
+#     weak: ∫ (S p - h) (r - p) dA >= 0 for all r >= 0 of mean P₀: least F = ∫ p (S p / 2 - h) dA
 #
 # Four methods find it: the letter's damped dynamics, its accelerated descendant (fista), the
 # field's standard (Polonsky-Keer) and the default (free-set-cg). All are judged by one number,

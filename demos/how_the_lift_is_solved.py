@@ -1,18 +1,19 @@
 # %% [markdown]
 # # How are contact and flow solved together?
 #
-# The fluid's pressure p opens the gap of the contact, which carries the rest of the load P₀,
+# The fluid's pressure p_f opens the gap of the contact, which carries the rest of the load P₀,
 #
-#     g = S (p_c + p) - h + const ≥ 0,  p_c ≥ 0,  p_c g = 0,  mean(p_c + p) = P₀:  g = G(p),
+#     g = S (p_c + p_f) - h + const ≥ 0,  p_c ≥ 0,  p_c g = 0,  mean(p_c + p_f) = P₀:  g = G(p_f),
 #
 # and the gap determines the pressure of the flow,
 #
-#     ∇·((g³ + ε³)/(12 η) ∇p) = 0,  p = p_in at the inlet, p_out at the outlet:  p = R(g);
-#     weak: ∫ (g³ + ε³)/(12 η) ∇p·∇q dA = 0 for all q that are 0 at inlet and outlet.
+#     ∇·((g³ + ε³)/(12 η) ∇p_f) = 0,  p_f = p_in at the inlet, p_out at the outlet:  p_f = R(g);
+#     weak: ∫ (g³ + ε³)/(12 η) ∇p_f·∇q dA = 0 for all q that are 0 at inlet and outlet.
 #
-# An equilibrium is a zero of F(p) = R(G(p)) - p. Newton's method finds it in a few steps, each of
-# which solves (I - R' G') δ = F (docs/theory/lift.md). Here it starts from the outlet's pressure
-# everywhere, and from the inlet's. Claim: both starts settle, in one state, to what both claim.
+# An equilibrium is a zero of F(p_f) = R(G(p_f)) - p_f. Newton's method finds it in a few steps,
+# each of which solves (I - R' G') δ = F (docs/theory/lift.md). Here it starts from the outlet's
+# pressure everywhere, and from the inlet's. Claim: both starts settle, in one state, to what both
+# claim.
 #
 # It runs in one process: Newton's method runs on the first alone, and the flows are small.
 

@@ -119,7 +119,7 @@ def draw(points: list[Point], path: Path) -> None:
 # ## The answer
 # As long as the range is as narrow as the flow's tolerance, nothing more need be computed: the
 # fluid's pressure may be forgotten. At larger shares the ratio of resolved to dry leak rate grows
-# without limit, since the conductivity of a film near closing falls exponentially with the load.
+# without limit, since the conductivity of a film next to closing falls exponentially with the load.
 
 
 # %%

@@ -2,10 +2,10 @@
 # # Where must I polish?
 #
 # A tenth of a rough face may be smoothed. Which tenth changes the leak rate Q most? With contact
-# pressure p_c and fluid pressure p over heights h, p_c >= 0, g >= 0, p_c g = 0, Q is the flux of
+# pressure p_c and fluid pressure p_f over heights h, p_c >= 0, g >= 0, p_c g = 0, Q is the flux of
 #
-#     g = S (p_c + p) - h + const,   ∇·(g³/(12 η) ∇p) = 0;
-#     weak: ∫ g³/(12 η) ∇p·∇q dA = 0 for all q that are 0 at inlet and outlet.
+#     g = S (p_c + p_f) - h + const,   ∇·(g³/(12 η) ∇p_f) = 0;
+#     weak: ∫ g³/(12 η) ∇p_f·∇q dA = 0 for all q that are 0 at inlet and outlet.
 #
 # The product `sensitivity` knows ∂ ln Q/∂h at every sample by one solve of the adjoint equations
 # (`fem_seal/sensitivity.py`). A smoothing changes the heights by δ, and to first order ln Q by

@@ -1,9 +1,9 @@
 """What the search for a prescribed contact area leaves open in the leak rate.
 
-The number of samples that touch is a step function of the load: the area is reached to a few of
-them. The asked area lies between the loads at which the number passes it. How far these are is
-known to first order, while no other sample changes: a sample closes when its gap, and opens when
-its pressure has fallen to 0,
+The number of touching samples is a step function of the load, so that a prescribed area is reached
+to a few samples only. How far the load that was found is from the loads at which the number passes
+the asked one is known to first order, while no other sample changes: a sample closes when its gap,
+and opens when its pressure has fallen to 0,
 
     ΔP = g / (-∂g/∂P)  or  p_c / (∂p_c/∂P)
 
@@ -125,7 +125,7 @@ def _smallest(values: np.ndarray, number: int) -> float:
 def _of_sealed(patch: Patch, reach: _Reach, words: str) -> Uncertainty:
     """Whether a film that is sealed as computed leaks under the load of the asked area."""
     if reach.opened == 0 or reach.sealed_with_fewer:
-        words += "; with as few as were asked for it is sealed as well"
+        words += "; with the number asked for the film is sealed as well"
         return estimate(CONTACT_AREA, words, 1.0, 1.0)
     words += "; with fewer a path may open"
     load = (patch.carried_load or 0.0) - AREA_SAFETY * reach.opened

@@ -1,4 +1,4 @@
-"""Arguments that are checked alike: names of alternatives, and ranges of numbers."""
+"""Checks of arguments: names of methods, types, and ranges of numbers."""
 
 from collections.abc import Collection, Mapping
 from math import isfinite

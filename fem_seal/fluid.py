@@ -66,7 +66,7 @@ class TwoPressures:
         if not self.inlet_pressure > self.outlet_pressure:
             raise InvalidInput(
                 f"inlet_pressure = {self.inlet_pressure:g} Pa must be above outlet_pressure = "
-                f"{self.outlet_pressure:g} Pa"
+                f"{self.outlet_pressure:g} Pa; swap the gap's ends if it leaks the other way"
             )
 
     @property
@@ -80,7 +80,7 @@ class Slip(TwoPressures):
     """Slip of a gas at both walls of a gap.
 
     A channel of height g carries B g² c(g p/B)/(12 η) per unit of pressure gradient, with
-    B = 6 Λ (2 - σ)/σ, Λ mean free path times pressure. To first order that is
+    B = 6 λ p (2 - σ)/σ, λ the mean free path at p. To first order that is
     g³/(12 η) (p + B/g) (J. C. Maxwell 1879; E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167
     (1997)).
     """

@@ -237,9 +237,9 @@ def grid_error(
     if lifted:
         first_order *= IF_LIFTED
     sentence = (
-        "what four times the samples along each side would change, from half of them, and from the "
-        f"height between the samples: {per_cent(unresolved_share)} of the gap of the critical "
-        "constriction"
+        "what four times the samples along each side would change, estimated from the leak rate on "
+        "half of the samples and from the height that the grid leaves out between its samples, "
+        f"{per_cent(unresolved_share)} of the gap of the critical constriction"
     )
     claimed = first_order * (1 + SECOND_ORDER * first_order)
     if counted is not None:
@@ -279,7 +279,7 @@ def estimated_error(patch: Patch) -> Uncertainty:
 def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
     """Factors on the ends of another load's leak rate for what grid, slip and lift err more there.
 
-    The factors of the entries of `patch` multiply its leak rate as well. Next to sealing the grid
+    The factors of the entries of `patch` multiply its leak rate as well. Next to closing the grid
     errs far more, and a finer one may be sealed; of a sealed patch slip is no entry. Lower factor 0
     and upper None: open. Where the fluid lifts the solid off, neither limits the leak rate.
     """

@@ -201,7 +201,9 @@ class LeakRate:
 
     def __str__(self) -> str:
         if self.state == "lifted off":
-            return "lifted off: the fluid carries the whole load, and nothing limits the leak rate"
+            return (
+                "lifted off: the fluid presses harder than the load; nothing limits the leak rate"
+            )
         if self.state == "sealed":
             return "sealed: 0 m^3/s, no open path joins inlet and outlet"
         unfinished = "" if self.converged else f"; {self.reason}"

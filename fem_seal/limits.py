@@ -40,13 +40,16 @@ class Limits:
         """
         spent = time.perf_counter() - started
         if self.seconds is not None and spent >= self.seconds:
-            return f"the limit of {self.seconds:g} s is used up"
+            return f"the limit max_seconds = {self.seconds:g} s is used up"
         if self.seconds is not None and spent + growth * last >= self.seconds:
-            return f"the next {what} would take longer than the limit of {self.seconds:g} s allows"
+            return f"the next {what} would take longer than max_seconds = {self.seconds:g} s allows"
         peak = peak_memory()
         if self.memory_bytes is not None and growth * peak >= self.memory_bytes:
-            return f"the next {what} would need more than {self.memory_bytes / 1e9:.2g} GB"
-        if growth * peak >= peak + available_memory():
+            most = f"max_memory = {self.memory_bytes / 1e9:.2g} GB"
+            return f"the next {what} would need more than {most}"
+        if growth * peak >= (free := peak + available_memory()):
             needed = f"{growth * peak / 1e9:.2g} GB"
-            return f"the next {what} would need some {needed}, more than there is"
+            return (
+                f"the next {what} would need {needed}, more than the {free / 1e9:.2g} GB there are"
+            )
         return ""

@@ -33,7 +33,7 @@ youngs_modulus = "10 MPa"       # yours: of the softer face; the other one is ri
 poisson_ratio = 0.5             # yours; or [E1, E2] and [ν1, ν2] of both
 
 [contact]
-pressure = "1 MPa"              # yours: mean contact pressure
+pressure = "1 MPa"              # yours: load, carried by solid and fluid together
 
 [fluid]
 viscosity = "1 mPa s"           # yours: water
@@ -116,7 +116,7 @@ def _map(path: Path, name: str, stated: Stated) -> NewScene:
     missing, (nx, ny) = int(np.count_nonzero(np.isnan(values))), values.shape
     if missing == values.size:
         raise InvalidInput(f"all {values.size} points of {path} are missing")
-    facts = [f"{nx} x {ny} points, {missing} missing ({per_cent(missing / values.size)})"]
+    facts = [f"{nx} x {ny} samples, {missing} missing ({per_cent(missing / values.size)})"]
     spikes = np.count_nonzero(outliers(FieldMap(values, (1, 1), recorded.periodic)))
     lines = [*_quoted_header(recorded), "[surface]", 'kind = "file"', f"path = {name}"]
     more, needed = _unit_and_size(recorded, stated)

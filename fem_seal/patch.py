@@ -247,14 +247,14 @@ class Patch:
 
     @property
     def lifted_off(self) -> bool:
-        """Whether the fluid carries the whole load, so that nothing limits the leak rate."""
+        """Whether the fluid presses harder than the load, so that nothing limits the leak rate."""
         return self.lifted is not None and self.lifted.state == "lifted off"
 
     @cached_property
     def film_contact(self) -> GapState | None:
         """Contact whose gap is the film: lifted if the lift is resolved, otherwise dry.
 
-        If the fluid carries the whole load: the contact without load.
+        If the fluid lifts the solid off: the contact without load.
         """
         if self.lifted is None:
             return self.contact

@@ -87,7 +87,8 @@ class TabulatedProfile:
             )
         if not np.isfinite(P).all() or P.min() < 0 or P.max() == 0:
             raise InvalidInput(
-                "the pressures of a profile must be numbers, not negative, and not all 0"
+                f"the pressures of a profile, {P.min():g} to {P.max():g} Pa, must be finite, >= 0 "
+                "and not all 0; compression is positive"
             )
         object.__setattr__(self, "x", x - x[0])
         object.__setattr__(self, "pressure", P)

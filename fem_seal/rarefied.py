@@ -1,8 +1,8 @@
 """Flow of a rarefied gas between parallel walls, from viscous to free molecular.
 
 A channel of height g carries the mass flux per width -(M/(R T)) B g² c(t)/(12 η) ∇p, t = g p/B,
-with B = 6 Λ (2 - σ)/σ, Λ mean free path times pressure, σ the accommodation coefficient. The
-function c is the Poiseuille coefficient here. Two laws:
+with B = 6 λ p (2 - σ)/σ, λ the mean free path, σ the accommodation coefficient. The function c
+is the Poiseuille coefficient here. Two laws:
 
     first order    c = 1 + t                            (Maxwell's slip)
     kinetic        c = 2 G(δ)/(√π f),  δ = 3 √π f t,    f = (2 - σ)/σ

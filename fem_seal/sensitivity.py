@@ -6,7 +6,7 @@ flow and the leak rate Q(g) of a network, the equilibrium is p = R(G(p)), and
     q = ∂ ln Q/∂g,    (I - G'ᵀ R'ᵀ) λ = G'ᵀ q,    w = q + R'ᵀ λ,    M z = w on the open samples
     ∂ ln Q/∂h = -M z,    ∂ ln Q/∂P = -1ᵀ z,    d ln Q/d ln E* = 1ᵀ z P - zᵀ p
 
-with the stiffness M of the solid (docs/theory/mathematics.md, Newton's tangents). A dry contact has
+with the stiffness M of the solid (docs/theory/mathematics.md, proposition 12). A dry contact has
 p = 0 and λ = 0. The other inputs act through Q and R at a fixed gap; these two are differentiated
 by central differences.
 """

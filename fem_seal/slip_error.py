@@ -75,8 +75,8 @@ def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> 
         added = (1 + 6 * knudsen * (2 - sigma) / sigma) * beyond - 1
         sentence = (
             f"slip of the gas at the walls is left out and would add about {per_cent(added)} to "
-            f"the flow at the tightest place (mean free path {length_text(path)} at the mean "
-            f"pressure, gap {length_text(critical)})"
+            f"the flow at the critical constriction (mean free path {length_text(path)} at the "
+            f"mean pressure, gap {length_text(critical)})"
         )
         if added <= rtol / 2:
             return Uncertainty("slip", "estimated", sentence, 1.0, 1 + added)
@@ -88,7 +88,7 @@ def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> 
     sentence = (
         "slip of the gas at the walls is that of the linearised BGK equation, and other models of "
         f"the gas differ from it by up to {per_cent(KINETIC_ERROR)} of what slip adds; Knudsen "
-        f"number {knudsen:.2g} at the tightest place"
+        f"number {knudsen:.2g} at the critical constriction"
     )
     # In the lower bound the flight of a molecule ends by collisions, and at the ends of the film.
     t, flights = critical * law.mean_pressure / law.product, path / (FREE_FLIGHT * length)
@@ -124,7 +124,7 @@ def _first_order(knudsen: float, beyond: float) -> Uncertainty:
     """Entry of first-order slip at a Knudsen number, and the factor on it of what it lacks."""
     sentence = (
         "slip of the gas at the walls is computed to first order in the mean free path, and more "
-        f"leaks than that; Knudsen number {knudsen:.2g} at the tightest place"
+        f"leaks than that; Knudsen number {knudsen:.2g} at the critical constriction"
     )
     if knudsen <= LARGEST_KNUDSEN:
         return Uncertainty("slip", "estimated", sentence, 1.0, beyond)

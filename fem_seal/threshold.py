@@ -87,7 +87,10 @@ def threshold_of_pressure(
         elif leaking is not None:
             pressure = state.mean_pressure * LOAD_RATIO
             if pressure > max(MOST_OF_FIRST * first, start.contact_modulus):
-                raise NotConverged(f"the contact still leaks at {state.mean_pressure:.6e} Pa")
+                raise NotConverged(
+                    f"the contact still leaks at {state.mean_pressure:.3g} Pa: check the heights, "
+                    "or take 'threshold' out of output.products"
+                )
         else:
             pressure = state.mean_pressure / LOAD_RATIO
             if pressure < LEAST_OF_FIRST * first:

@@ -42,7 +42,7 @@ _EXAMPLES = {
 # Kinds of leak rate, by volume, pressure × volume, amount or mass per time, with their SI units.
 RATES = {"volume": "m^3/s", "throughput": "Pa m^3/s", "amount": "mol/s", "mass": "kg/s"}
 _RATE_EXPECTED = (
-    "should be a volume ('ml/h'), pressure times volume ('mbar l/s'), amount ('mol/s') or mass "
+    "must be a volume ('ml/h'), pressure times volume ('mbar l/s'), amount ('mol/s') or mass "
     "('g/h') per time"
 )
 
@@ -64,7 +64,7 @@ def to_si(value: object, unit: str) -> float:
     Any number is accepted here, also 0 and infinity. ValueError if the value is neither a number
     nor such a text, or its unit is missing, unknown or of another dimension.
     """
-    expected = f"should be a number in {unit} or a string with a unit such as {_EXAMPLES[unit]!r}"
+    expected = f"must be a number in {unit} or a string with a unit such as {_EXAMPLES[unit]!r}"
     if not isinstance(value, str):
         return plain_number(value, expected)
     match = NUMBER_AND_UNIT.fullmatch(value)
@@ -189,10 +189,10 @@ class StatedRate:
         """Read a leak rate > 0, a number with a unit; ValueError for anything else."""
         match = None if isinstance(value, bool) else NUMBER_AND_UNIT.fullmatch(str(value))
         if not match:
-            raise ValueError("should be a leak rate such as '1 ml/h'")
+            raise ValueError("must be a leak rate such as '1 ml/h'")
         number, text = match.groups()
         if not text:
             raise ValueError("has no unit; a leak rate is written such as '1 ml/h' or '1 m^3/s'")
         if not 0 < float(number) < inf:
-            raise ValueError("should be greater than 0 and finite")
+            raise ValueError("must be greater than 0 and finite")
         return cls(float(number), RateUnit.parse(text))

@@ -9,7 +9,7 @@ import pytest
 from project import ROOT, SMALL_PICTURES, printed_by
 
 DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
-# 64 and 128 samples a period are the fewest; contacts near closing have tests beside the library.
+# 64 and 128 samples a period are the fewest; the library's tests have contacts next to closing.
 DEAR = "closing_saddle"
 
 # Arguments of main that make a demo small; the others are small by themselves.

@@ -117,7 +117,7 @@ def test_profiles_without_x(capsys):
         (["none.txt"], "is not a file"),
         (["map.txt", "--out", "map.toml"], "map.toml is there already"),
         (["map.txt", "--out", "b.toml", "--size", "1 mm"], "surface.size[1] is missing"),
-        (["map.txt", "--out", "b.toml", "--size", "0 mm,1 mm"], "should be greater than 0"),
+        (["map.txt", "--out", "b.toml", "--size", "0 mm,1 mm"], "must be greater than 0"),
         (["map.txt", "--out", "b.toml", "--length-unit", "kg"], "no unit of length"),
         (["empty.txt", "--out", "b.toml"], "all 12 points of empty.txt are missing"),
         (["words.txt", "--out", "b.toml"], "holds no line of numbers"),

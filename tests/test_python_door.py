@@ -73,7 +73,7 @@ def test_changed_copies_are_those_of_changed_files():
         (lambda: in_python(contact=fs.Flow()), "^contact is a Flow, which does not belong"),
         (lambda: fs.Scene(), r"give \[surface\] and \[contact\], or \[gap\];"),
         (lambda: in_python().with_({"contact.presure": 1}), "^contact.presure is not a known key"),
-        (lambda: in_python().with_({"contact.pressure": "x"}), "^contact.pressure = 'x' should be"),
+        (lambda: in_python().with_({"contact.pressure": "x"}), "^contact.pressure = 'x' must be"),
         (lambda: fs.Heights(np.ones(3), size=(1, 1)), "two-dimensional array .* shape \\(3,\\)$"),
         (lambda: fs.Heights(np.ones((3, 3))), "need their size, such as"),
         (lambda: fs.solve("scene.toml"), "^a Scene is needed, not a str; Scene.from_file"),

@@ -66,7 +66,7 @@ COMMANDS = {
     ),
     "report": (
         report.add,
-        "gather a result folder in one HTML page, pictures inside",
+        "put a result folder on one HTML page, pictures inside",
         "results/first",
     ),
     "render": (render.add, "draw the pictures of a result folder again", "results/first"),
@@ -144,8 +144,8 @@ def parser(words: Collection[str] = tuple(COMMANDS)) -> argparse.ArgumentParser:
         prog="fem-seal",
         description="How much leaks through a rough contact, and how sure are we?",
         epilog="Start with fem-seal run demos/scenes/first.toml. Exit status: 0 done, 2 bad "
-        "input, 3 not converged (bounds of a flow are written, of a contact nothing), 4 with "
-        "--strict: above the limit or undecided, 130 interrupted.",
+        "input, 3 not converged (a flow's bounds so far are written; a contact that failed writes "
+        "nothing), 4 with --strict: above the limit or undecided, 130 interrupted.",
     )
     top.add_argument("--version", action="version", version=f"fem-seal {__version__}")
     subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)

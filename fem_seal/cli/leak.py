@@ -26,6 +26,12 @@ NO_OPTIONS = ("gap.path", "flow.ambient_pressure", "flow.lift")
 NO_PRODUCTS = {"seal": "[seal]", "sensitivity": "an elastic [contact]"}
 DRIVES = ("pressure_drop", "inlet_pressure", "outlet_pressure")
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # assumed of a liquid if left out [Pa s], [Pa]
+# What an option has if it is left out, where that is not the field's default.
+DEFAULTS = {
+    "output.products": "leak_rate",
+    "fluid.viscosity": f"of a liquid {with_prefix(VISCOSITY, 'Pa s')}",
+    "flow.pressure_drop": with_prefix(PRESSURE_DROP, "Pa"),
+}
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -37,8 +43,8 @@ def add(command: argparse.ArgumentParser) -> None:
     add_output(command, "none: the result is printed only")
     add_for_programs(command)
     for option, name, field in _fields():
-        default = "leak_rate" if name == "output.products" else field.default
-        shown = "" if field.is_required() or default is None else f" ({default})"
+        default = DEFAULTS.get(name, None if field.is_required() else field.default)
+        shown = "" if default is None else f" ({default})"
         literals = (part for part in parts_of(field.annotation) if get_origin(part) is Literal)
         choices = [str(value) for literal in literals for value in get_args(literal)]
         choices = [value for value in choices if value not in NO_PRODUCTS]
@@ -83,7 +89,7 @@ def _scene(options: argparse.Namespace) -> "tuple[Scene, list[str]]":
     for option, name, field in _fields():
         if (text := given[name]) is not None:
             if not text:
-                raise InvalidInput(f"--{option} is empty")
+                raise InvalidInput(f"--{option} is empty; give a value, or leave the option out")
             parts = list(parts_of(field.annotation))
             # What TOML has not: yes, no, and whole numbers such as 1e6.
             if int in parts and re.fullmatch(r"\d+[eE]\+?\d\d?", text):

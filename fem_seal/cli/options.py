@@ -154,7 +154,7 @@ def add_work(command: argparse.ArgumentParser, default: int | None = 1) -> None:
     command.add_argument(
         "--gather",
         action="store_true",
-        help="compute nothing: write the tables of the finished points",
+        help="compute nothing: make the tables of the points computed so far",
     )
 
 

@@ -33,7 +33,7 @@ COLUMNS = (
 # Why there is nothing to compare in other states than "leaking".
 WITHOUT_FLOW = {
     "sealed": "every method says 0 without a solve",
-    "lifted off": "the fluid carries the whole load, and no gap is left to compare methods on",
+    "lifted off": "the fluid presses harder than the load, so that no gap is left to compare",
 }
 
 
@@ -94,7 +94,7 @@ def _study(options: argparse.Namespace) -> int:
         return 0
     message = "some points of the study are not computed yet"
     if options.gather:
-        raise NotConverged(message)
+        raise NotConverged(f"{message}; run the parts that are missing, or all without --gather")
     say(f"{message}; the same command without --part, or with --gather, makes the table")
     return 0
 
@@ -181,7 +181,7 @@ def _cross_validation(options: argparse.Namespace) -> Text:
 def _cross_validation_text(
     compared: "dict[str, tuple[list[Row], Bounded]]", *, slips: bool
 ) -> list[str]:
-    """Lines of all gaps by their names: the methods, and the certified bounds."""
+    """Lines of all gaps by their names: the methods, and the guaranteed bounds."""
     text = []
     if slips:
         text.append(
@@ -190,7 +190,7 @@ def _cross_validation_text(
         )
     for name, (of_gap, bracket) in compared.items():
         text += [*filter(None, [name]), as_text(of_gap, COLUMNS)]
-        text.append(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
+        text.append(f"guaranteed: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
     rows = [row for of_gap, _ in compared.values() for row in of_gap]
     for row in rows:
         where = f"{row.gap}: {row.method}" if row.gap else row.method
@@ -200,7 +200,7 @@ def _cross_validation_text(
             band = per_cent(present(row.band, "band of an answer that disagrees"))
             text.append(f"{where} on {row.squares}: {row.value:.4e} ± {band} is outside of that")
     wrong = sum(row.verdict == "disagrees" for row in rows)
-    return [*text, f"{wrong} of {len(rows)} numbers contradict the certified bounds"]
+    return [*text, f"{wrong} of {len(rows)} numbers contradict the guaranteed bounds"]
 
 
 def _exact(options: argparse.Namespace) -> Text:

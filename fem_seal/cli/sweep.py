@@ -40,7 +40,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--picture",
         action="store_true",
-        help="draw sweep.png: leak rates with their bounds against what varies",
+        help="draw sweep.png: leak rates, with all counted errors, against what varies",
     )
     add_output(command, "results/NAME-sweep for NAME.toml, with each --set; done points are kept")
     command.set_defaults(command=_sweep)
@@ -86,7 +86,10 @@ def _sweep(options: argparse.Namespace) -> int:
             "says why"
         )
     if tally.missing and options.gather:
-        raise NotConverged(f"{tally.missing} of {tally.points} points are not computed yet")
+        raise NotConverged(
+            f"{tally.missing} of {tally.points} points are not computed yet; run the parts that "
+            "are missing, or all without --gather"
+        )
     return 0
 
 

@@ -122,6 +122,7 @@ def _start_pressure(
     values = np.asarray(given.values if isinstance(given, GridField) else given, float)
     if values.shape != shape or not np.isfinite(values).all() or values.min() < 0:
         raise InvalidInput(
-            f"start must be a finite pressure >= 0 of shape {shape}, got shape {values.shape}"
+            f"start must be a finite pressure >= 0 of shape {shape}; got shape {values.shape}, "
+            f"from {values.min(initial=0.0):g} to {values.max(initial=0.0):g} Pa"
         )
     return values

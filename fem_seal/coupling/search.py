@@ -165,7 +165,9 @@ def _completed(problem: LiftProblem, end: _End) -> LiftedState:
     if reason:
         low = "0 (sealed)" if sealed else f"{lowest:.3g}"
         high = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
-        rates = f"this alone leaves {low} to {high}" if known else "it may be any leak rate"
+        rates = "the leak rate may have any value"
+        if known:
+            rates = f"with this error alone the leak rate lies between {low} and {high}"
         reason += f": {rates}; {FINER}"
     return LiftedState(
         fluid_pressure=end.fluid_pressure,
@@ -193,7 +195,7 @@ def _why_not_settled(end: _End, allowed: float, *, known: bool) -> str:
     if end.error > allowed:
         return (
             f"the fluid's pressure leaves an error of {end.error:.2g} in the logarithm of the "
-            f"leak rate, more than the {allowed:.2g} that flow.rtol allows"
+            f"leak rate, more than the {allowed:.2g} allowed (half of flow.rtol, 0.15 at most)"
         )
     return ""
 

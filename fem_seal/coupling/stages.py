@@ -1,7 +1,8 @@
 """Stages of the search for an equilibrium: finer networks, a smaller ε, and more samples.
 
-The flow at the beginning of a stage tells by how much the fluid's pressure of the stage before is
-wrong. The stages end when all that further ones would change is little, or when there is none.
+The first flow of a stage gives the error of the fluid's pressure that the stage before has found.
+The stages end when all further ones together would change ln Q by little, or when no further one is
+possible.
 """
 
 from dataclasses import dataclass, replace
@@ -87,7 +88,9 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
             exceeded = problem.settings.limits.why_exceeded(problem.began, 1.0, time, "stage")
             if exceeded:
                 return search.ended(exceeded)
-    return search.ended(f"it has not in {MOST_STAGES} stages")
+    return search.ended(
+        f"the fluid's pressure still changes the leak rate after {MOST_STAGES} stages"
+    )
 
 
 @dataclass(frozen=True)
@@ -124,7 +127,7 @@ class _Search:
         if stays_sealed:
             epsilon = min(epsilon, SEALED * problem.roughness)
         # A smaller ε³ is lost in the rounding of g³: rounding errors would make the pressure in
-        # pockets. Finite elements take such an ε only for films that are all but sealed.
+        # pockets. Finite elements take such an ε only for films next to closing.
         least = np.cbrt(float_info.epsilon) * problem.roughness
         if epsilon < least and sealed:
             return None, ""

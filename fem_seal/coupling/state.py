@@ -19,7 +19,8 @@ LARGEST_CHANGE = 0.3
 class LiftedState:
     """Contact and flow in one equilibrium.
 
-    Lifted off: a uniform film, however thick, carries the whole load. No contact is searched for.
+    Lifted off: a uniform film, however thick, would carry more than the load. No contact is
+    searched for.
     """
 
     fluid_pressure: GridField  #: p_f on the contact's samples [Pa], above ambient

@@ -89,7 +89,7 @@ def _map_of(samples: Variable, name: str, path: Path, normal: bool = False) -> n
         raise InvalidInput(f"{name} in {path} holds true and false; lengths are wanted")
     if samples.dimensions[:1] == (FRAMES,):
         if len(values) == 0:
-            raise InvalidInput(f"{name} in {path} has no frame")
+            raise InvalidInput(f"{name} in {path} has no frame; the last one is read: write one")
         values = values[-1]
     if normal and values.ndim == 3:
         values = values[..., -1]
@@ -113,10 +113,11 @@ def _without_masked(values: np.ndarray, arrays: NamedArrays) -> np.ndarray:
     masked = _along_x(mask)
     if masked.shape != values.shape:
         raise InvalidInput(
-            f"mask in {arrays.path} has shape {masked.shape}, its samples {values.shape}"
+            f"mask in {arrays.path} has shape {masked.shape}; it must have that of the samples, "
+            f"{values.shape}"
         )
     if masked.dtype.kind not in "biuf":
-        raise InvalidInput(f"mask in {arrays.path} must hold true and false")
+        raise InvalidInput(f"mask in {arrays.path} must hold true and false, not {masked.dtype}")
     return np.where(masked.astype(bool), np.nan, values)
 
 
@@ -227,7 +228,9 @@ def _periodic(arrays: NamedArrays) -> bool | None:
         if name in arrays.variables and "periodic" in arrays.variables[name].attributes
     }
     if len(values) > 1:
-        raise InvalidInput(f"{arrays.path} repeats along one axis only, which is not supported")
+        raise InvalidInput(
+            f"{arrays.path} repeats along one axis only; write periodic = 0 for both axes"
+        )
     return values.pop() if values else None
 
 

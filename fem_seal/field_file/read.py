@@ -86,9 +86,12 @@ def read_recorded(path: Path, names: Names) -> Recorded:
 def _recorded(path: Path, names: Names, content: str) -> Recorded:
     with within_available_memory(str(path)):
         recorded = READERS.get(path.suffix.lower(), _instrument)(path, names)
-    infinite = np.count_nonzero(np.isinf(recorded.values))
-    if infinite:
-        raise InvalidInput(f"{infinite} of {recorded.values.size} values of {path} are infinite")
+    infinite = np.argwhere(np.isinf(recorded.values))
+    if len(infinite):
+        raise InvalidInput(
+            f"{len(infinite)} of {recorded.values.size} values of {path} are infinite, the first "
+            f"at sample {tuple(map(int, infinite[0]))}; write NaN where nothing was measured"
+        )
     recorded.values.setflags(write=False)
     return recorded
 

@@ -1,12 +1,13 @@
 """The critical constriction: the tightest place on the widest path from inlet to outlet.
 
-A flat plate that slides along a path P must pass its smallest gap. The highest plate that slides
-from inlet to outlet has the critical gap
+A flat plate that slides along a path must be thinner than the smallest gap of that path. The
+thickest plate that slides from inlet to outlet has the critical gap
 
-    g_c = max over P of (min over P of g) = max {h : the points with g >= h join inlet and outlet}.
+    g_c = max over paths of (min over the path of g)
+        = max {h : the points with g >= h join inlet and outlet}.
 
 The second form is exact for the gap as represented: the set {g >= h} of a piecewise linear gap is
-connected in the same way as the vertices it contains. Near percolation the leak rate is governed by
+connected in the same way as the vertices it contains. Next to closing the leak rate is governed by
 this one place (W. B. Dapp, M. H. Müser, Sci. Rep. 6, 19513 (2016)).
 
 g_c is one of the gaps of the samples, and is found by bisection over them: first on the sites, then

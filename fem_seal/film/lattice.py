@@ -40,7 +40,9 @@ class Lattice:
         lowest = self.gap.min()
         if lowest < 0:
             raise InvalidInput(
-                f"the gap is negative ({lowest:.3e} m); contact is a gap of exactly 0"
+                f"the gap is negative at {np.count_nonzero(self.gap < 0)} of {self.gap.size} "
+                f"samples, down to {lowest:.3e} m; contact is a gap of exactly 0: set it there, or "
+                "give gap.contact_below in a scene"
             )
 
     @property

@@ -5,7 +5,7 @@ Eliminating node a replaces its links c_ab by links between its neighbours,
     c_bd += c_ab c_ad / Σ_e c_ae    for all neighbours b, d of a    (`star_mesh`),
 
 until one link joins inlet and outlet: the conductance. Iterations with incomplete factors or Jacobi
-scaling fail on gaps near percolation, where conductances differ by 1e15 and more; this elimination
+scaling fail on gaps next to closing, where conductances differ by 1e15 and more; this elimination
 keeps the relative accuracy of every link. The nodes are ordered by nested dissection (A. George,
 SIAM J. Numer. Anal. 10, 345 (1973)): about 10 n³ multiplications for n × n open nodes, nearly all
 in matrix products, and the memory of a few n × n matrices.

@@ -7,8 +7,8 @@ cells. For a leak rate, with unit pressure drop and K = g³, it solves on each m
     dual               1/Q_lo = min_ψ ∫ |∇ψ|²/K,      ψ of unit flux, constant in blocked cells
     regularised dual   1/Q_χ  = min_ψ ∫ ∇ψ·R_χ·∇ψ,    blocked cells conduct χ times as in the primal
 
-    indicators         e_T = ∫_T K|∇p|² + Q_χ² ∇ψ·R_χ ∇ψ + 2 J·∇p >= 0,   Σ e_T ≈ Q_hi - Q_χ,
-                       with the flux J = Q_χ (∂ψ/∂y, -∂ψ/∂x) of the regularised dual
+    indicators         e_T = ∫_T (K|∇p|² + Q_χ² ∇ψ·R_χ ∇ψ + 2 j·∇p) >= 0,   Σ e_T ≈ Q_hi - Q_χ,
+                       with the flux j = Q_χ (∂ψ/∂y, -∂ψ/∂x) of the regularised dual
 
 Only primal and dual are bounds. A blocked cell is partly in contact, so that the dual must take ψ
 constant in it. The regularised dual shows how much would flow through the blocked cells once they

@@ -112,7 +112,7 @@ def _missed(lower: np.ndarray, upper: np.ndarray, rtol: float) -> str:
     reached = f"known to {width:.2g}" if np.isfinite(width) else "without a lower bound"
     return (
         f"the tensor is {reached} along {np.degrees(np.arctan2(y, x)) % 180:.3g} degrees, where it "
-        f"is {along:.2g} of its largest; {rtol:.2g} was asked for"
+        f"is {along:.2g} of its largest; rtol = {rtol:.2g} was asked for"
     )
 
 

@@ -4,7 +4,7 @@ A problem is an energy E(v) = ∫ ∇v·T·∇v (`forms.py`) with a constant ten
 functions v = offset + P x. P is the 0/1 matrix of the numbering (`numbering.py`), never formed.
 With the stiffness matrix A of the cells, x solves
 
-    P'A P x = -P'A offset.
+    Pᵀ A P x = -Pᵀ A offset.
 
 The cells are integrated in batches (`integrals.py`), and the corners of an unknown add up in its
 row. From the solution on the coarser mesh, CG with BoomerAMG needs a handful of iterations at any

@@ -1,6 +1,6 @@
 """Refine the marked cells, and at once those parts of them that the next solves would mark.
 
-A solve marks cells, but does not show where inside them fluid will flow. Near percolation the next
+A solve marks cells, but does not show where inside them fluid will flow. Next to closing the next
 solve would mark one half of a marked blocked cell, the solve after it one half of that, and so on
 down to the pixel. Here each new vertex gets the value of ψ that minimises the energy while all
 other vertices keep theirs. With these values and the averages on the new cells, the cells that the
@@ -58,11 +58,11 @@ def refined_ahead(
 
 
 def least_indicator(turned: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndarray:
-    """Minimum (n,) of Q² ∇ψ·R ∇ψ + K|∇p|² + 2 J·∇p over all pressures, at ∇p = -J/K.
+    """Minimum (n,) of Q² ∇ψ·R ∇ψ + K|∇p|² + 2 j·∇p over all pressures, at ∇p = -j/K.
 
-    `turned` (n, 2) is Q ∇ψ, the flux J = Q (∂ψ/∂y, -∂ψ/∂x) turned by a right angle; the tensor R is
-    (n, 3). The minimum is Q² ∇ψ·R ∇ψ - |J|²/K; where K is zero the last term is left out. On cells
-    with power traces the mean of J differs from that of `turned`, and the result is an estimate.
+    `turned` (n, 2) is Q ∇ψ, the flux j = Q (∂ψ/∂y, -∂ψ/∂x) turned by a right angle; the tensor R is
+    (n, 3). The minimum is Q² ∇ψ·R ∇ψ - |j|²/K; where K is zero the last term is left out. On cells
+    with power traces the mean of j differs from that of `turned`, and the result is an estimate.
     """
     (tx, ty), (xx, xy, yy) = turned.T, tensor.T
     conducting = np.where(K > 0, K, np.inf)

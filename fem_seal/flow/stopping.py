@@ -80,8 +80,8 @@ class Tolerance:
         """Message on the distance of bounds from the criterion."""
         lower, upper = leak.refined_bounds
         width = relative_width(lower, upper)
-        state = f"the bracket is {width:.2g} wide" if lower > 0 else "no lower bound yet"
-        return f"{state}, {self.rtol:.2g} was asked for"
+        state = f"relative width of the bounds {width:.2g}" if lower > 0 else "no lower bound yet"
+        return f"{state}, and rtol = {self.rtol:.2g} was asked for"
 
 
 @dataclass(frozen=True)

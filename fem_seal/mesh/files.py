@@ -190,8 +190,8 @@ def check_indices(source: Path, count: int, blocks: list[np.ndarray]) -> None:
 def plane_points(source: Path | str, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Coordinates (V, 2) of points in a plane z = const."""
     used = points[np.unique(cells)]
-    if not np.isfinite(used).all():
-        raise InvalidInput(f"{source} has points that are not finite")
+    if bad := np.count_nonzero(~np.isfinite(used).all(axis=1)):
+        raise InvalidInput(f"{source} has points that are not finite ({bad}); write it again")
     if used.shape[1] > 2:
         height, extent = np.ptp(used[:, 2]), np.ptp(used[:, :2], axis=0).max()
         if height > FLAT * extent:

@@ -154,7 +154,7 @@ def _near_lift_off(patch: Patch) -> str | None:
 
 
 def _seal_near_lift_off(patch: Patch, seal: SealLeak) -> str | None:
-    """Warn if the contact pressure of a seal is hardly above the fluid's at the inlet."""
+    """Warn if the total pressure of a seal is hardly above the fluid's at the inlet."""
     along, inlet = median_patch(seal.patches).path, patch.scene.flow.gauge_pressures.inlet
     if seal.state == "lifted off" or along is None:
         return None
@@ -163,9 +163,9 @@ def _seal_near_lift_off(patch: Patch, seal: SealLeak) -> str | None:
     if excess >= NEAR_LIFT_OFF:
         return None
     return (
-        f"next to lift-off: the contact pressure is at most {with_prefix(highest, 'Pa')}, the "
-        f"fluid's at the inlet {with_prefix(inlet, 'Pa')}; {per_cent(excess)} less contact "
-        "pressure lifts the seal off"
+        f"next to lift-off: the total pressure is at most {with_prefix(highest, 'Pa')}, the "
+        f"fluid's at the inlet {with_prefix(inlet, 'Pa')}; {per_cent(excess)} less total pressure "
+        "lifts the seal off"
     )
 
 

@@ -1,6 +1,6 @@
 """The critical constriction: position, gap, width, and its share of the pressure drop.
 
-Near percolation this one place governs the leak rate (W. B. Dapp, M. H. Müser, Sci. Rep. 6, 19513
+Next to closing this one place governs the leak rate (W. B. Dapp, M. H. Müser, Sci. Rep. 6, 19513
 (2016)).
 """
 

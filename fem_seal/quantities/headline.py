@@ -82,7 +82,7 @@ def headline(leak: LeakRate, budget: ErrorBudget, shown: ShownUnit = SI) -> Head
     The entry "flow" of the budget gives the bounds of the leak rate.
     """
     if leak.state == "lifted off":
-        return Headline(None, None, None, "unlimited, the fluid carries the whole load")
+        return Headline(None, None, None, "unlimited, the fluid presses harder than the load")
     if leak.state == "sealed":
         return _sealed(budget, shown)
     if leak.lower is None:

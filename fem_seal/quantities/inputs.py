@@ -40,7 +40,7 @@ OPENS = {
     "flow.outlet_pressure": -1,
     "heights": 1,
 }
-# A lifted corner that leaks less than this part of the scene may leak nothing: next to sealing its
+# A lifted corner that leaks less than this part of the scene may leak nothing: next to closing its
 # leak rate would take many times as long as that of the scene.
 NEGLIGIBLE_LEAK = 1e-4
 NOT_KNOWN = "errors of the inputs"  # name of the entry without factors
@@ -79,8 +79,8 @@ def inputs_entry(
     if lifted is not None and (lifted.floats or _may_float(patch)):
         # Higher heights, or a stiffer solid, may then lower the leak rate.
         sentence = (
-            "the fluid may carry the whole load, and at which ends of [tolerances] most leaks is "
-            "known of a solid in contact only: change one input at a time"
+            "the fluid may carry the whole load, and only for a solid in contact is it known at "
+            "which ends of [tolerances] most leaks: change one input at a time and compare"
         )
         return Uncertainty(INPUTS, "not covered", sentence, name=NOT_KNOWN)
     if leak.state == "lifted off":
@@ -321,7 +321,7 @@ def input_shares(
 def _on_line(x: float, points: list[tuple[float, float]]) -> float:
     """Value at x of the line through points (x, y), continued straight; -x through fewer than two.
 
-    Near sealing nothing is known of a slope but its sign: -x then orders the loads.
+    Next to closing nothing is known of a slope but its sign: -x then orders the loads.
     """
     if len(points) < 2:
         return -x

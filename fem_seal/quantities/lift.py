@@ -22,7 +22,7 @@ from fem_seal.quantities.headline import ShownUnit
 
 # Key of the entry if flow.lift is "none"; else it is `LIFT`.
 NEGLECTED = "fluid_pressure"
-# The fluid's pressure is neglected below this part of the contact pressure.
+# The fluid's pressure is neglected below this part of the load.
 NEGLIGIBLE_PRESSURE = 1e-3
 NOT_LIMITED = "a finer grid of the contact, or slip of the gas, may let any amount through"
 REMEDY = "flow.lift = 'resolved' solves contact and flow together"
@@ -73,13 +73,13 @@ def _opened(
     """Words about the film that the inlet's pressure opens, upper factor and highest leak rate."""
     words = (
         f"the fluid's pressure, up to {_pressure(inlet)} above ambient, is {_ratio(inlet, load)} "
-        "the contact pressure, carries that part of the load and opens the film"
+        "the load, carries that part of it and opens the film"
     )
     more = ": more leaks than through the dry contact"
     if load <= inlet:
         lifted_off = (
-            "the seal would lift off, since the fluid's pressure is no less than the contact "
-            f"pressure of {_pressure(load)}"
+            "the seal would lift off, since the fluid's pressure is no less than the load of "
+            f"{_pressure(load)}"
         )
         return [words + more, lifted_off], None, None
     opened, under = _at_the_end(patch, load - inlet, upper=True)
@@ -93,8 +93,8 @@ def _opened(
 def _closed(patch: Patch, load: float, outlet: float) -> tuple[list[str], float | None]:
     """Words about the film that an outlet below ambient closes, and the lower factor."""
     words = [
-        f"an outlet {_pressure(-outlet)} below ambient adds {_ratio(-outlet, load)} the contact "
-        "pressure and closes the film: less leaks than through the dry contact"
+        f"an outlet {_pressure(-outlet)} below ambient adds {_ratio(-outlet, load)} the load "
+        "and closes the film: less leaks than through the dry contact"
     ]
     if patch.leak_rate.state == "sealed":
         return words, 1.0
@@ -109,7 +109,8 @@ def _resolved(patch: Patch) -> Uncertainty:
     if state.state == "lifted off":
         load = _pressure(present(patch.carried_load, "load"))
         why = (
-            f"the fluid carries the whole load of {load}: no equilibrium keeps the solids together"
+            f"the fluid presses harder than the load of {load}: no equilibrium keeps the solids "
+            "together"
         )
         if patch.carried_load == 0:
             why = "no load presses the solids together, and the fluid lifts them off"
@@ -121,18 +122,19 @@ def _resolved(patch: Patch) -> Uncertainty:
         rate = None if value else state.highest
         shown = ShownUnit.of(patch.scene)
         sentence = state.reason or (
-            f"sealed from the outlet's and from the inlet's pressure; but {inlet} wherever no open "
-            "path leads to the outlet, contact included, would open a film that leaks up to "
-            f"{rounded_up(state.highest * shown.per_solved)} {shown.name}"
+            "the search ends sealed, started from the outlet's pressure and from the inlet's; but "
+            f"{inlet} on every part that no open path joins to the outlet, contact included, would "
+            f"open a path, and up to {rounded_up(state.highest * shown.per_solved)} {shown.name} "
+            "would leak"
         )
         caution = state.converged  # else the sentence is the reason of the result already
         entry = Uncertainty(LIFT, "estimated", sentence, lower, upper, caution=caution)
         return replace(entry, upper_rate=rate, is_range=True)
     if state.state == "sealed":
         sentence = (
-            f"sealed under the fluid's pressure as well, up to {inlet} above ambient wherever no "
-            f"open path leads to the outlet; {inlet} everywhere opens nothing, or led to no "
-            "equilibrium that leaks"
+            f"stays sealed with the inlet's pressure, {inlet} above ambient, on every part that no "
+            f"open path joins to the outlet; with {inlet} everywhere no path opens, or the search "
+            "found no equilibrium that leaks"
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0)
     finer = "finer networks for the fluid's pressure and "
@@ -140,7 +142,8 @@ def _resolved(patch: Patch) -> Uncertainty:
         finer = ""  # its network is that of the samples
     sentence = (
         f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; the factors "
-        f"estimate what {finer}a smaller gap that conducts in contact would still change"
+        f"estimate what {finer}a smaller gap ε, with which the model lets contact conduct, would "
+        "still change"
     )
     error = state.error
     return Uncertainty(LIFT, "estimated", sentence, exp(-error), exp(error), per_rtol=SETTLED)
@@ -252,8 +255,8 @@ def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:
     kept = "contact area" if by_area else "mean gap"
     sentence = (
         f"the fluid's pressure, up to {_pressure(pressure)} from ambient, is "
-        f"{_ratio(pressure, load)} the contact pressure and bends the solids; the film is that of "
-        f"a dry contact with the {kept} of the scene"
+        f"{_ratio(pressure, load)} the load and bends the solids; the film is that of a dry "
+        f"contact with the {kept} of the scene"
     )
     if patch.scene.shape is None:
         sentence += f"; {REMEDY}"

@@ -38,8 +38,8 @@ def _scales(heights: GridField, longest: float | None, leak_path: float) -> Unce
     if longest is None:
         its = f" is longer than the map, {length_text(length)} wide, which is"
     sentence = (
-        "the fluid's pressure varies little over the roughness; its longest wavelength"
-        f"{its} {ratio:.2g} of the leak path"
+        "assumed: the fluid's pressure changes little over one wave of the roughness; the longest "
+        f"wavelength{its} {ratio:.2g} of the leak path"
     )
     return Uncertainty("scales_apart", "not covered", sentence, caution=ratio > APART)
 

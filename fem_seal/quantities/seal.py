@@ -56,8 +56,8 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
     """List the uncertainties of the leak rate of a seal; `rate_of` gives that of another one."""
     if seal.state == "lifted off":
         sentence = (
-            "the contact pressure is nowhere above the fluid's at the inlet: no contact is left, "
-            "whatever the roughness; contact remains where the contact pressure is above it"
+            "the total pressure is nowhere above the fluid's at the inlet: no contact is left, "
+            "whatever the roughness; contact remains where the total pressure is above it"
         )
         lifted = Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0)
         return (
@@ -86,10 +86,10 @@ def seal_budget(patch: Patch, seal: SealLeak, rate_of: Callable[[Patch], LeakRat
 
 def _flow_and_loads_entry(seal: SealLeak) -> Uncertainty:
     sentence = (
-        "bounds of the flow through each patch, and of its conductivity between two loads; under "
-        "the hypotheses that the scales are apart, that the gap falls with the load and is convex "
-        "in it, as that of a half-space but not of its grid, and that the patches are those of the "
-        "seal"
+        "bounds of the flow through each patch, and of its conductivity between two loads; they "
+        "hold if the roughness is much finer than the leak path, if the gap falls with the load "
+        "and is convex in it (a theorem for the half-space, not for its grid), and for a seal of "
+        "these patches alone"
     )
     if seal.state == "sealed":
         sentence = f"no path of leaking patches joins inlet and outlet, by the {sentence}"
@@ -171,8 +171,8 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
         few = number < LEAST_LEAKING
         more = f" with {LEAST_LEAKING} realizations (seal.patches)" if few else ""
         sentence = (
-            f"{sealed}; {may_cross}; try {less} load{more}, until patches leak: under its own load "
-            "the seal leaks less than the upper end of the interval there"
+            f"{sealed}; {may_cross}; compute the seal under {less} load{more}, until patches leak: "
+            "under its own load it leaks at most the upper end of that result"
         )
         return Uncertainty(PATCHES, "not covered", sentence, 1.0, None, caution=True)
     known = "included" if lowered.contact_error is not None else "not known there, and not included"
@@ -216,7 +216,7 @@ def _beyond_grid(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
 
 
 def _beyond_patches(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
-    """The same factors for patches that were not drawn, which scatter more next to sealing."""
+    """The same factors for patches that were not drawn, which scatter more next to closing."""
     if here.state == "leaking" and here.interval is None:
         return 1.0, 1.0  # the entry of `here` is open
     if there.interval is None:
@@ -249,8 +249,8 @@ def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:
         return None
     sentence = (
         f"the seal is a mosaic of {seal.count.along} patches along the part of the path that "
-        f"seals by {seal.count.across} around it, each of one conductivity and drawn from the "
-        "realizations"
+        f"decides the leak rate by {seal.count.across} around it, each of one conductivity and "
+        "drawn from the realizations"
     )
     if seal.relative_scatter > 0:
         error = per_cent(error_of_mean(seal.relative_scatter, seal.count))
@@ -264,7 +264,7 @@ def _slip_along_entry(seal: SealLeak) -> Uncertainty | None:
         return None
     sentence = (
         "the gas slips more where its pressure is low: along the path the conductivity of a patch "
-        "changes as that of its tightest place; in wider places it changes less, which the factors "
-        "allow for"
+        "changes as that of its critical constriction; in wider places it changes less, which the "
+        "factors allow for"
     )
     return Uncertainty(SLIP_ALONG, "estimated", sentence, *seal.slip_along)

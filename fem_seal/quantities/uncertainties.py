@@ -62,7 +62,7 @@ def _shape_entry(patch: Patch) -> Uncertainty | None:
 def _one_patch_entry(patch: Patch) -> Uncertainty | None:
     if patch.scene.own_gap:
         return None
-    sentence = "this is one piece of one rough surface; others leak more or less"
+    sentence = "this is one patch of one rough surface; others leak more or less"
     return Uncertainty(ONE_PATCH, "not covered", sentence, name="other patches of the face")
 
 

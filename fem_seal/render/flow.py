@@ -37,8 +37,8 @@ def flow_density(field: FlowField | None) -> np.ndarray:
     """Flow density |j| (C,) [m^2/s] on each triangle."""
     if field is None:
         raise InvalidInput(
-            "there is no flow field to draw: a sealed gap has none, another one only if its solver "
-            "was asked to keep it"
+            "there is no flow field to draw: a sealed gap has none, and a leaking one only with "
+            "FlowSettings(field=True)"
         )
     return np.linalg.norm(field.flux, axis=1)
 

@@ -97,7 +97,7 @@ def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None
         axes.plot(*_at_steps(x, path.conductivity), "tab:red")
         return
     axes.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
-    axes.plot(x, 1e-6 * np.array(path.contact_pressure), "k", label="contact pressure P")
+    axes.plot(x, 1e-6 * np.array(path.contact_pressure), "k", label="total pressure P")
     axes.plot(x, p, "tab:blue", label="fluid pressure p, above ambient")
 
 
@@ -116,7 +116,7 @@ def _at_steps(x: np.ndarray, conductivity: Sequence[float | None]) -> tuple[np.n
 def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
     """Draw the net loads at which each patch leaks and is sealed, and that of the tightest place.
 
-    The place of the highest contact pressure has this net load when fluid of the inlet's pressure
+    The place of the highest total pressure has this net load when fluid of the inlet's pressure
     reaches it: by how much it exceeds the load from which on the patches are sealed is to spare.
     """
     tables = [patch.conductivity for patch in seal.patches if patch.conductivity is not None]

@@ -176,7 +176,7 @@ class PathRecord(Record):
 
     @classmethod
     def of(cls, path: PathFlow) -> "PathRecord":
-        """Record of about `POINTS` places of a path, with that of the highest contact pressure."""
+        """Record of about `POINTS` places of a path, with that of the highest total pressure."""
         last, highest = len(path.x) - 1, path.contact_pressure.argmax()
         kept = np.unique([*range(0, last, -(-len(path.x) // POINTS)), highest, last])
         return cls(**{name: tuple(getattr(path, name)[kept].tolist()) for name in cls.model_fields})

@@ -42,7 +42,7 @@ def _bare_name(name: str) -> str:
     not name files of other folders.
     """
     if name in ("", "..") or name != Path(name).name or "\0" in name:
-        raise ValueError("should be the name of a file in the folder")
+        raise ValueError("must be the name of a file in the folder")
     return name
 
 

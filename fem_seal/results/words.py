@@ -92,7 +92,7 @@ def first_sentence(result: Result) -> str:
     if head is None:
         text = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact"
         if result.state == "lifted off":
-            text = "lifted off, the fluid carries the whole load"
+            text = "lifted off, the fluid presses harder than the load"
     else:
         decision = judged.decision if judged else result.state
         parts = (f"{decision}: {head}", judged.comparison if judged else "")
@@ -112,7 +112,7 @@ def remarks(result: Result) -> list[str]:
         own = [e.sentence for e in budget if e.counted and e.key not in IN_BOUNDS]
         sentences += [sentence for sentence in own if sentence not in first]
     if result.state == "sealed" and any(entry.key == ONE_PATCH for entry in budget):
-        opens = "less load or more fluid pressure may open a path, and so may another piece of the"
+        opens = "less load or more fluid pressure may open a path, and so may another patch of the"
         opens += " face"
         if result.quantities is None or result.quantities.threshold is None:
             opens += "; the product threshold computes the load at which this patch begins to leak"
@@ -188,7 +188,7 @@ def sensitivity_words(by_input: dict[str, float]) -> str:
     """Derivatives of ln Q by ln of each input, the largest first."""
     ordered = sorted(by_input, key=lambda name: -abs(by_input[name]))
     parts = (f"{name} {in_digits(by_input[name], 2)}" for name in ordered)
-    return f"per cent of leak rate per per cent of input: {', '.join(parts)}"
+    return f"change of the leak rate in per cent, for 1 % more of each input: {', '.join(parts)}"
 
 
 def tensor_words(tensor: ConductivityTensor) -> str:
@@ -212,7 +212,7 @@ def gas_words(gas: GasRecord) -> str:
         slip = f"{gas.slip or 'first-order'} slip at the walls"
     path = f"mean free path {length_text(gas.mean_free_path)}"
     if gas.knudsen_number is not None:
-        path += f", Knudsen number {in_digits(gas.knudsen_number, 2)} at the tightest place"
+        path += f", Knudsen number {in_digits(gas.knudsen_number, 2)} at the critical constriction"
     return (
         f"volume {volume_conditions(gas.reference_temperature, gas.reference_pressure)}; "
         f"{in_digits(gas.mass_rate.value)} kg/s, {in_digits(gas.throughput.value)} Pa m^3/s, "
@@ -295,23 +295,25 @@ def lifted_words(seal: SealRecord) -> str:
     """Why a seal is lifted off, with both pressures."""
     P, inlet = max(seal.path.contact_pressure), seal.path.fluid_pressure[0]
     return (
-        f"lifted off: the contact pressure, at most {with_prefix(P, 'Pa')}, is nowhere above the "
+        f"lifted off: the total pressure, at most {with_prefix(P, 'Pa')}, is nowhere above the "
         f"fluid's at the inlet, {with_prefix(inlet, 'Pa')}; press harder"
     )
 
 
 def seal_words(seal: SealRecord) -> str:
-    """Number of the patches of a seal, net loads, and the part that seals."""
+    """Number of the patches of a seal, net loads, and the part that decides the leak rate."""
     if seal.leak_rate is None:
         return lifted_words(seal)
     rate = seal.leak_rate
     sealed = sum(patch.state == "sealed" for patch in seal.patches)
-    where = "along the path" if rate.upper == 0 else "along the part of the path that seals"
+    where, decided = "along the path", "sealed"
+    if rate.upper != 0:
+        where, decided = f"{where} where it decides the leak rate", "the leak rate is decided"
     made = (
         f"{number_of(seal.patches_along, 'patch')} {where}, {seal.patches_around} around the seal"
     )
     words = f"{made}, drawn from {number_of(len(seal.patches), 'realization')}, {sealed} sealed"
-    net = "(contact pressure less fluid pressure)"
+    net = "(total pressure less fluid pressure)"
     if len(seal.loads) == 1:
         words += f"; solved at a net load {net} of {with_prefix(seal.loads[0], 'Pa')}"
     elif seal.loads:
@@ -323,9 +325,9 @@ def seal_words(seal: SealRecord) -> str:
         length_text(x) for x in (seal.sealing.start, seal.sealing.middle, seal.sealing.end)
     )
     if start == end:
-        return f"{words}; seals where the contact pressure is highest, {start} behind the inlet"
+        return f"{words}; {decided} where the total pressure is highest, {start} behind the inlet"
     if (seal.sealing.start, seal.sealing.end) == seal.path.ends:
-        return f"{words}; seals on the whole path, {end}"
+        return f"{words}; {decided} on the whole path, {end}"
     begin = f"from {start}" if seal.sealing.start > 0 else "from the inlet"
-    words += f"; seals {begin} to {end} behind the inlet"
+    words += f"; {decided} {begin} to {end} behind the inlet"
     return words if rate.upper == 0 else f"{words}, half of it before {middle}"

@@ -90,8 +90,8 @@ def _load(scene: "Scene") -> Iterator[str]:
     if seal is not None and seal.own_load:
         if loads:
             yield (
-                f"seal.{seal.own_load} gives the contact pressure, and so does contact.{loads[0]}; "
-                "leave one of them out"
+                f"seal.{seal.own_load} gives the load, and so does contact.{loads[0]}; leave one "
+                "of them out"
             )
     elif not loads:
         yield f"contact: give exactly one of {', '.join(LOADS)}; got none"
@@ -138,8 +138,8 @@ def _seal(scene: "Scene") -> Iterator[str]:
     pressed = contact is not None and (contact.pressure or seal.own_load)
     if contact is not None and not (contact.is_elastic and pressed):
         yield (
-            "[seal] needs contact.pressure above 0, the mean contact pressure that solid and fluid "
-            "carry together, for an elastic contact (contact.model = 'gfmd')"
+            "[seal] needs contact.pressure above 0, the mean pressure that solid and fluid carry "
+            "together, for an elastic contact (contact.model = 'gfmd')"
         )
     if "rtol" in scene.flow.model_fields_set:
         yield "flow.rtol is of a single patch; leave it out with [seal], and set seal.rtol"

@@ -27,7 +27,7 @@ def tables_of(text: str, path: Path) -> dict[str, Any]:
     """Tables of the text of a TOML file; InvalidInput if it is not TOML."""
     lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
     if (dots := sum(line.count(".") for line in lines)) > MOST_DOTS:
-        raise _no_scene(path, f"{dots} dots outside comments; a scene has few")
+        raise _no_scene(path, f"it has {dots} dots outside comments, and {MOST_DOTS} are allowed")
     try:
         data = tomllib.loads(text)
         too_deep = _depth(data) > DEEPEST
@@ -36,7 +36,7 @@ def tables_of(text: str, path: Path) -> dict[str, Any]:
     except ValueError as error:  # of TOML, or of a number with thousands of digits
         raise _no_scene(path, f"{error}{_hint(text, str(error))}") from None
     if too_deep:
-        raise _no_scene(path, "it is nested too deeply")
+        raise _no_scene(path, f"over {DEEPEST} tables and lists are inside each other")
     return data
 
 

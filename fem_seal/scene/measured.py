@@ -44,7 +44,7 @@ def _missing(value: object) -> float | str:
     if isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
         return value
     if value != "none":
-        raise ValueError("should be a number as it stands in the file, or 'none'")
+        raise ValueError("must be a number as it stands in the file, or 'none'")
     return "none"
 
 
@@ -128,7 +128,7 @@ class FileSurface(FieldFile, SurfaceSection):
     def _contradictions(self) -> Iterator[str]:
         for name, (start, end) in zip("xy", self.crop or (), strict=False):
             if not start < end:
-                yield f"crop in {name} must end after {start:g} m, not {end:g}"
+                yield f"crop in {name} ends at {end:g} m, and must end above its start, {start:g} m"
         if is_changed(self, "max_missing") and not self.fill:
             yield "max_missing is the most that fill may fill; give both, or leave it out"
         if self.make_periodic and self.periodic:

@@ -54,17 +54,19 @@ def _sentence(error: "ErrorDetails", place: "_Place", root: type[BaseModel]) -> 
         case "model_type" | "model_attributes_type" if isinstance(given, BaseModel):
             return f"{place} is a {type(given).__name__}, which does not belong there"
         case "model_type" | "model_attributes_type":
-            return f"{place} = {given!r} should be a table of keys, [{place}]"
+            return f"{place} = {given!r} must be a table of keys, [{place}]"
         case "greater_than_equal":  # pydantic writes 1e-13 with thirteen decimals
-            return f"{place} = {given!r} should be greater than or equal to {error['ctx']['ge']:g}"
+            return f"{place} = {given!r} must be at least {error['ctx']['ge']:g}"
+        case "less_than_equal":
+            return f"{place} = {given!r} must be at most {error['ctx']['le']:g}"
         case "tuple_type":
-            return f"{place} = {given!r} should be a list in square brackets ({place.description})"
+            return f"{place} = {given!r} must be a list in square brackets ({place.description})"
         case "too_short":
             least = error["ctx"]["min_length"]
             return f"{place} = {given!r} is too short: give at least {number_of(least, 'value')}"
         case "value_error":
             return f"{place} = {given!r} {error['ctx']['error']}"
-    text = error["msg"].removeprefix("Input ").replace("Tuple should", "should")
+    text = error["msg"].removeprefix("Input ").removeprefix("Tuple ").replace("should", "must", 1)
     return f"{place} = {given!r} {text}"
 
 

@@ -33,7 +33,7 @@ def _profile(value: object, info: ValidationInfo) -> Any:
     if value in PROFILES:
         return value
     if isinstance(value, str) and not value.endswith((".csv", ".txt", ".dat")):
-        raise ValueError('should be "uniform", "hertz", or a .csv file with x and pressure')
+        raise ValueError('must be "uniform", "hertz", or a .csv file with x and pressure')
     return readable_file(value, info)
 
 
@@ -69,7 +69,10 @@ class Seal(Section):
         None, description="[along, across] the flow: patches are windows of a map many waves wide"
     )
     rtol: Number = Field(
-        0.2, ge=1e-6, description="largest (upper - lower) / sqrt(lower upper) of the seal"
+        0.2,
+        ge=1e-6,
+        description="largest (upper - lower) / sqrt(lower upper) of a seal of like patches, for "
+        "each patch",
     )
     max_loads: Count = Field(40, ge=4, description="most net loads of each patch")
     max_seconds: Seconds | None = Field(
@@ -88,7 +91,7 @@ class Seal(Section):
 
     @property
     def own_load(self) -> str | None:
-        """Name of the field that gives the contact pressure, in place of contact.pressure."""
+        """Name of the field that gives the load, in place of contact.pressure."""
         if self.table is not None:
             return "pressure_profile"
         names = ("maximum_pressure", "line_load")

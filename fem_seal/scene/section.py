@@ -30,7 +30,7 @@ else:
 
 
 def _plain_number(value: object) -> object:
-    plain_number(value, "should be a number")
+    plain_number(value, "must be a number")
     return value  # as it is given, for the message on a limit
 
 
@@ -42,7 +42,7 @@ def _whole_number(value: object) -> object:
 def readable_file(value: object, info: ValidationInfo) -> Path:
     """Existing file; relative paths count from the folder of the scene file."""
     if not isinstance(value, str | Path):
-        raise ValueError("should be the path of a file, in quotes")
+        raise ValueError("must be the path of a file, in quotes")
     folder = (info.context or {}).get("folder", Path())
     try:
         path = (folder / value).resolve()

@@ -62,11 +62,18 @@ class Flow(Section):
     )
     method: MethodName = Field("adaptive", description="how the mesh is refined, or no mesh at all")
     links: LinksName = Field(
-        "linear-gap", description="conductance between two pixels; of finite-difference only"
+        "linear-gap",
+        description="mean of g³ on a link between two samples; of finite-difference only",
     )
-    max_unknowns: Count | None = Field(None, description="stop with the best bounds so far")
-    max_seconds: Seconds | None = Field(None, description="stop with the best bounds so far")
-    max_memory: Bytes | None = Field(None, description="stop with the best bounds so far")
+    max_unknowns: Count | None = Field(
+        None, description="most unknowns of a flow, which then ends with its best bounds so far"
+    )
+    max_seconds: Seconds | None = Field(
+        None, description="longest time of a flow, which then ends with its best bounds so far"
+    )
+    max_memory: Bytes | None = Field(
+        None, description="most memory of one process; a flow then ends with its best bounds so far"
+    )
 
     def sides_of(self, gap_repeats: bool) -> Sides:
         """Sides of the film of a gap that repeats or does not."""
@@ -202,5 +209,5 @@ class Output(Section):
     @classmethod
     def _sort(cls, products: tuple[Product, ...]) -> tuple[Product, ...]:
         if len(set(products)) < len(products):
-            raise ValueError("should name each product once")
+            raise ValueError("must name each product once")
         return tuple(sorted(products))

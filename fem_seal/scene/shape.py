@@ -177,7 +177,10 @@ class PlateWithHoles(_Strip):
         yield from super()._contradictions()
         room = min(self.length / self.holes[0], self.width / self.holes[1])
         if 2 * self.radius >= room:
-            yield f"radius = {self.radius:g} m does not fit: the holes stand {room:g} m apart"
+            yield (
+                f"radius = {self.radius:g} m must be below {room / 2:g} m, as the centres of the "
+                f"holes are {room:g} m apart; take a smaller radius or fewer holes"
+            )
         yield from _too_long(self, "radius")
 
 

@@ -33,7 +33,7 @@ _UNITS = {"line_load": "N/m", "viscosity": "Pa s", "heights": None}
 def _tolerance(value: object, info: ValidationInfo) -> InputTolerance:
     """Read "10 %", or a number with a unit such as "0.01 MPa" where the input has one."""
     unit = _UNITS.get(info.field_name or "", "Pa")
-    expected = "should be a part such as '10 %'"
+    expected = "must be a part such as '10 %'"
     if unit is not None:
         expected += f" or an amount with a unit of {unit}"
     if not isinstance(value, str):
@@ -45,13 +45,13 @@ def _tolerance(value: object, info: ValidationInfo) -> InputTolerance:
         except ValueError:
             raise ValueError(expected) from None
         if not 0 < part < 1:
-            raise ValueError("should be above 0 % and below 100 %; leave out what you know exactly")
+            raise ValueError("must be above 0 % and below 100 %; leave out what you know exactly")
         return InputTolerance(value, part, is_part=True)
     if unit is None:
         raise ValueError(expected)
     amount = to_si(value, unit)
     if not amount > 0:
-        raise ValueError("should be above 0; leave out what you know exactly")
+        raise ValueError("must be above 0; leave out what you know exactly")
     return InputTolerance(value, amount, is_part=False)
 
 

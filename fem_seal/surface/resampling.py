@@ -17,7 +17,10 @@ def resample(field: GridField, shape: tuple[int, int]) -> GridField:
 
     require_grid_field(field, "surface")
     if not field.periodic:
-        raise InvalidInput("only a periodic surface can be resampled by its Fourier series")
+        raise InvalidInput(
+            "the surface is not periodic, and resample needs its Fourier series; periodic_cell "
+            "makes a periodic one of it"
+        )
     if len(shape) != 2 or not all(n == int(n) and n >= 1 for n in shape):
         raise InvalidInput(f"shape must be two positive numbers of samples, got {shape}")
     values = field.values

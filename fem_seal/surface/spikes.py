@@ -1,10 +1,10 @@
 """Single points of a measured map far from their neighbours: spikes of the instrument.
 
 The *roughness of a point* is its height above the median of the 5 by 5 points around it. A tilt, a
-step or the edge of a plateau leaves it 0. A point counts as an outlier if it is `FAR` times the
-map's own such roughness away from the median and from each neighbour, on the same side; so does a
-group of up to `LARGEST` such points. Corners, ridges and scratches have neighbours at their own
-height, or are longer.
+step or the edge of a plateau leaves it 0. A point counts as an outlier if its distance from the
+median and from each neighbour, on the same side, exceeds `FAR` times the spread σ of that roughness
+over the map; so does a group of up to `LARGEST` such points. Corners, ridges and scratches have
+neighbours at their own height, or are longer.
 
 No point of a Gaussian surface is so far away. An outlier on its own is also `FAR` of these units σ
 from the mean of its eight neighbours, a linear combination of Gaussian heights, whose standard

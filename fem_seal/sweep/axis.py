@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections import Counter
 from itertools import product
 from pathlib import Path
 from typing import TypeAlias
@@ -82,7 +83,10 @@ def read_points(path: str | Path) -> Points:
         )
     keys = tuple(".".join(parse_assignment(f"{key}=0")[0]) for key in head)
     if len(set(keys)) < len(keys) or not lines:
-        raise InvalidInput(f"{path} needs a head of different keys and a line for each point")
+        raise InvalidInput(
+            f"{path} needs a first line that names each field once, and a line for each point; it "
+            f"names {', '.join(keys)}, and {number_of(len(lines), 'line')} follow"
+        )
     for number, line in enumerate(lines, start=1):
         if len(line) != len(keys):
             raise InvalidInput(
@@ -90,6 +94,7 @@ def read_points(path: str | Path) -> Points:
                 f"{number_of(len(keys), 'field')}"
             )
     points = [tuple(cell.strip() for cell in line) for line in lines]
-    if len(set(points)) < len(points):
-        raise InvalidInput(f"{path} names a point twice")
+    point, times = Counter(points).most_common(1)[0]
+    if times > 1:
+        raise InvalidInput(f"{path} names the point ({', '.join(point)}) {times} times; keep one")
     return keys, points

@@ -2,14 +2,14 @@
 
 At magnification ζ only roughness of wavenumbers between q0, the smallest, and ζ q0 is resolved; q1
 is the largest wavenumber. C(q) is the isotropic spectrum, <h²> = 2π ∫ q C dq; E* the contact
-modulus; p0 the nominal pressure; A0 the nominal area. With
+modulus; P₀ the nominal pressure; A0 the nominal area. With
 
-    w(q, ζ) = (π ∫_{ζq0}^q q'³ C(q') dq')^(-1/2)    and    p(ζ) = p0 A0/A(ζ)
+    w(q, ζ) = (π ∫_{ζq0}^q q'³ C(q') dq')^(-1/2)    and    p(ζ) = P₀ A0/A(ζ)
 
 the contact area, the mean gap over the area in contact at ζ, the mean gap of the area that leaves
 contact between ζ and ζ + dζ, and the distribution of the gap are
 
-    A(ζ)/A0 = erf(w(ζ q0, 1) p0/E*),
+    A(ζ)/A0 = erf(w(ζ q0, 1) P₀/E*),
     ū(ζ) = √π ∫_{ζq0}^{q1} dq q² C w ∫_{p(ζ)}^∞ dp'/p' [γ + 3(1-γ) erf²(wp'/E*)] exp(-(wp'/E*)²),
     u1(ζ) = ū + ū' A/A' = d(A ū)/dA,
     P(u) = ∫ (-dA/A0) (2π s²)^(-1/2) {exp(-(u - u1)²/2s²) + exp(-(u + u1)²/2s²)}.
@@ -18,9 +18,9 @@ This area follows if the solid stores the energy of full contact at every magnif
 V(ζ) = π ∫ q³ C dq. Where contact is partial it stores less. In the area law "wang-mueser" V grows
 by
 
-    dV = S(A/A0) π q³ C dq,    S(a) = 5/9 - 2/9 a² + 2/3 a⁴,    A/A0 = erf(p0/(E* √V)),
+    dV = S(A/A0) π q³ C dq,    S(a) = 5/9 - 2/9 a² + 2/3 a⁴,    A/A0 = erf(P₀/(E* √V)),
 
-so that A E* h'rms/(p0 A0) tends to √(8/π)/√(5/9) = 2.14 at light load, √(8/π) = 1.60 with S = 1.
+so that A E* h'rms/(P₀ A0) tends to √(8/π)/√(5/9) = 2.14 at light load, √(8/π) = 1.60 with S = 1.
 
 Sources: contact area, B. N. J. Persson, J. Chem. Phys. 115, 3840 (2001), and A. Wang and M. H.
 Müser, Tribol. Lett. 65, 103 (2017); mean gap, C. Yang and B. N. J. Persson, J. Phys.: Condens.
@@ -82,7 +82,7 @@ class PerssonState:
 def _reduced_energy(half_slope: np.ndarray, strain: float) -> np.ndarray:
     """V with dV = S(A/A0) d(π ∫ q³ C dq).
 
-    In units of (p0/E*)² the area is erf(V^(-1/2)) for every spectrum, and ∫ dV/S is the same
+    In units of (P₀/E*)² the area is erf(V^(-1/2)) for every spectrum, and ∫ dV/S is the same
     function of V for all. That function is tabulated here and inverted. Below V = 0.01 contact is
     complete and S is 1; above 10⁶, S is S(0) to 10⁻⁶. Steps of 0.2 % are accurate to about 10⁻⁶.
     """
@@ -95,7 +95,7 @@ def _reduced_energy(half_slope: np.ndarray, strain: float) -> np.ndarray:
     return strain**2 * (np.interp(scaled, full, V) + beyond)
 
 
-# Functions from π ∫ q³ C dq and p0/E* to V, the elastic energy that determines the contact area.
+# Functions from π ∫ q³ C dq and P₀/E* to V, the elastic energy that determines the contact area.
 AREA_LAWS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
     "persson": lambda half_slope, strain: half_slope,
     "wang-mueser": _reduced_energy,
@@ -117,10 +117,10 @@ def persson_state(
     Parameters
     ----------
     pressure, contact_modulus
-        p0 and E* [Pa].
+        P₀ and E* [Pa].
     area
         "persson" or "wang-mueser": law of the contact area, see `AREA_LAWS`. The mean gap is that
-        of Yang and Persson with the pressure p0 A0/A of this law.
+        of Yang and Persson with the pressure P₀ A0/A of this law.
     """
     require_positive(pressure=pressure, contact_modulus=contact_modulus)
     edges = ladder(spectrum.wavenumbers, PER_OCTAVE * CELLS)
@@ -210,8 +210,9 @@ def _tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 # Bruggeman's integral over a normal distribution: its extent in widths s, and its points
-# z = z0 ± FINEST sinh v, with STEPS equal steps of v on either side of the gap u = 0. Near closing
-# the narrowest gaps decide: of points at equal distances 65 erred by a factor of 3, 257 by a tenth.
+# z = z0 ± FINEST sinh v, with STEPS equal steps of v on either side of the gap u = 0. The narrowest
+# gaps decide next to closing: of points at equal distances 65 erred by a factor of 3, 257 by a
+# tenth.
 SPREAD = 8.0
 FINEST = 1e-6
 STEPS = 100

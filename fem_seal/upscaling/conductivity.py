@@ -110,9 +110,17 @@ class ConductivityTable:
                 f"got {loads.size} loads, {lower.size} lower and {upper.size} upper bounds"
             )
         if not np.isfinite([loads, lower, upper]).all() or min(loads.min(), lower.min()) < 0:
-            raise InvalidInput("loads and conductivities must be finite numbers, not negative")
-        if (np.diff(loads) <= 0).any():
-            raise InvalidInput("the loads of a conductivity table must ascend")
+            raise InvalidInput(
+                "loads and conductivities of a table must be finite and >= 0; got loads from "
+                f"{loads.min():g} to {loads.max():g} Pa, conductivities from {lower.min():g} to "
+                f"{upper.max():g} m^3/(Pa s)"
+            )
+        if not (rises := np.diff(loads) > 0).all():
+            before, after = loads[np.argmin(rises) :][:2]
+            raise InvalidInput(
+                "the loads of a conductivity table must ascend, and "
+                f"{before:g} Pa stands before {after:g} Pa"
+            )
         if (lower > upper).any():
             at = loads[np.argmax(lower > upper)]
             raise InvalidInput(f"the bounds of the conductivity cross at a load of {at:g} Pa")

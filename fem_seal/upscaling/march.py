@@ -1,6 +1,6 @@
 """The leak rate at which the fluid's pressure meets those of both ends of the leak path.
 
-With a K that is a step function of the net load, and one contact pressure in each cell, the march
+With a K that is a step function of the net load, and one total pressure in each cell, the march
 solves dΦ/ds = -Q/K exactly from the outlet to the inlet (`seal_flow`): in each cell ∫K dΦ rises by
 Q Δs, and the cumulative sum of that integral over the steps of K gives the net load where it has
 done so. If Q is too large, the pressure reaches p_in before the inlet; if it is too small, the
@@ -36,7 +36,7 @@ def path_leak_rate(
 ) -> float:
     """Leak rate [m³/s] at which the fluid has the inlet's pressure at the inlet.
 
-    Each of n cells has a contact pressure P [Pa] and a length Δs.
+    Each of n cells has a total pressure P [Pa] and a length Δs.
     """
     net = pressure.max() - ends.inlet
     if net <= 0:
@@ -74,7 +74,7 @@ def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> 
     raise NotConverged(
         f"no leak rate gives the fluid the inlet's pressure at the inlet: at ln Q = "
         f"{log_rate - step:.6g} (Q in m^3/s) it still differs by {abs(reached):.3g} of the "
-        "pressure drop; check the pressures and the contact pressures along the leak path"
+        "pressure drop; check the pressures and the total pressures along the leak path"
     )
 
 
@@ -164,7 +164,7 @@ class March:
         return p, remaining
 
     def _integral(self, P: float, step: int) -> float:
-        """∫K dΦ at a contact pressure P [Pa] from the highest load down to a step."""
+        """∫K dΦ at a total pressure P [Pa] from the highest load down to a step."""
         if not self._ends.per_square:
             return self._areas[step]
         moved = (P + self._ends.offset) * self._areas[step] - self._moments[step]

@@ -75,7 +75,7 @@ def mosaic_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> np.n
 class PatchCount:
     """Number of patches of a seal."""
 
-    #: patches along the part of the leak path that seals, and around the seal; at least 1
+    #: patches along the part of the leak path that decides the leak rate, and around the seal
     along: int
     across: int
 

@@ -28,9 +28,9 @@ from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
 
 CELLS = 1000  # least number of cells of the leak path
-COARSE = 4  # one in so many of them is laid evenly, the others where the contact pressure matters
+COARSE = 4  # one in so many of them is laid evenly, the others where the total pressure matters
 PLACES = 8  # places in each cell at which the influence is computed
-# Parts of the influence before start, middle and end of the part that seals.
+# Parts of the influence before start, middle and end of the part that decides.
 INFLUENCE_BEFORE = (0.05, 0.5, 0.95)
 # Largest ln of the ratio of two conductivities; one of 0 counts as smaller by that ratio.
 MOST_FALL = 20.0
@@ -38,7 +38,7 @@ MOST_FALL = 20.0
 
 @dataclass(frozen=True)
 class SealingPart:
-    """The part of the leak path that seals."""
+    """The part of the leak path that decides the leak rate."""
 
     #: distances from the inlet [m]. Of the influence on the leak rate 5 % lie before the start,
     #: half before the middle, and 5 % behind the end. For a sealed seal: start and end of the part
@@ -73,7 +73,7 @@ class PathFlow:
 
     @property
     def sealing_length(self) -> float:
-        """Length [m] of the path that seals: 1/Σ influence²/Δx, at most the whole path."""
+        """Length [m] of the path that decides: 1/Σ influence²/Δx, at most the whole path."""
         return float(1 / np.sum(self.influence**2 / np.diff(self.x)))
 
     @property
@@ -96,7 +96,7 @@ class SealFlow(Bounded):
     #: pressures and conductivity along the path at the value. If sealed, no place has an influence;
     #: if lifted off, the fluid has the pressure of the inlet everywhere
     path: PathFlow | None = None
-    sealing: SealingPart | None = None  #: part of the path that seals; None if lifted off
+    sealing: SealingPart | None = None  #: part of the path that decides; None if lifted off
     table: ConductivityTable | None = None  #: conductivity of the patches; None if lifted off
     #: why the bounds do not meet a tolerance, and what to change; empty if they do
     reason: str = ""
@@ -112,7 +112,7 @@ def seal_flow(
 ) -> SealFlow:
     """Leak rate of a seal all of whose patches have the conductivity of a table.
 
-    The leak path has at least so many cells, finer where the contact pressure changes in a cell and
+    The leak path has at least so many cells, finer where the total pressure changes in a cell and
     matters. The bounds hold for any number.
     """
     require_count(cells=cells)
@@ -151,7 +151,7 @@ def seal_flow(
 
 @dataclass(frozen=True, eq=False)
 class _Cells:
-    """The leak path in n cells, each of one contact pressure."""
+    """The leak path in n cells, each of one total pressure."""
 
     profile: Profile
     path: LeakPath
@@ -161,7 +161,7 @@ class _Cells:
 
     @classmethod
     def of(cls, profile: Profile, path: LeakPath, x: np.ndarray) -> "_Cells":
-        """Cells with the contact pressure of their middle."""
+        """Cells with the total pressure of their middle."""
         return cls(profile, path, x, profile(0.5 * (x[:-1] + x[1:])), np.diff(path.resistance(x)))
 
     def flow(self, steps: ConductivitySteps, ends: EndPressures, rate: float) -> PathFlow:
@@ -177,7 +177,7 @@ class _Cells:
 
 
 def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:
-    """Flow of a seal whose contact pressure is nowhere above the pressure of the inlet."""
+    """Flow of a seal whose total pressure is nowhere above the pressure of the inlet."""
     x = _places(profile, ends, CELLS)
     none = np.zeros((len(x) - 1, 0))
     along = PathFlow(x, profile(x), np.full_like(x, ends.inlet), np.full_like(x, inf), none, none)
@@ -222,7 +222,7 @@ def _places(profile: Profile, ends: EndPressures, cells: int) -> np.ndarray:
 def _refined(along: PathFlow, cells: int) -> np.ndarray:
     """Ends [m] of cells that cut those of a flow into about `cells` parts more.
 
-    A cell in which the contact pressure changes by ΔP sets the bounds of ln Q apart by its
+    A cell in which the total pressure changes by ΔP sets the bounds of ln Q apart by its
     influence times |d ln K/dw| ΔP. The sum is least with parts in proportion to the root of that.
     """
     apart = np.sqrt(along.influence * np.abs(np.diff(along.contact_pressure)))

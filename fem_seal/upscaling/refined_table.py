@@ -61,7 +61,7 @@ def refined_flow(
     """
     if profile.highest <= ends.inlet:
         return lifted_off(profile, ends)
-    # Where the contact pressure is highest, and fluid at the inlet's pressure arrives, the net load
+    # Where the total pressure is highest, and fluid at the inlet's pressure arrives, the net load
     # is the decisive one. If it seals the patch, no fluid passes there.
     decisive = profile.highest - ends.inlet
     progress("whether it seals")

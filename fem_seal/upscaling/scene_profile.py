@@ -12,7 +12,7 @@ SAME_LENGTH = 1e-4
 
 
 def leak_path_of(scene: Scene, load_share: float = 1.0) -> tuple[Profile, LeakPath, EndPressures]:
-    """A part of the contact pressure along the leak path, the path, and the pressures at its ends.
+    """A part of the total pressure along the leak path, the path, and the pressures at its ends.
 
     The scene has a [seal].
     """

@@ -52,7 +52,7 @@ class SealLeak(LeakRate):
     lower: float = field()  # required, other than of a flow by finite differences
     upper: float = field()
     patches: tuple[SealFlow, ...]  #: leak rate of a seal of such patches, for each realization
-    count: PatchCount  #: patches along the part of the path that seals, and around the seal
+    count: PatchCount  #: patches along the part of the path that decides, and around the seal
     relative_scatter: float  #: standard deviation of the leak rate of such seals over its mean
     #: confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
     #: few realizations leak to estimate it

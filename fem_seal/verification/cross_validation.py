@@ -3,7 +3,7 @@
 A row is one method on one grid. Linear elements give three rows: both bounds and their geometric
 mean. Finite differences give a number; its change from the grid before is taken as its error band.
 The reference does not depend on finite differences: it is the exact leak rate where that is known,
-otherwise the narrowest certified bracket of the same gap.
+otherwise the narrowest guaranteed bracket of the same gap.
 """
 
 from collections.abc import Iterator, Sequence
@@ -67,7 +67,7 @@ class StudiedGap:
     #: by squares of each grid along the flow, twice those of the grid before: films, and how many
     #: times their spacing is halved
     grids: dict[int, tuple[tuple[GridFilm, ...], int]]
-    exact: float | None = None  #: leak rate; None: the narrowest certified bracket is the reference
+    exact: float | None = None  #: leak rate; None: the narrowest bracket is the reference
     order: float | None = SMOOTH_ORDER  #: expected of each bound
 
     @classmethod
@@ -91,7 +91,7 @@ def compare(
     work: Work | None = None,
     report: Report = silent,
 ) -> list[tuple[tuple[Row, ...], Bounded]] | None:
-    """Compare every method with the exact leak rate of a gap, or with its certified bracket.
+    """Compare every method with the exact leak rate of a gap, or with its guaranteed bracket.
 
     Beside an exact leak rate the verdict is "high", "low" or "exact". The bounds hold for the
     sampled gap: on a coarse grid both may lie on one side of the exact leak rate.
@@ -132,7 +132,7 @@ def _tasks(gap: StudiedGap, methods: Sequence[str]) -> list[tuple[int, StudyTask
 
 
 def _bracket(series: Series) -> Bounded:
-    """The narrowest certified bracket of all methods and grids."""
+    """The narrowest guaranteed bracket of all methods and grids."""
     answers = [answer for on_grids in series.values() for answer in on_grids.values()]
     lower = max(answer.lower for answer in answers if answer.lower is not None)
     upper = min(answer.upper for answer in answers if answer.upper is not None)
@@ -231,7 +231,7 @@ def _observed(coarse: float, fine: float, unsure: float) -> float | None:
 
 
 def judge(value: float, band: float | None, reference: Bounded) -> str:
-    """Compare a number and its error band with the certified bracket.
+    """Compare a number and its error band with the guaranteed bracket.
 
     "inside" the bracket; "agrees" if band and bracket overlap; "disagrees" if they do not: the
     method then underestimates its error; "outside" if the number lies outside the bracket and has

@@ -27,7 +27,7 @@ def cross_validation_figure(
 ) -> None:
     """Draw leak rates against the grid, and the magnitude of their errors against unknowns.
 
-    A certified reference is drawn as a band; errors below its half-width cannot be resolved.
+    A guaranteed reference is drawn as a band; errors below its half-width cannot be resolved.
     """
     from matplotlib.ticker import NullLocator, ScalarFormatter
 
@@ -48,7 +48,7 @@ def cross_validation_figure(
         floor = relative_half_width(reference.lower, reference.upper)
         if floor:
             bracket = reference.lower / reference.value, reference.upper / reference.value
-            rates.axhspan(*bracket, color=INSIDE, zorder=0, label="certified bracket")
+            rates.axhspan(*bracket, color=INSIDE, zorder=0, label="guaranteed bracket")
             errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
         rates.axhline(1, color="0.4", lw=0.8)
         rates.set_xscale("log", base=2)
@@ -93,9 +93,9 @@ def claims_figure(rows: Sequence[Row], path: Path, title: str) -> None:
         effectivity.set_title("Claimed errors of every method, gap and grid", fontsize=10)
         distance.axhspan(-1, 1, color=INSIDE, zorder=0)
         distance.axhline(0, color="0.4", lw=0.8)
-        distance.set(xscale="log", xlabel="certified leak rate [m³/s]")
+        distance.set(xscale="log", xlabel="guaranteed leak rate [m³/s]")
         distance.set_ylim(-1.1 * MOST_APART, 1.1 * MOST_APART)
-        distance.set_ylabel("(leak rate - certified) / (sum of both errors)")
+        distance.set_ylabel("(leak rate - guaranteed) / (sum of both errors)")
         distance.set_title(f"Grey: both agree; beyond ±{MOST_APART:g} at the rim", fontsize=10)
         figure.suptitle(_plain(title), fontsize=10)
         _legend_below(figure, effectivity)

@@ -1,6 +1,6 @@
 """Cost of accuracy: contact grids × flow methods × tolerances, error against time and memory.
 
-The error of a leak rate has two parts. The flow part is the half-width of the certified bracket,
+The error of a leak rate has two parts. The flow part is the half-width of the guaranteed bracket,
 or, for finite differences, the distance from the far end of the narrowest bracket of the same gap.
 The contact part is the discretization error of the contact. The same surface is solved under the
 same load on finer and finer grids; the distance of each leak rate from that on the finest grid, and

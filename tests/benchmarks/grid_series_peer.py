@@ -65,7 +65,7 @@ def rough_case(n: int, area: float, finest: int) -> None:
     show(f"elastic contact, A/A0 = {area:g}", rows, theirs, 0.005)
     loose = leak_rate(film, replace(settings, rtol=0.1))
     off = 100 * (loose.value / reference.value - 1)
-    print(f"adaptive, rtol 0.1: {off:+.2g} % with {loose.unknowns} unknowns, certified ±5 %")
+    print(f"adaptive, rtol 0.1: {off:+.2g} % with {loose.unknowns} unknowns, guaranteed ±5 %")
 
 
 def main() -> None:

@@ -2,9 +2,9 @@
 
     python tests/benchmarks/lift_cost.py [SAMPLES ...]     # 256 if left out
 
-Rough rubber as in demos/scenes/first.toml; three loads from open to near closing, the fluid at 5 to
-80 % of each. Prints a row for each scene and the geometric means. The memory is the largest of the
-process, libraries included (0.2 GB).
+Rough rubber as in demos/scenes/first.toml; three loads from open to next to closing, the fluid at 5
+to 80 % of each. Prints a row for each scene and the geometric means. The memory is the largest of
+the process, libraries included (0.2 GB).
 """
 
 import sys

@@ -64,7 +64,7 @@ class Outcome:
 
 
 def random_scene(number: int) -> Scene:
-    """Scene of a number: loads to near closing, fluid pressures to lift-off and beyond."""
+    """Scene of a number: loads up to closing, fluid pressures to lift-off and beyond."""
     rng = np.random.default_rng([SEED, number])
     n = int(rng.choice([48, 64, 128], p=[0.5, 0.4, 0.1]))
     size = 1e-4

@@ -97,7 +97,7 @@ def test_a_point_is_freed_with_its_last_name():
 
 
 def test_fewer_samples_that_alone_are_unstable_do_not_keep_the_steps_going(monkeypatch):
-    """λ is then that of more samples. README's scene on 512², 0.22 MPa, took all 20 steps."""
+    """λ is then that of more samples. first.toml on 512², 0.22 MPa, took all 20 steps."""
     monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", 1500)
     problem = problem_of(scene(1.2e5, 6e4, n=16).with_({"surface.shape": [64, 64]}))
     adjoint, samples = Linearised.adjoint, []

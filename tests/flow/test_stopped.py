@@ -34,7 +34,7 @@ def test_the_regularised_dual_never_becomes_a_bound(opening, representation, sid
     assert truth.converged
     assert truth.field is None
     for limits, words in (
-        (Limits(seconds=0.0), "0 s is used up"),
+        (Limits(seconds=0.0), "max_seconds = 0 s is used up"),
         (Limits(unknowns=40), "more than 40 unknowns"),
         (Limits(memory_bytes=1), "GB"),
     ):
@@ -86,10 +86,10 @@ def test_no_level_begins_that_would_exceed_a_limit(monkeypatch):
     machine is a limit in any case."""
     started, limits = time.perf_counter() - 50, Limits(seconds=100)
     assert not limits.why_exceeded(started, growth=2, last=20)
-    assert "longer than the limit of 100 s" in limits.why_exceeded(started, growth=2, last=30)
+    assert "longer than max_seconds = 100 s" in limits.why_exceeded(started, growth=2, last=30)
     assert "is used up" in Limits(seconds=40).why_exceeded(started)
     monkeypatch.setattr("fem_seal.limits.available_memory", lambda: 1000)
-    assert "more than there is" in Limits().why_exceeded(started)
+    assert "more than the" in Limits().why_exceeded(started)
 
 
 @pytest.mark.parametrize("ahead", [0, 4])

@@ -1,6 +1,6 @@
 """Entries that solve the patch under other loads count what the contact's grid errs there.
 
-Next to sealing it errs far more than at the load of the scene.
+Next to closing it errs far more than at the load of the scene.
 """
 
 from math import inf

@@ -32,10 +32,10 @@ def leak_at(load, flow=None):
 
 
 @pytest.mark.parametrize(("drop", "warned"), [(1.01e-3 * LOAD, True), (0.99e-3 * LOAD, False)])
-def test_caution_from_a_thousandth_of_the_contact_pressure(drop, warned):
+def test_caution_from_a_thousandth_of_the_load(drop, warned):
     result = solve(scene(flow={"pressure_drop": drop})).result()
     said = [text for label, text in summary_of(result) if label == "caution"]
-    assert any("0.001 times the contact pressure" in text for text in said) is warned
+    assert any("0.001 times the load" in text for text in said) is warned
     assert (entry(result) is not None) is warned
     # Without a limit nothing more is computed, and the leak rate is open upwards.
     assert "fluid pressure" not in result.seconds

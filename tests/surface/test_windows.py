@@ -109,7 +109,7 @@ def test_windows_only_where_they_keep_the_roughness(rolloff, tmp_path, here, cap
         return
     # The lowest rings hold few waves: their power scatters by a third, and the wavelength by half.
     assert float(printed.split()[0]) == pytest.approx(2.1 * rolloff, rel=0.3)
-    assert f"its longest wavelength, {printed}, is" in apart.sentence
+    assert f"the longest wavelength, {printed}, is" in apart.sentence
     assert f"of the longest wavelengths wide, {printed} each" in size.sentence
     del data["seal"]["window"]
     whole, map_size = scale_entries(Patch(Scene.from_mapping(data)), 1e-3)

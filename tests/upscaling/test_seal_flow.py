@@ -308,7 +308,7 @@ def test_bounds_that_scatter_are_widened_until_they_fall():
         (lambda: ConductivityTable([0, 1], [1], [1]), "as many lower and upper bounds as loads"),
         (lambda: ConductivityTable([1, 0], [1, 1], [1, 1]), "must ascend"),
         (lambda: ConductivityTable([0], [2], [1]), "cross at a load of 0 Pa"),
-        (lambda: ConductivityTable([-1], [1], [1]), "not negative"),
+        (lambda: ConductivityTable([-1], [1], [1]), "loads from -1 to -1 Pa"),
         (lambda: ConductivityTable([0, 1, 2], [3] * 3, [3] * 3, (None,)), "needs 2 enclosures"),
         (lambda: TabulatedProfile([0, 1], [1]), "2 places and 1 pressures"),
         (lambda: TabulatedProfile([0, 0], [1, 1]), "ascend"),

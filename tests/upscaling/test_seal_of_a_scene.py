@@ -168,7 +168,7 @@ def test_a_seal_next_to_lift_off_warns(pressure, near):
     warnings = [text for text in result.cautions if text.startswith("next to lift-off")]
     assert len(warnings) == near
     if near:
-        lost = float(re.search(r"([\d.]+) % less contact pressure", warnings[0])[1]) / 100
+        lost = float(re.search(r"([\d.]+) % less total pressure", warnings[0])[1]) / 100
         assert pressure * (1 - lost) == pytest.approx(5e4, rel=1e-3)  # two digits of 2 %
         assert dict(summary_of(result))["state"] == "leaking"
 
@@ -265,7 +265,7 @@ def test_table_with_units(text, tmp_path):
         ("Units: mm and MPa\nx, p\n0 1\n1 2\n", "units of both columns"),
         ("a\n0 1\n1 2\n", "units of both columns"),
         ("0 1\n0 2\n", "ascend, and 0 m stands before 0 m"),
-        ("0 nan\n1 2\n", "must be numbers"),
+        ("0 nan\n1 2\n", "must be finite"),
     ],
 )
 def test_bad_tables(tmp_path, text, words):
@@ -634,11 +634,11 @@ def test_a_sealed_seal_is_said_and_drawn_as_far_as_it_is_known(profile):
     assert (np.diff(p) <= 0).all()
     assert P.max() == pytest.approx(2e6 * (1 if profile == "uniform" else 4 / np.pi), rel=3e-6)
     (words,) = (text for label, text in summary_of(result) if label == "seal")
-    assert "net loads (contact pressure less fluid pressure) from " in words
+    assert "net loads (total pressure less fluid pressure) from " in words
     if profile == "hertz":
-        assert re.search(r"seals from \S+ \S+ to \S+ \S+ behind the inlet$", words)
+        assert re.search(r"; sealed from \S+ \S+ to \S+ \S+ behind the inlet$", words)
     else:
-        assert words.endswith("seals on the whole path, 100 um")
+        assert words.endswith("; sealed on the whole path, 100 um")
     figure = Figure()
     draw_seal(figure, seal)
     pressures, margins = figure.axes

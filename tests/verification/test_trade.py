@@ -198,7 +198,7 @@ def test_commands_write_what_they_say(gas_scene, tmp_path, capsys):
 
 
 def test_cross_validation_leaves_slip_out(gas_scene, tmp_path, capsys):
-    """Which `fem-seal run` counts; the certified bracket is that without slip. Sealed gaps go."""
+    """Which `fem-seal run` counts; the guaranteed bracket is that without slip. Sealed gaps go."""
     path, out = write_toml(tmp_path / "scene.toml", gas_scene), tmp_path / "cross"
     study = ["study", "cross-validation", str(path), "--grids", "1", "--set", "flow.lift=none"]
     study += ["--vary", "contact.pressure=0.1 MPa,5 MPa"]
@@ -214,7 +214,7 @@ def test_cross_validation_leaves_slip_out(gas_scene, tmp_path, capsys):
     assert max(len(line) for line in text.splitlines() if line != slip) <= 100
     assert text.count("sealed, where every method says 0") == 2
     plain = Patch(Scene.from_file(path, ["fluid.slip=false", "flow.lift=none"])).leak_rate
-    brackets = re.findall(r"certified: \[(.*), (.*)\]", text)
+    brackets = re.findall(r"guaranteed: \[(.*), (.*)\]", text)
     assert len(brackets) == 2
     for low, high in brackets:  # printed to 5 digits
         assert max(float(low), plain.lower) <= min(float(high), plain.upper) * (1 + 1e-4)
