@@ -225,7 +225,7 @@ class Patch:
         problem = lifting_problem(
             self.scene, self.load, self.flow_settings, self._pressed, self.report, self.comm
         )
-        # The start is the contact with the outlet's pressure everywhere: the dry contact if that
+        # One start is the contact with the outlet's pressure everywhere: the dry contact if that
         # pressure is the ambient one.
         dry = self.elastic_state if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
@@ -260,6 +260,7 @@ class Patch:
             return self.contact
         if not self.lifted_off:
             return self.lifted.contact
+        # No gap is that of the film then: area and mean gap of the result are those of first touch.
         arguments = self.scene, self._pressed, None, Load("pressure", 0.0)
         return parallel.on_root(lambda: elastic_contact(*arguments), self.comm)
 
@@ -334,6 +335,7 @@ class Patch:
                 leak = FLOWS[method](self.flow_settings, self.film, self.report, self.comm)
         if leak.field is None:
             return leak
+        # A gas is solved in a potential, in which the flow is linear; pictures show its pressure.
         critical = present(self.film.constriction, "constriction").gap
         pressure = pressure_of(leak.field.pressure, self.scene.drive, self.scene.slip, critical)
         return replace(leak, field=replace(leak.field, pressure=pressure))

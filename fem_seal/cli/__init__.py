@@ -88,7 +88,7 @@ COMMANDS = {
         "> scene.schema.json",
     ),
 }
-INTERRUPTED = 130
+INTERRUPTED = 130  # exit status of a program that Ctrl-C ends: 128 and the signal's number
 # What an interrupted command has finished, and need not do again.
 RESUMED = {"run": "patches of a [seal]", "sweep": "points", "study": "points"}
 

@@ -20,7 +20,7 @@ from fem_seal.grid import diagonal_rises
 from fem_seal.mesh.mesh import Edges, Halvings, Mesh
 
 DEPTH = 24  # bisection is possible down to 2^-24 pixels
-PIXEL = 1 << DEPTH
+PIXEL = 1 << DEPTH  # width of a pixel in the whole numbers that coordinates are
 
 
 class TooFine(NotConverged):

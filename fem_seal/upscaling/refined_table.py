@@ -29,7 +29,7 @@ from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.path_flow import MOST_FALL, SealFlow, lifted_off, seal_flow
 
 SEAL_TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
-MOST_LOADS = 40
+MOST_LOADS = 40  # 4 to 26 were solved (docs/measurements/seals.md)
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
 WIDTH = 0.22
 # Part of a table's error that net loads below its first load and above its last one may have.

@@ -41,6 +41,7 @@ from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.sweep.point import numbers_only
 
+# Samples of the contact over the scene's, and tolerances of the flow, of the runs.
 FACTORS = (0.25, 0.5, 1.0, 2.0)
 TOLERANCES = (0.3, 0.1, 0.03)
 # Columns of the tables on a terminal.
