@@ -46,15 +46,23 @@ def half_width_of(rtol: float) -> float:
 
 
 @dataclass(frozen=True)
-class Bounded:
-    """A number between two bounds."""
+class Estimate:
+    """The best estimate of a number, and its bounds where they are known."""
 
     value: float
-    lower: float
-    upper: float
+    lower: float | None = None
+    upper: float | None = None
 
     def __post_init__(self) -> None:
         require_enclosed(self.lower, self.upper, self.value)
+
+
+@dataclass(frozen=True)
+class Bounded(Estimate):
+    """A number between two bounds."""
+
+    lower: float = dataclasses.field()
+    upper: float = dataclasses.field()
 
 
 @dataclass(frozen=True)
@@ -137,23 +145,20 @@ class FlowField:
             raise Inconsistent(f"a flow of {n} points and {c} cells: {shapes}")
 
 
-@dataclass(frozen=True, eq=False)
-class LeakRate:
-    """Leak rate Q: volume per time through the gap, with bounds if the method has them.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LeakRate(Estimate):
+    """Leak rate Q [m³/s]: volume per time through the gap, with bounds if the method has them.
 
-    `str(leak)` is a sentence with value and bounds; `repr(leak)` omits levels and field. Bounds
-    that cross raise Inconsistent.
+    The value is the best estimate: √(lower upper), or the upper bound if the lower bound is 0. The
+    bounds, `slip_interval` included, are guaranteed (estimates of a seal), and None for finite
+    differences. A lower bound of 0 of a leaking gap means that no mesh so far was fine enough for a
+    stream function, not that Q may be 0. Bounds that cross raise Inconsistent.
+
+    `str(leak)` is a sentence with value and bounds; `repr(leak)` omits levels and field.
     """
 
     state: FlowState  #: "leaking", "sealed" or "lifted off"
     method: str  #: name of the method
-    #: best estimate [m^3/s]: √(lower upper), or the upper bound if the lower bound is 0
-    value: float
-    #: bounds [m^3/s], `slip_interval` included, guaranteed (estimates of a seal); None for finite
-    #: differences. A lower bound of 0 of a leaking gap means that no mesh so far was fine enough
-    #: for a stream function, not that Q may be 0
-    lower: float | None = None
-    upper: float | None = None
     unknowns: int = 0  #: unknowns of the last solve
     reason: str = ""  #: sentence on why it did not converge; empty if it did
     #: discrete flux of the pressure on the last mesh through inlet and outlet [m^3/s], equal up to
@@ -177,7 +182,7 @@ class LeakRate:
         require_known(get_args(FlowState), self.state, "state")
         if (self.lower is None) != (self.upper is None):
             raise Inconsistent(f"one bound without the other: {self.lower} and {self.upper} m^3/s")
-        require_enclosed(self.lower, self.upper, self.value)
+        super().__post_init__()
         least = self.range[0]
         if not least >= 0 or (self.state == "sealed" and self.value > 0):
             raise Inconsistent(f"{self.state}, and the leak rate is at least {least:.6e} m^3/s")

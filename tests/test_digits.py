@@ -100,10 +100,10 @@ def test_numbers_as_text(function, numbers, text):
 
 
 def test_text_of_a_leak_rate():
-    leak = LeakRate("leaking", "adaptive", 6.8667e-17, 6.7041e-17, 7.0334e-17)
+    leak = LeakRate(6.8667e-17, 6.7041e-17, 7.0334e-17, state="leaking", method="adaptive")
     assert str(leak) == "leaking: 6.87e-17 m^3/s, within [6.704e-17, 7.034e-17] (±2.4 %), flow only"
     assert str(LeakRate.sealed("adaptive")).startswith("sealed: 0 m^3/s")
-    ended = LeakRate("leaking", "uniform", 2.0, 1.0, 4.0, reason="max_unknowns")
+    ended = LeakRate(2.0, 1.0, 4.0, state="leaking", method="uniform", reason="max_unknowns")
     assert str(ended).endswith("; max_unknowns")
     assert rate_text(2.0, 0.0, 2.0, "ml/h") == "2 ml/h, within [0, 2] (±100 %)"
     assert rate_text(0.0, 0.0, 0.0, "ml/h") == "0 ml/h"
@@ -112,7 +112,7 @@ def test_text_of_a_leak_rate():
 
 def test_representation_leaves_the_arrays_out():
     """A notebook shows a leak rate as one line, without its meshes."""
-    assert "levels" not in repr(LeakRate("leaking", "adaptive", 1.0))
+    assert "levels" not in repr(LeakRate(1.0, state="leaking", method="adaptive"))
     field = GridField(np.linspace(-2e-6, 1e-6, 512 * 256).reshape(512, 256), (1e-6, 5e-7), True)
     shown = "GridField(512 x 256, -2e-06 to 1e-06, spacing=(1e-06, 5e-07), periodic=True)"
     assert repr(field) == shown

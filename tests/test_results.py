@@ -95,7 +95,7 @@ def test_an_answer_that_contradicts_itself_is_none(field):
         with pytest.raises(Inconsistent):
             replace(field, **change)
     with pytest.raises(Inconsistent):
-        LeakRate("sealed", "adaptive", 1.0)
+        LeakRate(1.0, state="sealed", method="adaptive")
     for value, lower, upper in ((1.5, 2.0, 1.0), (3.0, 1.0, 2.0), (1.0, np.nan, 2.0)):
         with pytest.raises(Inconsistent):
             SealFlow(value, lower, upper, "leaking")

@@ -1,31 +1,17 @@
 """The hydraulic aperture: the gap of the uniform film that leaks as much."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.optimize import brentq
 
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.fluid import Slip
-from fem_seal.leak_rate import LeakRate, require_enclosed
-
-
-@dataclass(frozen=True)
-class HydraulicAperture:
-    """Hydraulic aperture of a film."""
-
-    value: float  #: gap of the uniform film of the same leak rate [m]
-    lower: float | None  #: bounds of the gap [m]; None where the leak rate has none
-    upper: float | None
-
-    def __post_init__(self) -> None:
-        require_enclosed(self.lower, self.upper, self.value)
+from fem_seal.leak_rate import Estimate, LeakRate
 
 
 def hydraulic_aperture(
     leak: LeakRate, uniform: LeakRate, gap: float, slip: Slip | None = None
-) -> HydraulicAperture:
-    """Gap h of the uniform film in the same place that leaks as much: Q = Q₁ (h/h₁)³.
+) -> Estimate:
+    """Gap h [m] of the uniform film in the same place that leaks as much: Q = Q₁ (h/h₁)³.
 
     `leak` is Q, and `uniform` Q₁, that of a uniform gap h₁ [m] under the same pressures.
 
@@ -34,7 +20,7 @@ def hydraulic_aperture(
     their bounds give bounds of h.
     """
     lower, upper = uniform.bounds
-    return HydraulicAperture(
+    return Estimate(
         _gap_of(leak.value / uniform.value, gap, slip),
         None if leak.lower is None else _gap_of(leak.lower / upper, gap, slip),
         None if leak.upper is None else _gap_of(leak.upper / lower, gap, slip),
@@ -71,4 +57,4 @@ def uniform_rectangle(
     rate = Ly / Lx * film_conductivity(gap, viscosity) * pressure_drop
     if slip is not None:
         rate *= slip.mean_gain(gap)
-    return LeakRate("leaking", "closed form", rate, lower=rate, upper=rate)
+    return LeakRate(rate, rate, rate, state="leaking", method="closed form")

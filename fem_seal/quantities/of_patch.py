@@ -7,8 +7,9 @@ from typing import Any
 from fem_seal import parallel
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
+from fem_seal.leak_rate import Estimate
 from fem_seal.patch import Patch
-from fem_seal.quantities.aperture import HydraulicAperture, hydraulic_aperture, uniform_rectangle
+from fem_seal.quantities.aperture import hydraulic_aperture, uniform_rectangle
 from fem_seal.quantities.constriction import Constriction, constriction
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.scene_steps import FLOWS
@@ -21,7 +22,7 @@ class Quantities:
 
     constriction: Constriction | None = None  #: the critical one
     threshold: Threshold | None = None
-    hydraulic_aperture: HydraulicAperture | None = None
+    hydraulic_aperture: Estimate | None = None  #: [m]
     trapped_volume: float | None = None  #: of the pockets [m³]
     conductivity_tensor: ConductivityTensor | None = None  #: in all directions
     sensitivity: dict[str, float] | None = None  #: d ln Q/d ln of each input
@@ -57,7 +58,7 @@ def _constriction(patch: Patch) -> Constriction | None:
     return parallel.on_root(lambda: constriction(patch.film, field, potential), patch.comm)
 
 
-def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
+def _hydraulic_aperture(patch: Patch) -> Estimate:
     scene, film = patch.scene, patch.film
     if isinstance(film, GridFilm):
         gap, drop = 1.0, scene.drive.pressure_drop

@@ -243,7 +243,9 @@ def _of_schema_1(data: dict[str, Any]) -> dict[str, Any]:
     leak = result.leak_rate if result.seal is None else result.seal.leak_rate
     if leak is None:
         return data | {"schema": 2}
-    rate = LeakRate(result.state, result.method or "", leak.value, leak.lower, leak.upper)
+    rate = LeakRate(
+        leak.value, leak.lower, leak.upper, state=result.state, method=result.method or ""
+    )
     return data | {"schema": 2, "together": headline(rate, result.error_budget or (), result.shown)}
 
 

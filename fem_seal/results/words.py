@@ -30,8 +30,7 @@ from fem_seal.error_budget import (
 )
 from fem_seal.errors import present
 from fem_seal.fluid import volume_conditions
-from fem_seal.leak_rate import FlowState, rate_text
-from fem_seal.quantities.aperture import HydraulicAperture
+from fem_seal.leak_rate import Estimate, FlowState, rate_text
 from fem_seal.quantities.constriction import Constriction
 from fem_seal.quantities.headline import SI, ShownUnit
 from fem_seal.quantities.of_patch import Quantities
@@ -243,7 +242,7 @@ def threshold_words(threshold: Threshold) -> str:
     return f"seals between {with_prefix(low, 'Pa')} and {with_prefix(high, 'Pa')}, {areas}"
 
 
-def aperture_words(aperture: HydraulicAperture) -> str:
+def aperture_words(aperture: Estimate) -> str:
     """Hydraulic aperture with its bounds."""
     scale, unit = readable(aperture.value, "m")
     lower, upper = (None if b is None else b * scale for b in (aperture.lower, aperture.upper))

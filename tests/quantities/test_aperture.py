@@ -1,5 +1,7 @@
 """Hydraulic aperture: the cubic law read backwards."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from project import RING, leak_rate
@@ -8,9 +10,9 @@ from fem_seal.errors import Inconsistent
 from fem_seal.film import GridFilm
 from fem_seal.fluid import GasDrive
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import Estimate, LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.aperture import HydraulicAperture, hydraulic_aperture, uniform_rectangle
+from fem_seal.quantities.aperture import hydraulic_aperture, uniform_rectangle
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.scene import Scene
 
@@ -38,18 +40,19 @@ def test_layers_across_and_along():
 
 def test_bounds_of_both_leak_rates_widen_those_of_the_aperture():
     """h³ over that of the uniform film lies between the least and the largest ratio of the two."""
-    leak, uniform = LeakRate("leaking", "", 1.0, 0.5, 2.0), LeakRate("leaking", "", 1.0, 0.8, 1.25)
+    rate = partial(LeakRate, state="leaking", method="")
+    leak, uniform = rate(1.0, 0.5, 2.0), rate(1.0, 0.8, 1.25)
     found = hydraulic_aperture(leak, uniform, 3e-6)
     ends = 3e-6 * np.cbrt([0.5 / 1.25, 2 / 0.8])
     assert (found.lower, found.upper) == pytest.approx(ends, rel=1e-14)
     for crossed in ((1.0, 1.1, 2.0), (1.0, 0.5, 0.9), (np.nan, 0.5, 2.0)):
         with pytest.raises(Inconsistent):
-            HydraulicAperture(*crossed)
+            Estimate(*crossed)
 
 
 def test_without_bounds_and_sealed():
     film = GridFilm(GridField(np.ones((3, 3)), (1.0, 1.0)))
-    estimate = LeakRate("leaking", "finite-difference", 1 / 12)
+    estimate = LeakRate(1 / 12, state="leaking", method="finite-difference")
     found = aperture(estimate, film, 1.0, 1.0)
     assert (found.value, found.lower, found.upper) == (pytest.approx(1.0), None, None)
     sealed = aperture(LeakRate.sealed("adaptive"), film, 1.0, 1.0)

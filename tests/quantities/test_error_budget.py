@@ -1,6 +1,7 @@
 """The error budget: one list, counted by the verdict."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -20,7 +21,8 @@ from fem_seal.scene import Scene
 from fem_seal.slip_error import slip_entry_at
 from fem_seal.solved import solve
 
-LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)
+rate = partial(LeakRate, state="leaking", method="adaptive")
+LEAK = rate(2e-10, 1e-10, 4e-10, unknowns=1000)
 FLOW = flow_entry(LEAK)
 GRID = Uncertainty("contact_grid", "estimated", "a finer grid", 0.8, 1.25)
 SLIP = Uncertainty("slip", "not covered", "the gas slips", 1.0, None, caution=True)
@@ -58,11 +60,11 @@ def test_the_mesh_of_a_shape_is_not_covered(straight):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: LeakRate("leaking", "uniform", 2.0, 3.0, 1.0), "bounds cross"),
-        (lambda: LeakRate("leaking", "uniform", 2.0, -0.5, 3.0), "the leak rate is at least -5"),
-        (lambda: LeakRate("leaking", "uniform", 2.0, None, 3.0), "one bound without the other"),
-        (lambda: LeakRate("leaking", "uniform", np.nan), "nan is not between"),
-        (lambda: LeakRate("leaking", "uniform", 9.0, 1.0, 2.0), "is not between"),
+        (lambda: rate(2.0, 3.0, 1.0), "bounds cross"),
+        (lambda: rate(2.0, -0.5, 3.0), "the leak rate is at least -5"),
+        (lambda: rate(2.0, None, 3.0), "one bound without the other"),
+        (lambda: rate(np.nan), "nan is not between"),
+        (lambda: rate(9.0, 1.0, 2.0), "is not between"),
         (lambda: LevelRecord(9, 8, 3.0, 1.0), "bounds cross"),
         (lambda: Bounded(2.0, 3.0, 1.0), "bounds cross"),
         (lambda: Bounded(-2.0, -1.0, 1.0), "-2.0.* is not between"),

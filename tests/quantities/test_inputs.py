@@ -247,7 +247,9 @@ def test_shares_next_to_lift_off():
     What the drop changes is then the whole change between its ends.
     """
     about = scene(LIFTED, "tolerances.flow.pressure_drop=5 %")
-    closed, leak, opened = (LeakRate("leaking", "adaptive", rate) for rate in (1e-9, 2e-9, 8e-9))
+    closed, leak, opened = (
+        LeakRate(rate, state="leaking", method="") for rate in (1e-9, 2e-9, 8e-9)
+    )
     shares = input_shares(about, leak, closed, opened, 1 - TINY, Probe())
     assert shares["flow.pressure_drop"] == pytest.approx(log(8), rel=1e-12)
 
@@ -371,7 +373,7 @@ def test_shares_under_a_cylinder():
         return 3 * log(s) - 5 * log((w * E) ** 0.5 / (E * s)) - log((w / E) ** 0.5) - log(η)
 
     logs = 0.0, at(-1, *opens), at(1, *opens)
-    rates = (LeakRate("leaking", "adaptive", np.exp(rate)) for rate in logs)
+    rates = (LeakRate(np.exp(rate), state="leaking", method="adaptive") for rate in logs)
     shares = input_shares(under_cylinder("100 N/m", "5 mm", **known), *rates, 0.0, Probe())
     for name in opens:
         assert shares[name] == pytest.approx(at(1, name) - at(-1, name), rel=1e-12)
@@ -427,6 +429,6 @@ def test_shares_of_solids_that_only_touch():
     """Without a load the gap is as the heights, and the leak rate as their cube."""
     touching = scene(DRY, "contact.pressure=0", "tolerances.heights=5 %", KNOWN[3])
     values = 1.0, 0.95**3 / 1.03, 1.05**3 / 0.97
-    rates = (LeakRate("leaking", "adaptive", value) for value in values)
+    rates = (LeakRate(value, state="leaking", method="adaptive") for value in values)
     shares = input_shares(touching, *rates, 0.0, Probe())
     assert shares["heights"] == pytest.approx(3 * log(1.05 / 0.95), rel=1e-12)
