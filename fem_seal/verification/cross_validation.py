@@ -15,6 +15,7 @@ from typing import Any
 
 from fem_seal import __version__
 from fem_seal.arguments import choose
+from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.leak_rate import Bounded, middle_of, relative_half_width
@@ -70,6 +71,10 @@ class StudiedGap:
     exact: float | None = None  #: leak rate; None: the narrowest bracket is the reference
     order: float | None = SMOOTH_ORDER  #: expected of each bound
 
+    def __post_init__(self) -> None:
+        if any(film.sealed for films, _ in self.grids.values() for film in films):
+            raise InvalidInput("a gap is sealed: every method says 0, there is nothing to compare")
+
     @classmethod
     def of_film(cls, film: GridFilm, settings: FlowSettings, grids: int = 3) -> "StudiedGap":
         """A film that leaks; each further grid halves the spacing of the same gap."""
@@ -102,6 +107,8 @@ def compare(
     Returns the rows of each gap by method and grid, and their reference; None if some points are
     left to other parts of the study.
     """
+    if not {"uniform", "adaptive"}.intersection(methods) and any(gap.exact is None for gap in gaps):
+        raise InvalidInput("without an exact leak rate, methods must hold 'uniform' or 'adaptive'")
     tasks = [_tasks(gap, methods) for gap in gaps]
     every = [task for of_gap in tasks for _, task in of_gap]
     points = points_of(every, Answer, out, work, report)

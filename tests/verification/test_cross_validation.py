@@ -37,6 +37,17 @@ def on_film(film, setting, grids, methods=tuple(METHODS)):
     return compare([StudiedGap.of_film(film, setting, grids)], methods)[0]
 
 
+def test_what_cannot_be_compared_is_refused():
+    """A sealed gap has no relative errors; methods without bounds have no reference."""
+    values = GAP.values.copy()
+    values[5] = 0
+    film = GridFilm(GridField(values, GAP.spacing, GAP.periodic), sides="periodic")
+    with pytest.raises(InvalidInput, match="sealed"):
+        on_film(film, SETTING, 2)
+    with pytest.raises(InvalidInput, match="uniform"):
+        on_film(FILM, SETTING, 2, ("harmonic",))
+
+
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("shape", [(6, 8), (5, 7)])
 @pytest.mark.parametrize("periodic", [False, True])
