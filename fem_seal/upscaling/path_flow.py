@@ -131,7 +131,7 @@ def seal_flow(
             "pressure; the table needs a load there at which the patch leaks"
         )
     # A uniform profile is solved in one cell. Another one is solved twice: only a first flow tells
-    # where the contact pressure matters.
+    # where the total pressure matters.
     x = profile.nodes if is_uniform(profile) else _places(profile, ends, cells // COARSE)
     laid = _Cells.of(profile, path, x)
     value = path_leak_rate(table.interpolated, laid.pressure, laid.lengths, ends)
