@@ -60,17 +60,16 @@ def constriction(
 def _width_on_mesh(film: MeshFilm, position: tuple[float, float]) -> float | None:
     """Width of the channel at the critical constriction; see `channel_width`."""
     mesh, solid = film.mesh, film.values == 0
-    for name, edges in mesh.groups():
-        if name == "wall":
-            solid[np.unique(edges)] = True
+    walls = dict(mesh.groups())["wall"]
+    solid[walls] = True
     offsets = mesh.xy[solid] - position
     away = offsets[offsets.any(axis=1)]
-    if len(away) < len(offsets):
-        # The constriction lies on a wall: the other end of the channel lies ahead of it.
-        at_position = (mesh.xy == position).all(axis=1)
-        corners = mesh.xy[mesh.cells[at_position[mesh.cells].any(axis=1)]]
-        ahead = corners.mean(axis=(0, 1)) - position
-        away = np.concatenate([away, -BESIDE * ahead[None]])
+    touching = (mesh.xy[walls] == position).all(axis=2).any(axis=1)
+    if touching.any():
+        # The constriction lies on a wall, with the film on the left of its edges: the other end of
+        # the channel lies ahead of it, and at the inlet or the outlet not on the same wall.
+        x, y = np.diff(mesh.xy[walls[touching]], axis=1).sum(axis=(0, 1))
+        away = np.concatenate([away, BESIDE * np.array([[y, -x]])])
     ends = _both_sides(away)
     return None if ends is None else float(sum(ends))
 

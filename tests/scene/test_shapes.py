@@ -184,6 +184,17 @@ def test_constriction_and_verdict_of_a_shape():
     assert contact_words(solved.result()).startswith("0 % of the shape's area, mean gap 1 m")
 
 
+@pytest.mark.parametrize("kind", ["rectangle", "strip"])
+def test_a_channel_tightest_in_the_corner_of_an_end_and_a_wall(kind):
+    """Its other side is the other wall, exactly as far as the strip is wide, and not the next
+    vertex of the same wall."""
+    strip = {"kind": kind, "length": 4, "width": 1, "mesh_size": 0.1}
+    data = scene(strip | {"gap_expression": "2 - x / 4 - y / 8"}, products=("constriction",))
+    found = quantities(Patch(Scene.from_mapping(data))).constriction
+    assert (found.x, found.y, found.gap) == (4, 0, 1)
+    assert found.width == pytest.approx(1, rel=1e-6)
+
+
 def test_bolts_of_the_flange_lower_its_leak_rate():
     """Six islands in a ring that is cut open: less than without bolts, and about what few discs
     of the same area do to a plane (Maxwell), for they are far from one another and the rims.
