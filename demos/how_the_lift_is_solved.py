@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal import Scene
-from fem_seal.coupling import LiftedState, lifted
+from fem_seal.coupling import LiftedState, lifted_state
 from fem_seal.lifting import lifting_problem
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -47,7 +47,7 @@ def both(load: float, n: int) -> tuple[LiftedState, LiftedState]:
     surface = Patch(scene).surface
     problem = lifting_problem(scene, scene.load, scene.flow_settings, surface, silent)
     ends = problem.outlet, problem.largest_start
-    low, high = (lifted(problem, start=np.full(surface.shape, pressure)) for pressure in ends)
+    low, high = (lifted_state(problem, start=np.full(surface.shape, pressure)) for pressure in ends)
     return low, high
 
 

@@ -14,11 +14,11 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.state import log_ratio
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, MOST_LOG, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import log_ratio
 from fem_seal.lifting import lifting_problem
 from fem_seal.memory import available_memory
 from fem_seal.patch import Given, Patch, once

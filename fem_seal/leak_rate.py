@@ -3,7 +3,7 @@
 import dataclasses
 from dataclasses import dataclass
 from enum import IntEnum
-from math import asinh, inf, isclose, sqrt, tanh
+from math import asinh, inf, isclose, log, sqrt, tanh
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -20,6 +20,14 @@ def middle_of(lower: float, upper: float) -> float:
     """Geometric mean of two bounds; the upper bound if the lower one is 0."""
     # Avoid the product of the two, which may underflow. The mean of equal bounds is exact.
     return lower * sqrt(upper / lower) if lower > 0 else upper
+
+
+def log_ratio(one: float, other: float) -> float:
+    """|Δ ln Q|; 0 if both are sealed, infinite if only one is."""
+    low, high = sorted((one, other))
+    if low == high:
+        return 0.0
+    return log(high / low) if low > 0 else inf
 
 
 def relative_width(lower: float, upper: float) -> float:

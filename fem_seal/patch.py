@@ -219,7 +219,7 @@ class Patch:
         """Contact and flow in one equilibrium; None unless the scene resolves the lift."""
         if self.lift != "resolved":
             return None
-        from fem_seal.coupling import lifted
+        from fem_seal.coupling import lifted_state
         from fem_seal.lifting import lifting_problem
 
         problem = lifting_problem(
@@ -229,7 +229,7 @@ class Patch:
         # pressure is the ambient one.
         dry = self.elastic_state if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
-            return lifted(problem, dry=dry)
+            return lifted_state(problem, dry=dry)
 
     @cached_property
     def sensitivity(self) -> "Sensitivity | None":

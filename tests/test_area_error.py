@@ -14,9 +14,9 @@ from project import FIRST
 
 from fem_seal.area_error import AREA_SAFETY, WITHOUT_NETWORK, area_error
 from fem_seal.contact.settings import Load
-from fem_seal.coupling import lifted
-from fem_seal.coupling.state import log_ratio
+from fem_seal.coupling import lifted_state
 from fem_seal.grid_series import critical_gap
+from fem_seal.leak_rate import log_ratio
 from fem_seal.patch import Given, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
@@ -197,7 +197,7 @@ def test_two_ends_of_one_search():
     patch = Patch(random_scene(122))
     problem = problem_of(patch.scene, patch.surface)
     states = (
-        lifted(problem, dry=patch.contact),
+        lifted_state(problem, dry=patch.contact),
         from_pressure(problem, problem.inlet),
     )
     assert all(state.converged for state in states)

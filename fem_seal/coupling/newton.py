@@ -17,7 +17,8 @@ class Steps:
     """Where Newton's steps have led, and what they have met on their way."""
 
     point: LiftPoint  #: the last one
-    residuals: tuple[float, ...]  #: `LiftPoint.size` at the start of each step, and at the end
+    #: `LiftPoint.residual_size` at the start of each step, and at the end
+    residuals: tuple[float, ...]
     #: whether a step was halved, or an unstable state was left; steps then change ln Q by more than
     #: their first order says
     difficult: bool
@@ -44,10 +45,11 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
     the way from an unstable state |F| rises: at most six steps lead away from such states, the
     first whole, each later one half as long, lest they lead back and forth.
     """
-    residuals, difficult, left = [point.size], False, inf
+    residuals, difficult, left = [point.residual_size], False, inf
     away = iter(AWAY)
     while True:
-        point.problem.report("lift", f"{len(point.network.free)} nodes, residual {point.size:.1e}")
+        nodes = len(point.network.free)
+        point.problem.report("lift", f"{nodes} nodes, residual {residuals[-1]:.1e}")
         # GMRES may leave this part of what a step was to change to first order.
         if left <= tolerance and point.in_equilibrium(tolerance):
             return Steps(point, tuple(residuals), difficult, "")
@@ -62,19 +64,19 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
             other = point.after(step, fraction)
             if other is not None:
                 tried.append(other)
-                if other.size < point.size:
+                if other.residual_size < point.residual_size:
                     break
             difficult = True
         if not tried:
             break
-        point = min(tried, key=lambda other: other.size)
-        residuals.append(point.size)
+        point = min(tried, key=lambda other: other.residual_size)
+        residuals.append(point.residual_size)
     allowed = point.problem.allowed
     if left <= allowed and point.in_equilibrium(allowed):  # though not to a smaller tolerance
         return Steps(point, tuple(residuals), True, "")
     failure = (
-        f"Newton's steps have left {point.size:.1e} of the pressure drop, and the last one was to "
-        f"change the logarithm of the leak rate by {step.log_rate:.2g}"
+        f"Newton's steps have left {residuals[-1]:.1e} of the pressure drop, and the last one was "
+        f"to change the logarithm of the leak rate by {step.log_rate:.2g}"
     )
     return Steps(point, tuple(residuals), difficult, failure, lost=True)
 

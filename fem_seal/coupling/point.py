@@ -24,9 +24,10 @@ from fem_seal.contact.tangent import ContactTangent
 from fem_seal.coupling.krylov import LinearSolution
 from fem_seal.coupling.linearised import Linearised, summed_by_parts
 from fem_seal.coupling.problem import ROUNDING, LiftProblem
-from fem_seal.coupling.state import LARGEST_CHANGE, log_ratio
+from fem_seal.coupling.state import LARGEST_CHANGE
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
+from fem_seal.leak_rate import log_ratio
 from fem_seal.network.film_pressure import FilmPressure
 from fem_seal.network.network import MeshNetwork, Network
 
@@ -94,7 +95,7 @@ class LiftPoint:
         return 0.0
 
     @cached_property
-    def size(self) -> float:
+    def residual_size(self) -> float:
         """Root mean square of F, with the load that is lacking, over the pressure drop."""
         of_flow, problem = float(np.sqrt(np.mean(self.residual**2))), self.problem
         return float(np.hypot(of_flow, self.lacking)) / (problem.inlet - problem.outlet)
@@ -205,16 +206,16 @@ class LiftPoint:
 
         It is λ·F of the other point; infinite if λ is not known.
         """
-        return self._log_rate_moved(other, other.residual)
+        return self._log_rate_by(other, other.residual)
 
     def log_rate_change_to(self, other: "LiftPoint") -> float:
         """Change of ln Q from the flow of this point to that of another, as of `log_rate_error`."""
         stride = other.problem.stride(self.residual)
         moved = other.residual.copy()
         moved[::stride, ::stride] -= self.residual
-        return self._log_rate_moved(other, moved)
+        return self._log_rate_by(other, moved)
 
-    def _log_rate_moved(self, other: "LiftPoint", pressure: np.ndarray) -> float:
+    def _log_rate_by(self, other: "LiftPoint", pressure: np.ndarray) -> float:
         """Change of ln Q by a pressure on the samples of another point."""
         here = other.problem is self.problem
         if not (self._adjoint.converged and (here or self.conducts_like(other))):
@@ -315,9 +316,13 @@ class FloatingPoint(LiftPoint):
         """Whether a solid a little higher would rise on, or contact and flow leave this state."""
         return self.step.unstable
 
-    def _log_rate_moved(self, other: LiftPoint, pressure: np.ndarray) -> float:
-        """What the first step of the other point changes, with what this one's steps have left."""
+    def log_rate_error(self, other: LiftPoint) -> float:
+        """What the first step of the other point changes: the separation is an unknown as well."""
         return other.step.log_rate
+
+    def log_rate_change_to(self, other: LiftPoint) -> float:
+        """The same, with what the steps of this point have left."""
+        return self.log_rate_error(other)
 
     @cached_property
     def step(self) -> NewtonStep:

@@ -18,17 +18,18 @@ from fem_seal.coupling.newton import Steps, newton
 from fem_seal.coupling.point import FloatingPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.stages import first_stage, further_stages
-from fem_seal.coupling.state import LiftedState, log_ratio
+from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import log_ratio
 from fem_seal.network.network import Network
 
 MOST_ERROR = log(float_info.max)  # of ln Q, whose exponential is finite
 FINER = "compare a finer grid of the contact"
 
 
-def lifted(
+def lifted_state(
     problem: LiftProblem, *, dry: ContactState | None = None, start: np.ndarray | None = None
 ) -> LiftedState:
     """Solve contact and flow together, to the tolerance of the flow.
@@ -51,6 +52,7 @@ def lifted(
             f"{problem.load:g} Pa; begin with less"
         )
     uniform = problem.uniform_pressure
+    # A uniform film carries as much however thick it is: such a load is lifted for ever.
     if problem.load is not None and problem.load <= uniform.mean():
         return LiftedState(problem.field(uniform))
 
@@ -59,6 +61,7 @@ def lifted(
             return _from_both_ends(problem, dry)
         return [_end_of(further_stages(problem, first_stage(problem, start)))]
 
+    # One process searches with the threads of all; the flow is shared by all.
     ends = parallel.on_root(search, problem.comm)
     states = [_completed(problem, end) for end in ends]
     if len(states) == 1:
@@ -137,52 +140,63 @@ def _may_be_another(problem: LiftProblem, steps: Steps, dry: ContactState) -> bo
 
 def _completed(problem: LiftProblem, end: _End) -> LiftedState:
     """The state of an end, its leak rate to the result's tolerance, and the range of leak rates."""
-    change, error, allowed, steps = end.change, end.error, problem.allowed, len(end.residuals) - 1
-    leak = problem.flow(problem.film(end.contact.gap), min(error, allowed))
-    sealed = leak.state == "sealed"
-    known = sealed or (leak.value > 0 and error <= MOST_ERROR)
-    opened_gap = 0.0
-    if sealed:
-        change = error = lowest = highest = 0.0
-        reason = ""
-        if end.opened is not None:
-            lifts_off = problem.solid_load(problem.highest_pressure(end.contact)) <= 0
-            highest = inf if lifts_off else problem.flow(end.opened, 0.0).range[1]
-            opened_gap = 0.0 if lifts_off else present(end.opened.constriction, "constriction").gap
-        elif end.failure and not problem.never_opens:
-            highest, known = inf, False
-        if end.failure and highest:
-            reason = f"contact and flow have not settled: {end.failure}"
-        elif highest == inf:
-            reason = (
-                f"the film is sealed after {steps} of Newton's steps, but more fluid pressure "
-                "under the contact would lift it off"
-            )
-    else:
-        lowest = leak.value * exp(-error)
-        highest = leak.value * exp(error) if known else inf
-        reason = _why_not_settled(end, allowed, known=known)
-    if reason:
-        low = "0 (sealed)" if sealed else f"{lowest:.3g}"
-        high = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
-        rates = "the leak rate may have any value"
-        if known:
-            rates = f"with this error alone the leak rate lies between {low} and {high}"
-        reason += f": {rates}; {FINER}"
-    return LiftedState(
+    leak = problem.flow(problem.film(end.contact.gap), min(end.error, problem.allowed))
+    state = LiftedState(
         fluid_pressure=end.fluid_pressure,
         contact=end.contact,
         leak_rate=leak,
-        steps=steps,
-        change=change,
-        error=error,
-        lowest=lowest,
-        highest=highest,
-        opened_gap=opened_gap,
+        steps=len(end.residuals) - 1,
+        lowest=leak.value,
+        highest=leak.value,
         residuals=end.residuals,
         network=end.network,
-        reason=reason,
     )
+    if leak.state == "sealed":
+        return _of_sealed(problem, end, state)
+    return _of_leaking(end, state, leak.value, problem.allowed)
+
+
+def _of_leaking(end: _End, state: LiftedState, rate: float, allowed: float) -> LiftedState:
+    """The state of an end that leaks at a rate [m³/s]: its range is what the error leaves."""
+    known = rate > 0 and end.error <= MOST_ERROR
+    lowest, highest = rate * exp(-end.error), rate * exp(end.error) if known else inf
+    reason = _why_not_settled(end, allowed, known=known)
+    if reason:
+        reason = _with_range(reason, f"{lowest:.3g}", highest, known=known)
+    return replace(
+        state, change=end.change, error=end.error, lowest=lowest, highest=highest, reason=reason
+    )
+
+
+def _of_sealed(problem: LiftProblem, end: _End, state: LiftedState) -> LiftedState:
+    """The state of a sealed end: its range ends at what the most fluid pressure would open."""
+    failure = end.failure and f"contact and flow have not settled: {end.failure}"
+    if end.opened is None:
+        if not failure or problem.never_opens:
+            return state
+        # Newton's steps may have missed an equilibrium that leaks, and nothing tells how much.
+        reason = _with_range(failure, "0 (sealed)", inf, known=False)
+        return replace(state, highest=inf, reason=reason)
+    if problem.solid_load(problem.highest_pressure(end.contact)) > 0:
+        highest = problem.flow(end.opened, 0.0).range[1]
+        opened_gap = present(end.opened.constriction, "constriction").gap
+        reason = failure if highest else ""
+    else:
+        highest, opened_gap = inf, 0.0
+        reason = failure or (
+            f"the film is sealed after {state.steps} of Newton's steps, but more fluid pressure "
+            "under the contact would lift it off"
+        )
+    if reason:
+        reason = _with_range(reason, "0 (sealed)", highest)
+    return replace(state, highest=highest, opened_gap=opened_gap, reason=reason)
+
+
+def _with_range(reason: str, lowest: str, highest: float, *, known: bool = True) -> str:
+    """Why a state has not settled, with the leak rates [m³/s] that this leaves."""
+    most = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
+    rates = f"with this error alone the leak rate lies between {lowest} and {most}"
+    return f"{reason}: {rates if known else 'the leak rate may have any value'}; {FINER}"
 
 
 def _why_not_settled(end: _End, allowed: float, *, known: bool) -> str:
@@ -207,6 +221,7 @@ def _merged(first: LiftedState, second: LiftedState, *, in_equilibrium: bool) ->
     """
     leaks = [present(state.leak_rate, "leak rate") for state in (first, second)]
     apart = log_ratio(*(leak.value for leak in leaks))
+    # What the states claim of ln Q is beside the bounds of their flows.
     widths = [log_ratio(*leak.bounds) for leak in leaks if leak.lower]
     shown = first if first.converged and not second.converged else second
     both = replace(shown, steps=first.steps + second.steps)

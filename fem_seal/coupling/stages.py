@@ -16,8 +16,8 @@ from fem_seal.contact.state import ContactState
 from fem_seal.coupling.newton import Steps, equilibrium
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import log_ratio
 from fem_seal.digits import number_of
+from fem_seal.leak_rate import log_ratio
 from fem_seal.network.network import MeshNetwork
 
 MOST_STAGES = 10  # after the first one
@@ -76,7 +76,7 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
         if search.grown == MOST_GROWN and search.error > problem.allowed:
             return search.ended("each finer network changes the leak rate more than the one before")
         if search.accepts(start):
-            accepted = Steps(start, (start.size,), False, "")
+            accepted = Steps(start, (start.residual_size,), False, "")
             search = replace(search, steps=accepted.after(search.steps))
             if start.problem is problem:
                 return search.ended()

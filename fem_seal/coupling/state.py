@@ -1,7 +1,7 @@
 """The equilibrium of contact and flow, and its estimated error."""
 
 from dataclasses import dataclass
-from math import inf, log
+from math import inf
 
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import Inconsistent
@@ -71,11 +71,3 @@ class LiftedState:
     def floats(self) -> bool:
         """Whether the solid rests on the fluid alone, without contact."""
         return self.contact is not None and not self.contact.contact.any()
-
-
-def log_ratio(one: float, other: float) -> float:
-    """|Δ ln Q|; 0 if both are sealed, infinite if only one is."""
-    low, high = sorted((one, other))
-    if low == high:
-        return 0.0
-    return log(high / low) if low > 0 else inf

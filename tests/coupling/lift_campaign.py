@@ -25,9 +25,9 @@ from lifted_scenes import E_STAR, from_pressure, problem_of
 from lifted_scenes import scene as rubber
 
 from fem_seal.area_error import area_error
-from fem_seal.coupling import LiftedState, lifted
-from fem_seal.coupling.state import log_ratio
+from fem_seal.coupling import LiftedState, lifted_state
 from fem_seal.errors import NotConverged
+from fem_seal.leak_rate import log_ratio
 from fem_seal.patch import Given, Patch
 from fem_seal.points import Chain, PointFolder, StudyTask, Work, compute_points
 from fem_seal.quantities.lift import lift_range
@@ -106,7 +106,7 @@ def outcome(number: int) -> Outcome:
     patch = Patch(scene)
     problem = problem_of(scene, patch.surface)
     try:
-        state = lifted(problem, dry=patch.contact)
+        state = lifted_state(problem, dry=patch.contact)
     except NotConverged as error:
         return Outcome("failed", False, str(error), process_time() - start)
     seconds = process_time() - start
@@ -122,7 +122,7 @@ def outcome(number: int) -> Outcome:
         tight = {"flow.rtol": RTOL / 10}
         if scene.flow.method != "finite-difference":
             tight["flow.max_unknowns"] = 10 * scene.flow.max_unknowns
-        finer = lifted(problem_of(scene.with_(tight), patch.surface))
+        finer = lifted_state(problem_of(scene.with_(tight), patch.surface))
         if finer.state != "lifted off" and not finer.is_range:
             checks["exact"] = apart(state.leak_rate.value, finer.leak_rate.value)
         if problem.load is None or problem.load > 1.01 * problem.inlet:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fem_seal.coupling import lifted
+from fem_seal.coupling import lifted_state
 from fem_seal.lifting import lifting_problem
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -42,4 +42,4 @@ def problem_of(scene, surface=None):
 
 def from_pressure(problem, pressure):
     """The state from a uniform fluid pressure."""
-    return lifted(problem, start=np.full(problem.height.shape, pressure))
+    return lifted_state(problem, start=np.full(problem.height.shape, pressure))

@@ -9,7 +9,7 @@ from lifted_scenes import problem_of, scene
 from scipy.optimize import brentq
 
 import fem_seal as fs
-from fem_seal.coupling import lifted
+from fem_seal.coupling import lifted_state
 from fem_seal.coupling.krylov import gmres
 from fem_seal.coupling.linearised import Linearised
 from fem_seal.coupling.newton import newton
@@ -89,7 +89,7 @@ def test_a_solid_that_floats_too_high_or_too_low_comes_to_its_separation():
     Gaps a tenth higher change ln Q by 3 ln 1.1 = 0.29, far beyond the tolerance of 0.01.
     """
     problem = problem_of(scene(5.25e4, rtol=0.02))
-    state = lifted(problem)
+    state = lifted_state(problem)
     pressure, gap = state.fluid_pressure.values, state.contact.gap.values
     separation = float((gap + problem.height.values - problem.displacement(pressure)).mean())
     for rise in (0.9, 1.2):

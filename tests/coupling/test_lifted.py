@@ -8,7 +8,7 @@ from lifted_scenes import E_STAR, from_pressure, problem_of, scene
 from scipy import sparse
 
 from fem_seal.contact import ElasticSolid, Load, press
-from fem_seal.coupling import lifted
+from fem_seal.coupling import lifted_state
 from fem_seal.errors import Inconsistent, InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.network.film_pressure import eliminated
@@ -95,7 +95,7 @@ def test_what_cannot_be_solved_is_refused():
 
 
 def test_a_leak_rate_outside_its_range_is_refused():
-    state = lifted(problem_of(scene(inlet=1e4, n=16)))
+    state = lifted_state(problem_of(scene(inlet=1e4, n=16)))
     with pytest.raises(Inconsistent):
         replace(state, highest=0.0)
 
@@ -244,14 +244,14 @@ def test_two_equilibria_are_both_reported(load, place, depth):
     highest leak rate is at most 3 % above the value, and two values differ by at most 5 %.
     """
     problem, x = gate_and_chamber(load, place, depth)
-    state = lifted(problem)
+    state = lifted_state(problem)
     assert not state.converged
     assert "two equilibria" in state.reason
     assert state.lowest == 0.0
     assert state.highest == pytest.approx(state.leak_rate.value, rel=0.03)
     for share in (0.2, 0.5, 0.8):
         start = problem.largest_start * np.where(x < place, 1.0, np.where(x < 0.75, share, 0.0))
-        found = lifted(problem, start=np.repeat(start, 32, axis=1))
+        found = lifted_state(problem, start=np.repeat(start, 32, axis=1))
         leaks = found.leak_rate.state == "leaking"
         assert found.leak_rate.value == pytest.approx(leaks * state.leak_rate.value, rel=0.05)
 
@@ -271,6 +271,6 @@ def test_a_flat_counter_face(load, others):
     """
     n = 16
     surface = GridField(np.zeros((n, n)), (1e-4 / n, 1e-4 / n), True)
-    state = lifted(problem_of(scene(load, n=n, **others), surface))
+    state = lifted_state(problem_of(scene(load, n=n, **others), surface))
     assert state.contact.mean_pressure + state.fluid_load == pytest.approx(load, rel=1e-9)
     assert (state.state == "sealed") == (load > 1e5)

@@ -13,11 +13,11 @@ from project import FIRST
 
 import fem_seal as fs
 from fem_seal.accuracy import flow_log_error
-from fem_seal.coupling import lifted, search, stages
+from fem_seal.coupling import lifted_state, search, stages
 from fem_seal.coupling.newton import equilibrium, newton
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.search import _merged
-from fem_seal.coupling.state import log_ratio
+from fem_seal.leak_rate import log_ratio
 from fem_seal.network.network import MeshNetwork
 
 
@@ -60,7 +60,7 @@ def test_a_channel_that_coarse_networks_miss():
         pressure = steps.point.pressure
     assert not steps.failure
     assert not steps.point.sealed
-    assert lifted(problem).state == "leaking"
+    assert lifted_state(problem).state == "leaking"
 
 
 SEALED_AT_LAST = {"n": 16, "load": 5e5, "inlet": 3e5, "seed": 2}
@@ -163,7 +163,7 @@ def test_how_far_the_second_start_goes(
     monkeypatch.setattr(search, "first_stage", begun)
     monkeypatch.setattr(search, "further_stages", gone_on)
     steps_of_stages(lambda *_: {"lost": lost})
-    lifted(problem_of(scene(*pressures, n=16)))
+    lifted_state(problem_of(scene(*pressures, n=16)))
     assert (begun.call_count, gone_on.call_count) == (first, further)
 
 
@@ -178,7 +178,7 @@ def test_a_thinned_problem_leads_to_the_same_state(monkeypatch):
         monkeypatch.setattr(import_module("fem_seal.coupling.problem"), "FIRST_NODES", nodes)
         problem = problem_of(fine)
         press = Mock(wraps=problem.press)
-        states.append(lifted(replace(problem, press=press)))
+        states.append(lifted_state(replace(problem, press=press)))
         shapes = [heights.shape for (heights, *_), _ in press.call_args_list]
         contacts.append(shapes.count((64, 64)))
     every, thinned = states
@@ -210,7 +210,7 @@ NEXT_TO_CLOSING = ["surface.shape=[128, 128]", "surface.seed=3", "contact.pressu
 def test_both_starts_come_to_one_state(made, settled):
     """From the outlet's, from the inlet's and from both pressures: the same to what is claimed."""
     problem = problem_of(made())
-    whole = lifted(problem)
+    whole = lifted_state(problem)
     assert whole.converged
     low, high = (from_pressure(problem, end) for end in (problem.outlet, problem.inlet))
     assert low.converged + high.converged >= settled
@@ -226,7 +226,7 @@ def test_a_loose_tolerance_claims_what_the_first_order_tells():
     """
     problem = problem_of(scene(2.2e5, n=64))
     loose, tight = (
-        lifted(replace(problem, settings=replace(problem.settings, rtol=rtol)))
+        lifted_state(replace(problem, settings=replace(problem.settings, rtol=rtol)))
         for rtol in (1.0, 0.05)
     )
     assert loose.converged
@@ -242,7 +242,7 @@ def test_pixels_that_meet_in_corners():
     Halved once a stage, as the others are, they kept ten networks from settling.
     """
     loose, tight = (
-        lifted(problem_of(scene(3e5, 1.2e5, 16, 21, representation="constant", rtol=rtol)))
+        lifted_state(problem_of(scene(3e5, 1.2e5, 16, 21, representation="constant", rtol=rtol)))
         for rtol in (0.05, 0.02)
     )
     assert loose.converged
@@ -258,7 +258,7 @@ def test_the_least_epsilon(load):
     claimed. Each state lies within the claims of both, settled or not.
     """
     loose, tight = (
-        lifted(problem_of(scene(load, method="finite-difference", rtol=rtol)))
+        lifted_state(problem_of(scene(load, method="finite-difference", rtol=rtol)))
         for rtol in (1e-3, 1e-4)
     )
     assert log_ratio(loose.leak_rate.value, tight.leak_rate.value) <= loose.error + tight.error
@@ -267,7 +267,7 @@ def test_the_least_epsilon(load):
 
 def test_two_sealed_films_keep_the_range_of_either():
     """What opens the film of one start may open that of the other."""
-    sealed = lifted(problem_of(scene(3e5, n=16)))
+    sealed = lifted_state(problem_of(scene(3e5, n=16)))
     assert sealed.state == "sealed"
     for highest in ((1e-18, 0.0), (0.0, 1e-18)):
         both = _merged(*(replace(sealed, highest=h) for h in highest), in_equilibrium=True)

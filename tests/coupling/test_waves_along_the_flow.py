@@ -12,7 +12,7 @@ import pytest
 from known_answers import Wave
 from lifted_scenes import E_STAR, problem_of, scene
 
-from fem_seal.coupling import lifted
+from fem_seal.coupling import lifted_state
 from fem_seal.grid import GridField
 
 WAVE, VISCOSITY = Wave(1e-7, 1e-5, E_STAR), 1e-3
@@ -54,7 +54,7 @@ def channel(load, inlet, outlet, nx=64, **flow):
 def test_lifted_film_follows_the_integral():
     """The integral over K of the samples, to the errors of the lift and of the flow's bounds."""
     load, inlet, rtol = 0.5, 0.4, 0.01
-    state = lifted(channel(load, inlet, 0, nx=128, rtol=rtol))
+    state = lifted_state(channel(load, inlet, 0, nx=128, rtol=rtol))
     assert state.converged
     expected = leak_rate(load, inlet, 0, conductivity_of_the_samples, order=4)
     dry = exact_conductivity(load) * inlet * WAVE.full / WAVES
@@ -69,7 +69,7 @@ def test_leak_rate_below_the_sealing_pressure(inlet, outlet):
     The dry contact on these samples conducts 2 to 12 % too little at 0.8 to 0.9 p*.
     """
     load = inlet + 0.8
-    state = lifted(channel(load, inlet, outlet))
+    state = lifted_state(channel(load, inlet, outlet))
     assert state.converged
     expected = leak_rate(1.0, 0.2, 0.1, conductivity_of_the_samples, order=4)
     assert state.leak_rate.value == pytest.approx(expected, rel=state.error)
@@ -87,7 +87,7 @@ def test_a_film_that_loses_its_pressure_just_before_the_outlet():
     assert load - outlet > 1 > load - inlet
     exact = leak_rate(load, inlet, outlet)
     pixels = {"method": "finite-difference", "representation": "constant"}
-    states = [lifted(channel(load, inlet, outlet, nx, **pixels)) for nx in (32, 64)]
+    states = [lifted_state(channel(load, inlet, outlet, nx, **pixels)) for nx in (32, 64)]
     assert all(state.converged for state in states)
     coarse, fine = (state.leak_rate.value / exact for state in states)
     claims = sum(state.error for state in states)
@@ -101,7 +101,7 @@ def test_a_row_that_closes_before_the_outlet_leaves_a_range():
     Only pixels far shorter than a wave, over which the solid bends, leave it open.
     """
     load, inlet, outlet = 1.3, 0.5, 0.0
-    state = lifted(channel(load, inlet, outlet, nx=16, method="finite-difference"))
+    state = lifted_state(channel(load, inlet, outlet, nx=16, method="finite-difference"))
     assert state.is_range
     assert state.lowest <= leak_rate(load, inlet, outlet) <= state.highest
 
@@ -109,5 +109,5 @@ def test_a_row_that_closes_before_the_outlet_leaves_a_range():
 @pytest.mark.parametrize(("inlet", "outlet"), [*ENDS, (0.5, 0.0)])
 def test_sealed_above_the_sealing_pressure(inlet, outlet):
     """Certainly so: sealed with the inlet's pressure everywhere as well."""
-    state = lifted(channel(inlet + 1.03, inlet, outlet))
+    state = lifted_state(channel(inlet + 1.03, inlet, outlet))
     assert (state.state, state.converged) == ("sealed", True)
