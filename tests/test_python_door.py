@@ -64,6 +64,13 @@ def test_changed_copies_are_those_of_changed_files():
         plain.contact.pressure = 1.0
 
 
+FLAT = GridField(np.ones((4, 4)), (1e-6, 1e-6))
+HOLES = fs.field_file.FieldMap(np.r_[999 * [np.nan], 0][:, None], (1e-6, 1e-6), periodic=True)
+LIQUID = fs.flow.FlowSettings(viscosity=1e-3, pressure_drop=1e5)
+TABLE = fs.upscaling.ConductivityTable([1e5, 2e5], [1e-18, 0.0], [1e-18, 0.0])
+HERTZ, PATH = fs.upscaling.Hertz(2e5, 1e-3), fs.upscaling.StraightPath(1e-3, 1.0)
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
@@ -81,25 +88,6 @@ def test_changed_copies_are_those_of_changed_files():
             lambda: fs.contact.Load("pressure", "0.1 MPa"),
             ">= 0, in SI units",
         ),
-    ],
-)
-def test_errors_are_one_sentence(wrong, message):
-    with pytest.raises(fs.InvalidInput, match=message) as caught:
-        wrong()
-    assert "\n" not in str(caught.value)
-    assert "pydantic" not in str(caught.value)
-
-
-FLAT = GridField(np.ones((4, 4)), (1e-6, 1e-6))
-HOLES = fs.field_file.FieldMap(np.r_[999 * [np.nan], 0][:, None], (1e-6, 1e-6), periodic=True)
-LIQUID = fs.flow.FlowSettings(viscosity=1e-3, pressure_drop=1e5)
-TABLE = fs.upscaling.ConductivityTable([1e5, 2e5], [1e-18, 0.0], [1e-18, 0.0])
-HERTZ, PATH = fs.upscaling.Hertz(2e5, 1e-3), fs.upscaling.StraightPath(1e-3, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
         (lambda: fs.run("scene.toml", "out"), "^a Scene is needed, not a str; Scene.from_file"),
         (lambda: fs.pictures(FLAT), "^of must be of type Solved or Patch, not GridField$"),
         (lambda: in_python().with_(["flow.rtol"]), "^changes must be of type Mapping, not list$"),
@@ -161,10 +149,13 @@ HERTZ, PATH = fs.upscaling.Hertz(2e5, 1e-3), fs.upscaling.StraightPath(1e-3, 1.0
         ),
     ],
 )
-def test_a_wrong_kind_of_argument_is_refused_where_it_is_given(wrong, message, here):
-    """In a sentence, in place of an error from deep inside or a number that it does not mean."""
-    with pytest.raises(fs.InvalidInput, match=message):
+def test_errors_are_one_sentence(wrong, message, here):
+    """A wrong kind of argument is refused where it is given, in place of an error from deep inside
+    or a number that it does not mean."""
+    with pytest.raises(fs.InvalidInput, match=message) as caught:
         wrong()
+    assert "\n" not in str(caught.value)
+    assert "pydantic" not in str(caught.value)
 
 
 def test_heights_of_an_array_are_those_of_the_surface_they_were_taken_from(tmp_path, monkeypatch):

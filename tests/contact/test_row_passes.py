@@ -75,14 +75,3 @@ def test_against_numpy(shape, precision, rounding):
     wanted = np.fft.irfft2(np.fft.rfft2(values) * multiplier, shape)
     work.multiply(factors)
     assert np.abs(work.values / values.size - wanted).max() < rounding
-
-
-def test_curvature_is_parsevals():
-    """<p, S p> from half a transform is the sum over the grid."""
-    half_space = HalfSpace((12, 15), (1.0, 0.7), precision="double")
-    pressure = np.random.default_rng(1).normal(size=(12, 15))
-    direct = float(np.sum(pressure * half_space.displacement(pressure)))
-    spent = half_space.fft_pairs
-    half_space.steer.values[...] = pressure
-    assert half_space.curvature() == pytest.approx(direct, rel=1e-12)
-    assert half_space.fft_pairs - spent == 0.5

@@ -206,7 +206,7 @@ def test_budget_of_a_scene():
 
 
 @pytest.mark.parametrize("outlet", [0.0, 1e5])
-@pytest.mark.parametrize("accommodation", [0.1, 0.3, 0.5, 0.8, 1.0])
+@pytest.mark.parametrize("accommodation", [0.1, 0.4, 1.0])
 @pytest.mark.parametrize("knudsen", [1e-3, 1e-2, 0.05])
 def test_what_first_order_slip_and_no_slip_lack_holds_the_kinetic_law(
     knudsen, accommodation, outlet

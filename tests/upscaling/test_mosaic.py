@@ -122,7 +122,7 @@ def test_intervals_cover(monkeypatch, along, sigma, leaking, patches):
 def test_intervals_cover_seals_of_few_patches(monkeypatch, size, sigma, leaking):
     """Small seals differ: of 100 intervals as many hold one more seal, of other patches."""
     rng = np.random.default_rng(12)
-    monkeypatch.setattr(mosaic, "PIVOTS", 2000)
+    monkeypatch.setattr(mosaic, "PIVOTS", 500)
     covered = []
     for repeat in range(100):
         sample = lognormal_patches((20, 1), sigma, leaking, rng).ravel()

@@ -77,16 +77,10 @@ def test_smooth_strip():
     encloses(flow, exact, 2.1e-3)
 
 
-@pytest.mark.parametrize("radii", [(0.01, 0.012), (0.012, 0.01)])
-def test_smooth_ring(radii):
-    flow = seal_flow(constant(), uniform(1e6, 2e-3), RingPath(*radii), BAR)
-    encloses(flow, 2 * np.pi * SMOOTH * 1e5 / np.log(1.2), 1e-8)
-
-
 @pytest.mark.parametrize("places", [2, 4])
 @pytest.mark.parametrize("radii", [(0.01, 0.03), (0.03, 0.01)])
-def test_pressure_along_a_wide_smooth_ring(radii, places):
-    """p is linear in ln r, and so is the influence of ln K on ln Q before a place.
+def test_wide_smooth_ring(radii, places):
+    """Q = 2π K Δp/ln 3; p is linear in ln r, as is the influence of ln K on ln Q before a place.
 
     Each of 1000 cells is 20 um long, on which ln r differs from its chord by up to (20 um)²/(8 r²);
     that moves a place by 5e-9 m.
@@ -94,6 +88,7 @@ def test_pressure_along_a_wide_smooth_ring(radii, places):
     path = RingPath(*radii)
     profile = TabulatedProfile(np.linspace(0, path.length, places), np.full(places, 1e6))
     flow = seal_flow(constant(), profile, path, BAR)
+    encloses(flow, 2 * np.pi * SMOOTH * 1e5 / np.log(3), 1e-8)
     share = path.resistance(flow.path.x) / path.resistance(path.length)
     np.testing.assert_allclose(flow.path.fluid_pressure, 1e5 * (1 - share), atol=1e-3)
     ends = flow.sealing.start, flow.sealing.middle, flow.sealing.end
@@ -342,7 +337,7 @@ def test_bad_input(make, words):
 )
 def test_a_load_that_seals_at_the_highest_pressure_alone(profile):
     """In one of fifty numbers rounding puts p_in + (P_max - p_in) above P_max."""
-    for highest, part in np.random.default_rng(0).uniform(0.1, 0.9, (500, 2)).tolist():
+    for highest, part in np.random.default_rng(0).uniform(0.1, 0.9, (100, 2)).tolist():
         P, inlet = profile(1e6 * highest), 1e6 * highest * part
         table = exact_table([0.0, P.highest - inlet], [SMOOTH, 0.0])
         flow = seal_flow(table, P, STRIP, EndPressures(inlet, 0.0))
@@ -373,17 +368,6 @@ def enclosed(loads, e_fold):
     K = SMOOTH * np.exp(-np.asarray(loads) / e_fold)
     between = tuple(Enclosure((b, b), (a, b)) for a, b in pairwise(K))
     return ConductivityTable(loads, K, K, between)
-
-
-def test_enclosures_follow_chords():
-    """Of the cube roots of K, or of other powers."""
-    cubes = Enclosure((8.0, 1.0), (27.0, 8.0))
-    assert cubes.upper_at(0.25) == pytest.approx(2.75**3)
-    assert cubes.lower_at(0.25) == pytest.approx(1.75**3)
-    plain = Enclosure((4.0, 1.0), (9.0, 4.0), (1.0, 0.5))
-    assert plain.upper_at(0.25) == pytest.approx(2.75**2)
-    assert plain.lower_at(0.25) == pytest.approx(3.25)
-    assert Enclosure((4.0, 0.0), (8.0, 2.0)).lower_at(1.0) == 0
 
 
 @pytest.mark.parametrize("law", [FIRST_ORDER, kinetic(LEAST_ACCOMMODATION), kinetic(1.0)])
