@@ -1,5 +1,6 @@
 """Sweeps: rows are those of single runs, done points are kept, another sweep is refused."""
 
+import json
 from math import inf
 from pathlib import Path
 
@@ -183,9 +184,13 @@ def test_damaged_sweep(tmp_path):
     assert run(*vary, "--overwrite") == 0
     # The table is made from the points; one that is damaged is computed again.
     (tmp_path / "out" / "sweep.csv").write_text("")
-    next((tmp_path / "out" / "points").iterdir()).write_text('{"values": ["0.1"]}')
-    assert run(*vary) == 0
-    assert rows(tmp_path / "out") == before
+    file = next((tmp_path / "out" / "points").iterdir())
+    whole = json.loads(file.read_text())
+    lacking = {"values": ["0.1"]}, whole | {"contact_area_fraction": None}
+    for damaged in (*lacking, whole | {"leak_rate": 1e305}):
+        file.write_text(json.dumps(damaged))
+        assert run(*vary) == 0
+        assert rows(tmp_path / "out") == before
 
 
 def test_damaged_and_changed_input_files(small_scene, tmp_path, capsys):

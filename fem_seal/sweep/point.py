@@ -2,17 +2,18 @@
 
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from math import inf
 from pathlib import Path
 
 from pydantic import ConfigDict
 
 from fem_seal import __version__
-from fem_seal.errors import NotConverged
+from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.files import digest
 from fem_seal.parallel import Comm
 from fem_seal.points import Task
 from fem_seal.progress import Report
-from fem_seal.results.result import Result
+from fem_seal.results.result import LARGEST, Result
 from fem_seal.scene import Scene
 from fem_seal.scene.sections import PRODUCTS
 from fem_seal.solved import answer, solve
@@ -61,6 +62,14 @@ class Point:
     again: bool = False  #: whether the cause of its failure may be gone in the next sweep
     version: str = __version__  #: of fem_seal
     finished: str = field(default_factory=lambda: datetime.now(UTC).isoformat())
+
+    def __post_init__(self) -> None:
+        """A file from elsewhere may lack what each line shows, or hold what no picture can."""
+        rates = self.leak_rate, self.lower, self.upper, self.together_lower, self.together_upper
+        known = (abs(rate) for rate in rates if rate is not None)
+        lacks_area = self.state is not None and self.contact_area_fraction is None
+        if lacks_area or any(LARGEST < rate < inf for rate in known):
+            raise InvalidInput("a point without its contact area, or with a leak rate beyond any")
 
     @classmethod
     def of(cls, values: tuple[str, ...], result: Result) -> "Point":

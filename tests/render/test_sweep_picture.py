@@ -19,7 +19,7 @@ PRESSURE, SEED, RTOL = "contact.pressure", "surface.seed", "flow.rtol"
 def point(*values, leak=None, lower=None, upper=None, state=None):
     state = state or ("leaking" if leak else "sealed")
     ends = {"lower": lower, "upper": upper, "together_lower": lower, "together_upper": upper}
-    return Point(values, True, "", state, leak_rate=leak, **ends)
+    return Point(values, True, "", state, leak_rate=leak, contact_area_fraction=0.1, **ends)
 
 
 FALLING = tuple(
@@ -95,7 +95,8 @@ def test_over_seeds_the_line_is_the_median(drawn):
 
 
 def unsettled(*values, lower, upper):
-    return Point(values, False, "", UNSETTLED, together_lower=lower, together_upper=upper)
+    ends = {"together_lower": lower, "together_upper": upper}
+    return Point(values, False, "", UNSETTLED, contact_area_fraction=0.1, **ends)
 
 
 def test_points_that_have_not_settled_are_open_and_no_median_counts_them(drawn):
