@@ -284,16 +284,18 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> N
     if not numbers:
         return
     (number, unit), pair = numbers[0], numbers[:2]
-    if any(mark <= words for mark in known.MARKS):
-        statements.missing.append(number)
+    if marks := [mark for mark in known.MARKS if mark <= words]:
+        of_value = words & known.OF_MARKS or words <= {"nodata", "no", "data"}
+        if of_value and any(words <= {"data", *mark, *known.OF_MARKS} for mark in marks):
+            statements.missing.append(number)
     elif _names_steps(words):
         # A key such as "Z step" is about the heights.
-        if not words & {"z"}:
+        if not words & {"z"} and _of_the_map(words):
             _put(statements.steps, axes, pair)
     elif words & known.COUNTS or words <= known.DIRECTIONS:
         if len(axes) == 1 and unit is None and number == int(number):
             statements.counts[axes] = int(number)
-    elif words & known.LENGTHS and not words & known.NO_LENGTHS:
+    elif words & known.LENGTHS and not words & known.NO_LENGTHS and _of_the_map(words):
         _put(statements.lengths, axes, pair)
 
 
@@ -315,6 +317,13 @@ def _axes(words: set[str]) -> str:
 
 def _names_steps(words: set[str]) -> bool:
     return bool(words & known.STEPS) or any(step <= words for step in known.STEP_PAIRS)
+
+
+def _of_the_map(words: set[str]) -> bool:
+    """Whether a key that names a step or a length is about the map."""
+    with_axis = bool(words & known.LATERAL) or not any(key <= words for key in known.WITH_AXIS)
+    others = any(other <= words for other in known.OTHERS)
+    return with_axis and not others and words <= known.OF_THE_MAP
 
 
 def _about_lengths(line: str) -> bool:

@@ -371,3 +371,42 @@ def test_lines_that_count_are_no_lengths(tmp_path):
     np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-15)
     with pytest.raises(InvalidInput, match="count points, without a unit, and say no lengths"):
         read_map(tmp_path / "a.csv", HEIGHT_NAMES, UNIT)
+
+
+BODY = "\n".join(" ".join(str(6 * i + j) for j in range(6)) for i in range(6))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        *("Sampling length: 0.8 mm", "Mean spacing RSm = 40 um", "Camera pixel size: 5.5 um"),
+        *("Scan length: 40 um", "Kernel size: 3 um", "Calibration step: 180 nm"),
+        *("Sensor width: 8 mm, height: 6 mm", "Modulation amplitude: 10 nm", "Vertical step: 1 um"),
+    ],
+)
+def test_lengths_of_something_else(tmp_path, line):
+    """Neither alone, where the message quotes the line, nor before the true step."""
+    path = tmp_path / "a.txt"
+    path.write_text(f"# {line}\n# heights in um\n{BODY}\n", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="does not say its lengths"):
+        read_map(path, HEIGHT_NAMES)
+    path.write_text(f"# {line}\n# pixel size: 2 um\n# heights in um\n{BODY}\n", encoding="utf-8")
+    assert read_map(path, HEIGHT_NAMES).spacing == pytest.approx((2e-6, 2e-6))
+
+
+@pytest.mark.parametrize(
+    ("line", "missing"),
+    [
+        *(("Missing points: 3", 0), ("Invalid pixels = 0", 0), ("Bad points removed: 3", 0)),
+        *(
+            ("Missing data: 3", 0),
+            ("NODATA_value 3", 1),
+            ("Invalid value: 3", 1),
+            ("no data: 3", 1),
+        ),
+    ],
+)
+def test_number_of_missing_points_is_no_mark(tmp_path, line, missing):
+    path = tmp_path / "a.txt"
+    path.write_text(f"# {line}\n# pixel size: 2 um\n# heights in um\n{BODY}\n", encoding="utf-8")
+    assert read_map(path, HEIGHT_NAMES).missing == missing
