@@ -81,25 +81,26 @@ def channel_width(sites: Lattice, position: tuple[float, float]) -> float | None
     If the gap between two contact spots is convex, only open sites lie between them.
     """
     ends = _both_sides(_solid_around(sites, position))
-    if ends is None:
-        return None
-    # A pixel in contact ends half a pixel before its centre, at both ends of the channel.
-    two_halves = min(sites.spacing) if sites.connectivity == "4" else 0.0
-    return sum(ends) - two_halves
+    return None if ends is None else sum(ends)
 
 
 def _solid_around(sites: Lattice, position: tuple[float, float]) -> np.ndarray:
-    """Offsets (n, 2) [m] of contact sites, the nearest image of each, and of side walls."""
+    """Offsets (n, 2) [m] of contact sites, with their images on both sides, and of side walls.
+
+    Those of pixels in contact are of their nearest points.
+    """
     ny, spacing = sites.gap.shape[1], np.array(sites.spacing)
+    half = 0.5 if sites.connectivity == "4" else 0.0  # of a pixel, from its centre to its sides
     i, j = np.rint((np.array(position) - sites.origin) / spacing).astype(int)
     steps = np.argwhere(sites.gap == 0) - (i, j)
     if sites.periodic[1]:
-        return (steps - np.outer(np.rint(steps[:, 1] / ny), (0, ny))) * spacing
-    # Walls lie half a pixel beyond the last centres; add the half that `channel_width` takes off.
-    beyond = 1.0 if sites.connectivity == "4" else 0.0
+        steps = np.concatenate([np.add(steps, (0, images * ny)) for images in (-1, 0, 1)])
+    offsets = np.sign(steps) * np.maximum(np.abs(steps) - half, 0.0) * spacing
+    if sites.periodic[1]:
+        return offsets
     # A site on the wall itself has the wall just beside it.
-    below, above = (max(n + beyond, BESIDE) * spacing[1] for n in (j, ny - 1 - j))
-    return np.concatenate([steps * spacing, [[0.0, -below], [0.0, above]]])
+    below, above = (max(n + half, BESIDE) * spacing[1] for n in (j, ny - 1 - j))
+    return np.concatenate([offsets, [[0.0, -below], [0.0, above]]])
 
 
 def _both_sides(offsets: np.ndarray) -> tuple[float, float] | None:

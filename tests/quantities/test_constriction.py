@@ -32,7 +32,10 @@ ACROSS_THE_SEAM = GridField(np.roll(AROUND.values, 16, axis=1), SPACING, periodi
         *((gap, ("periodic", "linear"), 11) for gap in (AROUND, ACROSS_THE_SEAM)),
         # Walls are solid; one on a sample counts as 1e-9 of a pixel away.
         (slot(0, 9), ("wall", "linear"), 10 + 1e-9),
-        (GridField(slot(0, 9).values, (2e-6, 2e-6)), ("wall", "constant"), 10),
+        *((slot(*ends), ("wall", "constant"), 10) for ends in ((0, 9), (10, 19))),
+        (AROUND, ("periodic", "constant"), 10),
+        # One line of contact is on both sides of the channel around the cell.
+        (slot(1, 32, periodic=True), ("periodic", "linear"), 33),
     ],
 )
 def test_width_of_a_slot(gap, kind, samples):
