@@ -16,6 +16,7 @@ LARGEST_KNUDSEN = 0.05
 # Knudsen number and 2 - σ: 0.97 between nearly equal pressures, 1.16 into vacuum, for Knudsen
 # numbers up to 0.17 and σ from 0.1 to 1.
 EXCESS = 1.2
+MOST_EXCESS = 0.17  # the largest of these Knudsen numbers
 # Relative difference of other models of the gas from the kinetic law, in the part of the flow that
 # slip adds: hard spheres slip 3 % less than the BGK model (viscous slip coefficients 0.985 and
 # 1.016 in F. Sharipov, Eurosime 2004 and references there); 1 % more allows for other models.
@@ -61,8 +62,9 @@ def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> 
     flow through a channel of height g by 1 + 6 Kn (2 - σ)/σ to first order, Kn = λ/g, with λ the
     mean free path at the mean pressure (E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167
     (1997)), and by up to 1 + `EXCESS` (2 - σ) Kn more than that. More slip only raises the leak
-    rate, so that the lower bound holds in both of these cases. Without slip the added flow is a
-    factor if it is at most half of the flow's tolerance.
+    rate, so that the lower bound holds in both of these cases. Without slip the added flow, above
+    `MOST_EXCESS` that of the kinetic law, is a factor if it is at most half of the flow's
+    tolerance.
     """
     drive, law = scene.drive, scene.slip
     if not isinstance(drive, GasDrive):
@@ -73,6 +75,9 @@ def slip_entry_at(scene: Scene, critical: float, length: float, rtol: float) -> 
     beyond = 1 + EXCESS * (2 - sigma) * knudsen  # what slip to first order lacks
     if law is None:
         added = (1 + 6 * knudsen * (2 - sigma) / sigma) * beyond - 1
+        if knudsen > MOST_EXCESS:
+            kinetic = drive.slip(scene.viscosity, sigma, "kinetic").mean_gain(critical)
+            added = (kinetic - 1) * (1 + KINETIC_ERROR)
         sentence = (
             f"slip of the gas at the walls is left out and would add about {per_cent(added)} to "
             f"the flow at the critical constriction (mean free path {length_text(path)} at the "
