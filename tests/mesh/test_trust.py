@@ -64,8 +64,12 @@ def test_no_word_of_the_scene_is_trust(folder, refused):
 
 
 @pytest.mark.parametrize("name", ["mesh", "sweep"])
-def test_with_trust_it_runs(name, folder):
-    """All three marks are made, which shows that the tests above would see them."""
+def test_with_trust_it_runs(name, folder, monkeypatch):
+    """All three marks are made, which shows that the tests above would see them.
+
+    Pictures of a mesh: scene/test_shapes.py.
+    """
+    monkeypatch.setattr("fem_seal.drawing.draw_pictures", lambda *_: None)
     assert main([*command(name, folder), "--trust"]) == 0
     assert marks(folder) == ["mark-call", "mark-print", "mark-save.msh"]
 

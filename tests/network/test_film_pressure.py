@@ -109,7 +109,7 @@ def test_smaller_triangles_where_they_matter(spacing):
     for _ in range(3):
         _, by_links, varies = solved(local)
         local = local.refined(by_links, 0.9, varies)
-    whole, exact = uniform(film, 1), solved(uniform(film, 4))[0]
+    whole, exact = uniform(film, 1), solved(uniform(film, 3))[0]
     assert abs(solved(local)[0] - exact) < abs(solved(whole)[0] - exact)
     assert local.free.sum() < whole.free.sum()
 
