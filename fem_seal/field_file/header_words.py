@@ -50,3 +50,6 @@ OF_MARKS = VALUES - {"data"} | {"mark", "marker", "code", "pixel", "point"}
 # Words of the title of a column: x, y, heights and pressures.
 TITLES = {"x": {"x", "dx"}, "y": {"y", "dy"}, "z": VALUES | {"höhe"}, "p": PRESSURES}
 OF_THE_MAP = BESIDE | STEPS | LENGTHS | COUNTS | AXES | ALONG_LINE | ACROSS_LINES | LATERAL
+# Words of a key that says the unit of heights and lengths; another is that of something else.
+OF_UNITS = UNITS | VALUES | LATERAL | AXES | BESIDE | {"length", "lengths", "dimension", "höhe"}
+OF_UNITS |= {"surface", "topography", "profile"}

@@ -272,6 +272,8 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> N
     axes = _axes(words)
     unit = _length_unit(value.strip())
     if words & known.UNITS or (unit and words & (known.VALUES | known.LATERAL)):
+        if not words <= known.OF_UNITS:
+            return
         # Without a word on either it is the unit of both.
         if words & known.VALUES and unit and "resolution" not in words:
             statements.value_units.append(unit)

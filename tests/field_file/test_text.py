@@ -410,3 +410,11 @@ def test_number_of_missing_points_is_no_mark(tmp_path, line, missing):
     path = tmp_path / "a.txt"
     path.write_text(f"# {line}\n# pixel size: 2 um\n# heights in um\n{BODY}\n", encoding="utf-8")
     assert read_map(path, HEIGHT_NAMES).missing == missing
+
+
+@pytest.mark.parametrize("line", ["Wavelength unit: nm", "Unit of filter = mm", "Noise height: nm"])
+def test_units_of_something_else(tmp_path, line):
+    path = tmp_path / "a.txt"
+    path.write_text(f"# {line}\n# pixel size: 2 um\n{BODY}\n", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="have no unit"):
+        read_map(path, HEIGHT_NAMES)
