@@ -24,6 +24,10 @@ from fem_seal.field_file.text_table import (
 )
 
 COUNTING = "; its first line and column count points, without a unit, and say no lengths"
+CONTRADICT = "; the steps and the lengths in its header contradict each other: {}"
+# Steps along a length, which may be one fewer than the points, may differ from their number by so
+# many, and by such a part, since digits are rounded.
+SAME_COUNT, SAME_LENGTHS = 1.5, 0.02
 WIDEST_LIST = 8  # columns from which on a table is no list of points
 LONG = 5  # numbers in a line that rise evenly by chance in no rough map
 UNCALIBRATED = "; its header says that the camera's resolution is 0: it was not calibrated"
@@ -97,14 +101,18 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     values = np.ascontiguousarray(values.T) if along_x else values
     if lines != columns:
         lengths.pop("", None)  # a length without an axis: its side is not known
-    steps = []
+    steps, unequal = [], []
     for axis, count in zip("xy", values.shape, strict=True):
-        if (step := header.metres(header.steps, axis)) is not None:
-            steps.append(step)
-        elif (length := header.metres(lengths, axis)) is not None:
-            steps.append(length / count)
+        step, length = header.metres(header.steps, axis), header.metres(lengths, axis)
+        if step is not None and length is not None:
+            unequal.append(abs(length / step - count) > SAME_COUNT + SAME_LENGTHS * count)
+        if step is not None or length is not None:
+            steps.append((length or 0.0) / count if step is None else step)
     spacing = (steps[0], steps[1]) if len(steps) == 2 else None
     hint = header.length_hint if between is None else COUNTING
+    # A length along one axis alone may be that of something else, such as the height of a peak.
+    if len(unequal) == 2 and any(unequal):
+        spacing, hint = None, CONTRADICT.format(header.quoted)
     return Recorded(values, header.unit_of_values(), spacing, "m", length_hint=hint)
 
 

@@ -7,7 +7,7 @@ titles of columns, `x [mm]; y [mm]; z [µm]`. Words that `header_words` does not
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from math import isfinite
+from math import isclose, isfinite
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
@@ -56,6 +56,7 @@ _UNITS_OF = re.compile(r"\s*(units?|einheit(en)?|unités?)\b[\s:=;,]*", re.IGNOR
 _BEFORE_UNIT = re.compile(r"\s+(?=[\[(/])|(?<=/)\s+")
 _UNIT_WORD = re.compile(r"(?<![^\W_])(?:[nuµμmc]m|inch|mil|[hkMG]Pa|m?bar|psi|ksi|N/mm)(?![^\W_])")
 _LETTER = re.compile(r"[^\W\d_]")
+SAME_LENGTH = 0.02  # relative difference of two statements that count as one, in rounded digits
 QUOTED = 3  # most lines about lengths that a message quotes
 
 # By axis, "x", "y" or "" (both): number and unit or None.
@@ -116,8 +117,12 @@ class Statements:
         """Quote of the lines about lengths, for a message that asks for them; "" without any."""
         if not self.about_lengths:
             return ""
-        lines = " and ".join(f"{line!r}" for line in self.about_lengths[:QUOTED])
-        return f"; its header says {lines}, but no lengths of both sides with their unit"
+        return f"; its header says {self.quoted}, but no lengths of both sides with their unit"
+
+    @property
+    def quoted(self) -> str:
+        """The lines about lengths."""
+        return " and ".join(f"{line!r}" for line in self.about_lengths[:QUOTED])
 
 
 def statements_of(table: TextTable, path: Path) -> Statements:
@@ -347,10 +352,20 @@ def _put(lengths: Lengths, axes: str, pair: list[tuple[float, str | None]]) -> N
     """Keep one length, or "10 µm x 8 µm" as those of both axes."""
     if len(pair) == 2 and axes in ("", "xy"):
         unit = pair[1][1]
-        lengths["x"], lengths["y"] = (pair[0][0], pair[0][1] or unit), pair[1]
+        _keep(lengths, "x", (pair[0][0], pair[0][1] or unit))
+        _keep(lengths, "y", pair[1])
     elif pair[0][0] > 0:
         for axis in axes or [""]:
-            lengths.setdefault(axis, pair[0])
+            _keep(lengths, axis, pair[0])
+
+
+def _keep(lengths: Lengths, axis: str, length: tuple[float, str | None]) -> None:
+    """Keep the first length along an axis; 0, which is none, if a second one differs from it."""
+    first = lengths.setdefault(axis, length)
+    both = [(number, unit) for number, unit in (first, length) if unit is not None]
+    metres = [number * in_si(unit, "m", "lengths") for number, unit in both]
+    if len(both) == 2 and not isclose(*metres, rel_tol=SAME_LENGTH):
+        lengths[axis] = 0.0, first[1]
 
 
 def _quantities(value: str, unit: str | None, decimal: str) -> Iterator[tuple[float, str | None]]:

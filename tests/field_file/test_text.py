@@ -418,3 +418,40 @@ def test_units_of_something_else(tmp_path, line):
     path.write_text(f"# {line}\n# pixel size: 2 um\n{BODY}\n", encoding="utf-8")
     with pytest.raises(InvalidInput, match="have no unit"):
         read_map(path, HEIGHT_NAMES)
+
+
+@pytest.mark.parametrize("step", ["Lateral resolution: 0.7 um", "Pitch: 3 um"])
+def test_steps_and_lengths_that_contradict_each_other(tmp_path, step):
+    """Six points of 0.5 um are 3 um long, or 2.5 um from the first to the last."""
+    path = tmp_path / "a.txt"
+    sides = "Width: 3 um\n# Height: 3 um"
+    path.write_text(f"# {sides}\n# {step}\n# heights in um\n{BODY}\n", encoding="utf-8")
+    with pytest.raises(InvalidInput, match=f"contradict each other: .*{step}"):
+        read_map(path, HEIGHT_NAMES)
+    said = Stated(size=(3e-6, 3e-6))
+    assert read_map(path, HEIGHT_NAMES, said).spacing == pytest.approx((5e-7, 5e-7))
+    for side in (3, 2.5):
+        sides = f"Width: {side} um\n# Height: {side} um\n# pixel size: 0.5 um"
+        path.write_text(f"# {sides}\n# heights in um\n{BODY}\n", encoding="utf-8")
+        assert read_map(path, HEIGHT_NAMES).spacing == pytest.approx((5e-7, 5e-7))
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("Lateral resolution: 0.7 um", "Pixel size: 2 um"),
+        ("Height: 3.2 um", "Width: 12 um", "Height: 12 um"),
+        ("Scan size: 12 um x 12 um", "Field of view: 1 mm x 0.8 mm"),
+    ],
+)
+def test_two_lengths_of_one_side_that_differ(tmp_path, lines):
+    """Which is true nobody knows; the same twice in other units is one."""
+    path = tmp_path / "a.txt"
+    for order in (lines, lines[::-1]):
+        head = "\n# ".join(order)
+        path.write_text(f"# {head}\n# heights in um\n{BODY}\n", encoding="utf-8")
+        with pytest.raises(InvalidInput, match="does not say its lengths.*" + order[0]):
+            read_map(path, HEIGHT_NAMES)
+    head = "Pixel size: 2 um\n# Spacing: 0.002 mm"
+    path.write_text(f"# {head}\n# heights in um\n{BODY}\n", encoding="utf-8")
+    assert read_map(path, HEIGHT_NAMES).spacing == pytest.approx((2e-6, 2e-6))
