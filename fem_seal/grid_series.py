@@ -17,6 +17,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, MOST_LOG, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import log_ratio
 from fem_seal.lifting import lifting_problem
@@ -24,6 +25,7 @@ from fem_seal.memory import available_memory
 from fem_seal.patch import Given, Patch, once
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
+from fem_seal.scene_steps import FLOWS
 from fem_seal.sensitivity import ByLoad
 from fem_seal.slip_error import slip_entry
 from fem_seal.surface.resampling import resample
@@ -217,8 +219,30 @@ def by_load(patch: Patch) -> ByLoad:
     return ByLoad(problem, contact, patch.lifted, critical)
 
 
+def between_pixels(patch: Patch) -> float:
+    """|Δ ln Q| to the gap that is linear between the samples; 0 unless each fills one pixel.
+
+    Where the way of the flow leads through corners of such pixels it has no finite width, and on
+    finer grids another conductance. Finite differences take no corners.
+    """
+    film, settings = patch.film, replace(patch.flow_settings, decide=None, field=False)
+    if not isinstance(film, GridFilm) or film.representation == "linear":
+        return 0.0
+    if settings.method == "finite-difference":
+        return 0.0
+    linear = FLOWS[settings.method](
+        settings, replace(film, representation="linear"), silent, patch.comm
+    )
+    return log_ratio(linear.value, patch.leak_rate.value)
+
+
 def grid_error(
-    change: float, unresolved_share: float, counted: float | None = None, *, lifted: bool = False
+    change: float,
+    unresolved_share: float,
+    counted: float | None = None,
+    *,
+    lifted: bool = False,
+    pixels: float = 0.0,
 ) -> Uncertainty:
     """Estimate what a finer grid changes, from a leaking grid and one of half its samples.
 
@@ -231,7 +255,8 @@ def grid_error(
     the constriction as far as the grid may be wrong. The load that gives a prescribed area, which
     counts samples, errs as the spacing: all changes to come add up to the last one, which is small
     by chance at times, and to `counted`, its `counting_error`. Where the fluid lifts the solid, e
-    is larger by half: it lifts more where a constriction is wider.
+    is larger by half: it lifts more where a constriction is wider. `pixels` is the change by the
+    gap between the samples (`between_pixels`), which ends on ever finer grids.
     """
     first_order = OF_UNRESOLVED * unresolved_share + OF_CHANGE * change
     if lifted:
@@ -241,7 +266,7 @@ def grid_error(
         "half of the samples and from the height that the grid leaves out between its samples, "
         f"{per_cent(unresolved_share)} of the gap of the critical constriction"
     )
-    claimed = first_order * (1 + SECOND_ORDER * first_order)
+    claimed = first_order * (1 + SECOND_ORDER * first_order) + pixels
     if counted is not None:
         claimed += hypot(change, counted)
     most = MOST_E * (1 + SECOND_ORDER * MOST_E)
@@ -310,7 +335,8 @@ def error_from_half(patch: Patch, coarse: Interval) -> Uncertainty:
     """`grid_error` of a leaking patch, from its leak rate on half of the samples [m³/s]."""
     unresolved_share = unresolved(present(patch.surface, "surface")) / critical_gap(patch)
     change, lifted = change_of(coarse, rate_interval(patch)), patch.lifted is not None
-    return grid_error(change, unresolved_share, counting_error(patch), lifted=lifted)
+    counted, pixels = counting_error(patch), between_pixels(patch)
+    return grid_error(change, unresolved_share, counted, lifted=lifted, pixels=pixels)
 
 
 def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:

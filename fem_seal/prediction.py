@@ -208,6 +208,8 @@ def _stages(scene: Scene, shape: tuple[int, int], channels: float) -> dict[str, 
         if coarse is not None:
             both = of_contact(prod(coarse)) + of_flow(prod(coarse), min(LOOSER * rtol, LOOSEST))
             during = flow if pays_in_worker(samples, lifted) else 0.0
+            if scene.flow.representation == "constant":
+                both += flow  # of the gap that is linear between the samples
             stages["contact grid"] = max(both - during, 0.0)
             if scene.lift == "range":
                 stages["range"] += both

@@ -43,6 +43,17 @@ def test_four_times_the_samples_lie_within_the_factors():
     assert grid.lower < finer.leak_rate.value / patch.leak_rate.value < grid.upper
 
 
+@pytest.mark.parametrize("seed", [100, 138])
+def test_ways_through_the_corners_of_pixels(seed):
+    """Half of the samples and the heights between them say too little, by two to four times."""
+    waves = {"size": [1e-4, 1e-4], "long_wavelength": 5e-5, "short_wavelength": 1.25e-5}
+    surface = scene().to_mapping()["surface"] | waves | {"seed": seed}
+    pixels = scene().to_mapping()["flow"] | {"representation": "constant", "rtol": 0.1}
+    patch = Patch(scene("0.1 MPa", surface=surface, flow=pixels))
+    grid, finer = entry(patch), patch.with_(Given(surface=resample(patch.surface, (128, 128))))
+    assert grid.lower < finer.leak_rate.value / patch.leak_rate.value < 0.7
+
+
 @pytest.mark.parametrize(
     ("n", "samples", "hurst", "waves", "seed", "pressure"),
     [
