@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from fem_seal.scene.shape import FaceSeal, MeshFile, PlateWithHoles, Rectangle, Sector, Strip
     from fem_seal.solved import Solved, run, solve
 
-__version__ = "0.2.0"
+__version__ = "0.3.0.dev0"
 
 # Public names, by the module that they are loaded from.
 _NAMES = {

@@ -66,7 +66,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
                 tried.append(other)
                 if other.residual_size < point.residual_size:
                     break
-            difficult = True
+            difficult = True  # this fraction is none, or |F| has not fallen
         if not tried:
             break
         point = min(tried, key=lambda other: other.residual_size)

@@ -189,7 +189,7 @@ class LiftPoint:
         network, epsilon, allowed = self.network, self.epsilon, problem.allowed
         more, refines = problem is not self.problem, isinstance(network, MeshNetwork)
         if self.by_epsilon > allowed / 2 or not (refines or more):
-            epsilon /= 4  # as half as wide triangles lessen the error of linear elements
+            epsilon /= 4  # halved triangles have a quarter of the error
         if not isinstance(network, MeshNetwork):  # finite differences
             return problem.first_network if more else network, epsilon
         # λ of a thinned problem weighs the pressure at its samples alone.

@@ -93,7 +93,7 @@ def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None
         if sealed:
             p[(start < x) & (x < end)] = np.nan
     if not of_fluid:
-        axes.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]", yscale="log")
+        axes.set(xlabel="x [mm]", ylabel="K at P - p [m³/(Pa s)]", yscale="log")
         axes.plot(*_at_steps(x, path.conductivity), "tab:red")
         return
     axes.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
