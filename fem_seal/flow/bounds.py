@@ -92,20 +92,18 @@ class TensorBounds(Bounds):
 
 
 def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Geometric mean A # B of two positive semidefinite 2 × 2 matrices.
+    """Geometric mean A # B of two positive semidefinite matrices, A <= B.
 
-    √(ab)/√det(A/a + B/b) (A/a + B/b) with a = √det A, b = √det B (R. Bhatia, Positive Definite
-    Matrices, 2007, prop. 4.1.12). If one of them is singular: for a single channel, where both are
-    multiples of one matrix of rank one, the geometric mean of the multiples; B otherwise.
+    B F (Fᵀ A F)^½ Fᵀ B with Fᵀ B F = 1 (R. Bhatia, Positive Definite Matrices, 2007, section 4.1),
+    F being of the directions that flow: one for a single channel, where both are multiples of one
+    matrix. B if A has no flow in one of them.
     """
-    a, b = (np.sqrt(max(np.linalg.det(M), 0.0)) for M in (A, B))
-    if a > 0 and b > 0:
-        total = A / a + B / b
-        return np.sqrt(a * b / np.linalg.det(total)) * total
-    traces = np.trace(A), np.trace(B)
-    if min(traces) > 0 and np.linalg.matrix_rank(B, tol=NO_FLOW * traces[1]) == 1:
-        return B * np.sqrt(traces[0] / traces[1])
-    return B
+    flowing = _flowing(B)
+    ratios, turn = np.linalg.eigh(flowing.T @ A @ flowing)
+    if not (ratios > 0).all():
+        return B
+    root = B @ flowing @ turn
+    return (root * np.sqrt(ratios)) @ root.T
 
 
 def excess(lower: np.ndarray, upper: np.ndarray) -> float:
@@ -129,13 +127,18 @@ def _least_ratio(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarra
 
     Directions in which the conductivity is at rounding level do not count; 1 if all are.
     """
+    flowing = _flowing(upper)
+    if not flowing.size:
+        return 1.0, np.eye(len(upper))[0]  # nothing flows, and both bounds say so
+    ratios, weights = np.linalg.eigh(flowing.T @ lower @ flowing)
+    return float(ratios[0]), flowing @ weights[:, 0]
+
+
+def _flowing(upper: np.ndarray) -> np.ndarray:
+    """Directions F (d, k) with Fᵀ upper F = 1, without those in which only rounding errors flow."""
     # Scale the diagonal to ones: a direction of small conductivity then keeps all its digits.
     diagonal = upper.diagonal()
     scale = np.divide(1.0, np.sqrt(diagonal), out=np.zeros(len(upper)), where=diagonal > 0)
     values, vectors = np.linalg.eigh(scale[:, None] * upper * scale)
     flows = values > NO_FLOW
-    if not flows.any():
-        return 1.0, np.eye(len(upper))[0]  # nothing flows, and both bounds say so
-    flowing = scale[:, None] * vectors[:, flows] / np.sqrt(values[flows])
-    ratios, weights = np.linalg.eigh(flowing.T @ lower @ flowing)
-    return float(ratios[0]), flowing @ weights[:, 0]
+    return scale[:, None] * vectors[:, flows] / np.sqrt(values[flows])

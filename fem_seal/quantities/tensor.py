@@ -11,6 +11,8 @@ from fem_seal.leak_rate import Bounded
 if TYPE_CHECKING:
     from fem_seal.flow.bounds import TensorBounds
 
+ROUNDING = 1e-14  # of |xy|/√(xx yy), which is 1 for a single channel
+
 
 @dataclass(frozen=True)
 class ConductivityTensor:
@@ -37,6 +39,8 @@ class ConductivityTensor:
             return Bounded(float(np.clip(value[i, j], *interval)), *interval)
 
         (hardest, easiest), directions = np.linalg.eigh(value)
+        if abs(value[0, 1]) >= (1 - ROUNDING) * np.sqrt(value.diagonal()).prod():
+            hardest = 0.0  # of a single channel
         x, y = directions[:, 1]
         angle = float(np.degrees(np.arctan2(y, x)))
         return cls(

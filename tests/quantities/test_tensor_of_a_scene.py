@@ -56,6 +56,17 @@ def test_viscosity_is_needed(scene):
         scene.with_({"fluid": None})
 
 
+@pytest.mark.parametrize("unit", [1e-200, 1.0, 1e100])
+@pytest.mark.parametrize("angle", np.linspace(0, 90, 7))
+def test_nothing_flows_across_a_single_channel(angle, unit):
+    """Rounding left 1e-16 of the easiest conductivity in the hardest one, or less than nothing."""
+    along = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+    channel = unit * np.outer(along, along)
+    tensor = ConductivityTensor.of(TensorBounds(0.9 * channel, 1.1 * channel))
+    assert tensor.hardest == 0
+    assert tensor.easiest == pytest.approx(np.sqrt(0.99) * unit)
+
+
 @pytest.mark.parametrize("angle", [-60.0, 0.0, 30.0, 90.0])
 def test_angle_of_the_easiest_direction(angle):
     """A tensor made of principal values 4 and 1, turned."""
