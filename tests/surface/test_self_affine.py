@@ -1,11 +1,12 @@
 """Random surfaces: amplitude, spectrum, one stream of numbers, same surface on all grids."""
 
+import tracemalloc
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from fem_seal.surface import Spectrum, rms_height, rms_slope, self_affine
+from fem_seal.surface import Spectrum, rms_height, rms_slope, self_affine, synthesis
 
 BAND = Spectrum(0.8, 1 / 4, 1 / 20)
 SHAPES = [(64, 64), (63, 65), (61, 61), (48, 96), (50, 75)]
@@ -73,3 +74,15 @@ def test_nyquist_modes_are_zero(shape):
     kept_x, kept_y = ((n - 1) // 2 * 2 + 1 for n in shape)
     phases = np.angle(modes[there]).round(9)
     assert len(phases) == len(np.unique(phases)) == kept_x * kept_y - 1
+
+
+@pytest.mark.parametrize("shape", [(512, 512), (2048, 4), (4, 2048)])
+def test_memory_is_refused_by_all_that_is_taken(shape, monkeypatch):
+    """A long grid draws more random numbers than it has samples: 16 MB beside 0.5 MB."""
+    refused = []
+    monkeypatch.setattr(synthesis, "refuse_too_large", lambda size, _: refused.append(size))
+    tracemalloc.start()
+    self_affine(Spectrum(0.8, 4.0, 2.0), shape, shape, rms_height=1.0, seed=0)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak <= refused[0]
