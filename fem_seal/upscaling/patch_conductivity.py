@@ -238,6 +238,7 @@ class LoadedPatch:
         nearby = film.representation == "linear" and scene.flow.method == "adaptive"
 
         def keep(flow: "MeshedFlow") -> None:
+            self._flows.pop(load, None)  # A flow solved again is the newest.
             self._flows[load] = flow
             while len(self._flows) > max(1, KEPT // film.samples.size):
                 del self._flows[next(iter(self._flows))]

@@ -20,6 +20,7 @@ from fem_seal.upscaling import (
     EndPressures,
     Hertz,
     StraightPath,
+    patch_conductivity,
     seal_flow,
     uniform,
 )
@@ -223,6 +224,16 @@ def test_enclosures_hold_loads_inside(rough):
     assert middle < (upper_a / lower_b) ** 0.5
     assert enclosure.upper[0] == pytest.approx(upper_a, rel=1e-6)
     assert enclosure.lower[-1] == pytest.approx(lower_b, rel=1e-6)
+
+
+def test_a_flow_that_is_solved_again_is_not_the_oldest(monkeypatch):
+    """Two flows are kept; the first load, solved again after the second, is dropped later."""
+    patch = rough(0.1)
+    monkeypatch.setattr(patch_conductivity, "KEPT", 2 * patch.film(1.5e5).samples.size)
+    for load, multiple in (1.5e5, 3.0), (2.5e5, 3.0), (1.5e5, 1.0), (2e5, 3.0):
+        patch.bounds(load, multiple)
+    below, _ = patch.enclose().between
+    assert below is not None
 
 
 def test_enclosures_of_a_kinetic_law():
