@@ -266,6 +266,8 @@ def grid_error(
         "half of the samples and from the height that the grid leaves out between its samples, "
         f"{per_cent(unresolved_share)} of the gap of the critical constriction"
     )
+    if pixels:
+        sentence += ", and from the gap that is linear between the samples"
     claimed = first_order * (1 + SECOND_ORDER * first_order) + pixels
     if counted is not None:
         claimed += hypot(change, counted)
