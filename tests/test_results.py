@@ -264,11 +264,21 @@ def test_damaged_result(answers, tmp_path, text):
         assert folder.staged.is_dir()
 
 
+LIFT_OF_A_SOLID_ALONE = {
+    "model": "resolved",
+    "solid_pressure": 1e5,
+    "lowest": 1e-16,
+    "highest": 2e-16,
+    "dry": {"contact_area_fraction": 0.2, "mean_gap": 1e-7},
+}
+
+
 @pytest.mark.parametrize(
     ("place", "value", "words"),
     [
         (("seconds",), {}, "seconds: .*'total'"),
         (("error_budget", 0, "lower"), -1.0, "factors of flow"),
+        (("lift",), LIFT_OF_A_SOLID_ALONE, "lift: .*the fluid's load"),
         # In ml/h it would be infinite.
         (("leak_rate", "value"), 1e305, "beyond double precision"),
     ],

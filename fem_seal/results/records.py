@@ -116,6 +116,12 @@ class LiftRecord(Record):
     settled: bool = True
     residuals: tuple[float, ...] = ()
 
+    @model_validator(mode="after")
+    def _with_both_loads(self) -> "LiftRecord":
+        if self.solid_pressure is not None and self.fluid_pressure is None:
+            raise ValueError("should hold the fluid's load beside the solid's")
+        return self
+
     @classmethod
     def of(cls, patch: Patch) -> "LiftRecord | None":
         """Record of a patch; None if flow.lift is "none"."""
