@@ -4,7 +4,10 @@ import numpy as np
 
 from fem_seal.contact.settings import one_load
 from fem_seal.contact.state import BearingState
+from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
+
+ROUNDING = 1e-4  # largest relative error of a prescribed mean gap
 
 
 def bearing(
@@ -23,6 +26,11 @@ def bearing(
         they touch together); the highest point always touches.
     mean_gap
         [m], > 0.
+
+    Raises
+    ------
+    InvalidInput
+        If the rounding of the heights changes so small a mean gap by more than 1 part in 10 000.
     """
     load, heights = one_load(area_fraction=area_fraction, mean_gap=mean_gap), height.values
     if load.kind == "area_fraction":
@@ -31,6 +39,11 @@ def bearing(
     else:
         plane = plane_at_mean_gap(heights, load.value)
     gap = GridField(np.maximum(plane - heights, 0), height.spacing, height.periodic)
+    if load.kind == "mean_gap" and not abs(gap.values.mean() / load.value - 1) <= ROUNDING:
+        raise InvalidInput(
+            f"mean_gap = {load.value:g} m is lost in the rounding of heights from "
+            f"{heights.min():.3g} to {heights.max():.3g} m; ask for a larger one"
+        )
     return BearingState(gap, shift=float(heights.max() - plane))
 
 
@@ -43,7 +56,8 @@ def plane_at_mean_gap(heights: np.ndarray, mean_gap: float) -> float:
     plane = heights.mean() + mean_gap
     while True:
         gap = np.maximum(plane - heights, 0)
-        lower = plane - (gap.mean() - mean_gap) / np.mean(gap > 0)
+        opened = np.mean(gap > 0)  # 0 where rounding leaves no gap
+        lower = plane - (gap.mean() - mean_gap) / opened if opened else plane
         if not lower < plane:
             return plane
         plane = lower

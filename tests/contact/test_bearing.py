@@ -32,6 +32,15 @@ def test_mean_gap(rough, relative):
     assert state.mean_gap == pytest.approx(wanted, rel=1e-12)
 
 
+@pytest.mark.parametrize("mean_gap", [1e-24, 1e-30, 1e-300])
+def test_a_mean_gap_below_the_rounding_of_the_heights(mean_gap):
+    """Heights of 1 µm are rounded by 1e-22 m."""
+    heights = GridField(1e-6 * np.random.default_rng(1).random((16, 16)), (1e-6, 1e-6))
+    with pytest.raises(InvalidInput, match="lost in the rounding"):
+        bearing(heights, mean_gap=mean_gap)
+    assert bearing(heights, mean_gap=1e-12).mean_gap == pytest.approx(1e-12, rel=1e-4)
+
+
 def test_ties_touch_together():
     steps = GridField(np.repeat([0.0, 1.0, 2.0], 4).reshape(3, 4), (1.0, 1.0))
     assert bearing(steps, area_fraction=0.1).contact_area_fraction == pytest.approx(1 / 3)
