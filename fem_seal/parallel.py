@@ -111,15 +111,17 @@ def processes(comm: Comm = None) -> int:
     return 1 if together is None else together.size
 
 
-# How many processes now share the cores: 1 while the others wait for this one, None for all.
+# How many processes now share the cores of this one: 1 while the others wait for it; None for all
+# of this run, until they have told each other which cores they may use.
 _sharing: int | None = None
 
 
 def cores() -> int:
-    """Cores for one process of this run: those it may use, over the processes; at least 1.
+    """Cores for one process of this run: those it may use, over those who may; at least 1.
 
-    Those of processes that wait in `on_root` count for the one that computes. OMP_NUM_THREADS,
-    where set, is an upper limit; of "2,1", for nested threads, the first number.
+    Processes on other machines, or bound to other cores, share none with it: the first `on_root` of
+    all finds out which do. Those of processes that wait there count for the one that computes.
+    OMP_NUM_THREADS, where set, is an upper limit; of "2,1", for nested threads, the first number.
     """
     stated = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
     limit = int(stated) if stated.isdecimal() and int(stated) else sys.maxsize
@@ -171,17 +173,19 @@ def _cores_of_all(together: "MPI.Comm") -> Iterator[None]:
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
-    before, own, machine = _sharing, os.sched_getaffinity(0), platform.node()
+    after, own, machine = _sharing, os.sched_getaffinity(0), platform.node()
     masks = [mask for name, mask in together.allgather((machine, own)) if name == machine]
-    if together.rank == 0 and together.size == processes():
-        # mpirun may have bound each process to a core; threads inherit the mask of their process.
-        with suppress(OSError):  # The system may keep them apart.
-            os.sched_setaffinity(0, own.union(*masks))
-        _sharing = 1
+    if together.size == processes():
+        after = sum(not own.isdisjoint(mask) for mask in masks)
+        if together.rank == 0:
+            # mpirun may have bound each process to a core; threads inherit its mask.
+            with suppress(OSError):  # The system may keep them apart.
+                os.sched_setaffinity(0, own.union(*masks))
+            _sharing = 1
     try:
         yield
     finally:
-        _sharing = before
+        _sharing = after
         os.sched_setaffinity(0, own)
 
 
