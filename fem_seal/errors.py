@@ -22,7 +22,7 @@ def printable(text: str) -> str:
 class FemSealError(Exception):
     """Any failure that fem_seal can explain in one printable line."""
 
-    exit_status = 1
+    exit_status = 1  #: that of Python after a traceback: each kind of error has one of its own
 
     def __str__(self) -> str:
         text = printable(" ".join(super().__str__().splitlines()))
@@ -43,7 +43,10 @@ OR_OVERWRITE = f"{OTHER_FOLDER}, or replace it: --overwrite (in Python: overwrit
 
 
 class InvalidInput(FemSealError):
-    """The scene, a file or an argument is invalid; what any function refuses (exit status 2)."""
+    """What any function refuses (exit status 2): an invalid scene, file or argument.
+
+    Or one for which memory, disk or permission do not suffice.
+    """
 
     exit_status = 2
 
@@ -86,7 +89,7 @@ class Inconsistent(FemSealError):
 
 
 def explained(error: MemoryError | OSError) -> InvalidInput:
-    """Say in our words what the system has refused."""
+    """Say in our words what the system has refused, as a refusal of the input."""
     if isinstance(error, MemoryError):
         size = f" ({error})" if str(error) else ""
         return InvalidInput(f"not enough memory for this size{size}; choose a smaller one")

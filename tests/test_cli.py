@@ -1,5 +1,6 @@
 """The commands: exit statuses, one line for bad input and nothing written, and the real chain."""
 
+import errno
 import json
 import os
 import re
@@ -15,6 +16,7 @@ from test_listings import REFERENCE
 
 import fem_seal
 from fem_seal import cli, drawing
+from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.patch import Patch
 from fem_seal.render.patch import OF_LIFTED_CONTACT
 from fem_seal.theory.closed_forms import piecewise_linear_channel
@@ -286,6 +288,32 @@ def test_commands_that_are_scripts_now_name_them(command, capsys):
     script = re.search(r"python (?:-m )?(demos[^ ;]+)", capsys.readouterr().err)[1]
     path = script if script.endswith(".py") else script.replace(".", "/") + ".py"
     assert (Path(fem_seal.__file__).parents[1] / path).exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (MemoryError("8 TB"), "not enough memory for this size (8 TB); choose a smaller one"),
+        (OSError(errno.ENOSPC, "No space left", "out"), "No space left: out"),
+        (InvalidInput("a is not b"), "a is not b"),
+        (NotConverged("after 10 steps"), "after 10 steps"),
+        (KeyboardInterrupt(), "interrupted; nothing half-written is left"),
+    ],
+)
+def test_every_end_has_one_line_and_a_status_of_the_table(error, words, wedge, monkeypatch, capsys):
+    """What the system refuses is refused like bad input, and the help says so."""
+
+    def ends(*_):
+        raise error
+
+    monkeypatch.setattr(cli, "use_writable_cache", ends)
+    status = run("leak", wedge)
+    assert capsys.readouterr().err == f"fem-seal: {words}\n"
+    meaning = {NotConverged: "not converged", KeyboardInterrupt: "interrupted"}
+    assert cli.EXIT_STATUS[status].startswith(meaning.get(type(error), "refused: bad input, or "))
+    assert run("--help") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert f"{status}: {cli.EXIT_STATUS[status]}." in printed
 
 
 def test_every_help_says_what_for_and_how(capsys):

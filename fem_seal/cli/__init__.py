@@ -1,8 +1,4 @@
-"""The commands, each in a module of its own; nothing heavy is imported before it runs.
-
-Exit status: 0 done, 2 bad input (nothing written), 3 not converged, 4 with --strict above the limit
-or undecided, 130 interrupted.
-"""
+"""The commands, each in a module of its own; nothing heavy is imported before it runs."""
 
 from fem_seal.interrupts import ended_silently, interruptible
 
@@ -31,7 +27,15 @@ with ended_silently():
         surface,
         sweep,
     )
-    from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, explained, printable
+    from fem_seal.cli.options import NOT_KEPT
+    from fem_seal.errors import (
+        FemSealError,
+        InvalidInput,
+        MissingPackage,
+        NotConverged,
+        explained,
+        printable,
+    )
     from fem_seal.files import use_writable_cache
     from fem_seal.installed import why_not_imported
 
@@ -89,6 +93,16 @@ COMMANDS = {
     ),
 }
 INTERRUPTED = 130  # exit status of a program that Ctrl-C ends: 128 and the signal's number
+EXIT_STATUS = {
+    0: "done",
+    FemSealError.exit_status: "a defect of fem-seal, which a traceback shows",
+    InvalidInput.exit_status: "refused: bad input, or no package, memory, disk or permission for "
+    "it; no result is written",
+    NotConverged.exit_status: "not converged (a flow's bounds so far are written; a contact that "
+    "failed writes nothing)",
+    NOT_KEPT: "with --strict: above the limit or undecided",
+    INTERRUPTED: "interrupted",
+}
 # What an interrupted command has finished, and need not do again.
 RESUMED = {"run": "patches of a [seal]", "sweep": "points", "study": "points"}
 
@@ -143,9 +157,9 @@ def parser(words: Collection[str] = tuple(COMMANDS)) -> argparse.ArgumentParser:
     top = _Parser(
         prog="fem-seal",
         description="How much leaks through a rough contact, and how sure are we?",
-        epilog="Start with fem-seal run demos/scenes/first.toml. Exit status: 0 done, 2 bad "
-        "input, 3 not converged (a flow's bounds so far are written; a contact that failed writes "
-        "nothing), 4 with --strict: above the limit or undecided, 130 interrupted.",
+        epilog="Start with fem-seal run demos/scenes/first.toml. Exit status: "
+        + ". ".join(f"{status}: {meaning}" for status, meaning in EXIT_STATUS.items())
+        + ".",
     )
     top.add_argument("--version", action="version", version=f"fem-seal {__version__}")
     subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
@@ -188,7 +202,8 @@ def main(arguments: list[str] | None = None) -> int:
             os.dup2(nowhere, stream.fileno())
         return 0
     except (MemoryError, OSError) as error:
-        return parallel.fail(f"fem-seal: {explained(error)}", InvalidInput.exit_status)
+        refusal = explained(error)
+        return parallel.fail(f"fem-seal: {refusal}", refusal.exit_status)
     except ImportError as error:
         return parallel.fail(f"fem-seal: {why_not_imported(error)}", MissingPackage.exit_status)
     except KeyboardInterrupt:
