@@ -210,9 +210,7 @@ class Patch:
     @property
     def elastic_state(self) -> ContactState:
         """State of an elastic contact; InvalidInput for scenes without one."""
-        if not isinstance(self.contact, ContactState):
-            raise InvalidInput("an elastic contact is needed: contact.model = 'gfmd'")
-        return self.contact
+        return _elastic(self.contact)
 
     @cached_property
     def lifted(self) -> "LiftedState | None":
@@ -241,7 +239,7 @@ class Patch:
             return None
         from fem_seal.sensitivity import sensitivity
 
-        elastic = narrowed(self.film_contact, ContactState, "contact")
+        elastic = _elastic(self.film_contact)
         arguments = self.scene, self.load, self._pressed, elastic, lifted
         return self.timed_on_root("sensitivity", partial(sensitivity, *arguments))
 
@@ -304,7 +302,9 @@ class Patch:
         contact = self.film_contact
         if contact is not None:
             return contact.gap
-        source = present(self.scene.gap, "[gap]")
+        source = self.scene.gap
+        if source is None:
+            raise InvalidInput("[shape] gives the gap itself, which has no grid")
         read = partial(load_gap, source.path, source.stated, source.contact_below)
         return self.timed_on_root("gap", read)
 
@@ -339,6 +339,13 @@ class Patch:
         critical = present(self.film.constriction, "constriction").gap
         pressure = pressure_of(leak.field.pressure, self.scene.drive, self.scene.slip, critical)
         return replace(leak, field=replace(leak.field, pressure=pressure))
+
+
+def _elastic(contact: GapState | None) -> ContactState:
+    """The contact; InvalidInput if it is not elastic."""
+    if not isinstance(contact, ContactState):
+        raise InvalidInput("an elastic contact is needed: contact.model = 'gfmd'")
+    return contact
 
 
 def once(function: Callable[[Patch], T]) -> Callable[[Patch], T]:

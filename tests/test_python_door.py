@@ -68,6 +68,11 @@ FLAT = GridField(np.ones((4, 4)), (1e-6, 1e-6))
 HOLES = fs.field_file.FieldMap(np.r_[999 * [np.nan], 0][:, None], (1e-6, 1e-6), periodic=True)
 LIQUID = fs.flow.FlowSettings(viscosity=1e-3, pressure_drop=1e5)
 TABLE = fs.upscaling.ConductivityTable([1e5, 2e5], [1e-18, 0.0], [1e-18, 0.0])
+STRIP = fs.Scene(
+    shape=fs.Strip(length=2e-3, width=1e-3, mesh_size=1e-3, gap=1e-6),
+    fluid=fs.Fluid(viscosity=1e-3),
+    flow=fs.Flow(pressure_drop=1e5),
+)
 HERTZ, PATH = fs.upscaling.Hertz(2e5, 1e-3), fs.upscaling.StraightPath(1e-3, 1.0)
 
 
@@ -139,6 +144,8 @@ HERTZ, PATH = fs.upscaling.Hertz(2e5, 1e-3), fs.upscaling.StraightPath(1e-3, 1.0
             lambda: fs.flow.FlowSettings(viscosity=1, pressure_drop=1, links="harmonic"),
             "^method = 'adaptive' has no links: leave links out$",
         ),
+        (lambda: fs.Patch(STRIP).sensitivity, "^an elastic contact is needed: contact.model = "),
+        (lambda: fs.Patch(STRIP).grid_gap, r"^\[shape\] gives the gap itself, which has no grid$"),
         (lambda: fs.upscaling.RingPath(1e-3, np.inf), "^outlet_radius = inf must be a positive"),
         (lambda: fs.upscaling.EndPressures(1e5, ambient=np.nan), "^ambient = nan must be a finite"),
         (

@@ -24,7 +24,8 @@ class MeshFilm:
     values: np.ndarray
 
     def __post_init__(self) -> None:
-        values, twin = self.values, self.mesh.twin
+        values, twin = np.asarray(self.values, dtype=float), self.mesh.twin
+        object.__setattr__(self, "values", values)
         if values.shape != twin.shape:
             raise InvalidInput(f"a gap of shape {values.shape} on a mesh of {len(twin)} vertices")
         for bad, fault in (
