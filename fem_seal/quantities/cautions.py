@@ -62,7 +62,10 @@ def cautions(
         shape, gap, film = patch.scene.shape, patch.grid_gap, patch.film
         length = film.size[0] if isinstance(film, GridFilm) else gap.size[0]
         floats = patch.lifted is not None and patch.lifted.floats  # on a thick film, in any unit
-        slope = steep(gap.slope_between_samples(), "the gap")
+        of_gap = gap.slope_between_samples()
+        if shape is not None and shape.grid == "polar":
+            of_gap = _polar_slope(gap, shape.grid_origin[0])
+        slope = steep(of_gap, "the gap")
         thick = slope or (None if floats else _thickness(float(gap.values.mean()), length))
         coarse = _coarse_mesh(film, shape, gap) if isinstance(film, MeshFilm) and shape else None
         sentences.extend(filter(None, (_contact(patch, gap), _peak(patch), thick, coarse)))
@@ -209,6 +212,16 @@ def _peak(patch: Patch) -> str | None:
         f"the elastic contact pressure is up to {with_prefix(peak, 'Pa')}, which no metal bears: "
         "it yields, more of it touches, and less leaks than computed"
     )
+
+
+def _polar_slope(gap: GridField, first: float) -> float:
+    """Rms slope between the samples of a polar gap, from a first radius [m] on."""
+    dr, dtheta = gap.spacing
+    arcs = dtheta * (first + dr * np.arange(gap.shape[0], dtype=float))
+    away = arcs > 0  # a sample at the origin has no arc
+    around = np.diff(gap.values[away], axis=1) / arcs[away, None]
+    squares = [np.square(step) for step in (np.diff(gap.values, axis=0) / dr, around) if step.size]
+    return float(np.sqrt(sum(map(np.mean, squares))))
 
 
 def _thickness(mean_gap: float, length: float) -> str | None:

@@ -118,3 +118,15 @@ def test_a_mesh_coarser_than_its_samples(shape, spacing, words, scene_of_gap):
     patch = Patch(Scene.from_mapping(gap | {"shape": kinds["grid" not in shape] | shape}))
     assert words in (cautions(patch, None) or ("",))[-1]
     assert bool(cautions(patch, None)) == bool(words)
+
+
+@pytest.mark.parametrize(("unit", "height", "steep"), [(1e-6, 1e-5, True), (1.0, 1.5, False)])
+def test_slopes_of_a_polar_gap_are_over_its_arcs(unit, height, steep, scene_of_gap):
+    """g = height θ from r = 2 to 8 units has slopes of height/r, whatever the unit of the radius:
+    here of up to 5, and of 0.75 at most, while dg/dθ is 1e-5 and 1.5."""
+    values = height * 0.05 * np.tile(np.arange(9), (9, 1))
+    sector = {"kind": "sector", "angle": 0.4, "mesh_size": unit, "grid": "polar"}
+    radii = {"inner_radius": 2 * unit, "outer_radius": 8 * unit, "grid_origin": [2 * unit, 0]}
+    scene = scene_of_gap(values, (unit, 0.05), flow=LOOSE) | {"shape": sector | radii}
+    said = cautions(Patch(Scene.from_mapping(scene)), None)
+    assert any("the gap has slopes of" in sentence for sentence in said) == steep
