@@ -16,7 +16,7 @@ from fem_seal.errors import present
 from fem_seal.grid_series import Interval, change_of, grid_error, on_half, unresolved
 from fem_seal.leak_rate import middle_of
 from fem_seal.parallel import Comm
-from fem_seal.patch import Patch
+from fem_seal.patch import Given, Patch
 from fem_seal.points import Chain, Expected, PointFolder, Task, Work, compute_points
 from fem_seal.points.compute import under
 from fem_seal.progress import Report
@@ -106,9 +106,16 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     fine = loaded.bounds(load, loaded.missing(asked).get(load, inf))
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load)
     change = change_of(_interval(*coarse), _interval(*fine))
-    left_out = unresolved(present(loaded.patch.surface, "surface"))
-    unresolved_share = left_out / present(loaded.critical_gap(load), "critical gap")
-    return known_error(grid_error(change, unresolved_share).log_error)
+    surface = present(loaded.patch.surface, "surface")
+    unresolved_share = unresolved(surface) / present(loaded.critical_gap(load), "critical gap")
+    pixels, patch = 0.0, loaded.patch
+    if patch.scene.flow.representation == "constant":
+        # As `grid_series.between_pixels`.
+        scene = patch.scene.with_({"flow.representation": "linear"})
+        smooth = Patch(scene, patch.report, given=Given(surface), comm=patch.comm)
+        linear = LoadedPatch(smooth, loaded.rtol).bounds(load)
+        pixels = change_of(_interval(*linear), _interval(*fine))
+    return known_error(grid_error(change, unresolved_share, pixels=pixels).log_error)
 
 
 def _interval(lower: float, upper: float) -> Interval:
