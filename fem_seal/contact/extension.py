@@ -49,6 +49,7 @@ class Extension:
         while len(self.pairs) < GRIDS and max(nx, ny) > 1:
             self.pairs.append(_GridPair((nx, ny), free.dtype, passes))
             nx, ny = self.pairs[-1].values.shape
+        self.update()
 
     def update(self) -> None:
         """Recompute all weights from the free set."""

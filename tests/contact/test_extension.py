@@ -35,7 +35,6 @@ def test_transpose(shape):
     """<E x, y> = <x, E' y> for every x on the free set, up to rounding; E x is x there."""
     free = (RNG.random(shape) < 0.4).astype(float)
     extension = Extension(free)
-    extension.update()
     x, y, extended = RNG.standard_normal(shape) * free, RNG.standard_normal(shape), np.empty(shape)
     extension.extend(x, extended)
     gathered = y.copy()
@@ -64,7 +63,6 @@ def test_two_coarser_grids(shape, fade, monkeypatch):
     monkeypatch.setattr("fem_seal.contact.extension.GRIDS", 2)
     monkeypatch.setattr("fem_seal.contact.extension.FADE", fade)
     extension = Extension(free)
-    extension.update()
     extension.extend(x, extended)
     assert extended.ravel() == pytest.approx(wanted, abs=1e-14)
 
@@ -225,7 +223,7 @@ def plain_iterates(h, mean, p, extended):
     def times(multiplier, values):
         return np.fft.ifft2(multiplier * np.fft.fft2(values)).real
 
-    free, t, rz_old, r_old = np.empty(h.shape), np.zeros(h.shape), np.inf, np.zeros(h.shape)
+    rz_old, (free, t, r_old) = np.inf, np.zeros((3, *h.shape))
     extension = Extension(free)
     while True:
         yield p
