@@ -33,7 +33,7 @@ class ProcessMemory:
 
 
 def memory_of(process: int) -> ProcessMemory | None:
-    """Memory of another process of this machine; None if it has ended."""
+    """Memory of a process of this machine; None if it has ended, or there is no /proc."""
     try:
         lines = Path(f"/proc/{process}/status").read_text().splitlines()
     except OSError:

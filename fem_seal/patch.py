@@ -183,8 +183,8 @@ class Patch:
     def with_(self, given: Given) -> "Patch":
         """Patch of the same scene that is given something else.
 
-        Surface, load, lift and settings of the flow stay unless they are named; what has been
-        solved does not.
+        Surface, load, lift and settings of the flow stay where `given` has None; what has been
+        solved does not, nor does a first guess.
         """
         own = self.given
         kept = replace(own, surface=self.surface, contact=None, contact_start=None, grid_error=None)

@@ -126,7 +126,7 @@ class LiftPoint:
 
     def thinned_to(self, problem: LiftProblem) -> "LiftPoint":
         """The point on the samples of a thinned problem, with the contact of all samples there."""
-        stride = self.problem.stride(problem.height.values)
+        stride = self.problem.stride_of(problem.height.values)
         gap, pressure = (
             problem.field(field.values[::stride, ::stride])
             for field in (self.contact.gap, self.contact.pressure)
@@ -194,7 +194,7 @@ class LiftPoint:
             return problem.first_network if more else network, epsilon
         # λ of a thinned problem weighs the pressure at its samples alone.
         weight, of_samples = np.zeros_like(self.pressure), self._adjoint.x
-        stride = self.problem.stride(of_samples)
+        stride = self.problem.stride_of(of_samples)
         weight[::stride, ::stride] = of_samples
         by_links, by_diagonals = self.flow.by_parts(self.pressure_by_u * weight, ADJOINT_TOLERANCE)
         anyway = by_diagonals > DIAGONAL * allowed
@@ -210,7 +210,7 @@ class LiftPoint:
 
     def log_rate_change_to(self, other: "LiftPoint") -> float:
         """Change of ln Q from the flow of this point to that of another, as of `log_rate_error`."""
-        stride = other.problem.stride(self.residual)
+        stride = other.problem.stride_of(self.residual)
         moved = other.residual.copy()
         moved[::stride, ::stride] -= self.residual
         return self._log_rate_by(other, moved)
@@ -220,7 +220,7 @@ class LiftPoint:
         here = other.problem is self.problem
         if not (self._adjoint.converged and (here or self.conducts_like(other))):
             return np.inf
-        stride = other.problem.stride(self._adjoint.x)
+        stride = other.problem.stride_of(self._adjoint.x)
         return summed_by_parts(self._adjoint.x * pressure[::stride, ::stride])
 
     @property

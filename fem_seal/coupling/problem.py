@@ -195,9 +195,9 @@ class LiftProblem:
             chain.insert(0, replace(self, height=height))
         return chain
 
-    def stride(self, thinned: np.ndarray) -> int:
-        """Samples along a side for one of these values of a thinned problem."""
-        return self.height.shape[0] // len(thinned)
+    def stride_of(self, values: np.ndarray) -> int:
+        """Samples along a side for one of the values of a thinned problem."""
+        return self.height.shape[0] // len(values)
 
     def interpolated(self, values: np.ndarray) -> np.ndarray:
         """Values of a thinned problem, interpolated linearly between its samples.
@@ -205,7 +205,7 @@ class LiftProblem:
         Those after its last row repeat it: the fluid keeps its pressure up to narrow places, and a
         line to the outlet's pressure would be farther off.
         """
-        step, shape = np.diag([1 / self.stride(values)] * 2), self.height.shape
+        step, shape = np.diag([1 / self.stride_of(values)] * 2), self.height.shape
         periodic = self.touching_film.sides == "periodic"
         last = values[:, :1] if periodic else values[:, -1:]
         between: np.ndarray = affine_transform(

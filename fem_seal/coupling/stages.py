@@ -51,7 +51,7 @@ def first_stage(
     thinned = problem.chain[0]
     # A gap of the rms height that ε makes wider has a larger ln g³, by what is allowed.
     epsilon = problem.allowed / 3 * problem.roughness
-    stride = problem.stride(thinned.height.values)
+    stride = problem.stride_of(thinned.height.values)
     start = None if contact is None else contact.pressure.values[::stride, ::stride]
     pressure = pressure[::stride, ::stride]
     pressed = thinned.contact_under(pressure, start)

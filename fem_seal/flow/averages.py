@@ -174,13 +174,13 @@ class Pyramid:
             pixels = pixel_means(slice(strip.start, min(strip.stop, squares[0])))
             beyond = strip.stop - strip.start - pixels.shape[1], my - squares[1]
             pixels = np.pad(pixels, [(0, 0), (0, beyond[0]), (0, beyond[1]), (0, 0)])
-            diagonal[1][:, half], axial[1][:, half] = _summed(pixels)
+            diagonal[1][:, half], axial[1][:, half] = _on_twice_as_wide(pixels)
 
         # Work in strips: the means on all pixels would take most of the pyramid's memory.
         with ThreadPoolExecutor(cores()) as pool:
             list(pool.map(fill, slices(0, mx if width > 1 else 0, _STRIP)))
         for k in range(2, len(shapes)):
-            diagonal[k][:], axial[k][:] = _summed(diagonal[k - 1])
+            diagonal[k][:], axial[k][:] = _on_twice_as_wide(diagonal[k - 1])
         starts = np.append(0, ends[:-1]).reshape(-1, 2)
         return cls(means, starts, np.array([columns for _, columns in shapes]))
 
@@ -192,7 +192,7 @@ class Pyramid:
         return self.means.take(row, axis=1)
 
 
-def _summed(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _on_twice_as_wide(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Diagonal and axial means on squares twice as wide as those of `d` (2, mx, my, 2)."""
     west_half, east_half = d[:, 0::2], d[:, 1::2]
     sw, nw, se, ne = (half[:, :, k::2] for half in (west_half, east_half) for k in range(2))

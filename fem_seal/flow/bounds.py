@@ -32,7 +32,7 @@ class Bounds:
 
     @property
     def excess(self) -> float:
-        """`excess` of the two."""
+        """Largest (u - l)/l over the directions that flow."""
         return excess(self.lower, self.upper)
 
     @property

@@ -209,8 +209,10 @@ class BubbleForm:
     def __init__(self, rows: np.ndarray, bubble: np.ndarray, count: int):
         slopes, own, with_first, self._terms = np.split(rows, [-7, -4, -2])
         self._bubble = bubble
-        self._starts = [-_summed(bubble, slope, count) for slope in slopes.reshape(-1, *own.shape)]
-        self._diagonal = _summed(bubble, own, count)
+        self._starts = [
+            -_by_bubbles(bubble, slope, count) for slope in slopes.reshape(-1, *own.shape)
+        ]
+        self._diagonal = _by_bubbles(bubble, own, count)
         # Stiffness (n, count + 1) of bubbles 1 and 2 of each cell with its bubble 0.
         starts = np.arange(0, 2 * bubble.shape[1] + 1, 2, dtype=np.int32)
         columns = bubble[1:].T.astype(np.int32).ravel()
@@ -222,7 +224,7 @@ class BubbleForm:
         first = self._bubble[0]
         product = self._diagonal * s
         product += self._others.T @ s.take(first)
-        product += _summed(first, self._others @ s, len(s) - 1)
+        product += _by_bubbles(first, self._others @ s, len(s) - 1)
         return product
 
     def lowered(self, free: np.ndarray) -> list[np.ndarray]:
@@ -282,6 +284,6 @@ def _few_steps_of_cg(
     return s
 
 
-def _summed(bubble: np.ndarray, of_sides: np.ndarray, count: int) -> np.ndarray:
+def _by_bubbles(bubble: np.ndarray, of_sides: np.ndarray, count: int) -> np.ndarray:
     """Sum the values of sides for each bubble; the last entry is for sides without one."""
     return np.bincount(bubble.ravel(), of_sides.ravel(), count + 1)

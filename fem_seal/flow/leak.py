@@ -19,7 +19,7 @@ from fem_seal.flow.marking import REFINEMENTS, Strategy, Tuning
 from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
 from fem_seal.flow.solution import SolvedLevel, Start
-from fem_seal.flow.stopping import Decision, Stopping, Tolerance, without_slip
+from fem_seal.flow.stopping import Decision, Stopping, Tolerance, unchanged
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, LevelRecord, middle_of
@@ -152,7 +152,7 @@ def _stopping(
         "0 if they are contact)"
     )
     growth = GROWTH if REFINEMENTS[settings.method] is None else USUAL_GROWTH
-    widened = without_slip if slipping is None else slipping.widened
+    widened = unchanged if slipping is None else slipping.widened
     return Stopping(criterion, settings.limits, growth, narrowest, comm, advice, widened)
 
 

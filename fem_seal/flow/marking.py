@@ -21,7 +21,7 @@ from fem_seal.flow.joints import wrongly_joined_cells
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.solution import FlowEstimate
 from fem_seal.flow_settings import FlowSettings
-from fem_seal.mesh.bisection import doerfler, halvings
+from fem_seal.mesh.bisection import doerfler, times_halved
 
 # Least size of a step by the error indicators, as a part of a full step, while flow through leaking
 # vertices or wrongly joined cells falsifies them.
@@ -156,7 +156,7 @@ def mark(
     if step < 1:
         by_error = doerfler(indicators, step * part * tuning.theta)
     by_residual = completed(by_error | by_flux, residuals, required)
-    halved = halvings(indicators, by_error)
+    halved = times_halved(indicators, by_error)
     times = np.zeros(len(problem.kept), dtype=np.int8)
     times[problem.kept] = np.max(
         [halved, by_flux, LEAK_HALVINGS * by_residual, JOINT_HALVINGS * by_joint], axis=0

@@ -73,7 +73,7 @@ class Tolerance:
         return bool(solution.level.bounds.width <= self.rtol)
 
     def why_undecidable(self, solution: LevelSolution) -> str:
-        """No message: finer meshes narrow any bounds."""
+        """Empty: finer meshes narrow any bounds."""
         return ""
 
     def missed(self, leak: LeakRate) -> str:
@@ -109,7 +109,7 @@ class Decision:
         return f"the flow alone puts it between {below:.4g} and {above:.4g} times the limit"
 
     def why_undecidable(self, solution: LevelSolution) -> str:
-        """Message if no mesh can decide because of slip or the margin, else ""."""
+        """Message if no mesh can decide because of slip or the margin; else empty."""
         bounds = solution.level.bounds
         lower, upper = bounds.numbers
         if lower == 0 or (solution.slip is None and self.margin == 0):
@@ -130,7 +130,7 @@ class Decision:
         return ""
 
 
-def without_slip(solution: LevelSolution) -> LevelSolution:
+def unchanged(solution: LevelSolution) -> LevelSolution:
     """Return the solution as it is: without slip there are no bounds to add."""
     return solution
 
@@ -146,7 +146,7 @@ class Stopping:
     comm: MPI.Comm  #: the first of its ranks decides
     advice: str = ""  #: what to do if the tolerance is out of reach
     #: adds to a solution the bounds for a gas that slips, before it is judged
-    with_slip_bounds: Callable[[LevelSolution], LevelSolution] = without_slip
+    with_slip_bounds: Callable[[LevelSolution], LevelSolution] = unchanged
     started: float = field(default_factory=time.perf_counter)  #: perf_counter() at the start
     #: history of the refinement
     levels: list[SolvedLevel] = field(default_factory=list, init=False)

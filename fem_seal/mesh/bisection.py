@@ -21,7 +21,7 @@ from fem_seal.mesh.mesh import Edges, Halvings
 from fem_seal.mesh.nested import PIXEL, NestedMesh, covering, opposite, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-MOST_HALVINGS = 4  # of a triangle by `halvings`
+MOST_HALVINGS = 4  # of a triangle by `times_halved`
 AnyMesh = NestedMesh | TriangleMesh  # the meshes that bisection refines
 M = TypeVar("M", bound=AnyMesh)
 
@@ -93,7 +93,7 @@ def doerfler(indicators: np.ndarray, theta: float) -> np.ndarray:
     return marked
 
 
-def halvings(indicators: np.ndarray, marked: np.ndarray) -> np.ndarray:
+def times_halved(indicators: np.ndarray, marked: np.ndarray) -> np.ndarray:
     """How often to halve each cell (C,) before the next solve; 0 if it is not marked.
 
     Where the solution is smooth, half a cell has a quarter of its indicator. A cell with 4^k times

@@ -28,7 +28,7 @@ from fem_seal.film.grid_film import GridFilm
 from fem_seal.finite_difference.links import LINKS, harmonic_mean
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
-from fem_seal.mesh.bisection import doerfler, halvings, refine
+from fem_seal.mesh.bisection import doerfler, refine, times_halved
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at, uniform_mesh
 
 # Both are far above rounding. A point lies in a triangle if no barycentric coordinate is below
@@ -158,7 +158,7 @@ class MeshNetwork(Network):
 
         A link's error falls with the square of its length: each triangle counts by its area, and by
         its legs. Where pixels of unlike gaps meet in a corner it falls more slowly: triangles that
-        count far more than the others become a quarter as wide (`bisection.halvings`).
+        count far more than the others become a quarter as wide (`bisection.times_halved`).
 
         Parameters
         ----------
@@ -182,7 +182,7 @@ class MeshNetwork(Network):
         inside = varies[legs].max(axis=1) + SMOOTH[self.film.representation] * area
         of_cells *= np.where(area > 1, area, inside)
         marked = doerfler(of_cells, share)
-        times = np.where(marked, np.maximum(halvings(of_cells, marked), 2), 0)
+        times = np.where(marked, np.maximum(times_halved(of_cells, marked), 2), 0)
         if anyway is not None:
             times[anyway] = np.maximum(times[anyway], 2)
         film = film or self.film

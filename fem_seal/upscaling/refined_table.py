@@ -242,14 +242,14 @@ def _errors(table: ConductivityTable, flow: SealFlow) -> tuple[np.ndarray, float
     count, along = table.loads.size + 1, present(flow.path, "path of the flow")
     net, influence = along.net_loads.ravel(), along.influences.ravel()
     interval = np.searchsorted(table.loads, net)
-    fall = _log_ratio(table.highest(net), table.lowest(net))
+    fall = _limited_fall(table.highest(net), table.lowest(net))
     error, influences = (np.bincount(interval, x, count) for x in (influence * fall, influence))
-    of_ends = np.pad(_log_ratio(table.upper, table.lower), 1)
+    of_ends = np.pad(_limited_fall(table.upper, table.lower), 1)
     of_flows = 0.5 * influences * (of_ends[:-1] + of_ends[1:])
     return np.maximum(error - of_flows, 0.0), float(of_flows.sum())
 
 
-def _log_ratio(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
+def _limited_fall(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
     """ln(upper/lower), at most MOST_FALL; 0 where both are 0."""
     least = np.exp(-MOST_FALL)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -11,7 +11,7 @@ from sample_gaps import rough_gap
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.flow.marking import REFINEMENTS, Tuning, completed, mark_all
-from fem_seal.mesh.bisection import doerfler, halvings
+from fem_seal.mesh.bisection import doerfler, times_halved
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(Tuning)])
@@ -59,7 +59,7 @@ def test_a_cell_is_halved_once_more_for_each_factor_of_four():
     """Of a smooth solution half a cell has a quarter: 4^k times the smallest is k more."""
     indicators = np.array([1.0, 3.9, 4.1, 17.0, 65.0, 1e9, 0.5])
     marked = np.array([True] * 6 + [False])
-    assert halvings(indicators, marked).tolist() == [1, 1, 1, 2, 3, 4, 0]
+    assert times_halved(indicators, marked).tolist() == [1, 1, 1, 2, 3, 4, 0]
 
 
 def test_the_rule_of_a_name_marks(monkeypatch):
