@@ -12,8 +12,8 @@ Line(3) = {3, 4};
 Line(4) = {4, 1};
 Curve Loop(1) = {1, 2, 3, 4};
 Plane Surface(1) = {1};
-Transfinite Curve{1, 3} = Max(1, Round(length / mesh_size)) + 1;
-Transfinite Curve{2, 4} = Max(1, Round(width / mesh_size)) + 1;
+Transfinite Curve{1, 3} = Max(1, Ceil(length / mesh_size - 1e-6)) + 1;
+Transfinite Curve{2, 4} = Max(1, Ceil(width / mesh_size - 1e-6)) + 1;
 Transfinite Surface{1} AlternateLeft;
 
 Physical Curve("inlet") = {4};

@@ -184,6 +184,17 @@ def test_constriction_and_verdict_of_a_shape():
     assert contact_words(solved.result()).startswith("0 % of the shape's area, mean gap 1 m")
 
 
+@pytest.mark.parametrize(
+    ("length", "width", "squares"), [(2, 1.49, 4), (3, 1, 8), (3 * 0.1, 0.1, 3)]
+)
+def test_no_side_of_a_square_is_longer_than_the_mesh_size(length, width, squares):
+    """As few as are no longer, where sides of 1.49 were made for 1; 3 * 0.1 > 0.3 is rounding."""
+    size = {2: 1, 3: 0.99, 3 * 0.1: 0.1}[length]
+    shape = {"kind": "rectangle", "length": length, "width": width, "mesh_size": size, "gap": 1}
+    film = shaped_film(Scene.from_mapping(scene(shape)).shape, None)
+    assert len(film.mesh.cells) == 2 * squares
+
+
 @pytest.mark.parametrize("kind", ["rectangle", "strip"])
 def test_a_channel_tightest_in_the_corner_of_an_end_and_a_wall(kind):
     """Its other side is the other wall, exactly as far as the strip is wide, and not the next
