@@ -158,9 +158,8 @@ def half_in_worker(patch: Patch) -> Iterator[None]:
         patch.surface, load=patch.load, lift=patch.lift, flow_settings=patch.flow_settings
     )
     with in_worker(_solved_in_worker, patch.scene, given) as answer:
-        half_solver(
-            patch
-        ).solve = answer  # Kept after the block: it has the answer, or solves here.
+        # Kept after the block: it has the answer then, or solves here.
+        half_solver(patch).solve = answer
         yield
 
 
