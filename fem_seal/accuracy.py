@@ -12,6 +12,7 @@ bracket, l: error of the lift, where the fluid lifts the solid.
 from dataclasses import dataclass, replace
 from functools import partial
 from math import expm1, inf, log, log1p, sinh
+from typing import NamedTuple
 
 from fem_seal import parallel
 from fem_seal.area_error import area_error
@@ -71,7 +72,17 @@ class Choice:
     area_error: float | None = None  #: the same; None unless a contact area is prescribed
 
 
-def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice, str]:
+class Chosen(NamedTuple):
+    """The patch that answers a scene, and how its contact grid was chosen."""
+
+    patch: Patch
+    choice: Choice | None = None  #: None without `accuracy.total`
+    #: why no allowed grid keeps the total; empty if that is kept, or not known because the flow has
+    #: not converged
+    missed: str = ""
+
+
+def chosen_grid(first: Patch, total: float) -> Chosen:
     """Refine the contact grid until its error is small; flow and lift get the rest of the total.
 
     `first` is on the samples of the scene, the coarsest grid that is chosen. The total is the
@@ -79,9 +90,6 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice, str]:
     exact solution of the flow. A sealed grid has no error of its leak rate: it is refined until it
     surely stays sealed. A prescribed area counts samples: its error is that of each grid, like the
     grid's own.
-
-    Returns patch, choice, and why no allowed grid keeps the total; empty if that is kept, or not
-    known because the flow has not converged.
     """
     allowed = log1p(total)
     # On every grid the flow is solved with rtol = total. On the chosen one it is solved again if
@@ -109,7 +117,7 @@ def chosen_grid(first: Patch, total: float) -> tuple[Patch, Choice, str]:
         lift_error=known_error(of_lift) if lifts else None,
         area_error=None if area is None else known_error(area.log_error),
     )
-    return patch, choice, reason
+    return Chosen(patch, choice, reason)
 
 
 def _contact_part(patch: Patch) -> float:
@@ -185,18 +193,15 @@ def chosen_patch(
     *,
     trust: bool = False,
     comm: parallel.Comm = None,
-) -> tuple[Patch, Choice | None, str]:
-    """Patch of a scene, on the contact grid that keeps its total error if it asks for one.
-
-    With it what `chosen_grid` returns.
-    """
+) -> Chosen:
+    """Patch of a scene, on the contact grid that keeps its total error if it asks for one."""
     first = Patch(scene, report, trust=trust, comm=comm)
     if scene.total_error is None:
-        return first, None, ""
+        return Chosen(first)
     with first.timed("accuracy"):
-        patch, choice, reason = chosen_grid(first, scene.total_error)
-    patch.seconds = first.seconds  # its own stages are parts of "accuracy"
-    return patch, choice, reason
+        chosen = chosen_grid(first, scene.total_error)
+    chosen.patch.seconds = first.seconds  # its own stages are parts of "accuracy"
+    return chosen
 
 
 def flow_log_error(leak: LeakRate) -> float:

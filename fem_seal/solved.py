@@ -8,7 +8,7 @@ from pathlib import Path
 from time import perf_counter
 
 from fem_seal import parallel
-from fem_seal.accuracy import Choice, chosen_patch
+from fem_seal.accuracy import Choice, Chosen, chosen_patch
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.error_budget import ErrorBudget
 from fem_seal.errors import InvalidInput
@@ -215,22 +215,16 @@ def solve(
         If the contact does not reach its tolerance.
     """
     require_packages(scene)
-    return answer(*chosen_patch(scene, report, trust=trust, comm=comm))
+    return answer(chosen_patch(scene, report, trust=trust, comm=comm))
 
 
-def answer(
-    patch: Patch,
-    choice: Choice | None = None,
-    missed: str = "",
-    *,
-    patches: Path | None = None,
-    work: Work | None = None,
-) -> Solved:
+def answer(chosen: Chosen, *, patches: Path | None = None, work: Work | None = None) -> Solved:
     """Compute the products of a patch's scene; what the patch has computed already is used.
 
-    Its first arguments are as of `accuracy.chosen_patch`. The solved patches of a [seal] are shared
-    among workers by `work` and kept in the folder `patches`, from which a later run continues.
+    The solved patches of a [seal] are shared among workers by `work` and kept in the folder
+    `patches`, from which a later run continues.
     """
+    patch, choice, missed = chosen
     start, scene = perf_counter(), patch.scene
     # The dry contact uses all cores, a flow only one: half of the samples are solved meanwhile.
     patch.solve_contact()
@@ -330,7 +324,7 @@ def run(
     """
     with _reserved(scene, out, overwrite, comm, work, origin) as folder:
         chosen = chosen_patch(scene, report, trust=trust, comm=comm)
-        return answer(*chosen, patches=folder.path / PATCHES, work=work).write(folder)
+        return answer(chosen, patches=folder.path / PATCHES, work=work).write(folder)
 
 
 @contextmanager

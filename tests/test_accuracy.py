@@ -177,13 +177,14 @@ def test_a_total_that_no_grid_keeps_is_not_converged(chosen, part, changes):
 
     Passes to such a tolerance may not settle.
     """
-    (patch, choice, missed), _, flows = chosen(lambda n: part, 1, **changes)
+    outcome, _, flows = chosen(lambda n: part, 1, **changes)
+    patch, choice, missed = outcome
     leak = patch.leak_rate
     assert (choice.samples, choice.rtol, {0.1, *flows}) == ((32, 32), 0.1, {0.1})
     percent = per_cent(exp(part * ALLOWED) - 1)
     assert f"part of the error is about {percent} on 32 x 32" in missed
     assert "max_refinement" in missed
-    solved = answer(patch, choice, missed)
+    solved = answer(outcome)
     assert solved.reason == solved.leak_rate.reason == missed
     assert not solved.converged
     # Its bounds are kept.

@@ -8,6 +8,7 @@ from pathlib import Path
 from pydantic import ConfigDict
 
 from fem_seal import __version__
+from fem_seal.accuracy import Chosen
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.files import digest
 from fem_seal.parallel import Comm
@@ -144,7 +145,8 @@ class ScenePoint(Task[Point]):
         scene = numbers_only(self.scene)
         try:
             if scene.total_error is None:
-                solved = answer(handed_on.patch(scene, report, trust=self.trust, comm=comm))
+                patch = handed_on.patch(scene, report, trust=self.trust, comm=comm)
+                solved = answer(Chosen(patch))
                 handed_on.follow(solved.patch)
             else:
                 solved = solve(scene, report, trust=self.trust, comm=comm)

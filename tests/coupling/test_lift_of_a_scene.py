@@ -8,6 +8,7 @@ import pytest
 from lifted_scenes import scene
 
 from fem_seal import run
+from fem_seal.accuracy import Chosen
 from fem_seal.drawing import draw
 from fem_seal.patch import Patch
 from fem_seal.quantities.lift import lift_range
@@ -119,7 +120,7 @@ def test_budget_of_a_state_that_has_not_settled():
     state = replace(settled, reason="not settled", **seen)
     patch = Patch(scene())
     patch.lifted = state
-    result = answer(patch).result()
+    result = answer(Chosen(patch)).result()
     assert not result.lift.settled
     assert "steps, not settled" in dict(summary_of(result))["lift"]
     # The command gives the reason on standard error, and a report once.
