@@ -73,7 +73,8 @@ MANY = 0.8
 class Prediction:
     """Time and memory that a scene takes on this machine, mostly to a factor of 1.5.
 
-    Of contacts that leak easily to a factor of 2; a lift next to closing took up to ten times that.
+    Of contacts that leak easily to a factor of 2; a lift next to closing takes up to ten times as
+    long as predicted.
     """
 
     samples: tuple[int, int]  #: of a patch

@@ -18,7 +18,7 @@ from fem_seal.scene_steps import elastic_contact
 PRECISION = 0.01  # largest relative distance of the two pressures between which a contact seals
 LOAD_RATIO = 1.5  # ratio of pressures while only a leaking or only a sealed one is known
 LEAST_OF_FIRST = 1e-6  # the search ends below this part of the first pressure
-MOST_OF_FIRST = 1e18  # and gives up above this multiple of it, and above the contact modulus
+MOST_OF_FIRST = 1e18  # and gives up above this multiple of it or E*, the larger one
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ GROWTH = 4.0
 # Multiples of the tolerance that the expected (u - l)/l is compared with: below DUAL_AT_ONCE the
 # true dual is solved at once; below DUAL_NEXT on the next mesh, before the regularised dual, which
 # is not needed if the bounds decide there. A full step leaves a third of the width. To wait longer
-# with the true dual costs a level near percolation, where the first correction narrows less.
+# with the true dual costs a level next to closing, where the first correction narrows less.
 DUAL_AT_ONCE, DUAL_NEXT = 2.0, 3.0
 
 

@@ -13,8 +13,8 @@ from fem_seal.flow.traces import mean_gradient_values
 def error_indicators(problem: LevelProblem, flows: Sequence[FlowEstimate]) -> np.ndarray:
     """Error indicators e_T (C,): the part of each cell in upper - lower (Prager and Synge).
 
-    e_T = ∫_T K|∇p|² + Q² ∇ψ·R ∇ψ + 2 j·∇p >= 0 with the flux j = Q (∂ψ/∂y, -∂ψ/∂x), summed over
-    the flows. For the true dual of a leak rate Σ e_T = upper - lower exactly. For the
+    e_T = ∫_T (K|∇p|² + Q² ∇ψ·R ∇ψ + 2 j·∇p) >= 0 with the flux j = Q (∂ψ/∂y, -∂ψ/∂x), summed
+    over the flows. For the true dual of a leak rate Σ e_T = upper - lower exactly. For the
     regularised dual the sum is off by about 1e-4, since ψ in blocked cells does not match the
     power traces of their neighbours.
     """

@@ -119,7 +119,7 @@ class LiftRecord(Record):
     @model_validator(mode="after")
     def _with_both_loads(self) -> "LiftRecord":
         if self.solid_pressure is not None and self.fluid_pressure is None:
-            raise ValueError("should hold the fluid's load beside the solid's")
+            raise ValueError("must hold the fluid's load beside the solid's")
         return self
 
     @classmethod
@@ -172,7 +172,7 @@ class PathRecord(Record):
     @model_validator(mode="after")
     def _of_one_length(self) -> "PathRecord":
         if len({len(getattr(self, name)) for name in type(self).model_fields}) > 1:
-            raise ValueError("should hold as many pressures and conductivities as places x")
+            raise ValueError("must hold as many pressures and conductivities as places x")
         return self
 
     @property

@@ -146,7 +146,7 @@ class Result(Record):
     @classmethod
     def _with_total(cls, seconds: dict[str, float]) -> dict[str, float]:
         if "total" not in seconds:
-            raise ValueError("should hold the 'total'")
+            raise ValueError("must hold the 'total'")
         return seconds
 
     def to_json(self) -> str:

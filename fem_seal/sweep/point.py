@@ -70,7 +70,9 @@ class Point:
         known = (abs(rate) for rate in rates if rate is not None)
         lacks_area = self.state is not None and self.contact_area_fraction is None
         if lacks_area or any(LARGEST < rate < inf for rate in known):
-            raise InvalidInput("a point without its contact area, or with a leak rate beyond any")
+            raise InvalidInput(
+                f"a point lacks its contact area, or leaks more than {LARGEST:g} m^3/s"
+            )
 
     @classmethod
     def of(cls, values: tuple[str, ...], result: Result) -> "Point":
