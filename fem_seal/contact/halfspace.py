@@ -33,7 +33,7 @@ def _sliding(depth: np.ndarray, nu: float) -> np.ndarray:
 
 # Least factor of a layer: below it the terms of `_fixed` leave few digits of their difference, and
 # the squares of pressures soon exceed single precision.
-LEAST_FACTOR = 1e-15
+LEAST_COMPLIANCE = 1e-15
 
 
 BASES = {"fixed": _fixed, "sliding": _sliding}
@@ -207,11 +207,11 @@ def wave_stiffness(
     if layer is not None:
         waves = q > 0
         factor = layer.compliance_factor(q[waves])
-        if not factor.min(initial=1.0) >= LEAST_FACTOR:
+        if not factor.min(initial=1.0) >= LEAST_COMPLIANCE:
             raise InvalidInput(
                 f"a layer of thickness {layer.thickness:g} m yields to the longest wave of the "
-                f"surface, {2 * np.pi / q[waves].min():.3g} m, less than {LEAST_FACTOR:g} times as "
-                "much as a half-space does: check the units of layer_thickness and surface"
+                f"surface, {2 * np.pi / q[waves].min():.3g} m, less than {LEAST_COMPLIANCE:g} "
+                "times as much as a half-space does: check the units of layer_thickness and surface"
             )
         stiffness[waves] /= factor
     return stiffness

@@ -7,7 +7,7 @@ from fem_seal.contact.state import BearingState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
-ROUNDING = 1e-4  # largest relative error of a prescribed mean gap
+GAP_ROUNDING = 1e-4  # largest relative error of a prescribed mean gap, by rounding
 
 
 def bearing(
@@ -39,7 +39,7 @@ def bearing(
     else:
         plane = plane_at_mean_gap(heights, load.value)
     gap = GridField(np.maximum(plane - heights, 0), height.spacing, height.periodic)
-    if load.kind == "mean_gap" and not abs(gap.values.mean() / load.value - 1) <= ROUNDING:
+    if load.kind == "mean_gap" and not abs(gap.values.mean() / load.value - 1) <= GAP_ROUNDING:
         raise InvalidInput(
             f"mean_gap = {load.value:g} m is lost in the rounding of heights from "
             f"{heights.min():.3g} to {heights.max():.3g} m; ask for a larger one"

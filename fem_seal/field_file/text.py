@@ -14,7 +14,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
 from fem_seal.field_file.recorded import Pair, Recorded, in_si
-from fem_seal.field_file.text_header import Statements, bare, statements_of, unit_in
+from fem_seal.field_file.text_header import ROUNDED, Statements, bare, statements_of, unit_in
 from fem_seal.field_file.text_table import (
     FARTHEST,
     OFF_GRID,
@@ -26,8 +26,8 @@ from fem_seal.field_file.text_table import (
 COUNTING = "; its first line and column count points, without a unit, and say no lengths"
 CONTRADICT = "; the steps and the lengths in its header contradict each other: {}"
 # Steps along a length, which may be one fewer than the points, may differ from their number by so
-# many, and by such a part, since digits are rounded.
-SAME_COUNT, SAME_LENGTHS = 1.5, 0.02
+# many, beside what rounded digits make.
+SAME_COUNT = 1.5
 WIDEST_LIST = 8  # columns from which on a table is no list of points
 LONG = 5  # numbers in a line that rise evenly by chance in no rough map
 UNCALIBRATED = "; its header says that the camera's resolution is 0: it was not calibrated"
@@ -105,7 +105,7 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     for axis, count in zip("xy", values.shape, strict=True):
         step, length = header.metres(header.steps, axis), header.metres(lengths, axis)
         if step is not None and length is not None:
-            unequal.append(abs(length / step - count) > SAME_COUNT + SAME_LENGTHS * count)
+            unequal.append(abs(length / step - count) > SAME_COUNT + ROUNDED * count)
         if step is not None or length is not None:
             steps.append((length or 0.0) / count if step is None else step)
     spacing = (steps[0], steps[1]) if len(steps) == 2 else None

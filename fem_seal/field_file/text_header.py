@@ -56,7 +56,7 @@ _UNITS_OF = re.compile(r"\s*(units?|einheit(en)?|unités?)\b[\s:=;,]*", re.IGNOR
 _BEFORE_UNIT = re.compile(r"\s+(?=[\[(/])|(?<=/)\s+")
 _UNIT_WORD = re.compile(r"(?<![^\W_])(?:[nuµμmc]m|inch|mil|[hkMG]Pa|m?bar|psi|ksi|N/mm)(?![^\W_])")
 _LETTER = re.compile(r"[^\W\d_]")
-SAME_LENGTH = 0.02  # relative difference of two statements that count as one, in rounded digits
+ROUNDED = 0.02  # relative difference of two lengths in rounded digits that count as one
 QUOTED = 3  # most lines about lengths that a message quotes
 
 # By axis, "x", "y" or "" (both): number and unit or None.
@@ -364,7 +364,7 @@ def _keep(lengths: Lengths, axis: str, length: tuple[float, str | None]) -> None
     first = lengths.setdefault(axis, length)
     both = [(number, unit) for number, unit in (first, length) if unit is not None]
     metres = [number * in_si(unit, "m", "lengths") for number, unit in both]
-    if len(both) == 2 and not isclose(*metres, rel_tol=SAME_LENGTH):
+    if len(both) == 2 and not isclose(*metres, rel_tol=ROUNDED):
         lengths[axis] = 0.0, first[1]
 
 
