@@ -193,7 +193,9 @@ class LeakRate(Estimate):
         super().__post_init__()
         least = self.range[0]
         if not least >= 0 or (self.state == "sealed" and self.value > 0):
-            raise Inconsistent(f"{self.state}, and the leak rate is at least {least:.6e} m^3/s")
+            raise Inconsistent(
+                f"{self.state}, with a leak rate of {self.value:.6e} m^3/s, at least {least:.6e}"
+            )
 
     @property
     def converged(self) -> bool:

@@ -9,7 +9,8 @@ from fem_seal.errors import InvalidInput
 
 # Peak memory of a surface with its elastic contact in mixed precision [bytes a sample]: the least
 # that was measured (4096 x 4096 samples), below which no contact is begun, and the usual one, by
-# which memory is predicted. 512 x 512 to 2048 x 2048 samples took 99 to 102.
+# which memory is predicted (whole runs take 0.9 to 1.2 of that). 512 x 512 to 2048 x 2048 samples
+# took 99 to 102.
 LEAST_BYTES, USUAL_BYTES = 72, 85
 
 
