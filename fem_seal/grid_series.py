@@ -235,7 +235,8 @@ def between_pixels(patch: Patch) -> float:
     linear = FLOWS[settings.method](
         settings, replace(film, representation="linear"), silent, patch.comm
     )
-    return log_ratio(linear.value, patch.leak_rate.value)
+    ends = (linear.value,) if linear.converged else linear.bounds
+    return max(log_ratio(end, patch.leak_rate.value) for end in ends)
 
 
 def grid_error(

@@ -157,6 +157,15 @@ def _toml(value: object) -> str:
     return repr(value)
 
 
+def damaged(text: str, place: Sequence[str | int], value: object) -> str:
+    """JSON in which another value stands at a place, given by its keys from the outside in."""
+    data = part = json.loads(text)
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    return json.dumps(data)
+
+
 def unwrapped(text: str) -> str:
     """Printed lines of a result, each on a line of its own."""
     return re.sub(r"\n {11}", " ", text)

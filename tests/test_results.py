@@ -1,6 +1,5 @@
 """The result folder: complete or absent, read back to the last digit, never another scene's."""
 
-import json
 import os
 import re
 from contextlib import suppress
@@ -9,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import scene_of_samples
+from project import damaged, scene_of_samples
 
 from fem_seal import run
 from fem_seal.accuracy import Chosen
@@ -286,11 +285,7 @@ LIFT_OF_A_SOLID_ALONE = {
 )
 def test_a_result_that_contradicts_itself_is_none(answers, tmp_path, place, value, words):
     """One sentence of the reader, status 2: what shows a result never meets such a part."""
-    data = part = json.loads(answers[0].result().to_json())
-    for key in place[:-1]:
-        part = part[key]
-    part[place[-1]] = value
-    (tmp_path / "result.json").write_text(json.dumps(data))
+    (tmp_path / "result.json").write_text(damaged(answers[0].result().to_json(), place, value))
     with pytest.raises(InvalidInput, match=f"is not a result.*{words}"):
         Result.from_folder(tmp_path)
 

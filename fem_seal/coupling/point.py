@@ -353,8 +353,8 @@ class FloatingPoint(LiftPoint):
     def after(self, step: NewtonStep, fraction: float = 1.0) -> Self | None:
         """The point a fraction of a step further on; None if the solid would touch.
 
-        The film at most doubles and nowhere falls below a quarter: p_f hardly depends on a large
-        separation, whose step may therefore be as long as one likes.
+        The film at most doubles, and a quarter of it is left everywhere: p_f hardly depends on a
+        large separation, whose step may therefore be as long as one likes.
         """
         gap = self.contact.gap.values
         longest = max(float(step.gap.mean() / gap.mean()), float((-step.gap / gap).max()) / 0.75)

@@ -19,6 +19,7 @@ from fem_seal.coupling.point import FloatingPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.stages import first_stage, further_stages
 from fem_seal.coupling.state import LiftedState
+from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
@@ -235,13 +236,13 @@ def _merged(first: LiftedState, second: LiftedState, *, in_equilibrium: bool) ->
     what = "have two equilibria" if settled else "come to two states, not both of them settled"
     starts = "from the pressure of the outlet and of the inlet"
     if second.floats and not first.floats:
-        starts = "in contact and floating above it"
+        starts = "one in contact and one floating above it"
     names = [f"{leak.value:.3g} m^3/s" if leak.value else "0 (sealed)" for leak in leaks]
     opened = [present(state.contact, "contact").gap.values > 0 for state in (first, second)]
     differ = np.count_nonzero(opened[0] != opened[1])
     reason = (
         f"contact and flow {what}, {starts}: "
-        f"{differ} samples are open in one and closed in the other, and the leak rate is "
+        f"{number_of(differ, 'sample')} open in one and closed in the other, and the leak rate is "
         f"{names[0]} or {names[1]}; {FINER}"
     )
     return replace(

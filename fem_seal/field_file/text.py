@@ -84,11 +84,14 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
         return Recorded(values.T, header.unit_of_values(), between, lateral)
     lines, columns = values.shape
     counts, lengths = dict(header.counts), dict(header.lengths)
-    for axis, (number, unit) in header.lengths.items():
+    for axis, stated in header.lengths.items():
         # "Width 512" is a number of points if there are so many.
-        if axis and unit is None and number in (lines, columns):
-            counts.setdefault(axis, int(number))
-            del lengths[axis]
+        points = [one for one in stated if axis and one[1] is None and one[0] in (lines, columns)]
+        if points:
+            counts.setdefault(axis, int(points[0][0]))
+            lengths[axis] = [one for one in stated if one not in points]
+            if not lengths[axis]:
+                del lengths[axis]
     expected = counts.get("y", lines), counts.get("x", columns)
     across = expected != (lines, columns) and expected[::-1] == (lines, columns)
     if expected != (lines, columns) and not across and {"x", "y"} <= counts.keys():

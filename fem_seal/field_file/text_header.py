@@ -59,8 +59,8 @@ _LETTER = re.compile(r"[^\W\d_]")
 ROUNDED = 0.02  # relative difference of two lengths in rounded digits that count as one
 QUOTED = 3  # most lines about lengths that a message quotes
 
-# By axis, "x", "y" or "" (both): number and unit or None.
-Lengths = dict[str, tuple[float, str | None]]
+# By axis, "x", "y" or "" (both): all that is stated, each a number and its unit or None.
+Lengths = dict[str, list[tuple[float, str | None]]]
 
 
 @dataclass
@@ -107,17 +107,24 @@ class Statements:
         return (self.titles[column].unit if self.titles else "") or self.lateral_unit
 
     def metres(self, numbers: Lengths, axis: str) -> float | None:
-        """Length [m] along an axis out of `steps` or `lengths`; None if they lack it."""
-        number, unit = numbers.get(axis) or numbers.get("") or (0.0, None)
-        unit = unit or self.lateral_unit
-        return None if unit is None or not number else number * in_si(unit, "m", "lengths")
+        """Length [m] along an axis out of `steps` or `lengths`; None if they lack or contradict it.
+
+        Beside a length with a unit a number without one may be that of anything.
+        """
+        stated = numbers.get(axis, []) + numbers.get("", [])
+        with_unit = [(number, unit) for number, unit in stated if unit is not None]
+        if not with_unit and self.lateral_unit is not None:
+            with_unit = [(number, self.lateral_unit) for number, _ in stated]
+        found = [number * in_si(unit, "m", "lengths") for number, unit in with_unit if number > 0]
+        agree = all(isclose(found[0], other, rel_tol=ROUNDED) for other in found)
+        return found[0] if found and agree else None
 
     @property
     def length_hint(self) -> str:
         """Quote of the lines about lengths, for a message that asks for them; "" without any."""
         if not self.about_lengths:
             return ""
-        return f"; its header says {self.quoted}, but no lengths of both sides with their unit"
+        return f"; its header says {self.quoted}, but not one length of each side with its unit"
 
     @property
     def quoted(self) -> str:
@@ -351,21 +358,12 @@ def _about_lengths(line: str) -> bool:
 def _put(lengths: Lengths, axes: str, pair: list[tuple[float, str | None]]) -> None:
     """Keep one length, or "10 µm x 8 µm" as those of both axes."""
     if len(pair) == 2 and axes in ("", "xy"):
-        unit = pair[1][1]
-        _keep(lengths, "x", (pair[0][0], pair[0][1] or unit))
-        _keep(lengths, "y", pair[1])
+        (number, unit), second = pair
+        lengths.setdefault("x", []).append((number, unit or second[1]))
+        lengths.setdefault("y", []).append(second)
     elif pair[0][0] > 0:
         for axis in axes or [""]:
-            _keep(lengths, axis, pair[0])
-
-
-def _keep(lengths: Lengths, axis: str, length: tuple[float, str | None]) -> None:
-    """Keep the first length along an axis; 0, which is none, if a second one differs from it."""
-    first = lengths.setdefault(axis, length)
-    both = [(number, unit) for number, unit in (first, length) if unit is not None]
-    metres = [number * in_si(unit, "m", "lengths") for number, unit in both]
-    if len(both) == 2 and not isclose(*metres, rel_tol=ROUNDED):
-        lengths[axis] = 0.0, first[1]
+            lengths.setdefault(axis, []).append(pair[0])
 
 
 def _quantities(value: str, unit: str | None, decimal: str) -> Iterator[tuple[float, str | None]]:

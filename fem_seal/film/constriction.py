@@ -103,7 +103,7 @@ def _by_graph(sites: Lattice, low: float, high: float) -> Callable[[float], bool
         row, column = i + di, j + dj
         neighbours = (row >= 0) & (row < nx) & (around | ((column >= 0) & (column < ny)))
         if di and dj:
-            # Diagonals leave the even vertices of each column towards the next column.
+            # A diagonal begins at a vertex (i, j) of its left column with an even i + j.
             even = (i + j if dj > 0 else row + column % ny) % 2 == 0
             neighbours &= even & (sites.connectivity == "triangulation")
         ends = nodes[i, j][neighbours], nodes[row[neighbours], column[neighbours] % ny]

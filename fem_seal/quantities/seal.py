@@ -167,13 +167,19 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
     may_cross = f"if {100 * leaking:.0f} % of the patches leak, a path of them may cross the seal"
     number, lowered, share = len(seal.patches), seal.lowered, seal.next_load_share
     if lowered is None:
-        less = "less" if share is None else f"about {100 * share:.0f} % of its"
-        few = number < LEAST_LEAKING
-        more = f" with {LEAST_LEAKING} realizations (seal.patches)" if few else ""
-        sentence = (
-            f"{sealed}; {may_cross}; compute the seal under {less} load{more}, until patches leak: "
-            "under its own load it leaks at most the upper end of that result"
+        # Fluid below ambient may keep all patches sealed without any load.
+        advice = (
+            "more realizations that are sealed (seal.patches) may exclude that, and less load, if "
+            "patches leak under it, bounds what leaks"
         )
+        if share is not None:
+            few = number < LEAST_LEAKING
+            more = f" with {LEAST_LEAKING} realizations (seal.patches)" if few else ""
+            advice = (
+                f"compute the seal under about {100 * share:.0f} % of its load{more}, until "
+                "patches leak: under its own load it leaks at most the upper end of that result"
+            )
+        sentence = f"{sealed}; {may_cross}; {advice}"
         return Uncertainty(PATCHES, "not covered", sentence, 1.0, None, caution=True)
     known = "included" if lowered.contact_error is not None else "not known there, and not included"
     sentence = (

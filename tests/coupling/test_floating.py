@@ -205,7 +205,7 @@ def test_a_contact_below_a_solid_that_floats_is_one_of_two_states():
         return load / share / (12e-3 * resistance)
 
     assert not state.converged
-    assert "two equilibria, in contact and floating" in state.reason
+    assert "two equilibria, one in contact and one floating" in state.reason
     # In contact a tent at one sample takes up to twice its area from the conductance.
     error = state.error + lifting.flow.rtol + 2 * 4 / 32**2
     assert state.lowest == pytest.approx(leak(0), rel=error)

@@ -442,6 +442,8 @@ def test_steps_and_lengths_that_contradict_each_other(tmp_path, step):
         ("Lateral resolution: 0.7 um", "Pixel size: 2 um"),
         ("Height: 3.2 um", "Width: 12 um", "Height: 12 um"),
         ("Scan size: 12 um x 12 um", "Field of view: 1 mm x 0.8 mm"),
+        ("Pixel size: 1 um", "x step: 2 um", "y step: 2 um"),
+        ("Scan size: 10 um", "Width: 20 um", "Height: 20 um"),
     ],
 )
 def test_two_lengths_of_one_side_that_differ(tmp_path, lines):

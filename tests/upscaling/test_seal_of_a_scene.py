@@ -1,6 +1,5 @@
 """[seal] in a scene: from the file to result.json, the verdict and the picture."""
 
-import json
 import re
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
@@ -12,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
-from project import scene_of_samples
+from project import damaged, scene_of_samples
 
 from fem_seal import pictures
 from fem_seal.cli.sweep import line_of_point
@@ -110,12 +109,7 @@ def test_result(result):
     ],
 )
 def test_a_damaged_seal_is_no_result(result, tmp_path, place, value, words):
-    data = json.loads(result.to_json())
-    part = data["seal"]
-    for key in place[:-1]:
-        part = part[key]
-    part[place[-1]] = value
-    (tmp_path / "result.json").write_text(json.dumps(data))
+    (tmp_path / "result.json").write_text(damaged(result.to_json(), ("seal", *place), value))
     with pytest.raises(InvalidInput, match=f"is not a result.*{words}"):
         Result.from_folder(tmp_path)
 
@@ -506,6 +500,8 @@ def test_fluid_below_ambient_leaves_no_load_to_try(monkeypatch, patches, pressur
     assert solved.seal.lowered is None
     share = None if patches == 3 or not shares else pytest.approx(shares[0], abs=1e-3)
     assert solved.seal.next_load_share == share
+    of_patches = next(entry for entry in solved.budget if entry.key == "patches")
+    assert ("of its load" in of_patches.sentence) == (share is not None)
 
 
 @pytest.mark.parametrize("patches", [1, 2])
