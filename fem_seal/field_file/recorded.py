@@ -21,7 +21,8 @@ FINEST, FLATTEST, STEEPEST = 1e-12, 1e-6, 10.0
 SIZE = 'size, such as size = ["1 mm", "1 mm"] (number of points times their distance)'
 SIZE_OPTION = 'or by --size "1 mm,1 mm"'
 TURNS = (0, 90, 180, 270)  # of a map [degrees]
-LONGEST = 1e100  # largest spacing [m], and 1 over the smallest; squares of others may overflow
+# Largest spacing and value [m], and 1 over the smallest spacing; squares of others may overflow.
+LONGEST = 1e100
 
 # "A" is the ångström to SurfaceTopography and Gwyddion, and the ampere to a units library.
 _SPELT_OTHERWISE = {"A": "angstrom", "Å": "angstrom", "~m": "um"}
@@ -132,6 +133,11 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
         )
     # A single multiplication, so that heights in nm and in m differ by one rounding.
     values = recorded.values * scale if scale != 1 else recorded.values
+    if (np.abs(values) > LONGEST).any():
+        raise InvalidInput(
+            f"a value of {path} is beyond {LONGEST:g} m; if it marks missing points, say so by "
+            "missing, or write NaN there"
+        )
     if recorded.spacing is not None and recorded.length_unit is None and stated.size is None:
         subject, remedy = f"x and y of {path} have no unit", f"give its {SIZE}, {SIZE_OPTION}"
         refuse_other_unit(values, spacing, str(stated.unit), subject, remedy)

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from fem_seal.cli import main
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import HEIGHT_NAMES, Stated, read_map
 
@@ -418,6 +419,18 @@ def test_units_of_something_else(tmp_path, line):
     path.write_text(f"# {line}\n# pixel size: 2 um\n{BODY}\n", encoding="utf-8")
     with pytest.raises(InvalidInput, match="have no unit"):
         read_map(path, HEIGHT_NAMES)
+
+
+@pytest.mark.parametrize("command", ["new", "surface"])
+def test_a_height_whose_square_overflows(tmp_path, monkeypatch, capsys, command):
+    """One sentence, and no warning of numpy."""
+    monkeypatch.chdir(tmp_path)
+    values = np.random.default_rng(1).normal(size=(6, 4))
+    values[2, 1] = 1e208
+    head = "# pixel size: 1 um\n# heights in um"
+    np.savetxt("a.txt", values, header=head, comments="")
+    assert main([command, "a.txt"]) == 2
+    assert re.fullmatch("fem-seal: .* is beyond 1e[+]100 m; .*\n", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("step", ["Lateral resolution: 0.7 um", "Pitch: 3 um"])
