@@ -43,6 +43,7 @@ OF_CHANGE = 0.15  # of the change of ln Q from half of the samples, in e
 SECOND_ORDER = 4.0  # of e², added to e
 MOST_E = 0.8  # e from which the constriction may close
 IF_LIFTED = 1.5  # of e where the fluid lifts the solid
+LINEAR_GAP = "the gap that is linear between the samples"
 # Samples from which the coarser grid is solved in a process of its own while the flow is, and
 # the memory that must be available for that process and for the flow: dry and lifted, bytes for
 # each sample of the finer grid, and for the libraries.
@@ -270,7 +271,7 @@ def grid_error(
         f"{per_cent(unresolved_share)} of the gap of the critical constriction"
     )
     if pixels:
-        sentence += ", and from the gap that is linear between the samples"
+        sentence += f", and from {LINEAR_GAP}"
     claimed = first_order * (1 + SECOND_ORDER * first_order) + pixels
     if counted is not None:
         claimed += hypot(change, counted)
@@ -349,10 +350,13 @@ def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:
         return estimate(CONTACT_GRID, "on half of the samples the fluid lifts the solid off")
     if patch.scene.measured_map is None:
         return error_from_half(patch, coarse)
-    change = change_of(coarse, rate_interval(patch))
+    change, pixels = change_of(coarse, rate_interval(patch)), between_pixels(patch)
     sentence = "what half of the samples of the map change"
     if change == inf:
         return estimate(CONTACT_GRID, f"{sentence}: they are sealed")
+    if pixels:
+        sentence += f", and {LINEAR_GAP}"
+    change += pixels
     return estimate(CONTACT_GRID, sentence, exp(-change), exp(min(change, MOST_LOG)))
 
 

@@ -18,6 +18,7 @@ from fem_seal.files import (
     atomic_write,
     clear_abandoned,
     create_text,
+    digest_of_sources,
     locked_folder,
     staging_folder,
     temporary_folder,
@@ -65,6 +66,17 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path):
         raise RuntimeError
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_points_of_other_sources_are_others(tmp_path):
+    """A commit changes numbers, and not always the version."""
+    source = tmp_path / "package" / "module.py"
+    source.parent.mkdir()
+    digests = set()
+    for text in ("x = 1", "x = 2"):
+        source.write_text(text)
+        digests.add(digest_of_sources.__wrapped__(tmp_path))
+    assert len(digests) == 2
 
 
 def test_one_of_many_creates_a_file(tmp_path):

@@ -9,6 +9,7 @@ from fem_seal.files.atomic import (
     atomic_write,
     create_text,
     digest,
+    digest_of_sources,
     names_in,
     staging_folder,
     temporary_folder,

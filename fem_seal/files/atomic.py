@@ -6,7 +6,8 @@ import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from hashlib import file_digest
+from functools import cache
+from hashlib import file_digest, sha256
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
@@ -132,6 +133,13 @@ def to_disk(path: Path) -> None:
             raise
     finally:
         os.close(handle)
+
+
+@cache
+def digest_of_sources(package: Path = Path(__file__).parents[1]) -> str:
+    """SHA-256 of the sources of fem_seal: numbers may change between commits of one version."""
+    sources = sorted(package.rglob("*.py"))
+    return sha256("".join(map(digest, sources)).encode()).hexdigest()
 
 
 def digest(path: Path) -> str:

@@ -8,11 +8,10 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import Field, ValidationError, model_validator
 
-from fem_seal import __version__
 from fem_seal.arguments import require_kind
 from fem_seal.contact.settings import Load
 from fem_seal.errors import InvalidInput, InvalidScene, present
-from fem_seal.files import digest
+from fem_seal.files import digest, digest_of_sources
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Drive, Slip
 from fem_seal.scene.checks import check
@@ -114,12 +113,12 @@ class Scene(Section):
         return self.model_dump(mode="json", exclude_none=True, exclude=chosen)
 
     def fingerprint(self, *more: object, digest_of: Callable[[Path], str] = digest) -> str:
-        """Hash of the scene, the content of its input files, the version of fem_seal, and `more`.
+        """Hash of the scene, the content of its input files, the sources of fem_seal, and `more`.
 
         It names the file of a point that is computed from these.
         """
         inputs = [digest_of(path) for _, path in self.input_files]
-        text = json.dumps([self.to_mapping(), inputs, __version__, *more], sort_keys=True)
+        text = json.dumps([self.to_mapping(), inputs, digest_of_sources(), *more], sort_keys=True)
         return sha256(text.encode()).hexdigest()[:32]
 
     def with_(self, changes: Mapping[str, object]) -> "Scene":

@@ -13,9 +13,9 @@ from math import log2, prod
 from pathlib import Path
 from typing import Any
 
-from fem_seal import __version__
 from fem_seal.arguments import choose
 from fem_seal.errors import InvalidInput
+from fem_seal.files import digest_of_sources
 from fem_seal.film import GridFilm
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.leak_rate import Bounded, middle_of, relative_half_width
@@ -151,7 +151,7 @@ def _task(
 ) -> StudyTask[Answer]:
     """Task of one method on films whose spacing is halved a number of times."""
     choose(METHODS, method, "method")
-    inputs = sha256(repr((settings, times, method, __version__)).encode())
+    inputs = sha256(repr((settings, times, method, digest_of_sources())).encode())
     for film in films:
         gap = film.gap
         read = film.sides, film.representation, gap.shape, gap.spacing, gap.periodic

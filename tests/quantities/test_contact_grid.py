@@ -84,13 +84,20 @@ def test_a_sealed_patch_that_is_not_solved_under_less_load_may_leak(monkeypatch)
     assert "the certificate is 1e-3" in grid.sentence
 
 
-def test_a_measured_map_says_what_half_of_its_samples_change(tmp_path):
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_a_measured_map_says_what_half_of_its_samples_change(tmp_path, representation):
+    """Constant pixels also count the gap that is linear between the samples."""
     patch = Patch(scene())
     spacing = patch.surface.spacing
     np.savez(tmp_path / "map.npz", heights=patch.surface.values, spacing=spacing, periodic=True)
-    measured = Patch(scene(surface={"kind": "file", "path": str(tmp_path / "map.npz")}))
-    half = on_half(measured).leak_rate.value
-    change = abs(log(measured.leak_rate.value / half))
+    surface = {"kind": "file", "path": str(tmp_path / "map.npz")}
+    flow = scene().to_mapping()["flow"]
+    measured, linear = (
+        Patch(scene(surface=surface, flow=flow | {"representation": one}))
+        for one in (representation, "linear")
+    )
+    half, value = on_half(measured).leak_rate.value, measured.leak_rate.value
+    change = abs(log(value / half)) + abs(log(value / linear.leak_rate.value))
     grid = entry(measured)
     assert (grid.lower, grid.upper) == pytest.approx((exp(-change), exp(change)), rel=1e-9)
     (instrument,) = (e for e in error_budget(measured) if e.key == "instrument")
