@@ -136,5 +136,5 @@ def _of_sealed(patch: Patch, reach: _Reach, words: str) -> Uncertainty:
     if lifted is not None and lifted.is_range:
         low, high = rate.range
         rate = replace(rate, lower=low, upper=max(high, lifted.highest))
-    most = rate.widened(*error_beyond(patch, lighter)).range[1]
+    most = rate.widened(error_beyond(patch, lighter)).range[1]
     return estimate(CONTACT_AREA, words, 1.0, upper_rate=most if most < inf else None)

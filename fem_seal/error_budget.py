@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 
 from fem_seal.digits import rounded_down, rounded_up
 from fem_seal.errors import Inconsistent
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import Factors, LeakRate
 
 MOST_LOG = 700.0  # exp(709) is the largest double
 # Keys of entries that other modules look for.
@@ -70,10 +70,8 @@ class Uncertainty:
     name: str = ""  #: the key in words
 
     def __post_init__(self) -> None:
-        low = 0.0 if self.lower is None else self.lower
-        if not 0 <= low <= (low if self.upper is None else self.upper):
-            raise Inconsistent(f"factors of {self.key}: {self.lower} and {self.upper}")
-        if self.kind == "guaranteed" and not self.counted:
+        # `factors` refuses those that cannot be.
+        if self.factors == Factors(0.0, inf) and self.kind == "guaranteed":
             raise Inconsistent(f"{self.key} is guaranteed without factors")
         if not self.name:
             object.__setattr__(self, "name", self.key.replace("_", " "))
@@ -85,6 +83,11 @@ class Uncertainty:
     def counted(self) -> bool:
         """Whether a verdict counts the entry."""
         return self.lower is not None or self.upper is not None
+
+    @property
+    def factors(self) -> Factors:
+        """Both factors; a side without one is open."""
+        return Factors(self.lower or 0.0, inf if self.upper is None else self.upper)
 
     @property
     def log_error(self) -> float:
@@ -123,23 +126,15 @@ def may_close(entry: Uncertainty) -> bool:
 ErrorBudget = tuple[Uncertainty, ...]
 
 
-def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]:
-    """Multiply the lower factors and the upper factors of all counted entries.
+def combined(budget: Iterable[Uncertainty]) -> Factors:
+    """Multiply the factors of all counted entries.
 
     The errors multiply: true over computed leak rate is the product of one ratio for each entry.
     If each ratio keeps its own bounds, the product keeps the product of the bounds, whether or not
     the errors have a common cause. (A root of summed squares would be narrower, but requires
     independent errors.)
-
-    A side that a counted entry leaves unbounded is None.
     """
-    counted = [entry for entry in budget if entry.counted]
-    lowers = [entry.lower for entry in counted if entry.lower is not None]
-    uppers = [entry.upper for entry in counted if entry.upper is not None]
-    return (
-        prod(lowers) if len(lowers) == len(counted) else None,
-        prod(uppers) if len(uppers) == len(counted) else None,
-    )
+    return prod((entry.factors for entry in budget if entry.counted), start=Factors())
 
 
 def ends_words(low: float | None, high: float | None, scale: float = 1.0) -> str:
@@ -153,23 +148,23 @@ def ends_words(low: float | None, high: float | None, scale: float = 1.0) -> str
     return f"at most {most}" if most else ""
 
 
-def factor_words(lower: float | None, upper: float | None) -> str:
-    """Text of two factors, rounded outwards; None or `USELESS` ones are unbounded.
+def factor_words(factors: Factors) -> str:
+    """Text of two factors, rounded outwards; `USELESS` ones are unbounded.
 
     Of factors that differ from 1 by less than four digits show well, the difference: "1 ± 0.00013".
     """
-    error = 1.0 if lower is None or upper is None else max(1 - lower, upper - 1)
+    lower, upper = factors.lower, factors.upper
+    error = max(1 - lower, upper - 1)
     if error < NEAR_ONE:
         return f"1 ± {rounded_up(error, 2)}" if error > ONE else "1"
-    low = None if lower is None or lower < 1 / USELESS else lower
-    high = None if upper is None or upper > USELESS else upper
+    low = None if lower < 1 / USELESS else lower
+    high = None if upper > USELESS else upper
     return ends_words(low, high) or "any factor"
 
 
 def entry_words(entries: Iterable[Uncertainty]) -> str:
     """Names, factors and kinds of entries, "contact grid 0.8 to 1.25 (estimated)"."""
-    factors = ((e, factor_words(e.lower, e.upper)) for e in entries)
-    return ", ".join(f"{e.name} {words} ({e.kind})" for e, words in factors)
+    return ", ".join(f"{e.name} {factor_words(e.factors)} ({e.kind})" for e in entries)
 
 
 def outside_bounds(budget: Iterable[Uncertainty]) -> ErrorBudget:
@@ -177,19 +172,19 @@ def outside_bounds(budget: Iterable[Uncertainty]) -> ErrorBudget:
     return tuple(entry for entry in budget if entry.key not in IN_BOUNDS)
 
 
-def parts_of_bounds(leak: LeakRate) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Two pairs of factors whose products are the bounds over the value.
+def parts_of_bounds(leak: LeakRate) -> tuple[Factors, Factors]:
+    """Factors whose product is the bounds over the value.
 
-    The first pair (lower, upper) is the part that refinement narrows, the second the slip interval.
-    The value is the geometric middle of each.
+    The first are the part that refinement narrows, the second the slip interval. The value is the
+    geometric middle of each.
     """
     if leak.slip_interval is None or not leak.lower:
         lower, upper = leak.bounds
-        return (lower / leak.value, upper / leak.value), (1.0, 1.0)
+        return Factors(lower / leak.value, upper / leak.value), Factors()
     lower, upper = leak.refined_bounds
     low, high = leak.slip_interval
     refined, interval = sqrt(upper / lower), sqrt(high / low)
-    return (1 / refined, refined), (1 / interval, interval)
+    return Factors(1 / refined, refined), Factors(1 / interval, interval)
 
 
 def flow_entry(leak: LeakRate) -> Uncertainty:
@@ -203,4 +198,5 @@ def flow_entry(leak: LeakRate) -> Uncertainty:
         sentence = "finite differences give no bounds; finite elements do"
         return Uncertainty(FLOW, "not covered", sentence)
     sentence = "bounds of the flow through the gap as it is represented"
-    return Uncertainty(FLOW, "guaranteed", sentence, *parts_of_bounds(leak)[0])
+    refined, _ = parts_of_bounds(leak)
+    return Uncertainty(FLOW, "guaranteed", sentence, refined.lower, refined.upper)

@@ -19,7 +19,7 @@ from fem_seal.error_budget import CONTACT_GRID, MOST_LOG, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import log_ratio
+from fem_seal.leak_rate import Factors, log_ratio
 from fem_seal.lifting import lifting_problem
 from fem_seal.memory import available_memory
 from fem_seal.patch import Given, Patch, once
@@ -307,34 +307,28 @@ def estimated_error(patch: Patch) -> Uncertainty:
             return estimate(CONTACT_GRID, f"on half of the samples: {error}")
 
 
-def error_beyond(patch: Patch, other: Patch) -> tuple[float, float | None]:
+def error_beyond(patch: Patch, other: Patch) -> Factors:
     """Factors on the ends of another load's leak rate for what grid, slip and lift err more there.
 
     The factors of the entries of `patch` multiply its leak rate as well. Next to closing the grid
-    errs far more, and a finer one may be sealed; of a sealed patch slip is no entry. Lower factor 0
-    and upper None: open. Where the fluid lifts the solid off, neither limits the leak rate.
+    errs far more, and a finer one may be sealed; of a sealed patch slip is no entry. Where the
+    fluid lifts the solid off, neither limits the leak rate.
     """
-    lower: float = 1.0
-    upper: float | None = 1.0
+    factors = Factors()
     if other.lifted_off:
-        return lower, upper
+        return factors
     sources: list[Callable[[Patch], Uncertainty | None]] = [slip_entry]
     if estimates_grid_error(patch.scene) or patch.scene.total_error is not None:
         sources.append(estimated_error)
     for source in sources:
-        if (there := source(other)) is None:
-            continue
-        here = source(patch)
-        least, most = (1.0, 1.0) if here is None else (here.lower, here.upper)
-        if least:
-            lower *= min((there.lower or 0.0) / least, 1.0)
-        if upper is not None and most is not None:
-            upper = None if there.upper is None else upper * max(there.upper / most, 1.0)
+        if (there := source(other)) is not None:
+            here = source(patch)
+            factors *= there.factors.beyond(Factors() if here is None else here.factors)
     if other.lifted is not None and other.lifted.converged:
         own = 0.0 if patch.lifted is None else patch.lifted.error
         beyond = exp(max(other.lifted.error - own, 0.0))
-        return lower / beyond, None if upper is None else upper * beyond
-    return lower, upper
+        factors *= Factors(1 / beyond, beyond)
+    return factors
 
 
 def error_from_half(patch: Patch, coarse: Interval) -> Uncertainty:

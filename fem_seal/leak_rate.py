@@ -74,6 +74,27 @@ class Bounded(Estimate):
 
 
 @dataclass(frozen=True)
+class Factors:
+    """Factors on the lower and the upper end of a leak rate; 0 and infinity leave an end open."""
+
+    lower: float = 1.0
+    upper: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.lower <= self.upper:
+            raise Inconsistent(f"factors of a leak rate: {self.lower} and {self.upper}")
+
+    def __mul__(self, other: "Factors") -> "Factors":
+        return Factors(self.lower * other.lower, self.upper * other.upper)
+
+    def beyond(self, own: "Factors") -> "Factors":
+        """How much wider these are than `own`, on each side at least 1; 1 where `own` is open."""
+        lower = min(self.lower / own.lower, 1.0) if own.lower else 1.0
+        upper = max(self.upper / own.upper, 1.0) if own.upper < inf else 1.0
+        return Factors(lower, upper)
+
+
+@dataclass(frozen=True)
 class LevelRecord:
     """One mesh of a refinement, with its bounds and cost."""
 
@@ -232,17 +253,17 @@ class LeakRate(Estimate):
         lower, upper = self.bounds
         return lower / low, upper / high
 
-    def widened(self, lower: float, upper: float | None) -> "LeakRate":
-        """The same with factors <= 1 and >= 1 on its range; None leaves that without an upper end.
+    def widened(self, factors: Factors) -> "LeakRate":
+        """The same with factors <= 1 and >= 1 on its range.
 
         A sealed film with an open upper end may leak. One that is lifted off has no finite range.
         """
         if self.state == "lifted off":
             return self
         low, high = self.range
-        state: FlowState = "leaking" if upper is None and self.state == "sealed" else self.state
-        most = inf if upper is None else upper * high
-        return dataclasses.replace(self, state=state, lower=lower * low, upper=most)
+        if factors.upper == inf:
+            return dataclasses.replace(self, state="leaking", lower=factors.lower * low, upper=inf)
+        return dataclasses.replace(self, lower=factors.lower * low, upper=factors.upper * high)
 
     @classmethod
     def sealed(cls, method: str) -> "LeakRate":

@@ -114,15 +114,15 @@ def slip_interval_entry(patch: Patch) -> Uncertainty | None:
     leak = patch.leak_rate
     if leak.slip_interval is None:
         return None
-    of_refinement, (lower, upper) = parts_of_bounds(leak)
+    refined, interval = parts_of_bounds(leak)
     sentence = (
         "how much the gas slips depends on its pressure, which lies between those of inlet and "
         "outlet; contained in the bounds, and no refinement narrows it"
     )
-    larger = relative_half_width(lower, upper) > relative_half_width(*of_refinement)
-    if larger:
-        sentence += f": ±{per_cent(relative_half_width(lower, upper))}, the larger part of them"
-    return Uncertainty(SLIP_INTERVAL, "guaranteed", sentence, lower, upper)
+    width = relative_half_width(interval.lower, interval.upper)
+    if width > relative_half_width(refined.lower, refined.upper):
+        sentence += f": ±{per_cent(width)}, the larger part of them"
+    return Uncertainty(SLIP_INTERVAL, "guaranteed", sentence, interval.lower, interval.upper)
 
 
 def _first_order(knudsen: float, beyond: float) -> Uncertainty:

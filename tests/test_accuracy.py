@@ -300,9 +300,9 @@ def test_the_lift_is_part_of_the_total(accurate_scene):
     assert min(parts) > 0
     assert sum(map(log1p, parts)) <= log1p(total) * (1 + 1e-9)
     # And the budget, which multiplies the same parts, counts no less than any one of them.
-    lower, upper = combined(error_budget(patch))
-    assert 1 / (1 + total) <= lower <= 1 / (1 + max(parts))
-    assert 1 + max(parts) <= upper <= 1 + total
+    factors = combined(error_budget(patch))
+    assert 1 / (1 + total) <= factors.lower <= 1 / (1 + max(parts))
+    assert 1 + max(parts) <= factors.upper <= 1 + total
 
 
 def test_a_lift_that_has_not_settled_has_no_known_error(accurate_scene, monkeypatch):

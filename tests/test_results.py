@@ -277,7 +277,7 @@ LIFT_OF_A_SOLID_ALONE = {
     ("place", "value", "words"),
     [
         (("seconds",), {}, "seconds: .*'total'"),
-        (("error_budget", 0, "lower"), -1.0, "factors of flow"),
+        (("error_budget", 0, "lower"), -1.0, "factors of a leak rate"),
         (("lift",), LIFT_OF_A_SOLID_ALONE, "lift: .*the fluid's load"),
         # In ml/h it would be infinite.
         (("leak_rate", "value"), 1e305, "beyond double precision"),

@@ -14,7 +14,7 @@ from fem_seal.error_budget import (
     combined,
 )
 from fem_seal.errors import present
-from fem_seal.leak_rate import LeakRate, middle_of, relative_width
+from fem_seal.leak_rate import Factors, LeakRate, middle_of, relative_width
 from fem_seal.quantities.headline import Headline
 from fem_seal.scene import Scene
 
@@ -30,28 +30,23 @@ LEAST_RTOL = 1e-6  # smallest tolerance that is advised; the estimate is not mor
 
 
 def what_would_decide(
-    leak: LeakRate,
-    limit: float,
-    lower: float | None = 1.0,
-    upper: float | None = 1.0,
-    per_rtol: float = 0.0,
+    leak: LeakRate, limit: float, others: Factors, per_rtol: float = 0.0
 ) -> DecidingRtol:
     """Tolerance and unknowns at which bounds exclude a limit L [m³/s]; None if unknown.
 
     With a leak rate of Q = √(lower upper) and the factors of the other uncertainties, a bracket of
     the flow with ln(upper / lower) = 2 w just touches the limit where Q e^w (upper factor) = L or
     Q e^-w (lower factor) = L; (upper - lower) / √(lower upper) is 2 sinh w then. Uncertainties that
-    are at most `per_rtol` times this width, and proportional to it, make w (1 + 2 per_rtol) of w. A
-    factor of None is unbounded.
+    are at most `per_rtol` times this width, and proportional to it, make w (1 + 2 per_rtol) of w.
     """
     low, high = leak.bounds
     if low == 0:
         return DecidingRtol()
     distance = log(limit / middle_of(low, high))
-    half_widths = [distance - log(upper)] if upper is not None else []
-    if lower:
-        half_widths.append(log(lower) - distance)
-    needed = 2 * sinh(max(half_widths, default=0.0) / (1 + 2 * per_rtol))
+    half_width = distance - log(others.upper)
+    if others.lower:
+        half_width = max(half_width, log(others.lower) - distance)
+    needed = 2 * sinh(half_width / (1 + 2 * per_rtol))
     if needed < LEAST_RTOL:
         return DecidingRtol()
     reached = relative_width(*leak.refined_bounds)
@@ -110,8 +105,8 @@ def _by_total_error(scene: Scene, away: float, counted: list[Uncertainty]) -> st
     is_set = scene.total_error is not None
     others = [entry for entry in counted if entry.key not in (CONTACT_GRID, CONTACT_AREA)]
     by_grid = not others and CONTACT_GRID in {entry.key for entry in counted}
-    lower, upper = combined(others)
-    factor = upper if away > 0 else lower
+    factors = combined(others)
+    factor = factors.upper if away > 0 else factors.lower
     if not ((is_set or by_grid) and factor):
         return ""
     total = expm1(abs(away) - abs(log(factor)))

@@ -5,7 +5,7 @@ named behind them: guaranteed of a patch, estimated of a seal.
 """
 
 from dataclasses import dataclass
-from math import isinf
+from math import inf, isinf
 
 from fem_seal.digits import bracket_digits, in_digits, per_cent, rounded_up
 from fem_seal.error_budget import (
@@ -88,9 +88,9 @@ def headline(leak: LeakRate, budget: ErrorBudget, shown: ShownUnit = SI) -> Head
     if leak.lower is None:
         words = f"{in_digits(leak.value * shown.per_solved)} {shown.unit}, without bounds"
         return Headline(leak.value, None, None, words)
-    (lower, upper), (least, most) = leak.bounds, combined(outside_bounds(budget))
-    low = least * lower if least and lower else None
-    high = None if most is None else most * upper
+    (lower, upper), others = leak.bounds, combined(outside_bounds(budget))
+    low = others.lower * lower or None
+    high = None if others.upper == inf else others.upper * upper
     words = (
         f"{_all_errors(leak.value, low, high, budget, shown)}; {_flow_alone(leak, budget, shown)}"
     )
@@ -106,8 +106,8 @@ def _sealed(budget: ErrorBudget, shown: ShownUnit) -> Headline:
     if not opening:
         return Headline(0.0, 0.0, 0.0, f"0 {shown.unit} as computed; {no_path}")
     rate = opening[0].upper_rate if len(opening) == 1 else None
-    _, factor = combined(entry for entry in budget if entry not in opening)
-    if rate is None or factor is None or isinf(rate * factor):
+    factor = combined(entry for entry in budget if entry not in opening).upper
+    if rate is None or isinf(rate * factor):
         names = " and ".join(entry.name for entry in opening)
         words = f"0 {shown.unit} as computed; no upper bound is known ({names}); {no_path}"
         return Headline(0.0, 0.0, None, words)

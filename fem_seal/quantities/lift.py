@@ -152,7 +152,7 @@ def _resolved(patch: Patch) -> Uncertainty:
 def _range(patch: Patch) -> Uncertainty:
     """Entry of the dry contacts at both ends of the fluid's pressure."""
     dry = patch.leak_rate
-    closed, opened = (rate.widened(*of_grid) for rate, of_grid in _range_ends(patch))
+    closed, opened = (wider for _, wider in _range_ends(patch))
     lower, upper, rate = _lower_factor(dry, closed), _upper_factor(dry, opened), opened.range[1]
     shown, least = ShownUnit.of(patch.scene), closed.range[0]
     sentence = (
@@ -186,18 +186,18 @@ def lift_range(patch: Patch) -> tuple[LeakRate, LeakRate]:
 
 
 @once
-def _range_ends(patch: Patch) -> list[tuple[LeakRate, tuple[float, float | None]]]:
-    """Both leak rates of `lift_range`, each with the factors of `error_beyond`."""
-    ends = list[tuple[LeakRate, tuple[float, float | None]]]()
+def _range_ends(patch: Patch) -> list[tuple[LeakRate, LeakRate]]:
+    """Both leak rates of `lift_range`, each also widened by `error_beyond`."""
+    ends = list[tuple[LeakRate, LeakRate]]()
     inlet, outlet = patch.scene.flow.gauge_pressures
     for pressure in (outlet, inlet):
         left = patch.load.value - pressure
         if left <= 0:
-            ends.append((LeakRate.lifted_off(patch.scene.flow.method), (1.0, 1.0)))
+            ends.append((LeakRate.lifted_off(patch.scene.flow.method),) * 2)
             continue
         end = patch if pressure == 0 else patch.pressed_by(left)
         with patch.timed("lift"):
-            ends.append((end.leak_rate, error_beyond(patch, end)))
+            ends.append((end.leak_rate, end.leak_rate.widened(error_beyond(patch, end))))
     return ends
 
 
@@ -218,7 +218,7 @@ def _at_the_end(patch: Patch, pressure: float, *, upper: bool) -> tuple[LeakRate
     with patch.timed("fluid pressure"):
         try:
             other = patch.pressed_by(pressure)
-            leak = other.leak_rate.widened(*error_beyond(patch, other))
+            leak = other.leak_rate.widened(error_beyond(patch, other))
         except NotConverged:
             return None, [f"the contact under {_pressure(pressure)} did not converge"]
     low, high = (shown.per_solved * end for end in leak.bounds)

@@ -1,7 +1,7 @@
 """Uncertainties and verdict of a whole seal."""
 
 from collections.abc import Callable
-from math import ceil, exp, log
+from math import ceil, exp, inf, log
 from statistics import stdev
 
 from fem_seal.digits import number_of, per_cent
@@ -14,7 +14,7 @@ from fem_seal.error_budget import (
     Uncertainty,
 )
 from fem_seal.errors import present
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import Factors, LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.advice import finer_grid, of_widest
 from fem_seal.quantities.inputs import Probe, inputs_entry
@@ -116,6 +116,7 @@ def patches_entry(seal: SealLeak) -> Uncertainty:
         # No upper factor: patches that were not drawn may leak any amount more.
         return Uncertainty(PATCHES, "not covered", sentence, 0.0, None, caution=True)
     lower, upper = (end / seal.value for end in seal.interval)
+    factors = _of_patches(seal)
     sentence = (
         f"other patches leak more or less: {sealed}; the others scatter by "
         f"{_factor(_log_scatter(seal))}, taken for log-normal (95 % interval)"
@@ -132,7 +133,7 @@ def patches_entry(seal: SealLeak) -> Uncertainty:
             f"; seals of {number_of(seal.count.across, 'patch')} around differ from each other by "
             f"about {per_cent(seal.relative_scatter)} (standard deviation) with any seal.patches"
         )
-    return Uncertainty(PATCHES, "estimated", sentence, min(1.0, lower), max(1.0, upper))
+    return Uncertainty(PATCHES, "estimated", sentence, factors.lower, factors.upper)
 
 
 def _log_scatter(seal: SealLeak) -> float:
@@ -192,11 +193,10 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
 
 
 def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
-    error = seal.contact_error
     if seal.state == "sealed":
         sentence = "what a finer grid of the contact would change is computed of leaking seals only"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    if error is None:
+    if seal.contact_error is None:
         sentence = (
             "the patches on half of the samples differ too much, or are too coarse, to say what a "
             "finer grid of the contact would change"
@@ -206,48 +206,38 @@ def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
         "estimate of what a finer grid of the contact would change: each patch is solved on half "
         "of the samples at the load that matters most, and the largest error counts"
     )
-    return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
+    factors = _of_grid(seal)
+    return Uncertainty(CONTACT_GRID, "estimated", sentence, factors.lower, factors.upper)
 
 
-def _beyond_grid(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
-    """Factors on the ends of a leak rate under other inputs for what the contact's grid errs more.
-
-    The entries of `here` multiply its ends as well. Lower factor 0 and upper None: open.
-    """
-    error = there.contact_error
-    if error is None:
-        return (1.0, 1.0) if here.contact_error is None else (0.0, None)
-    beyond = max((1 + error) / (1 + (here.contact_error or 0.0)), 1.0)
-    return 1 / beyond, beyond
+def _of_patches(seal: SealLeak) -> Factors:
+    """Factors for patches that were not drawn, of a seal that leaks."""
+    if seal.interval is None:
+        return Factors(0.0, inf)
+    lower, upper = (end / seal.value for end in seal.interval)
+    return Factors(min(lower, 1.0), max(upper, 1.0))
 
 
-def _beyond_patches(here: SealLeak, there: SealLeak) -> tuple[float, float | None]:
-    """The same factors for patches that were not drawn, which scatter more next to closing."""
-    if here.state == "leaking" and here.interval is None:
-        return 1.0, 1.0  # the entry of `here` is open
-    if there.interval is None:
-        return 0.0, None
-    known = here.interval or (here.value, here.value)
-    lower, upper = (
-        end / there.value * (here.value / own if own else 1.0)
-        for end, own in zip(there.interval, known, strict=True)
-    )
-    return min(lower, 1.0), max(upper, 1.0)
-
-
-def _beyond_slip(here: SealLeak, there: SealLeak) -> tuple[float, float]:
-    """The same factors for the slip along the path, which matters more in lower gaps."""
-    own, other = here.slip_along or (1.0, 1.0), there.slip_along or (1.0, 1.0)
-    return min(other[0] / own[0], 1.0), max(other[1] / own[1], 1.0)
+def _of_grid(seal: SealLeak) -> Factors:
+    """Factors for the contact's grid; an error that is not known does not count."""
+    most = 1 + (seal.contact_error or 0.0)
+    return Factors(1 / most, most)
 
 
 def as_uncertain(here: SealLeak, there: SealLeak) -> LeakRate:
-    """The leak rate under other inputs, wider by what it errs more than that of `here`."""
-    rate: LeakRate = there
-    if there.state == "leaking":
-        for beyond in (_beyond_patches, _beyond_grid, _beyond_slip):
-            rate = rate.widened(*beyond(here, there))
-    return rate
+    """The leak rate under other inputs, wider by what it errs more than that of `here`.
+
+    Next to closing other patches scatter more and the grid errs more; slip matters more in lower
+    gaps. The entries of `here` multiply the ends as well.
+    """
+    if there.state != "leaking":
+        return there
+    if there.contact_error is None and here.contact_error is not None:
+        return there.widened(Factors(0.0, inf))
+    none = Factors()
+    patches = _of_patches(there).beyond(_of_patches(here) if here.state == "leaking" else none)
+    slip = (there.slip_along or none).beyond(here.slip_along or none)
+    return there.widened(patches * slip * _of_grid(there).beyond(_of_grid(here)))
 
 
 def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:
@@ -273,4 +263,5 @@ def _slip_along_entry(seal: SealLeak) -> Uncertainty | None:
         "changes as that of its critical constriction; in wider places it changes less, which the "
         "factors allow for"
     )
-    return Uncertainty(SLIP_ALONG, "estimated", sentence, *seal.slip_along)
+    factors = seal.slip_along
+    return Uncertainty(SLIP_ALONG, "estimated", sentence, factors.lower, factors.upper)

@@ -83,7 +83,7 @@ def model_entry(patch: Patch) -> Uncertainty:
 
 def _inputs_entry(patch: Patch) -> Uncertainty:
     def rate_of(other: Patch) -> LeakRate:
-        return rate_in_range(other).widened(*error_beyond(patch, other))
+        return rate_in_range(other).widened(error_beyond(patch, other))
 
     tightest = patch.film.constriction
     probe = Probe(None if tightest is None else tightest.gap)

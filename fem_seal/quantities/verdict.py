@@ -78,7 +78,7 @@ def verdict(
             others = (*(entry for entry in budget if entry.key == SLIP_INTERVAL), *rest)
             fixed = tuple(entry for entry in others if not entry.per_rtol)
             per_rtol = sum(entry.per_rtol for entry in others)
-            needed = what_would_decide(leak, limit, *combined(fixed), per_rtol)
+            needed = what_would_decide(leak, limit, combined(fixed), per_rtol)
             advice = deciding_setting(scene, leak, head, limit, needed, fixed)
         comparison = f"{comparison}; {advice}"
     both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]

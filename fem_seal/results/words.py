@@ -130,7 +130,7 @@ def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> st
     opening = [entry for entry in budget if state == "sealed" and may_open(entry)]
     words = f"{entry_words(counted)} times the value" if counted else ""
     if len(counted) > 1:
-        together = f"together {factor_words(*combined(budget))}"
+        together = f"together {factor_words(combined(budget))}"
         words = f"{entry_words(counted)}, {together} times the value"
     not_covered = [entry.name for entry in budget if entry.kind == "not covered"]
     names = [entry.name for entry in opening]

@@ -14,7 +14,14 @@ from fem_seal.digits import per_cent, rounded_up
 from fem_seal.errors import present
 from fem_seal.files import temporary_folder
 from fem_seal.fluid import Slip
-from fem_seal.leak_rate import Bounded, LeakRate, half_width_of, relative_half_width, relative_width
+from fem_seal.leak_rate import (
+    Bounded,
+    Factors,
+    LeakRate,
+    half_width_of,
+    relative_half_width,
+    relative_width,
+)
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, Work
 from fem_seal.progress import NOTE
@@ -66,7 +73,7 @@ class SealLeak(LeakRate):
     #: smallest critical constriction [m] of a leaking patch at the load that matters most
     critical_gap: float | None = None
     #: factors on the leak rate for how a gas slips along the path; None for a liquid or if sealed
-    slip_along: tuple[float, float] | None = None
+    slip_along: Factors | None = None
     #: what a sealed seal leaks under less load, which is more; None if that is not known
     lowered: "LoweredSeal | None" = None
     next_load_share: float | None = None  #: part of the load to try next for that
@@ -138,7 +145,7 @@ def under_less_load(
             lowered = solve_seal(patch, folder, work, load_share=load_share, each=each)
             if lowered.interval is not None:
                 error = lowered.contact_error
-                factors = lowered.upper / lowered.value, (lowered.slip_along or (1.0, 1.0))[1]
+                factors = lowered.upper / lowered.value, (lowered.slip_along or Factors()).upper
                 at_most = lowered.interval[1] * prod(factors) * (1 + (error or 0.0))
                 found = LoweredSeal(load_share, lowered.leaking, at_most, error)
                 return replace(seal, lowered=found)
@@ -180,12 +187,12 @@ def solve_seal(
         )
     scenes = realizations(scene.with_({"seal.rtol": rtol}))[:patches]
     solved = solved_patches(scenes, patch, folder, work or Work(), load_share, each)
-    flows, factors = [], []
+    flows, slips = [], []
     for of_patch in solved:
         gap, along = of_patch.critical_gap, ends
         if scene.slip is not None and gap:
             along = ends.slipping(scene.slip, gap)
-            factors.append(_slip_factors(scene.slip, gap, along))
+            slips.append(_slip_factors(scene.slip, gap, along))
         flow = seal_flow(of_patch.table, profile, path, along)
         flows.append(replace(flow, reason=of_patch.reason))
     errors = [of_patch.contact_error for of_patch in solved if of_patch.table.upper.any()]
@@ -197,11 +204,13 @@ def solve_seal(
         together,
         contact_error=largest,
         critical_gap=min(gaps, default=None),
-        slip_along=(min(f[0] for f in factors), max(f[1] for f in factors)) if factors else None,
+        slip_along=Factors(min(s.lower for s in slips), max(s.upper for s in slips))
+        if slips
+        else None,
     )
 
 
-def _slip_factors(slip: Slip, gap: float, along: EndPressures) -> tuple[float, float]:
+def _slip_factors(slip: Slip, gap: float, along: EndPressures) -> Factors:
     """Least and largest ratio of the conductivity of a place to what the path takes it to be.
 
     The path takes all of K to change with the pressure as 1 + b/p, b that of the critical
@@ -213,7 +222,7 @@ def _slip_factors(slip: Slip, gap: float, along: EndPressures) -> tuple[float, f
     k = slip.change(pressures, gap)
     taken = (1 + along.slip / pressures) / (1 + along.slip / slip.mean_pressure)
     below, above = (np.minimum(k, 1.0) / taken).min(), (np.maximum(k, 1.0) / taken).max()
-    return min(float(below), 1.0), max(float(above), 1.0)
+    return Factors(min(float(below), 1.0), max(float(above), 1.0))
 
 
 def size_of_patch(patch: Patch) -> tuple[float, float]:

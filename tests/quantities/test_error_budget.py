@@ -10,7 +10,7 @@ from project import RING, scene_of_samples
 from fem_seal.accuracy import Trial
 from fem_seal.error_budget import Uncertainty, combined, estimate, factor_words, flow_entry
 from fem_seal.errors import Inconsistent
-from fem_seal.leak_rate import Bounded, LeakRate, LevelRecord
+from fem_seal.leak_rate import Bounded, Factors, LeakRate, LevelRecord
 from fem_seal.patch import Patch
 from fem_seal.quantities.advice import what_would_decide
 from fem_seal.quantities.headline import Headline
@@ -42,7 +42,8 @@ def test_errors_of_any_dependence_multiply():
     rng = np.random.default_rng(1)
     lowers, uppers = 1 - rng.random(4), 1 + rng.random(4)
     entries = [Uncertainty("", "estimated", "", a, b) for a, b in zip(lowers, uppers, strict=True)]
-    assert combined(entries) == pytest.approx((lowers.prod(), uppers.prod()), rel=1e-14)
+    found = combined(entries)
+    assert (found.lower, found.upper) == pytest.approx((lowers.prod(), uppers.prod()), rel=1e-14)
 
 
 @pytest.mark.parametrize("straight", [False, True])
@@ -74,7 +75,7 @@ def test_the_mesh_of_a_shape_is_not_covered(straight):
         (lambda: estimate("grid", "", 2.0, 3.0), "factors of an estimated error: 2.0 and 3.0"),
         (lambda: estimate("grid", "", 0.5, 0.9), "factors of an estimated error: 0.5 and 0.9"),
         *(
-            (lambda a=a, b=b: Uncertainty("grid", "estimated", "", a, b), "factors of grid")
+            (lambda a=a, b=b: Uncertainty("grid", "estimated", "", a, b), "factors of a leak rate")
             for a, b in ((-0.1, 1.0), (2.0, 1.0), (0.5, -1.0), (np.nan, 1.0))
         ),
     ],
@@ -121,11 +122,11 @@ def test_verdict_counts_every_entry(leak, limit, entries, decision):
 def test_what_would_decide_with_other_factors():
     """A bracket of the advised width, times the factors, ends at the limit."""
     limit = 3e-10
-    rtol, _ = what_would_decide(LEAK, limit, 0.8, 1.25)
+    rtol, _ = what_would_decide(LEAK, limit, Factors(0.8, 1.25))
     half = np.arcsinh(rtol / 2)
     assert 2e-10 * np.exp(half) * 1.25 == pytest.approx(limit, rel=1e-12)
     # 2e-10 × 1.25 and 2e-10 × 0.8 lie on both sides of 2.4e-10: no width is narrow enough.
-    assert what_would_decide(LEAK, 2.4e-10, 0.8, 1.25) == (None, None)
+    assert what_would_decide(LEAK, 2.4e-10, Factors(0.8, 1.25)) == (None, None)
     lift = Uncertainty("fluid_pressure", "estimated", "it opens", 1.0, 1.5, caution=True)
     words = "no setting narrows fluid pressure, the widest of them"
     assert words in judged(2.4e-10, lift).sentence
@@ -160,9 +161,10 @@ def test_what_would_decide_with_other_factors():
 
 def test_factors_near_one():
     """As a distance, of two digits and rounded up, where four digits would widen them much."""
-    assert factor_words(0.99988, 1.000125) == "1 ± 0.00013"
-    assert factor_words(0.9954, 1.0046) == "0.9954 to 1.005"
-    assert (factor_words(1 - 7e-16, 1 + 7e-16), factor_words(1.0, None)) == ("1", "at least 1")
+    assert factor_words(Factors(0.99988, 1.000125)) == "1 ± 0.00013"
+    assert factor_words(Factors(0.9954, 1.0046)) == "0.9954 to 1.005"
+    assert factor_words(Factors(1 - 7e-16, 1 + 7e-16)) == "1"
+    assert factor_words(Factors(1.0, np.inf)) == "at least 1"
     # The same digits in a verdict and in the line of errors.
     found = judged(3e-10, replace(GRID, upper=1.2034))
     assert "contact grid 0.8 to 1.204 (estimated)" in found.sentence

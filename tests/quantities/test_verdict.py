@@ -10,7 +10,7 @@ from test_error_budget import FLOW, GRID, LEAK, MODEL, SEALED, SLIP, SUCTION, ju
 
 from fem_seal import run
 from fem_seal.error_budget import Uncertainty
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import Factors, LeakRate
 from fem_seal.quantities.advice import what_would_decide
 from fem_seal.quantities.headline import ShownUnit, headline
 from fem_seal.quantities.verdict import verdict
@@ -111,17 +111,17 @@ def test_sealed_and_without_limit():
 
 def test_what_would_decide():
     """A bracket around √(lower upper) = 2 that ends at the limit 3: (3 - 4/3)/2 wide."""
-    rtol, unknowns = what_would_decide(LEAK, 3e-10)
+    rtol, unknowns = what_would_decide(LEAK, 3e-10, Factors())
     assert rtol == pytest.approx((3 - 4 / 3) / 2, rel=1e-12)
     # Twice the unknowns, half the bracket: now it is (4 - 1)/2 wide.
     assert unknowns == round(1000 * 1.5 / rtol)
     # As far below as above.
-    assert what_would_decide(LEAK, 4 / 3 * 1e-10)[0] == pytest.approx(rtol, rel=1e-12)
+    assert what_would_decide(LEAK, 4 / 3 * 1e-10, Factors())[0] == pytest.approx(rtol, rel=1e-12)
 
 
 def test_nothing_to_advise():
-    assert what_would_decide(LEAK, 2e-10) == (None, None)
+    assert what_would_decide(LEAK, 2e-10, Factors()) == (None, None)
     assert "the limit itself" in judged(2e-10).sentence
     unbounded = replace(LEAK, lower=0.0)
-    assert what_would_decide(unbounded, 3e-10) == (None, None)
+    assert what_would_decide(unbounded, 3e-10, Factors()) == (None, None)
     assert "no lower bound yet" in judged(3e-10, leak=unbounded).sentence

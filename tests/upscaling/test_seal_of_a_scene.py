@@ -17,7 +17,7 @@ from fem_seal import pictures
 from fem_seal.cli.sweep import line_of_point
 from fem_seal.error_budget import combined
 from fem_seal.errors import InvalidInput
-from fem_seal.leak_rate import Bounded
+from fem_seal.leak_rate import Bounded, Factors
 from fem_seal.patch import Given, Patch
 from fem_seal.points import Work
 from fem_seal.pressure_profile import Hertz, read_profile
@@ -135,7 +135,7 @@ def test_undecided_names_the_range_that_is_held_against_the_limit():
     leak = solve_seal(Patch(scene())).value * 3.6e9
     result = solve(scene(limit={"leak_rate": f"{leak} ml/h"})).result()
     assert result.verdict.decision == "undecided"
-    lower, upper = combined(result.error_budget)
+    factors = combined(result.error_budget)
     words = re.match(
         r"undecided: .* ml/h, (\S+) to (\S+) with all counted errors; .*; (\S+) to (\S+) % of the "
         r"\S+ ml/h allowed; more realizations \(seal.patches\) or larger ones might decide",
@@ -143,6 +143,7 @@ def test_undecided_names_the_range_that_is_held_against_the_limit():
     )
     # Rounded outwards, to three digits at least.
     ends = [float(word) for word in words.groups()]
+    lower, upper = factors.lower, factors.upper
     assert ends == pytest.approx([leak * lower, leak * upper, 100 * lower, 100 * upper], rel=1e-2)
 
 
@@ -199,10 +200,9 @@ def test_other_patches_scatter_at_the_ends_of_the_inputs_as_they_do_there():
 def test_slip_at_the_ends_of_the_inputs_counts_as_it_is_there():
     """Twice the slip along the path on either side, in gaps that are lower than under the load."""
     seal = solve_seal(Patch(scene(seal={"patches": 3})))
-    here = replace(seal, slip_along=(0.8, 1.25))
-    same, other = (
-        as_uncertain(here, replace(seal, slip_along=slip)) for slip in ((0.8, 1.25), (0.4, 2.5))
-    )
+    own, wider = Factors(0.8, 1.25), Factors(0.4, 2.5)
+    here = replace(seal, slip_along=own)
+    same, other = (as_uncertain(here, replace(seal, slip_along=slip)) for slip in (own, wider))
     assert same.bounds == pytest.approx(seal.bounds)
     assert other.bounds == pytest.approx((0.5 * seal.lower, 2 * seal.upper))
 
