@@ -1,12 +1,13 @@
 """Writing that leaves a whole file or none, locks of folders, and what killed processes leave."""
 
 import errno
+import fcntl
 import os
 import resource
 import signal
-import subprocess
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,8 +17,6 @@ from project import RING, started, write_toml
 from fem_seal.errors import InvalidInput
 from fem_seal.files import (
     atomic_write,
-    clear_abandoned,
-    create_text,
     digest_of_sources,
     locked_folder,
     staging_folder,
@@ -25,7 +24,6 @@ from fem_seal.files import (
     write_text,
 )
 from fem_seal.files.lock import LOCK_FILE
-from fem_seal.files.owner import Owner, staging_name, this_process
 from fem_seal.interrupts import interruptible
 from fem_seal.mesh import geometry
 from fem_seal.scene import Scene
@@ -34,8 +32,10 @@ from fem_seal.solved import solve
 HOLD = (
     "import sys, time; from pathlib import Path; from fem_seal import files\n"
     "out, shared = Path(sys.argv[1]), sys.argv[2] == 'shared'\n"
-    "with files.locked_folder(out, shared=shared), files.staging_folder(out) as staged:\n"
-    "    (staged / 'part').touch(); print('held', flush=True); time.sleep(60)"
+    "with files.locked_folder(out, shared=shared):\n"
+    "    (out / 'points').mkdir()\n"
+    "    with files.staging_folder(out), files.atomic_write(out / 'points' / 'a.json') as staged:\n"
+    "        staged.touch(); print('held', flush=True); time.sleep(60)"
 )
 
 
@@ -79,105 +79,91 @@ def test_points_of_other_sources_are_others(tmp_path):
     assert len(digests) == 2
 
 
-def test_one_of_many_creates_a_file(tmp_path):
-    code = (
-        "import sys; from pathlib import Path; from fem_seal.files import create_text\n"
-        "create_text(Path(sys.argv[1]), sys.argv[2] * 100_000)"
-    )
-    writers = [started("-c", code, tmp_path / "origin", letter) for letter in "abcd"]
-    for writer in writers:
-        writer.communicate(timeout=60)
-    assert [writer.returncode for writer in writers] == 4 * [0]
-    text = (tmp_path / "origin").read_text()
-    assert text == 100_000 * text[0]
-    create_text(tmp_path / "origin", "late")
-    assert (tmp_path / "origin").read_text() == text
-    assert len(list(tmp_path.iterdir())) == 1
-
-
-# Owners.
-
-
-def test_an_owner_is_gone_when_its_process_is(tmp_path):
-    process = started("-c", "import sys; sys.stdin.read()", stdin=subprocess.PIPE)
-    start = int(Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()[19])
-    owner = Owner(this_process().place, process.pid, start)
-    assert not owner.gone()
-    # The number of an ended process may be another's by now: the start tells them apart.
-    assert Owner(owner.place, process.pid, start - 1).gone()
-    process.kill()
-    # Dead, though nobody has asked for its status yet.
-    deadline = time.monotonic() + 10
-    while not owner.gone() and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert owner.gone()
-    process.communicate()
-    assert owner.gone()
-    assert not Owner("elsewhere+1", process.pid, start).gone()
-    assert not this_process().gone()
-
-
-def test_only_what_the_dead_of_this_host_left_is_cleared(tmp_path):
-    process = started("-c", "pass")
-    process.communicate()
-    place = this_process().place
-    dead = (f".fem-seal-{place}-{process.pid}-1-0a.png", f".fem-seal-{place}-{process.pid}-1-0b")
-    kept = (f".fem-seal-elsewhere+1-{process.pid}-1-0c", staging_name(), ".fem-seal-notes", "a.png")
-    for name in (*dead, *kept):
-        (tmp_path / name).mkdir() if name.endswith("b") else (tmp_path / name).touch()
-    (tmp_path / dead[1] / "inside").touch()
-    clear_abandoned(tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == set(kept)
-
-
 # Locks.
 
 
 @pytest.mark.parametrize("first", ["alone", "shared"])
 @pytest.mark.parametrize("second", ["alone", "shared"])
-@pytest.mark.parametrize("kernel", [True, False])
-def test_who_may_hold_a_folder(holder, tmp_path, monkeypatch, first, second, kernel):
-    """With the kernel's locks, and on a file system that has none.
-
-    The next one who holds it leaves nothing of what a killed one was writing.
-    """
-    both = first == second == "shared"
-    if not kernel:
-
-        def no_locks(handle, operation):
-            raise OSError(errno.ENOLCK, "No locks available")
-
-        monkeypatch.setattr("fcntl.flock", no_locks)
-        both |= (first, second) == ("alone", "shared")  # which only flock can tell
+def test_who_may_hold_a_folder(holder, tmp_path, first, second):
+    """The next one who holds it alone leaves nothing of what a killed one was writing."""
+    out = tmp_path / "out"
     process = holder(first)
-    if both:
-        with locked_folder(tmp_path / "out", shared=second == "shared"):
+    written = [path for path in out.rglob("*") if path.name != LOCK_FILE]
+    assert len(written) == 3
+    if first == second == "shared":
+        with locked_folder(out, shared=True):
             pass
     else:
-        named = rf"in use by process {process.pid} on \S+ since \d{{4}}-"
         with (
-            pytest.raises(InvalidInput, match=named),
-            locked_folder(tmp_path / "out", shared=second == "shared"),
+            pytest.raises(InvalidInput, match=rf"{out} is in use by another process; wait"),
+            locked_folder(out, shared=second == "shared"),
         ):
             pass
+    assert all(path.exists() for path in written)
     process.kill()
     process.communicate()
-    assert len(list((tmp_path / "out").iterdir())) == 2
-    with locked_folder(tmp_path / "out"):
-        assert [path.name for path in (tmp_path / "out").iterdir()] == [LOCK_FILE]
-    assert not list((tmp_path / "out").iterdir())
+    with locked_folder(out, shared=second == "shared"):
+        assert sorted(path.name for path in out.rglob("*")) == [LOCK_FILE, "points"]
+    assert [path.name for path in out.rglob("*")] == ["points"]
 
 
-def test_many_that_come_and_go_never_hold_a_folder_together(tmp_path):
-    """Each counts up a number that would lose counts if two held the folder at once."""
+def test_what_another_process_writes_further_in_stays(tmp_path):
+    """The folder of a run may lie in that of another."""
+    out = tmp_path / "out"
+    with locked_folder(out), staging_folder(out) as staged, locked_folder(tmp_path):
+        assert staged.exists()
+
+
+def test_a_file_system_without_locks(tmp_path, monkeypatch):
+    """Nobody is kept out; what others write there stays, since they may be alive."""
+
+    def no_locks(handle, operation):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", no_locks)
+    with locked_folder(tmp_path), staging_folder(tmp_path) as staged, locked_folder(tmp_path):
+        assert staged.exists()
+
+
+@pytest.mark.parametrize("step", [fcntl.LOCK_EX, fcntl.LOCK_SH])
+@pytest.mark.parametrize("stays", [True, False])
+def test_another_comes_in_the_instant_of_locking(tmp_path, monkeypatch, step, stays):
+    """After the file is opened, or within the conversion to a shared lock; it may leave as well."""
+    real, other = fcntl.flock, ExitStack()
+
+    def delayed(handle, kind):
+        if kind == step | fcntl.LOCK_NB:
+            monkeypatch.setattr("fcntl.flock", real)
+            real(handle, fcntl.LOCK_UN)
+            other.enter_context(locked_folder(tmp_path))
+            if not stays:
+                other.close()
+        real(handle, kind)
+
+    monkeypatch.setattr("fcntl.flock", delayed)
+    in_use = partial(pytest.raises, InvalidInput, match="in use")
+    shared, alone = locked_folder(tmp_path, shared=True), locked_folder(tmp_path)
+    with other, in_use() if stays else nullcontext(), shared, in_use(), alone:
+        pass
+
+
+def test_many_that_come_and_go_hold_a_folder_as_they_may(tmp_path):
+    """Each counts up, alone, a number that would lose counts if two held the folder at once.
+
+    Nobody counts while others share the folder, nor removes what they write.
+    """
     code = (
         "import sys, time; from pathlib import Path\n"
-        "from fem_seal.errors import InvalidInput; from fem_seal.files import locked_folder\n"
-        "count, done = Path(sys.argv[1]).parent / 'count', 0\n"
-        "while done < 30:\n"
+        "from fem_seal.errors import InvalidInput\n"
+        "from fem_seal.files import locked_folder, staging_folder\n"
+        "out, done = Path(sys.argv[1]), 0\n"
+        "count = out.parent / 'count'\n"
+        "while done < 60:\n"
         "    try:\n"
-        "        with locked_folder(Path(sys.argv[1])):\n"
-        "            n = int(count.read_text()); time.sleep(0.001); count.write_text(str(n + 1))\n"
+        "        with locked_folder(out, shared=done % 2 == 1), staging_folder(out) as staged:\n"
+        "            n = int(count.read_text()); time.sleep(0.001)\n"
+        "            if done % 2: assert staged.exists() and int(count.read_text()) == n\n"
+        "            else: count.write_text(str(n + 1))\n"
         "            done += 1\n"
         "    except InvalidInput: pass\n"
     )

@@ -232,7 +232,7 @@ def test_a_run_does_not_go_into_the_folder_of_a_sweep(tmp_path, capsys):
     with locked_folder(tmp_path / "out", shared=True):
         assert cli.main(["run", "scene.toml", "--out", "out"]) == 2
         assert run("--vary", "flow.rtol=0.1", "--out", "out", "--overwrite") == 2
-        assert capsys.readouterr().err.count("is in use by process") == 2
+        assert capsys.readouterr().err.count("is in use by another process") == 2
         assert run("--vary", "flow.rtol=0.1", "--out", "out") == 0
 
 

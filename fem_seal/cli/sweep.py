@@ -15,6 +15,7 @@ from fem_seal.cli.options import (
 )
 from fem_seal.cli.printing import say
 from fem_seal.errors import NotConverged, present
+from fem_seal.files import locked_folder
 from fem_seal.progress import Display
 from fem_seal.tables import aligned
 
@@ -77,7 +78,8 @@ def _sweep(options: argparse.Namespace) -> int:
         from fem_seal.sweep.picture import PICTURE_FILE, NotDrawn, sweep_figure
 
         try:
-            sweep_figure(keys, tally.table, out, tally.shown)
+            with locked_folder(out, shared=True):
+                sweep_figure(keys, tally.table, out, tally.shown)
         except NotDrawn as error:
             say(f"{PICTURE_FILE} is not drawn: {error}")
     if tally.failed:

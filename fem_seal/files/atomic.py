@@ -1,6 +1,7 @@
 """Writing a file completely or not at all, and the checksum of one."""
 
 import os
+import secrets
 import shutil
 import tempfile
 import zipfile
@@ -11,7 +12,8 @@ from hashlib import file_digest, sha256
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
-from fem_seal.files.owner import PREFIX, clear_abandoned, staging_name
+
+PREFIX = ".fem-seal-"  # of the names of staging files
 
 
 @contextmanager
@@ -41,8 +43,7 @@ def atomic_write(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
     path = Path(path)
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
         raise InvalidInput(f"cannot write {path}: {path.parent} is not a folder one can write to")
-    clear_abandoned(path.parent)
-    staged = path.with_name(staging_name(path.suffix))
+    staged = path.with_name(f"{PREFIX}{secrets.token_hex(8)}{path.suffix}")
     with writing(path, "the file"):
         try:
             yield staged
@@ -64,21 +65,6 @@ def write_text(path: Path, text: str, *, durable: bool = True) -> None:
         staged.write_text(text, encoding="utf-8")
 
 
-def create_text(path: Path, text: str) -> None:
-    """Write a file unless it exists; if several processes try at once, one of them succeeds."""
-    with staging_folder(path.parent) as folder, writing(path, "the file"):
-        staged = folder / path.name
-        staged.write_text(text, encoding="utf-8")
-        to_disk(staged)
-        with suppress(FileExistsError):
-            try:
-                path.hardlink_to(staged)
-            except PermissionError:
-                # No hard links here: the file is complete, but the last of two writers replaces it.
-                if not path.exists():
-                    os.replace(staged, path)  # noqa: PTH105 (must be atomic)
-
-
 def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = False) -> None:
     """Write arrays as `numpy.savez` does, but without its traceback if the disk is full."""
     import numpy as np
@@ -93,15 +79,10 @@ def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = Fa
 
 
 @contextmanager
-def staging_folder(folder: Path, what: str = "the output folder") -> Iterator[Path]:
-    """Make a temporary folder inside `folder`, so that moving files into `folder` is a rename.
-
-    Staging files that killed processes left in `folder` are removed; `what` names it in messages.
-    """
-    clear_abandoned(folder)
-    staged = folder / staging_name()
-    with writing(folder, what):
-        staged.mkdir(mode=0o700)
+def staging_folder(folder: Path) -> Iterator[Path]:
+    """Make a temporary folder inside `folder`, so that moving files into `folder` is a rename."""
+    with writing(folder):
+        staged = Path(tempfile.mkdtemp(prefix=PREFIX, dir=folder))
     try:
         yield staged
     finally:
@@ -112,9 +93,11 @@ def staging_folder(folder: Path, what: str = "the output folder") -> Iterator[Pa
 def temporary_folder() -> Iterator[Path]:
     """Make a temporary folder; if the body cannot write, the message is about that folder."""
     parent = Path(tempfile.gettempdir())
-    what = "the temporary folder (TMPDIR names another)"
-    with staging_folder(parent, what) as folder, writing(parent, what):
-        yield folder
+    with (
+        writing(parent, "the temporary folder (TMPDIR names another)"),
+        tempfile.TemporaryDirectory(prefix="fem-seal-", ignore_cleanup_errors=True) as folder,
+    ):
+        yield Path(folder)
 
 
 def names_in(folder: Path) -> tuple[str, ...]:

@@ -2,39 +2,47 @@
 
 The kernel releases a flock when its process ends, for whatever reason: no lock is ever stale. Over
 NFS, Linux turns it into a lock of the server. PyPI's filelock was considered: of its two shared
-locks one is that of an SQLite database, which names no owner for the message, the other a file that
-a thread renews and that counts as stale after 90 s without. On systems without flock the owners
-listed in the file serve as the lock; two processes that start at the same instant may then both
-take it.
+locks one is that of an SQLite database, the other a file that a thread renews and that counts as
+stale after 90 s without.
+
+Who holds a folder alone knows that whatever staging files lie in it are those of killed processes.
+So a sweep, too, first tries to hold the folder alone, removes them, and then converts its lock to a
+shared one. The kernel may give the folder to another process within the conversion:
+
+* If that one still holds it alone, the conversion fails, and the old lock is lost: the next trial
+  begins from nothing.
+* If it has left again, it has removed the file, and the lock is that of a file without a name,
+  which keeps nobody out: `_locked` finds that out and is false.
+* If it has become one of several sweeps, both hold the folder, as they may.
+
+Nothing is written before the lock is held for good, so the other one finds nothing of this process.
 """
 
 import errno
 import fcntl
-import json
 import os
+import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
 from pathlib import Path
 
 from fem_seal.errors import OTHER_FOLDER, InvalidInput
-from fem_seal.files.atomic import writing
-from fem_seal.files.owner import Owner, clear_abandoned, this_process
+from fem_seal.files.atomic import PREFIX, writing
 
 LOCK_FILE = ".fem-seal.lock"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
-# Trials, and seconds between them: a process that gives up a shared lock holds it alone for the
-# instant in which it removes the file.
+# Trials, and seconds between them: others hold a folder alone for the instant in which they clear
+# it or remove the file.
 _TRIALS, _PAUSE = 5, 0.05
 
 
 @contextmanager
 def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
-    """Lock a folder, make it if it is missing, and remove the staging files of killed runs.
+    """Lock a folder, make it if it is missing, and remove the staging files of killed processes.
 
-    Folders that were made here and are still empty are removed at the end. InvalidInput names the
-    process that holds the folder. A shared lock lets others hold a shared one at the same time.
+    Folders that were made here and are still empty are removed at the end. InvalidInput says that
+    another process holds the folder. A shared lock lets others hold a shared one at the same time.
     """
     folder = folder.absolute()
     path = folder / LOCK_FILE
@@ -44,7 +52,6 @@ def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
         with writing(folder):
             missing += [path for path in (folder, *folder.parents) if not path.exists()]
             handle = _acquire(path, shared)
-        clear_abandoned(folder)
         yield
     finally:
         if handle is not None:
@@ -55,74 +62,60 @@ def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
 
 
 def _acquire(path: Path, shared: bool) -> int:
-    """Open and lock the file, which lists its owners, one per line."""
+    """Open and lock the file."""
     for trial in range(_TRIALS):
         if trial:
             time.sleep(_PAUSE)
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         except FileNotFoundError:
             continue  # another process has just removed the folder
         held = False
         try:
-            if _lock(handle, path, shared) and _is_file(handle, path):
-                if not shared:
-                    os.ftruncate(handle, 0)
-                since = time.strftime("%Y-%m-%d %H:%M:%S %z")
-                signed = {**asdict(this_process()), "since": since}
-                os.write(handle, json.dumps(signed).encode() + b"\n")
-                held = True
-                return handle
+            if alone := _locked(handle, path, fcntl.LOCK_EX):
+                _clear(path.parent)
+            held = _locked(handle, path, fcntl.LOCK_SH) if shared else alone
+        except OSError as error:
+            # A file system without locks: nobody is kept out, and nothing is removed.
+            held = error.errno in _NO_LOCKS
+            if not held:
+                raise
         finally:
             if not held:
                 os.close(handle)
-    holders = (f"process {owner.process} on {owner.host} since {at}" for owner, at in _living(path))
+        if held:
+            return handle
     raise InvalidInput(
-        f"the folder {path.parent} is in use by {next(holders, 'another process')}; wait until it "
-        f"has ended, or {OTHER_FOLDER}"
+        f"the folder {path.parent} is in use by another process; wait until it has ended, or "
+        f"{OTHER_FOLDER}"
     )
 
 
-def _lock(handle: int, path: Path, shared: bool) -> bool:
-    """Try to lock an open file; False if another process holds it."""
-    try:
-        fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError as error:
-        if error.errno not in _NO_LOCKS:
-            raise
-        return shared or all(owner == this_process() for owner, _ in _living(path))
-    return True
-
-
-def _is_file(handle: int, path: Path) -> bool:
-    """Whether the open file still has its name: the last owner may have removed it meanwhile."""
-    with suppress(FileNotFoundError):
+def _locked(handle: int, path: Path, kind: int) -> bool:
+    """Try to lock the open file; False if others hold it or have removed its name meanwhile."""
+    with suppress(BlockingIOError, FileNotFoundError):
+        fcntl.flock(handle, kind | fcntl.LOCK_NB)
         return os.path.samestat(os.fstat(handle), path.stat())
     return False
+
+
+def _clear(folder: Path) -> None:
+    """Remove the staging files in a folder, and in those within that have no lock of their own."""
+    within = [path for path in folder.iterdir() if path.is_dir()]
+    for place in (folder, *(path for path in within if not (path / LOCK_FILE).exists())):
+        for path in place.glob(f"{PREFIX}*"):
+            shutil.rmtree(path, ignore_errors=True)  # leaves files and links
+            with suppress(OSError):
+                path.unlink()  # leaves folders
 
 
 def _release(path: Path, handle: int) -> None:
     """Release the lock; the last owner removes the file."""
     try:
-        if _lock(handle, path, shared=False):
+        if _locked(handle, path, fcntl.LOCK_EX):
             path.unlink(missing_ok=True)
     except OSError:
         pass  # the folder is gone or full; the lock ends with its handle
     finally:
         os.close(handle)
-
-
-def _living(path: Path) -> list[tuple[Owner, str]]:
-    """Owners that have signed the file and are not known to have ended, with their times."""
-    living = []
-    with suppress(OSError):
-        for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-            with suppress(ValueError, TypeError, KeyError):
-                signed = json.loads(line)
-                owner = Owner(str(signed["place"]), int(signed["process"]), int(signed["start"]))
-                if not owner.gone():
-                    living.append((owner, str(signed["since"])))
-    return living

@@ -8,7 +8,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from fem_seal.errors import OR_OVERWRITE, InvalidInput
-from fem_seal.files import create_text, write_text, writing
+from fem_seal.files import write_text, writing
 from fem_seal.points import PointFolder
 from fem_seal.results.result import Provenance
 from fem_seal.sweep.point import COLUMNS, Point
@@ -38,7 +38,8 @@ class SweepFolder(PointFolder[Point]):
                 f"{self.path} holds a {TABLE_FILE} without {ORIGIN_FILE}; {OR_OVERWRITE}"
             )
         origin = origin.model_copy(update={"scene": {**origin.scene, "vary": list(self.keys)}})
-        create_text(path, origin.model_dump_json(indent=2) + "\n")
+        if not path.exists():
+            write_text(path, origin.model_dump_json(indent=2) + "\n")
         try:
             before = Provenance.model_validate_json(path.read_bytes())
         except (OSError, ValidationError):
