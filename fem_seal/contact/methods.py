@@ -16,27 +16,19 @@ from fem_seal.errors import InvalidInput, NotConverged, present
 Progress = Callable[[int, float], None]
 
 
-@dataclass(frozen=True)
-class ContactMethod:
-    """An iterative method for the contact problem."""
-
-    #: generator of iterates that never ends by itself
-    iterates: Callable[[Problem, np.ndarray], Iterates]
-    max_iterations: int  #: default limit of the iterations
-    starts_coarse: bool = False  #: whether `press` starts it from the solution on a coarser grid
-
-
-CONTACT_METHODS = {
-    "free-set-cg": ContactMethod(free_set_cg, 2000, starts_coarse=True),
-    "damped": ContactMethod(damped, 50000),
-    "fista": ContactMethod(fista, 20000),
-    "polonsky-keer": ContactMethod(polonsky_keer, 20000),
+# Generator of iterates that never ends by itself, and the default limit of the iterations.
+CONTACT_METHODS: dict[str, tuple[Callable[[Problem, np.ndarray], Iterates], int]] = {
+    "free-set-cg": (free_set_cg, 2000),
+    "damped": (damped, 50000),
+    "fista": (fista, 20000),
+    "polonsky-keer": (polonsky_keer, 20000),
 }
 
 # Give up if no measure has fallen by a tenth in this many iterates: rounding has been reached.
 PATIENCE = 300
 
-# Limits that hold at every tolerance. The certificate weights the gap with the pressure, so that
+# Limits that hold at every tolerance: of the gap of pressed samples and the overlap [rms height],
+# and of the mean gap's relative error. The certificate weights the gap with the pressure, so that
 # without them samples of tiny pressure could be far from contact and still count as touching.
 GAP_TOLERANCE = 1e-4
 MEAN_GAP_TOLERANCE = 1e-4
@@ -56,9 +48,6 @@ class ContactStopping:
     max_iterations: int | None = None
     #: called with iteration and residual after each iteration (damped, fista: every 20)
     progress: Progress | None = None
-    #: limit of ``|g|`` on pressed samples and of the overlap, in units of the rms height; inf where
-    #: only the energy matters, as in a start for another solve
-    gap_tolerance: float = GAP_TOLERANCE
 
     def __post_init__(self) -> None:
         require_known(CONTACT_METHODS, self.solver, "solver")
@@ -68,8 +57,6 @@ class ContactStopping:
             )
         if self.max_iterations is not None:
             require_count(max_iterations=self.max_iterations)
-        if not self.gap_tolerance >= 0:
-            raise InvalidInput(f"gap_tolerance = {self.gap_tolerance!r} must not be negative")
 
     def shortfalls(self, measures: Measures, rounding: float) -> dict[str, tuple[float, float]]:
         """Value and limit of each measure that misses its limit.
@@ -78,7 +65,7 @@ class ContactStopping:
         at a loose tolerance: at a tight one the certificate, which contains the overlap, misses its
         limit first.
         """
-        gap_limit = max(self.gap_tolerance, rounding)
+        gap_limit = max(GAP_TOLERANCE, rounding)
         limits = {
             "certificate": (measures.certificate, self.tolerance),
             "largest gap under pressure / rms height": (measures.pressed_gap, gap_limit),
@@ -94,9 +81,9 @@ USUAL_STOPPING = ContactStopping()
 
 def iterates(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) -> Iterates:
     """Iterates up to the limit of iterations, or to a certificate that is not a number."""
-    method = CONTACT_METHODS[stopping.solver]
-    limit = stopping.max_iterations or method.max_iterations
-    for iterate in method.iterates(problem, pressure):
+    method, most = CONTACT_METHODS[stopping.solver]
+    limit = stopping.max_iterations or most
+    for iterate in method(problem, pressure):
         if stopping.progress is not None:
             stopping.progress(iterate.iteration, iterate.certificate)
         yield iterate

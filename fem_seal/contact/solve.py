@@ -7,19 +7,11 @@ import numpy as np
 from fem_seal.arguments import require_kind
 from fem_seal.contact.area_control import contact_of_area
 from fem_seal.contact.contact_pair import ContactPair
-from fem_seal.contact.methods import CONTACT_METHODS, USUAL_STOPPING, ContactStopping
+from fem_seal.contact.methods import USUAL_STOPPING, ContactStopping
 from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid, Load
 from fem_seal.contact.state import ContactState
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
-
-# Contact area below which a coarse start pays. Measured at 512² and 1024²: it saves a quarter of
-# the CPU time at 1 % of contact, a few percent at 5 %, and nothing at 20 %, where the remaining
-# error is local.
-LIGHT = 0.06
-COARSEST = 128  # fewest samples along a side of a coarse grid
-# Certificate of a coarse contact: a more accurate one makes no better start.
-ROUGHLY = 0.3
 
 
 def press(
@@ -71,45 +63,12 @@ def press(
         return pair.touching()
     if first is not None:
         first = pair.complementary(first)
-    elif load.kind == "pressure" and CONTACT_METHODS[stopping.solver].starts_coarse:
-        first = coarse_start(pair, load.value, stopping)
     reach = {
         "pressure": pair.under_pressure,
         "mean_gap": pair.at_mean_gap,
         "area_fraction": lambda *args: contact_of_area(pair, *args),
     }[load.kind]
     return replace(reach(load.value, stopping, first), fft_pairs=pair.half_space.fft_pairs)
-
-
-def coarse_start(
-    pair: ContactPair, mean_pressure: float, stopping: ContactStopping
-) -> np.ndarray | None:
-    """Pressure [Pa] of the 2 × 2 means of the heights, repeated on the fine grid.
-
-    The coarse problem is started in the same way, recursively, and has the limit of iterations of
-    the fine one. None if it does not converge, and where a coarse start would not pay: on small or
-    odd grids, and unless Persson's area √(8/π) p / (E* h'rms) is below `LIGHT`, with the slope from
-    differences of neighbours.
-    """
-    heights, spacing = pair.height.values, pair.height.spacing
-    nx, ny = heights.shape
-    if min(nx, ny) < 2 * COARSEST or nx % 2 or ny % 2:
-        return None
-    slope = pair.height.slope_between_samples()
-    if (8 / np.pi) ** 0.5 * mean_pressure >= LIGHT * pair.solid.contact_modulus * slope:
-        return None
-    means = heights.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
-    height = GridField(means, (2 * spacing[0], 2 * spacing[1]), periodic=True)
-    coarse = ContactPair(height, pair.solid, pair.arithmetic)
-    start = coarse_start(coarse, mean_pressure, stopping)
-    roughly = replace(stopping, tolerance=ROUGHLY, gap_tolerance=float("inf"), progress=None)
-    try:
-        pressure = coarse.under_pressure(mean_pressure, roughly, start).pressure.values
-    except NotConverged:
-        return None
-    finally:
-        pair.half_space.fft_pairs += coarse.half_space.fft_pairs / 4
-    return pressure.repeat(2, axis=0).repeat(2, axis=1)
 
 
 def _start_pressure(
