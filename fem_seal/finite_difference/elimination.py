@@ -21,10 +21,10 @@ import numpy as np
 
 from fem_seal.finite_difference.star_mesh import star_mesh
 from fem_seal.finite_difference.stencil import Stencil
-from fem_seal.finite_difference.tiles import TILE, Pixels, rim, tile_links, whole_tiles
+from fem_seal.finite_difference.tiles import ON_RIM, TILE, Pixels, tile_links, whole_tiles
 
 # Most tiles along the side of a rectangle that is reduced in one batch; limits its memory.
-CHUNK = 4
+CHUNK = 8
 # Numbers of the nodes that stand for the whole inlet and the whole outlet.
 INLET_NODE, OUTLET_NODE = -2, -1
 
@@ -130,8 +130,7 @@ def _on_rim(
 
 def _tile_piece(pixels: Pixels, row: int, column: int, links: np.ndarray) -> Piece:
     """Piece of one tile; all its nodes on the inlet become one node, and those on the outlet."""
-    i, j = np.array(rim(TILE, TILE)).T
-    i, j = i + row * TILE, j + column * TILE
+    i, j = (np.argwhere(ON_RIM) + TILE * np.array([row, column])).T
     numbers = i * pixels.x.shape[1] + j
     numbers[i == 0] = INLET_NODE
     numbers[i == pixels.x.shape[0]] = OUTLET_NODE

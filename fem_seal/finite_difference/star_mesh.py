@@ -72,20 +72,6 @@ def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int
             rows[:, b, b + 1 :] += star[:, b - a - 1, None] * ratios[:, a, b + 1 :]
 
 
-def star_mesh_in_step(links: np.ndarray, eliminated: int) -> np.ndarray:
-    """`star_mesh` for many small networks (N, N, batch), one node of all networks at a time."""
-    for a in range(eliminated):
-        star = links[a, a + 1 :]
-        total = star.sum(axis=0)
-        ratios = np.divide(star, total, out=np.zeros_like(star), where=total > 0)
-        for b in range(len(star) - 1):
-            links[a + 1 + b, a + 2 + b :] += star[b] * ratios[b + 1 :]
-    remaining = links[eliminated:, eliminated:]
-    for a in range(len(remaining) - 1):
-        remaining[a + 1 :, a] = remaining[a, a + 1 :]
-    return remaining
-
-
 def _blocks(start: int, stop: int) -> Iterator[tuple[int, int]]:
     """Cut the range from start to stop into blocks, to update the upper triangle only.
 
