@@ -5,12 +5,9 @@ from dataclasses import replace
 from math import inf
 
 import pytest
-from bounds_study import brackets
 from project import ROOT
 from validation_page import filled, parts
 from validation_rows import PEER_ROWS, ROWS, Number, Row
-
-from fem_seal.verification.exact_cases import CASES
 
 PAGE = (ROOT / "docs/validation.md").read_text(encoding="utf-8")
 # Other codes, where `make peers` has installed them, take half a minute. What the other slow rows
@@ -53,17 +50,3 @@ def test_rows_of_the_page_are_those_of_the_program():
     assert list(parts(PAGE))[: len(ROWS)] == list(ROWS)
     assert filled(PAGE, rows).count("| 1 | 2 | -") == len(ROWS)
     assert filled(filled(PAGE, rows), rows) == filled(PAGE, rows)
-
-
-@pytest.mark.parametrize("name", ["series-channel", "four-phases"])
-def test_effectivity_is_at_least_one(name):
-    """On gaps whose leak rate is known: the error of √(lower·upper) is below the half-width.
-
-    The largest possible error, √(upper/lower) - 1, exceeds (upper - lower)/(upper + lower) by less
-    than its square. The channel reaches it: its lower bound is exact.
-    """
-    (film,) = CASES[name].films(16)
-    runs = brackets(film, Number.exact(CASES[name].exact))
-    assert {run.doubt for run in runs} == {0}
-    for run in runs:
-        assert run.effectivity > 1 - run.half_width
