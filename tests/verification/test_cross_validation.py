@@ -143,9 +143,8 @@ def test_effectivity_is_that_of_the_claim(checkerboard):
     rows = checkerboard
     for row in series(rows, "FE √(lo·hi)"):
         assert abs(row.distance) <= 1 + row.band
-    for case in ("series-channel", "four-phases"):
-        for row in series(on_case(CASES[case], (8, 16), ("uniform",)), "FE √(lo·hi)"):
-            assert row.effectivity > 1 - row.band
+    for row in series(on_case(CASES["series-channel"], (8, 16), ("uniform",)), "FE √(lo·hi)"):
+        assert row.effectivity > 1 - row.band
     last = series(rows, "FD arithmetic")[-1]
     assert last.effectivity == pytest.approx(1 / last.distance)
     assert last.effectivity < 1
