@@ -105,7 +105,7 @@ def chosen_grid(first: Patch, total: float) -> Chosen:
     leak, of_flow, of_lift = patch.leak_rate, flow_log_error(patch.leak_rate), _lift_part(patch)
     missed, reason = _contact_part(patch) + of_flow + of_lift > allowed, ""
     if leak.converged and leak.state == "leaking" and missed:
-        reason = _missed_by_lift(total, of_lift) if left > least else _missed(total, patch)
+        reason = _missed_by_lift(total, of_lift) if left > least else _missed_by_grid(total, patch)
     grid, area = estimated_error(patch), area_error(patch)
     choice = Choice(
         total=total,
@@ -219,7 +219,7 @@ def error_words(error: float | None) -> str:
     return f"about {per_cent(error)}" if error < 1 else f"about a factor of {1 + error:.2g}"
 
 
-def _missed(total: float, patch: Patch) -> str:
+def _missed_by_grid(total: float, patch: Patch) -> str:
     size = error_words(known_error(_contact_part(patch)))
     also = "" if area_error(patch) is None else " and the area's"
     nx, ny = present(patch.surface, "surface").shape

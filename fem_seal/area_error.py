@@ -35,7 +35,7 @@ AREA_SAFETY = 1.25
 # Factor on that of the critical constriction where it stands alone, without a network.
 WITHOUT_NETWORK = 2.0
 # Change of ln Q, by the constriction alone, up to which a dry contact needs no network.
-LITTLE = 0.01
+SMALL_CHANGE = 0.01
 
 
 @once
@@ -105,7 +105,7 @@ def _reach(patch: Patch, closing: int, opening: int) -> _Reach:
     narrowest = _values(narrows)[_values(film) == critical]
     of_constriction = 3 * float(narrowest.max()) / critical
     rate = WITHOUT_NETWORK * of_constriction
-    matters = patch.lifted is not None or rate * max(closed, opened) > LITTLE
+    matters = patch.lifted is not None or rate * max(closed, opened) > SMALL_CHANGE
     if matters and by is not None and isinstance(film, GridFilm):
         rate = AREA_SAFETY * max(of_constriction, abs(by.log_rate))
     return _Reach(closed, opened, rate, False)

@@ -23,9 +23,9 @@ LIFT, INPUTS = "lift", "inputs"
 # Caution in the texts about a patch that is sealed.
 NOT_THE_SEAL = "others of the seal may leak: [seal] judges the seal"
 # A factor above this one, or below its inverse, counts as unbounded in texts.
-USELESS = 1e6
-# Factors as near to 1 as NEAR_ONE are written as 1 ± their distance, as near as ONE as 1.
-NEAR_ONE, ONE = 1e-3, 1e-12
+USELESS_FACTOR = 1e6
+# Factors as near to 1 as SMALL_ERROR are written as 1 ± their distance, as near as NO_ERROR as 1.
+SMALL_ERROR, NO_ERROR = 1e-3, 1e-12
 # Entries that the bounds of a leak rate contain.
 IN_BOUNDS = (FLOW, SLIP_INTERVAL, FLOW_AND_LOADS)
 
@@ -149,16 +149,16 @@ def ends_words(low: float | None, high: float | None, scale: float = 1.0) -> str
 
 
 def factor_words(factors: Factors) -> str:
-    """Text of two factors, rounded outwards; `USELESS` ones are unbounded.
+    """Text of two factors, rounded outwards; `USELESS_FACTOR` ones are unbounded.
 
     Of factors that differ from 1 by less than four digits show well, the difference: "1 ± 0.00013".
     """
     lower, upper = factors.lower, factors.upper
     error = max(1 - lower, upper - 1)
-    if error < NEAR_ONE:
-        return f"1 ± {rounded_up(error, 2)}" if error > ONE else "1"
-    low = None if lower < 1 / USELESS else lower
-    high = None if upper > USELESS else upper
+    if error < SMALL_ERROR:
+        return f"1 ± {rounded_up(error, 2)}" if error > NO_ERROR else "1"
+    low = None if lower < 1 / USELESS_FACTOR else lower
+    high = None if upper > USELESS_FACTOR else upper
     return ends_words(low, high) or "any factor"
 
 

@@ -35,7 +35,7 @@ from fem_seal.upscaling.solved_patches import OF_FLOWS
 # samples with its flow 1.8 times. An FFT of 512² samples took 3.2 times: it would predict too much.
 COMPILE = 4.6e-3  # CPU time on that machine [s]
 STATEMENTS = "name = [function(argument) for argument in arguments if argument]\n" * 200
-TRIED = 0.1  # CPU seconds for which that is repeated
+COMPILED_SECONDS = 0.1  # CPU seconds for which that is repeated
 # CPU time [s] and memory [bytes] of importing what a stage needs.
 CONTACT_IMPORTS = 1.1, 0.95e8
 FLOW_IMPORTS = 0.75, 0.8e8
@@ -57,7 +57,7 @@ USUAL_RTOL = 0.5
 KEPT_OF_UNKNOWN = 500  # [bytes/unknown]
 KEPT_OF_SAMPLE = 370  # [bytes/sample]
 OF_WAVES = 0.91  # d ln(channels) over d ln(shortest waves along a side)
-USUAL = 8.0  # longest waves along a side of a map, where nobody says how many
+USUAL_WAVES = 8.0  # longest waves along a side of a map, where nobody says how many
 # K of a patch falls as (1 - w/w_c)^EXPONENT with the net load w, which seals it at about w_c =
 # SEALING E* h'rms; patches that leak are sealed at LEAST_SEALING of their decisive load at least.
 EXPONENT, SEALING, LEAST_SEALING = 3.3, 0.2, 1.03
@@ -65,8 +65,8 @@ MODEL_LOADS, MODEL_CELLS = 60, 200  # of the table and the path of that K
 # A table that is refined on the way needs so many times the intervals of one whose K is known.
 OF_DEMAND = 1.4
 # There is advice from this time [s], or from this part of the available memory, on.
-LONG = 600.0
-MANY = 0.8
+LONG_SECONDS = 600.0
+MEMORY_SHARE = 0.8
 
 
 @dataclass(frozen=True)
@@ -250,9 +250,9 @@ def _grid(scene: Scene, field: GridField | None) -> tuple[tuple[int, int], float
         waves = min(side / known.short_wavelength, sqrt(prod(shape)) / 2)
     else:
         field = present(field, "heights or gaps")
-        shape, long = field.shape, USUAL
+        shape, long = field.shape, USUAL_WAVES
         waves = sqrt(prod(shape)) / _shortest(field)
-    return shape, waves**OF_WAVES * sqrt(long / USUAL)
+    return shape, waves**OF_WAVES * sqrt(long / USUAL_WAVES)
 
 
 def _shortest(field: GridField) -> float:
@@ -270,7 +270,7 @@ def _shortest(field: GridField) -> float:
 @cache
 def _pace() -> float:
     """CPU time on this machine over that of the laws."""
-    least, end = inf, thread_time() + TRIED
+    least, end = inf, thread_time() + COMPILED_SECONDS
     while (start := thread_time()) < end:
         compile(STATEMENTS, "statements", "exec")
         least = min(least, thread_time() - start)
@@ -279,7 +279,7 @@ def _pace() -> float:
 
 def _advice(scene: Scene, seconds: float, memory: float) -> str:
     """What makes a long or large run shorter, else ""."""
-    if seconds < LONG and memory < MANY * available_memory():
+    if seconds < LONG_SECONDS and memory < MEMORY_SHARE * available_memory():
         return ""
     ways = [] if scene.gap is not None else ["fewer samples (surface.shape, or crop of a map)"]
     if scene.seal is not None:

@@ -159,7 +159,7 @@ def _prepared(patch: "Patch") -> "PreparedSurface":
 
 def _map_rows(prepared: "PreparedSurface") -> Rows:
     """Rows on the sides, the slopes and the lay of the map before it was made periodic."""
-    from fem_seal.quantities.cautions import LAY
+    from fem_seal.quantities.cautions import LAY_RATIO
 
     yield "sides", " by ".join(map(length_text, prepared.measured.covered))  # as in surface.size
     without = " (without the spikes)" if prepared.outliers.any() else ""
@@ -169,7 +169,7 @@ def _map_rows(prepared: "PreparedSurface") -> Rows:
         x, y = f"x over {length_text(dx)}", f"y over {length_text(dy)}"
         both = f" over {length_text(max(dx, dy))}"
     yield "slopes", f"{lay.slopes[0]:.3g} along {x}, {lay.slopes[1]:.3g} along {y}{without}"
-    angle = f"{lay.angle:.0f} degrees from x{'' if lay.ratio > LAY else ', not clear'}"
+    angle = f"{lay.angle:.0f} degrees from x{'' if lay.ratio > LAY_RATIO else ', not clear'}"
     yield "lay", f"{angle}: slopes{both} across it are {lay.ratio:.3g} times those along it"
 
 

@@ -112,9 +112,9 @@ class _GridPair:
         def pass_over(rows: slice) -> None:
             """Coarse rows, each from four fine ones."""
             first, last = 2 * rows.start - 1, 2 * rows.stop + 1
-            block = _rows(fine, first, last, period)
+            block = _periodic_rows(fine, first, last, period)
             if weights is not None:
-                block = block * _rows(weights, first, last, period)
+                block = block * _periodic_rows(weights, first, last, period)
             halved = block[1:-1:2] + block[2:-1:2]
             halved *= 3
             halved += block[0:-2:2]
@@ -131,7 +131,7 @@ class _GridPair:
 
         def pass_over(rows: slice) -> None:
             """Fine rows, two for each coarse one."""
-            block = _rows(coarse, rows.start - 1, rows.stop + 1, len(coarse))
+            block = _periodic_rows(coarse, rows.start - 1, rows.stop + 1, len(coarse))
             wide = _double_columns(block, ny)
             fine = np.empty((2 * (rows.stop - rows.start), ny), coarse.dtype)
             own = 3 * wide[1:-1]
@@ -146,7 +146,7 @@ class _GridPair:
         self.passes.over(coarse.shape, pass_over)
 
 
-def _rows(values: np.ndarray, first: int, last: int, period: int) -> np.ndarray:
+def _periodic_rows(values: np.ndarray, first: int, last: int, period: int) -> np.ndarray:
     """Rows of a periodic array; rows between its length and the period are zero."""
     if first >= 0 and last <= len(values):
         return values[first:last]

@@ -27,7 +27,7 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
     """Read one channel of an instrument's file, its default one if no name is given."""
     _check_hdf5(path)
     with _readable(path), _open(path) as reader:
-        info = _channel(reader, channel, path)
+        info = _map_channel(reader, channel, path)
         _refuse_misread(reader, info, path)
         # The reader insists on a size. Where the file has none, pass a placeholder, and report no
         # spacing below.
@@ -113,7 +113,7 @@ def _refuse_misread(reader: "ReaderBase", info: "ChannelInfo", path: Path) -> No
         )
 
 
-def _channel(reader: "ReaderBase", name: str | None, path: Path) -> "ChannelInfo":
+def _map_channel(reader: "ReaderBase", name: str | None, path: Path) -> "ChannelInfo":
     if name is None:
         info = reader.default_channel
     else:

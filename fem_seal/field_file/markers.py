@@ -14,10 +14,10 @@ CUSTOMARY = (
 # Single precision rounds 1e38 by this much.
 SINGLE_ROUNDING = 1e-6
 # An extreme value that occurs more than once, but at less than half of the points, counts as a
-# mark if its distance from the other values exceeds FAR times their range. This ratio is about 0
-# for clipped peaks, a lapped plateau and a saturated detector; for the flat floor of pockets it is
-# depth over roughness, some tens at most. A customary number counts as a mark from a ratio of 1 on.
-FAR = 100.0
+# mark if its distance from the other values over their range exceeds MARK_RATIO. This ratio is
+# about 0 for clipped peaks, a lapped plateau and a saturated detector; for the flat floor of
+# pockets it is depth over roughness, some tens at most. For a customary number 1 will do.
+MARK_RATIO = 100.0
 
 
 def without_marked(values: np.ndarray, missing: float) -> np.ndarray:
@@ -29,8 +29,8 @@ def without_marked(values: np.ndarray, missing: float) -> np.ndarray:
 def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
     """Largest or smallest value if it looks like a mark of missing points, and its frequency.
 
-    It looks like one if it recurs and its distance from all other values is more than `FAR` times
-    their range, or if it is a customary mark and this distance is more than their range.
+    It looks like one if it recurs and its distance from all other values is more than `MARK_RATIO`
+    times their range, or if it is a customary mark and this distance is more than their range.
     """
     measured = values[~np.isnan(values)]
     if not measured.size:
@@ -45,7 +45,7 @@ def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
         spread = others.max() / 2 - others.min() / 2
         customary = np.isclose(abs(extreme), CUSTOMARY, rtol=SINGLE_ROUNDING, atol=0).any()
         recurs = 1 < count < measured.size / 2 and spread > 0
-        if (recurs and distance / FAR > spread) or (customary and distance > spread):
+        if (recurs and distance / MARK_RATIO > spread) or (customary and distance > spread):
             return float(extreme), int(count)
     return None
 

@@ -158,10 +158,10 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
     every, used = used, used[:: -(-len(used) // SAMPLE)]
     readings: list[tuple[int, int, Layout]] = []
     for layout in LAYOUTS:
-        rows = _rows(layout, used)
+        rows = _cells_of_numbers(layout, used)
         if layout.separator == "\t" and rows and not any(cells[0] for cells in rows):
             layout = replace(layout, indent=_indent(layout, every))
-            rows = _rows(layout, used)
+            rows = _cells_of_numbers(layout, used)
         # A separator at the end of every line begins no column.
         lengths = Counter(
             len(cells)
@@ -195,7 +195,7 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
     return layout, columns
 
 
-def _rows(layout: Layout, lines: list[str]) -> list[list[str]]:
+def _cells_of_numbers(layout: Layout, lines: list[str]) -> list[list[str]]:
     """Cells of the lines that hold numbers."""
     return [cells for cells in map(layout.cells, lines) if _is_data(layout.numbers(cells))]
 

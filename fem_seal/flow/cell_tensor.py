@@ -101,11 +101,11 @@ def conductivity_tensor(
     scale = per_pascal * np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])
     lower, upper, reason = last.bounds.lower * scale, last.bounds.upper * scale, stopping.reason
     if reason:
-        reason = f"{reason}; {_missed(lower, upper, rtol)}{_rounding_doubt(narrowest)}"
+        reason = f"{reason}; {_widest_direction(lower, upper, rtol)}{_rounding_doubt(narrowest)}"
     return TensorBounds(lower, upper, unknowns=last.unknowns, reason=reason)
 
 
-def _missed(lower: np.ndarray, upper: np.ndarray, rtol: float) -> str:
+def _widest_direction(lower: np.ndarray, upper: np.ndarray, rtol: float) -> str:
     """Message on the distance of the bounds from the tolerance, and the direction."""
     width, (x, y) = widest(lower, upper)
     along = (x, y) @ upper @ (x, y) / np.linalg.eigvalsh(upper)[-1]

@@ -220,7 +220,7 @@ class CellSpace:
 
     def _assembled(self, tensor: Callable[[slice], np.ndarray], numbering: Numbering) -> PETSc.Mat:
         """The matrix of the unknowns."""
-        begin, end = self._rows(numbering)
+        begin, end = self._rows_of_rank(numbering)
         own, count = end - begin, numbering.count
         # Entries of a row: its neighbours and the diagonal.
         most = 1 + numbering.neighbours()[begin:end].astype(PETSc.IntType)
@@ -237,7 +237,7 @@ class CellSpace:
         matrix.assemble()
         return matrix
 
-    def _rows(self, numbering: Numbering) -> tuple[int, int]:
+    def _rows_of_rank(self, numbering: Numbering) -> tuple[int, int]:
         """First row of this rank and of the next.
 
         Unknowns are numbered in the order in which the cells first use them; a rank owns those

@@ -18,8 +18,8 @@ from fem_seal.surface import Lay, PreparedSurface, spikes_caution
 from fem_seal.upscaling.seal import SealLeak, median_patch
 
 STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably wrong
-LAY = 2.0  # slopes across a lay over those along it, above which the flow's direction is named
-MANY = 100.0  # the same ratio, above which its value says no more
+LAY_RATIO = 2.0  # slopes across a lay over those along it: above it the direction is named
+MOST_RATIO = 100.0  # the same ratio, above which its value says no more
 OBLIQUE = 10.0  # angle between a lay and an axis above which it is neither along nor across
 THICK = 0.1  # mean gap over the length of the film above which the film is not thin
 # Part of the load carried by the solid below which the user is warned. Bolts and gauges easily have
@@ -33,7 +33,7 @@ FEWEST_TOUCHING = 10  # samples in contact below which the contact area is meani
 # Values of [fluid] beyond which a unit is probably wrong. Liquids: from hydrogen at 20 K (13 uPa s)
 # to stiff silicone oils. Gases at 1 bar have at most 51 uPa s (neon at 600 K; CRC Handbook of
 # Chemistry and Physics, Viscosity of Gases), and up to 0.35 kg/mol (uranium hexafluoride).
-USUAL = {
+USUAL_FLUIDS = {
     "liquid": {"viscosity": (1e-5, 1e3, "Pa s")},
     "gas": {
         "viscosity": (1e-6, 1e-4, "Pa s"),
@@ -94,7 +94,7 @@ def _of_fluid(scene: Scene) -> Iterator[str]:
     fluid, outlet = scene.fluid, scene.flow.outlet_pressure
     if fluid is None:
         return
-    for name, (least, most, unit) in USUAL[fluid.kind].items():
+    for name, (least, most, unit) in USUAL_FLUIDS[fluid.kind].items():
         value = getattr(fluid, name)
         if not least <= value <= most:
             yield (
@@ -111,11 +111,11 @@ def _of_fluid(scene: Scene) -> Iterator[str]:
 
 def _lay(lay: Lay, surface: FileSurface) -> str | None:
     """Warn of a lay: the leak rate depends on which way the flow crosses it."""
-    if lay.ratio <= LAY:
+    if lay.ratio <= LAY_RATIO:
         return None
     off_x = min(lay.angle, 180 - lay.angle)
     off_axis = min(off_x, 90 - off_x)
-    times = f"{lay.ratio:.2g} times" if lay.ratio < MANY else f"over {MANY:g} times"
+    times = f"{lay.ratio:.2g} times" if lay.ratio < MOST_RATIO else f"over {MOST_RATIO:g} times"
     turned = f"surface.turn = {(surface.turn + 90) % 360}"
     if off_axis > OBLIQUE:
         flows = f"at {off_x:.0f} degrees to it, and with {turned} at {90 - off_x:.0f}"

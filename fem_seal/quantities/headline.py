@@ -13,7 +13,7 @@ from fem_seal.error_budget import (
     IN_BOUNDS,
     NOT_THE_SEAL,
     ONE_PATCH,
-    USELESS,
+    USELESS_FACTOR,
     ErrorBudget,
     combined,
     ends_words,
@@ -124,9 +124,9 @@ def _all_errors(
     With both sides open it names the entries that open them.
     """
     scale = shown.per_solved
-    if high is not None and high > USELESS * value:
+    if high is not None and high > USELESS_FACTOR * value:
         high = None
-    if low is not None and low * USELESS < value:
+    if low is not None and low * USELESS_FACTOR < value:
         low = None
     number = f"{in_digits(value * scale)} {shown.unit}, "
     if low is not None and high is not None:

@@ -45,8 +45,8 @@ OPENS = {
 NEGLIGIBLE_LEAK = 1e-4
 NOT_KNOWN = "errors of the inputs"  # name of the entry without factors
 TINY = 1e-9  # least part of the load that counts as left to the solid
-TRIED = 17  # values of an input between the ends of its tolerance, where it has no direction
-CELLS = 200  # of the leak path, for the leak rates that are compared
+TRIED_VALUES = 17  # values of an input between the ends of its tolerance, where it has no direction
+COMPARED_CELLS = 200  # of the leak path, for the leak rates that are compared
 MODULI = ("solid.youngs_modulus", "solid.contact_modulus")
 STIFFNESSES = (*MODULI, "heights")
 
@@ -171,7 +171,7 @@ def _ends(scene: Scene, end: int, probe: Probe) -> dict[str, float]:
     elif probe.table is not None and _under_cylinder(scene):
         others = scene.scaled({name: ends[name] for name in ends.keys() - {*MODULI}})
         for name in ends.keys() & {*MODULI}:
-            factors = 1 + scene.tolerated[name] * np.linspace(-1, 1, TRIED)
+            factors = 1 + scene.tolerated[name] * np.linspace(-1, 1, TRIED_VALUES)
             ends[name] = _modulus(others, name, factors, end, probe.table, ends.get("heights", 1.0))
     return ends
 
@@ -206,7 +206,7 @@ def _modulus(
         elif scaled.sealing_load == loads[0]:
             rate = inf  # the table has no load at which the patch leaks
         else:
-            rate = seal_flow(scaled, profile, path, ends, cells=CELLS).value
+            rate = seal_flow(scaled, profile, path, ends, cells=COMPARED_CELLS).value
         return rate, -decisive / factor
 
     return (max if end > 0 else min)(factors.tolist(), key=by_leak)
@@ -219,12 +219,12 @@ def _viscosity(scene: Scene, end: int, gap: float | None) -> float:
     Knudsen's minimum more of a gas leaks the more viscous it is.
     """
     part = scene.tolerated["fluid.viscosity"]
-    factors = 1 + part * np.linspace(-1, 1, TRIED)
-    leaks = [end * _channel(scene.scaled({"fluid.viscosity": f}), gap) for f in factors.tolist()]
+    factors = 1 + part * np.linspace(-1, 1, TRIED_VALUES)
+    leaks = [end * _slot_leak(scene.scaled({"fluid.viscosity": f}), gap) for f in factors.tolist()]
     return float(factors[np.argmax(leaks)])
 
 
-def _channel(scene: Scene, gap: float | None) -> float:
+def _slot_leak(scene: Scene, gap: float | None) -> float:
     """Leak rate of a channel of a gap [m] over g³: Δp/η, times what slip adds."""
     gain = 1.0 if scene.slip is None or gap is None else scene.slip.mean_gain(gap)
     return gain * scene.drive.pressure_drop / scene.viscosity
@@ -299,7 +299,9 @@ def input_shares(
         load = max(pressed - carried * drop, TINY)
         x = load / (1 - carried) / prod(factors.get(name, 1.0) for name in STIFFNESSES)
         s = factors.get("heights", 1.0)
-        return log(x), log(_channel(other, probe.gap) / _channel(scene, probe.gap) * s**3 / path)
+        return log(x), log(
+            _slot_leak(other, probe.gap) / _slot_leak(scene, probe.gap) * s**3 / path
+        )
 
     closing, opening = (_ends(scene, end, probe) for end in (-1, 1))
     points: dict[float, float] = {}

@@ -2,14 +2,14 @@
 
 The *roughness of a point* is its height above the median of the 5 by 5 points around it. A tilt, a
 step or the edge of a plateau leaves it 0. A point counts as an outlier if its distance from the
-median and from each neighbour, on the same side, exceeds `FAR` times the spread σ of that roughness
-over the map; so does a group of up to `LARGEST` such points. Corners, ridges and scratches have
-neighbours at their own height, or are longer.
+median and from each neighbour, on the same side, exceeds `OUTLIER_SIGMAS` times the spread σ of
+that roughness over the map; so does a group of up to `LARGEST` such points. Corners, ridges and
+scratches have neighbours at their own height, or are longer.
 
-No point of a Gaussian surface is so far away. An outlier on its own is also `FAR` of these units σ
-from the mean of its eight neighbours, a linear combination of Gaussian heights, whose standard
-deviation is about σ for white noise and less for smoother surfaces: of 1000² points 1000² · 2 Q(8)
-= 1e-9 are expected there.
+No point of a Gaussian surface is so far away. An outlier on its own is also `OUTLIER_SIGMAS` of
+these units σ from the mean of its eight neighbours, a linear combination of Gaussian heights, whose
+standard deviation is about σ for white noise and less for smoother surfaces: of 1000² points
+1000² · 2 Q(8) = 1e-9 are expected there.
 """
 
 from dataclasses import replace
@@ -20,7 +20,7 @@ from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
 from fem_seal.surface.detrending import detrended
 
-FAR = 8.0  # distance of an outlier in units of the roughness of points
+OUTLIER_SIGMAS = 8.0  # distance of an outlier in units of the roughness of points
 LARGEST = 9  # points of the largest group: 3 x 3
 AROUND = 5  # points along a side of the square of neighbours
 # Part of the points whose roughness is below 1.96 σ if it is Gaussian. The median would be 0 on a
@@ -41,7 +41,7 @@ def outliers(heights: FieldMap | GridField) -> np.ndarray:
     nearest = ndimage.distance_transform_edt(missing, return_distances=False, return_indices=True)
     # The border is a mirror, in which no point sees itself.
     above = values - ndimage.median_filter(values[tuple(nearest)], AROUND, mode="mirror")
-    limit = FAR * max(np.quantile(np.abs(above[~missing]), QUANTILE) / OF_SIGMA, step)
+    limit = OUTLIER_SIGMAS * max(np.quantile(np.abs(above[~missing]), QUANTILE) / OF_SIGMA, step)
     far = np.abs(above) > limit
     # Heights of the neighbours that are neither missing nor far themselves.
     highest = ndimage.maximum_filter(np.where(far | missing, -np.inf, values), 3, mode="mirror")

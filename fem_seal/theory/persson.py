@@ -58,9 +58,9 @@ SMALLEST_AREA = 1e-12
 # Steps of magnification between a wavenumber and its double, and cells of the integrals over q in
 # each step. A cell is 0.4 % wide; that 1/q has one value in it leaves an error of 10⁻⁵ at most in
 # the mean gap.
-PER_OCTAVE, CELLS = 12, 16
+PER_OCTAVE, STEP_CELLS = 12, 16
 # Values of w p/E* from 0 to the last one, beyond which the integrals of the mean gap vanish.
-FAR, TABLE = 7.0, 40_000
+LARGEST_T, TABLE_SIZE = 7.0, 40_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,12 +123,12 @@ def persson_state(
         of Yang and Persson with the pressure P₀ A0/A of this law.
     """
     require_positive(pressure=pressure, contact_modulus=contact_modulus)
-    edges = ladder(spectrum.wavenumbers, PER_OCTAVE * CELLS)
+    edges = ladder(spectrum.wavenumbers, PER_OCTAVE * STEP_CELLS)
     # w⁻², half the mean square slope, and the mean square height up to each edge.
     half_slope = cumulative(lambda q: np.pi * q**3 * spectrum.density(q), edges)
     heights = cumulative(lambda q: 2 * np.pi * q * spectrum.density(q), edges)
-    # The ladder of magnifications is every CELLS-th edge.
-    at, strain = slice(None, None, CELLS), pressure / contact_modulus
+    # The ladder of magnifications is every STEP_CELLS-th edge.
+    at, strain = slice(None, None, STEP_CELLS), pressure / contact_modulus
     # At ζ = 1 no roughness is resolved and contact is complete.
     energy = choose(AREA_LAWS, area, "area law")(half_slope[at][1:], strain)
     scaled_pressure = strain / np.sqrt(energy)
@@ -144,7 +144,7 @@ def persson_state(
 
 
 def ladder(wavenumbers: tuple[float, ...], per_octave: int) -> np.ndarray:
-    """Divide a range of wavenumbers [1/m] into steps, a multiple of CELLS between kinks."""
+    """Divide a range of wavenumbers [1/m] into steps, a multiple of STEP_CELLS between kinks."""
     marks = np.array(wavenumbers, dtype=float)
     if not (marks.size >= 2 and marks[0] > 0 and (np.diff(marks) >= 0).all()):
         raise InvalidInput(f"wavenumbers must be positive and ascending, got {wavenumbers}")
@@ -152,7 +152,7 @@ def ladder(wavenumbers: tuple[float, ...], per_octave: int) -> np.ndarray:
         raise InvalidInput(f"the spectrum spans no range of wavenumbers: {wavenumbers}")
     pieces = []
     for a, b in pairwise(np.unique(marks)):
-        steps = int(np.ceil(np.log2(b / a) * per_octave / CELLS)) * CELLS
+        steps = int(np.ceil(np.log2(b / a) * per_octave / STEP_CELLS)) * STEP_CELLS
         pieces.append(np.geomspace(a, b, steps + 1)[:-1])
     return np.concatenate([*pieces, marks[-1:]])
 
@@ -172,8 +172,8 @@ def _mean_gap(edges: np.ndarray, half_slope: np.ndarray, strain: np.ndarray) -> 
     """
     gap, ratio = np.zeros(strain.size), edges[1:] / edges[:-1]
     for k in range(strain.size - 1):
-        cells = slice(k * CELLS, None)
-        s = np.sqrt(half_slope[cells] - half_slope[k * CELLS])
+        cells = slice(k * STEP_CELLS, None)
+        s = np.sqrt(half_slope[cells] - half_slope[k * STEP_CELLS])
         # Mean over s of ln q in a cell, where s² grows in proportion to q.
         place = (s[1:] + 2 * s[:-1]) / (3 * (s[1:] + s[:-1]))
         q = edges[:-1][cells] * ratio[cells] ** place
@@ -189,18 +189,18 @@ def inner_integral(y: np.ndarray) -> np.ndarray:
     of two tabulated integrals.
     """
     y = np.asarray(y, dtype=float)
-    # Above FAR all terms are below exp(-49).
-    x = np.minimum(1 / np.maximum(y, 1 / FAR), FAR)
+    # Above LARGEST_T all terms are below exp(-49).
+    x = np.minimum(1 / np.maximum(y, 1 / LARGEST_T), LARGEST_T)
     t, first, second = _tables()
     even = y * exp1(x**2) / 2 - (np.exp(-(x**2)) / x - np.sqrt(np.pi) * erfc(x))
     rest: np.ndarray = y * np.interp(x, t, first) - np.interp(x, t, second)
-    return np.where(y > 1 / FAR, GAMMA * even + 3 * (1 - GAMMA) * rest, 0.0)
+    return np.where(y > 1 / LARGEST_T, GAMMA * even + 3 * (1 - GAMMA) * rest, 0.0)
 
 
 @cache
 def _tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values t from 0 to FAR, and ∫_t^∞ of erf²(v) exp(-v²)/v and of erf²(v) exp(-v²)/v²."""
-    t = np.linspace(0.0, FAR, TABLE)
+    """Values t from 0 to LARGEST_T, and ∫_t^∞ of erf²(v) exp(-v²)/v and of erf²(v) exp(-v²)/v²."""
+    t = np.linspace(0.0, LARGEST_T, TABLE_SIZE)
     # erf(v)/v tends to 2/√π.
     quotient = np.append(2 / np.sqrt(np.pi), erf(t[1:]) / t[1:])
     square = quotient**2 * np.exp(-(t**2))

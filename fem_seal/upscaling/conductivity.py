@@ -49,14 +49,14 @@ class Enclosure:
 
     def lower_at(self, share: np.ndarray) -> np.ndarray:
         """Lower bound at parts 0 to 1 of the way from the lower load to the higher one."""
-        return _chord(self.lower, self.exponents[0], share)
+        return _power_chord(self.lower, self.exponents[0], share)
 
     def upper_at(self, share: np.ndarray) -> np.ndarray:
         """Upper bound at parts 0 to 1 of the way from the lower load to the higher one."""
-        return _chord(self.upper, self.exponents[1], share)
+        return _power_chord(self.upper, self.exponents[1], share)
 
 
-def _chord(bounds: tuple[float, ...], exponent: float, share: np.ndarray) -> np.ndarray:
+def _power_chord(bounds: tuple[float, ...], exponent: float, share: np.ndarray) -> np.ndarray:
     places = np.linspace(0, 1, len(bounds))
     return np.interp(share, places, np.power(bounds, exponent)) ** (1 / exponent)
 
@@ -151,7 +151,7 @@ class ConductivityTable:
     @cached_property
     def highest(self) -> ConductivitySteps:
         """Upper bound of K: between two loads that of the lower load, less inside an enclosure."""
-        loads, _, upper = self._rows
+        loads, _, upper = self._bounds_by_load
         return ConductivitySteps(loads, np.concatenate([[np.inf], upper]))
 
     @cached_property
@@ -160,11 +160,11 @@ class ConductivityTable:
 
         Above the last load it is 0.
         """
-        loads, lower, _ = self._rows
+        loads, lower, _ = self._bounds_by_load
         return ConductivitySteps(loads, np.concatenate([lower, [0.0]]))
 
     @cached_property
-    def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _bounds_by_load(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Loads and bounds of the table and of the steps inside the enclosures; no bound rises."""
         rows = [(self.loads, self.lower, self.upper)]
         for k, enclosure in enumerate(self.between):

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 BEYOND = 0.125  # (c - b)/(b - a), where c is the load that gives the line beyond b
 # A flow is solved again if its tolerance was more than so many times the one that is asked for.
-AGAIN = 2.0
+LOOSER_MULTIPLE = 2.0
 # Rounding of even heights by a change of their grid, relative to their range.
 HEIGHT_ROUNDING = 1e-12
 SAME_PRESSURE = 1e-6  # relative distance of two pressures that count as one
@@ -95,7 +95,7 @@ class LoadedPatch:
         return {
             load: multiple
             for load, multiple in loads.items()
-            if self._multiples.get(load, np.inf) > AGAIN * multiple
+            if self._multiples.get(load, np.inf) > LOOSER_MULTIPLE * multiple
         }
 
     def table(self, loads: Mapping[float, float] | None = None) -> ConductivityTable:

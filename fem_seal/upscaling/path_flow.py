@@ -27,7 +27,7 @@ from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
 
-CELLS = 1000  # least number of cells of the leak path
+LEAST_CELLS = 1000  # least number of cells of the leak path
 COARSE = 4  # one in so many of them is laid evenly, the others where the total pressure matters
 PLACES = 8  # places in each cell at which the influence is computed
 # Parts of the influence before start, middle and end of the part that decides.
@@ -108,7 +108,7 @@ def seal_flow(
     path: LeakPath,
     ends: EndPressures,
     *,
-    cells: int = CELLS,
+    cells: int = LEAST_CELLS,
 ) -> SealFlow:
     """Leak rate of a seal all of whose patches have the conductivity of a table.
 
@@ -132,7 +132,7 @@ def seal_flow(
         )
     # A uniform profile is solved in one cell. Another one is solved twice: only a first flow tells
     # where the total pressure matters.
-    x = profile.nodes if is_uniform(profile) else _places(profile, ends, cells // COARSE)
+    x = profile.nodes if is_uniform(profile) else _cell_ends(profile, ends, cells // COARSE)
     laid = _Cells.of(profile, path, x)
     value = path_leak_rate(table.interpolated, laid.pressure, laid.lengths, ends)
     if not is_uniform(profile):
@@ -169,7 +169,7 @@ class _Cells:
         laid = self
         if is_uniform(self.profile):
             # A uniform profile is solved in one cell, and drawn in many.
-            laid = self.of(self.profile, self.path, np.linspace(0, self.x[-1], CELLS + 1))
+            laid = self.of(self.profile, self.path, np.linspace(0, self.x[-1], LEAST_CELLS + 1))
         fluid = March(steps, laid.pressure, laid.lengths, ends).pressures(rate)
         P = self.profile(laid.x)
         net, influences = _influences(steps, laid.pressure, fluid, ends)
@@ -178,7 +178,7 @@ class _Cells:
 
 def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:
     """Flow of a seal whose total pressure is nowhere above the pressure of the inlet."""
-    x = _places(profile, ends, CELLS)
+    x = _cell_ends(profile, ends, LEAST_CELLS)
     none = np.zeros((len(x) - 1, 0))
     along = PathFlow(x, profile(x), np.full_like(x, ends.inlet), np.full_like(x, inf), none, none)
     return SealFlow(inf, inf, inf, "lifted off", along)
@@ -186,7 +186,7 @@ def lifted_off(profile: Profile, ends: EndPressures) -> SealFlow:
 
 def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> SealFlow:
     """A sealed flow: p_in before the middle of the part that seals, p_out behind it."""
-    x = _places(profile, ends, CELLS)
+    x = _cell_ends(profile, ends, LEAST_CELLS)
     P, none = profile(x), np.empty((x.size - 1, 0))
     # The highest pressure seals, also where rounding puts it below the load of the table.
     sealed = x[P - ends.inlet >= min(table.sealing_load, P.max() - ends.inlet)]
@@ -198,7 +198,7 @@ def _sealed(table: ConductivityTable, profile: Profile, ends: EndPressures) -> S
     return SealFlow(0.0, 0.0, 0.0, "sealed", along, sealing, table=table)
 
 
-def _places(profile: Profile, ends: EndPressures, cells: int) -> np.ndarray:
+def _cell_ends(profile: Profile, ends: EndPressures, cells: int) -> np.ndarray:
     """Ends [m] of at least `cells` cells, with the nodes of the profile and where P = p_in.
 
     Without the last ones a peak narrower than a cell would seal nowhere.

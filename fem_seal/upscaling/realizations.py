@@ -24,7 +24,7 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
     shared |= dict.fromkeys(("seal.patches", "seal.window", "limit", "tolerances"))
     changes: list[dict[str, object]]
     if map_ is not None and seal.window is not None:
-        places = _places(map_, seal.window, seal.patches)
+        places = _window_places(map_, seal.window, seal.patches)
         changes = [{"surface.crop": map_.window(place, seal.window)} for place in places]
     else:
         name = f"surface.{present(scene.surface, '[surface]').seed_field}"
@@ -33,7 +33,7 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
     return tuple(scene.with_(shared | change) for change in changes)
 
 
-def _places(
+def _window_places(
     surface: FileSurface, window: tuple[float, float], patches: int
 ) -> list[tuple[int, int]]:
     """Places of the windows, spread evenly over the map; the first one is at its corner."""

@@ -34,11 +34,11 @@ MOST_LOADS = 40  # 4 to 26 were solved (docs/measurements/seals.md)
 WIDTH = 0.22
 # Part of a table's error that net loads below its first load and above its last one may have.
 REST = 0.1
-# The tolerance of a flow is that of the flow at the decisive load times STARTED to LOOSEST_LATER,
-# the more the less it matters. STARTED is above 1: many flows miss a tolerance by a tenth on the
-# mesh of another load, and the next mesh costs as much again.
-STARTED, LOOSEST_LATER = 1.15, 3.0
-OTHERS = 1.4  # the same for the other first loads
+# The tolerance of a flow is that of the flow at the decisive load times FIRST_MULTIPLE to
+# LOOSEST_MULTIPLE, the more the less it matters. FIRST_MULTIPLE is above 1: many flows miss a
+# tolerance by a tenth on the mesh of another load, and the next mesh costs as much again.
+FIRST_MULTIPLE, LOOSEST_MULTIPLE = 1.15, 3.0
+OTHER_MULTIPLE = 1.4  # the same for the other first loads
 # The load from which on a sealed patch is sealed is known to this part of the highest one.
 SEALED_LOAD_KNOWN = 1 / 16
 
@@ -72,7 +72,9 @@ def refined_flow(
     started = perf_counter()
     # Under a uniform pressure no net load is below the decisive one.
     span = (decisive if is_uniform(profile) else 0.0), profile.highest - ends.outlet
-    first = {decisive: 1.0} | {0.5 * (decisive + end): OTHERS for end in span if end != decisive}
+    first = {decisive: 1.0} | {
+        0.5 * (decisive + end): OTHER_MULTIPLE for end in span if end != decisive
+    }
     progress(f"its first {len(first)} net loads")
     table = loaded.table(first)
     while True:
@@ -165,7 +167,7 @@ def marked_loads(
 def _halved(table: ConductivityTable, span: tuple[float, float], k: int) -> dict[float, float]:
     """The middle of interval k, if it has a width; interval 0 lies below the loads of the table."""
     below, above = np.concatenate([span[:1], table.loads, span[1:]])[k : k + 2].tolist()
-    return {} if below == above else {0.5 * (below + above): OTHERS}
+    return {} if below == above else {0.5 * (below + above): OTHER_MULTIPLE}
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,7 +221,7 @@ class _Demand:
         nodes = np.concatenate([span[:1], loads, span[1:]])
         share = np.diff(self._up_to(self.influence, nodes))
         influence = np.maximum(0.5 * (share[1:] + share[:-1]), np.finfo(float).tiny)
-        multiples = np.clip((loads.size * influence) ** -0.5, STARTED, LOOSEST_LATER)
+        multiples = np.clip((loads.size * influence) ** -0.5, FIRST_MULTIPLE, LOOSEST_MULTIPLE)
         return dict(zip(loads.tolist(), multiples.tolist(), strict=True))
 
     def _up_to(self, of_parts: np.ndarray, loads: np.ndarray) -> np.ndarray:

@@ -279,12 +279,12 @@ def seal_of_patches(
         relative_scatter=scatter,
         interval=interval,
         share_sealed=Bounded(sealed / len(flows), *sealed_share(sealed, len(flows))),
-        reason=_missed(flows, lower, upper, rtol),
+        reason=_missed_rtol(flows, lower, upper, rtol),
         leak_path=path.length,
     )
 
 
-def _missed(patches: tuple[SealFlow, ...], lower: float, upper: float, rtol: float) -> str:
+def _missed_rtol(patches: tuple[SealFlow, ...], lower: float, upper: float, rtol: float) -> str:
     """Sentence on the tolerance that the bounds of the seal [m³/s] miss, else empty.
 
     The bounds of a patch that leaks little may be wide if those of the seal are narrow enough.

@@ -24,7 +24,7 @@ from fem_seal.scene import Scene
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.path_flow import SealFlow
-from fem_seal.upscaling.refined_table import STARTED, refined_flow
+from fem_seal.upscaling.refined_table import FIRST_MULTIPLE, refined_flow
 from fem_seal.upscaling.scene_profile import leak_path_of
 
 OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
@@ -101,8 +101,8 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     if thinned is None:
         return None
     # The grids may differ by less than the flows of the table may be off. A flow that is off by
-    # less than AGAIN times as much moves the estimate by at most 4 % of itself.
-    asked = {load: STARTED * min(1.0, loaded.patch.scene.flow.rtol / loaded.rtol)}
+    # less than LOOSER_MULTIPLE times as much moves the estimate by at most 4 % of itself.
+    asked = {load: FIRST_MULTIPLE * min(1.0, loaded.patch.scene.flow.rtol / loaded.rtol)}
     fine = loaded.bounds(load, loaded.missing(asked).get(load, inf))
     coarse = LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load)
     change = change_of(_interval(*coarse), _interval(*fine))

@@ -122,7 +122,7 @@ def compare(
             series.setdefault(answer.method, {})[n] = answer
         exact = gap.exact
         reference = _bracket(series) if exact is None else Bounded(exact, exact, exact)
-        compared.append((tuple(_rows(gap, series, reference)), reference))
+        compared.append((tuple(_rows_of_gap(gap, series, reference)), reference))
     return compared
 
 
@@ -186,7 +186,7 @@ def answer_on(films: Sequence[GridFilm], settings: FlowSettings, times: int, met
     )
 
 
-def _rows(gap: StudiedGap, series: Series, reference: Bounded) -> Iterator[Row]:
+def _rows_of_gap(gap: StudiedGap, series: Series, reference: Bounded) -> Iterator[Row]:
     """Rows of each method over the grids; bounds have rows of their own before their mean."""
     doubt = relative_half_width(reference.lower, reference.upper)
     for method, on_grids in series.items():

@@ -66,7 +66,7 @@ def _wave(position: np.ndarray) -> np.ndarray:
 CHANNEL = np.array([1.0, 0.4, 0.9, 0.3, 0.7])
 
 
-def _channel(n: int) -> tuple[GridFilm, ...]:
+def _channel_of_steps(n: int) -> tuple[GridFilm, ...]:
     positions = np.linspace(0, 1, CHANNEL.size)
     shape = (n, n // 4)
     gap = vertex_gap(lambda x, y: np.interp(x, positions, CHANNEL), shape, (1.0, 0.25))
@@ -124,7 +124,7 @@ CASES: dict[str, ExactCase] = {
         "mean of g³; smooth: second order",
     ),
     "series-channel": ExactCase(
-        _channel,
+        _channel_of_steps,
         0.25 * closed_forms.piecewise_linear_channel(CHANNEL),
         2.0,
         "∫ dx/g³ of the linear gap; its kinks lie on the grid: second order",

@@ -385,7 +385,7 @@ def test_a_stiffer_cylinder_under_fluid_of_nearly_its_pressure(monkeypatch):
     (P - p)/E* grows with E* where p > P/2. A tenth of E* more or less shows beyond the bounds, also
     with a tenth of the cells of the path.
     """
-    monkeypatch.setattr("fem_seal.quantities.inputs.CELLS", 50)
+    monkeypatch.setattr("fem_seal.quantities.inputs.COMPARED_CELLS", 50)
     for module in ("refined_table", "seal"):
         monkeypatch.setattr(f"fem_seal.upscaling.{module}.seal_flow", partial(seal_flow, cells=100))
     w, R, E = 200.0, 2e-3, 1e7
