@@ -17,8 +17,8 @@ LinksName = Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-g
 class FlowSettings:
     """Fluid, pressures, method and accuracy of a flow.
 
-    A leak rate by finite differences reads fluid, pressures and links alone. `rtol` and `limits`
-    hold for a lift by either method.
+    Finite differences take neither `decide`, `field` nor `limits.unknowns`; `rtol` and the other
+    limits are then those of a lift.
     """
 
     viscosity: float  #: η [Pa s]
@@ -46,9 +46,15 @@ class FlowSettings:
         require_not_negative(margin=self.margin, negligible=self.negligible)
         require_known(get_args(MethodName), self.method, "method")
         require_known(get_args(LinksName), self.links, "links")
-        if self.method != "finite-difference" and self.links != FlowSettings.links:
-            raise InvalidInput(f"method = {self.method!r} has no links: leave links out")
         require_kind((Slip, type(None)), slip=self.slip)
         require_kind(Limits, limits=self.limits)
+        if self.method != "finite-difference" and self.links != FlowSettings.links:
+            raise InvalidInput(f"method = {self.method!r} has no links: leave links out")
+        unread = self.decide is not None or self.field or self.limits.unknowns is not None
+        if self.method == "finite-difference" and unread:
+            raise InvalidInput(
+                f"method = {self.method!r} has neither bounds nor a mesh: leave out decide, field "
+                "and limits.unknowns"
+            )
         if self.decide is not None:
             require_positive(decide=self.decide)

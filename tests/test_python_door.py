@@ -144,6 +144,15 @@ HERTZ, PATH = fs.upscaling.Hertz(2e5, 1e-3), fs.upscaling.StraightPath(1e-3, 1.0
             lambda: fs.flow.FlowSettings(viscosity=1, pressure_drop=1, links="harmonic"),
             "^method = 'adaptive' has no links: leave links out$",
         ),
+        *(
+            (
+                lambda unread=unread: fs.flow.FlowSettings(
+                    1, 1, method="finite-difference", **unread
+                ),
+                "^method = 'finite-difference' has neither bounds nor a mesh: leave out decide, ",
+            )
+            for unread in ({"decide": 1.0}, {"field": True}, {"limits": fs.flow.Limits(unknowns=9)})
+        ),
         (lambda: fs.Patch(STRIP).sensitivity, "^an elastic contact is needed: contact.model = "),
         (lambda: fs.Patch(STRIP).grid_gap, r"^\[shape\] gives the gap itself, which has no grid$"),
         (lambda: fs.upscaling.RingPath(1e-3, np.inf), "^outlet_radius = inf must be a positive"),

@@ -276,7 +276,7 @@ class Scene(Section):
     @property
     def flow_settings(self) -> FlowSettings:
         """Arguments of the flow solver; for scenes that need the flow."""
-        needs_field = any(PRODUCTS[name].field for name in self.output.products)
+        wanted = self.limit is not None or any(PRODUCTS[n].field for n in self.output.products)
         return FlowSettings(
             method=self.flow.method,
             viscosity=self.viscosity,
@@ -285,7 +285,7 @@ class Scene(Section):
             rtol=self.flow.rtol,
             decide=self.deciding_rate,
             limits=self.flow.limits,
-            field=needs_field or self.limit is not None,
+            field=wanted and self.flow.method != "finite-difference",
             links=self.flow.links,
         )
 

@@ -123,9 +123,11 @@ class ContactGrid(Task[tuple[Run, ...]]):
         start = process_time()
         contact = pressed.contact
         of_contact = process_time() - start
-        flow, runs = self.scene.flow_settings, []
+        flow, runs = replace(self.scene.flow_settings, decide=None, field=False), []
         for own in self.flows:
-            limits = replace(flow.limits, unknowns=own.unknowns or flow.limits.unknowns)
+            refined = own.method != "finite-difference"
+            unknowns = own.unknowns or flow.limits.unknowns if refined else None
+            limits = replace(flow.limits, unknowns=unknowns)
             settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
             patch = pressed.with_(Given(contact=contact, lift="none", flow_settings=settings))
             # Reset the kernel's largest resident memory of this process (proc(5)), where it can be.
