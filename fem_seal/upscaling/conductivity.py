@@ -55,6 +55,11 @@ class Enclosure:
         """Upper bound at parts 0 to 1 of the way from the lower load to the higher one."""
         return _power_chord(self.upper, self.exponents[1], share)
 
+    def overlaps(self, bounds: tuple[float, float], share: float) -> bool:
+        """Whether these bounds and others of K at a part of the way have a common value."""
+        at = np.array(share)
+        return bool(bounds[0] <= self.upper_at(at) and bounds[1] >= self.lower_at(at))
+
 
 def _power_chord(bounds: tuple[float, ...], exponent: float, share: np.ndarray) -> np.ndarray:
     places = np.linspace(0, 1, len(bounds))

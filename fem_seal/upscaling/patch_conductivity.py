@@ -27,7 +27,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -60,6 +60,14 @@ SAME_PRESSURE = 1e-6  # relative distance of two pressures that count as one
 KEPT = 1 << 25
 
 
+class SolvedLoad(NamedTuple):
+    """Conductivity of a patch at a net load."""
+
+    bounds: tuple[float, float]  #: of K [m³/(Pa s)]; both 0 where the patch is sealed
+    multiple: float  #: of the patch's `rtol`, to which the flow was solved at least
+    reason: str = ""  #: why the flow ended early; empty if it did not
+
+
 class LoadedPatch:
     """A patch of an elastic contact on a grid under any net load, each computed once.
 
@@ -69,12 +77,9 @@ class LoadedPatch:
 
     def __init__(self, patch: Patch, rtol: float):
         self.patch, self.rtol = patch, rtol
-        self.reasons: list[str] = []
-        # Whether all loads so far agree with the enclosures of their intervals.
-        self.convex = True
+        self._solved: dict[float, SolvedLoad] = {}
+        # Contacts of other loads as well, and flows of the newest ones alone.
         self._states: dict[float, ContactState] = {}
-        self._bounds: dict[float, tuple[float, float]] = {}
-        self._multiples: dict[float, float] = {}
         self._flows: dict[float, MeshedFlow] = {}
         self._enclosures: dict[tuple[float, float], Enclosure | None] = {}
 
@@ -85,28 +90,40 @@ class LoadedPatch:
         extrapolation of the two states nearest in load, the flow from the mesh and the functions of
         the nearest lower load.
         """
-        if multiple < self._multiples.get(load, np.inf):
-            self._bounds[load] = self._conductivity(load, multiple)
-            self._multiples[load] = multiple
-        return self._bounds[load]
+        if load not in self._solved or multiple < self._solved[load].multiple:
+            self._solved[load] = self._solve(load, multiple)
+        return self._solved[load].bounds
+
+    @property
+    def reason(self) -> str:
+        """Why the flow at a load ended early; empty if none did."""
+        return next((solved.reason for solved in self._solved.values() if solved.reason), "")
+
+    @property
+    def convex(self) -> bool:
+        """Whether all loads agree with the enclosures of the intervals that they cut."""
+        return all(
+            enclosure.overlaps(solved.bounds, (load - a) / (b - a))
+            for (a, b), enclosure in self._enclosures.items()
+            for load, solved in self._solved.items()
+            if enclosure is not None and a < load < b
+        )
 
     def missing(self, loads: Mapping[float, float]) -> dict[float, float]:
         """Loads [Pa], each with a multiple of `rtol`, that `table` has still to compute."""
         return {
             load: multiple
             for load, multiple in loads.items()
-            if self._multiples.get(load, np.inf) > LOOSER_MULTIPLE * multiple
+            if load not in self._solved or self._solved[load].multiple > LOOSER_MULTIPLE * multiple
         }
 
     def table(self, loads: Mapping[float, float] | None = None) -> ConductivityTable:
         """Compute loads [Pa], each to a multiple of `rtol`; table of all loads so far."""
         for load, multiple in sorted(self.missing(loads or {}).items()):
-            self._compare(load, multiple)
-        rows = sorted((load, *bounds) for load, bounds in self._bounds.items())
-        between = tuple(
-            self._enclosures.get(pair) if self.convex else None
-            for pair in pairwise(row[0] for row in rows)
-        )
+            self.bounds(load, multiple)
+        rows = sorted((load, *solved.bounds) for load, solved in self._solved.items())
+        enclosures = self._enclosures if self.convex else {}
+        between = tuple(enclosures.get(pair) for pair in pairwise(row[0] for row in rows))
         at, lower, upper = map(np.array, zip(*rows, strict=True))
         return ConductivityTable(at, lower, upper, between)
 
@@ -116,15 +133,15 @@ class LoadedPatch:
         An interval has none if a flow is not kept any more, if the gap is not linear on a grid, if
         its gaps are not in order, or its bounds cross, as where the gap is not convex in the load.
         """
-        for pair in pairwise(sorted(self._bounds)):
+        for pair in pairwise(sorted(self._solved)):
             if pair not in self._enclosures:
                 self._enclosures[pair] = self._enclosure(*pair)
         return self.table()
 
     def enclosed(self) -> np.ndarray:
         """Intervals of the table that `enclose` has seen; all if no enclosure holds."""
-        pairs = pairwise(sorted(self._bounds))
-        return np.array([not self.convex or pair in self._enclosures for pair in pairs], dtype=bool)
+        pairs, none = pairwise(sorted(self._solved)), not self.convex
+        return np.array([none or pair in self._enclosures for pair in pairs], dtype=bool)
 
     def film(self, load: float) -> GridFilm:
         """Film at a net load [Pa], a quarter of it where that will do; no flow is solved."""
@@ -192,16 +209,6 @@ class LoadedPatch:
         K = film_conductivity(flow.film.largest_gap, self.patch.scene.viscosity)
         return flow.slip_factor * K * length / width
 
-    def _compare(self, load: float, multiple: float) -> None:
-        """Compute K at a load, and compare it with the enclosure of the interval that it cuts."""
-        lower, upper = self.bounds(load, multiple)
-        for (a, b), enclosure in self._enclosures.items():
-            if enclosure is None or not a < load < b:
-                continue
-            place = np.array((load - a) / (b - a))
-            if upper < enclosure.lower_at(place) or lower > enclosure.upper_at(place):
-                self.convex = False
-
     def _state(self, load: float) -> ContactState:
         if load not in self._states:
             # All processes make the surface together: the first one must not make it alone.
@@ -216,20 +223,20 @@ class LoadedPatch:
         patch, target = self.patch, Load("pressure", load)
         return elastic_contact(patch.scene, surface, start, target, patch.report)
 
-    def _conductivity(self, load: float, multiple: float) -> tuple[float, float]:
-        state, film = self._state(load), self.film(load)
+    def _solve(self, load: float, multiple: float) -> SolvedLoad:
+        state, film, reason = self._state(load), self.film(load), ""
         if film.sealed:
-            return 0.0, 0.0
+            return SolvedLoad((0.0, 0.0), multiple)
         leak = self._leak_rate(load, film, multiple)
         if not leak.converged:
             load_text = with_prefix(state.mean_pressure, "Pa")
             # The rest of the reason names the tolerance of this flow, which is not the seal's.
             cause = leak.reason.partition(";")[0]
-            self.reasons.append(f"its flow at a net load of {load_text} ended early, since {cause}")
+            reason = f"its flow at a net load of {load_text} ended early, since {cause}"
         length, width = state.gap.size
         per_rate = length / (width * self.patch.scene.drive.pressure_drop)
         lower, upper = leak.bounds
-        return lower * per_rate, upper * per_rate
+        return SolvedLoad((lower * per_rate, upper * per_rate), multiple, reason)
 
     def _leak_rate(self, load: float, film: GridFilm, multiple: float) -> LeakRate:
         from fem_seal.flow import leak_rate

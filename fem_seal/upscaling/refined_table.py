@@ -99,8 +99,8 @@ def refined_flow(
             table = loaded.enclose()
         else:
             reason = f"it may take {most_loads} net loads; raise seal.max_loads"
-            if loaded.reasons:
-                reason = f"{loaded.reasons[0]}; raise that limit"
+            if loaded.reason:
+                reason = f"{loaded.reason}; raise that limit"
             elif flow.lower > 0 and _errors(table, flow)[1] >= tolerance:
                 reason = "its bounds at the net loads are no narrower; raise seal.rtol"
             return replace(flow, reason=reason)

@@ -10,8 +10,11 @@ from project import scene_of_samples
 from scipy.integrate import quad
 from test_seal_flow import exact_table
 
+from fem_seal import flow
 from fem_seal.contact import ContactState
+from fem_seal.contact.settings import Load
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Given, Patch
 from fem_seal.scene import Scene
 from fem_seal.surface.cell import periodic_cell
@@ -24,7 +27,6 @@ from fem_seal.upscaling import (
     seal_flow,
     uniform,
 )
-from fem_seal.upscaling.conductivity import Enclosure
 from fem_seal.upscaling.patch_conductivity import LoadedPatch
 from fem_seal.upscaling.refined_table import REST, WIDTH, marked_loads, refined_flow
 from fem_seal.upscaling.solved_patches import load_that_matters
@@ -94,13 +96,23 @@ def rough(rtol=RTOL):
     return LoadedPatch(Patch(scene()), rtol)
 
 
-def test_a_seal_that_is_sealed_needs_no_flow():
+def press_all(monkeypatch, load):
+    """Let the contact under any load be that under one."""
+    solve, one = patch_conductivity.elastic_contact, Load("pressure", load)
+    monkeypatch.setattr(
+        patch_conductivity,
+        "elastic_contact",
+        lambda scene, surface, start, target, report: solve(scene, surface, None, one, report),
+    )
+
+
+def test_a_seal_that_is_sealed_needs_no_flow(monkeypatch):
+    monkeypatch.setattr(flow, "leak_rate", None)
     patch, P, ends = rough(), 9e6, EndPressures(1e5)
     outcome = refined_flow(patch, Hertz(P, 2e-3), STRIP, ends)
     assert outcome.state == "sealed"
     assert outcome.table.loads[-1] == P - 1e5
     assert set(outcome.table.upper) == {0.0}
-    assert not patch._flows
 
 
 def test_loads_share_the_error_evenly():
@@ -158,12 +170,12 @@ def test_a_quarter_of_a_mirrored_patch_conducts_as_the_whole():
     assert max(lower, low) <= min(upper, high) <= (1 + 2 * RTOL) * min(lower, low)
 
 
-def test_bounds_that_leave_no_room_for_loads_ask_for_another_tolerance():
+def test_bounds_that_leave_no_room_for_loads_ask_for_another_tolerance(monkeypatch):
     """No number of loads helps where those at the loads are wider than all may be."""
-    patch, tolerance = rough(), 0.05
-    for load in (2e5, 2.5e5):
-        patch._bounds[load] = (1e-16, np.exp(1.1 * tolerance) * 1e-16)
-        patch._multiples[load] = 1.0
+    tolerance = 0.05
+    wide = LeakRate(1e-12, 1e-12, np.exp(1.1 * tolerance) * 1e-12, state="leaking", method="")
+    monkeypatch.setattr(flow, "leak_rate", lambda film, settings, **more: wide)
+    patch = rough()
     outcome = refined_flow(patch, uniform(3e5, 2e-3), STRIP, EndPressures(1e5), tolerance=tolerance)
     assert outcome.reason.startswith("its bounds at the net loads are no narrower")
 
@@ -236,42 +248,47 @@ def test_a_flow_that_is_solved_again_is_not_the_oldest(monkeypatch):
     assert below is not None
 
 
-def test_enclosures_of_a_kinetic_law():
+def test_enclosures_of_a_kinetic_law(monkeypatch):
     """K of a uniform gap that falls in proportion to the load lies inside, also where all gaps lie
     between two kinks of the law's table: there K^n is not convex, and a chord off by 1.4e-5."""
     patch = rough_with_gas(RTOL, slip="kinetic")
-    slip, surface = patch.patch.scene.slip, patch.patch.surface
+    slip = patch.patch.scene.slip
     least = 1.001 * slip.coefficient.kinks[208] * slip.product / slip.mean_pressure
-    a, b, c = 1e5, 2e5, 2.125e5
-    gap_at = {w: least * (1 + 0.05 * (b - w) / (b - a)) for w in (a, b, c)}
-    for w, gap in gap_at.items():
-        uniform_gap, none = (
-            GridField(np.full(surface.shape, x), surface.spacing, periodic=True) for x in (gap, 0)
-        )
-        patch._states[w] = ContactState(uniform_gap, none, contact_modulus=1e7)
+    a, b = 1e5, 2e5
+
+    def gap_at(load):
+        return least * (1 + 0.05 * (b - load) / (b - a))
+
+    def uniform_gap(scene, surface, start, target, report):
+        gap = np.full(surface.shape, gap_at(target.value))
+        gap, none = (replace(surface, values=values) for values in (gap, 0 * gap))
+        return ContactState(gap, none, contact_modulus=1e7)
+
+    monkeypatch.setattr(patch_conductivity, "elastic_contact", uniform_gap)
     patch.table({a: 1.0, b: 1.0})
     (enclosure,) = patch.enclose().between
     for share in np.linspace(0.05, 0.95, 19):
-        gap = gap_at[a] + share * (gap_at[b] - gap_at[a])
+        gap = gap_at(a + share * (b - a))
         K = gap**2 * slip.per_square_gap(gap) / (12 * patch.patch.scene.viscosity)
         assert enclosure.lower_at(share) <= K <= enclosure.upper_at(share)
 
 
-def test_a_load_against_its_enclosure_is_noticed():
-    """Steps take over if a load contradicts the enclosure of its interval."""
+@pytest.mark.parametrize("other", [0.8e5, 2.4e5])
+def test_a_load_against_its_enclosure_is_noticed(other, monkeypatch):
+    """Steps take over if a load contradicts the enclosure of its interval: K is another load's."""
     patch = rough(0.1)
     patch.table({1e5: 1.0, 2e5: 1.0})
-    patch._enclosures[1e5, 2e5] = Enclosure((1.0, 1.0), (2.0, 2.0))
-    assert patch.table().between != (None,)
+    assert patch.enclose().between != (None,)
+    press_all(monkeypatch, other)
     assert set(patch.table({1.5e5: 1.0}).between) == {None}
     assert not patch.convex
 
 
-def test_bounds_that_cross_enclose_nothing():
+def test_bounds_that_cross_enclose_nothing(monkeypatch):
     """A gap that falls faster above the higher load than below it is not convex in the load."""
     patch = rough(0.1)
     patch.table({1e5: 1.0, 2e5: 1.0})
-    patch._states[2.125e5] = patch._state(1e6)
+    press_all(monkeypatch, 1e6)
     assert patch.enclose().between == (None,)
 
 
