@@ -46,7 +46,7 @@ class GridFilm:
         return field.vertices() if self.representation == "linear" else field.values
 
     @property
-    def squares(self) -> tuple[int, int]:
+    def pixels(self) -> tuple[int, int]:
         """Number of pixels of the film along each axis: between the samples, or around them."""
         mx, my = self.samples.shape
         return (mx - 1, my - 1) if self.representation == "linear" else (mx, my)
@@ -54,7 +54,7 @@ class GridFilm:
     @property
     def size(self) -> tuple[float, float]:
         """Lengths (Lx, Ly) of the film [m]."""
-        (mx, my), (dx, dy) = self.squares, self.gap.spacing
+        (mx, my), (dx, dy) = self.pixels, self.gap.spacing
         return mx * dx, my * dy
 
     @cached_property

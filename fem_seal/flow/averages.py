@@ -151,14 +151,14 @@ class Pyramid:
 
     @classmethod
     def from_pixels(
-        cls, pixel_means: Callable[[slice], np.ndarray], squares: tuple[int, int], width: int
+        cls, pixel_means: Callable[[slice], np.ndarray], pixels: tuple[int, int], width: int
     ) -> "Pyramid":
         """Compute the means from fine to coarse, up to squares `width` pixels wide, a power of two.
 
         `pixel_means` maps a slice of n columns i to means (2, n, my, 2) on pixel triangles; there
-        are (mx, my) squares. Triangles that reach beyond these have means that nobody may ask for.
+        are (mx, my) pixels. Triangles that reach beyond these have means that nobody may ask for.
         """
-        mx, my = covering(squares, width)
+        mx, my = covering(pixels, width)
         shapes = [(0, 0), *((mx >> k, my >> k) for k in range(1, width.bit_length()))]
         tables = [(*shape, parts_of) for shape in shapes for parts_of in (2, 4)]
         ends = np.cumsum([np.prod(table) for table in tables])
@@ -171,10 +171,10 @@ class Pyramid:
 
         def fill(strip: slice) -> None:
             half = slice(strip.start // 2, strip.stop // 2)
-            pixels = pixel_means(slice(strip.start, min(strip.stop, squares[0])))
-            beyond = strip.stop - strip.start - pixels.shape[1], my - squares[1]
-            pixels = np.pad(pixels, [(0, 0), (0, beyond[0]), (0, beyond[1]), (0, 0)])
-            diagonal[1][:, half], axial[1][:, half] = _on_twice_as_wide(pixels)
+            strip_means = pixel_means(slice(strip.start, min(strip.stop, pixels[0])))
+            beyond = strip.stop - strip.start - strip_means.shape[1], my - pixels[1]
+            strip_means = np.pad(strip_means, [(0, 0), (0, beyond[0]), (0, beyond[1]), (0, 0)])
+            diagonal[1][:, half], axial[1][:, half] = _on_twice_as_wide(strip_means)
 
         # Work in strips: the means on all pixels would take most of the pyramid's memory.
         with ThreadPoolExecutor(cores()) as pool:

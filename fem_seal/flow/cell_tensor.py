@@ -91,7 +91,7 @@ def conductivity_tensor(
     comm = parallel.communicator(comm)
     stopping = Stopping(Tolerance(rtol), limits, USUAL_GROWTH, narrowest, comm)
     strategy = Strategy(mark, rtol, every_dual=stopping.doubtful, tuning=tuning)
-    start = Start.first(represented, uniform_torus(represented.squares, width))
+    start = Start.first(represented, uniform_torus(represented.pixels, width))
     # The map keeps no solution: each mesh is freed before the next one is made.
     for last in map(lambda one: one.level, refined(represented, start, strategy, stopping)):
         if progress is not None:

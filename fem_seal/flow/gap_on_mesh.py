@@ -102,7 +102,7 @@ class GridGap(GapOnMesh):
     ):
         samples = gap.vertices() if self.linear else gap.values
         nx, ny = samples.shape
-        self.squares = (nx - self.linear, ny - self.linear)
+        self.pixels = (nx - self.linear, ny - self.linear)
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
         self.cut, self.ceiling, self._floor = cut, ceiling, floor
         self._width = width
@@ -113,7 +113,7 @@ class GridGap(GapOnMesh):
     def _use(self, law: FilmLaw) -> None:
         self.law = law
         self._above_pixel = averages.Pyramid.from_pixels(
-            self._pixel_means, self.squares, self._width
+            self._pixel_means, self.pixels, self._width
         )
 
     @abstractmethod
@@ -157,7 +157,7 @@ class LinearGap(GridGap):
     def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of any mesh of the nested family."""
         (i, j), (x, y) = (mesh.xy >> DEPTH).T, (mesh.xy & (PIXEL - 1)).T / PIXEL
-        last = np.array(self.squares)
+        last = np.array(self.pixels)
         values = np.zeros((len(mesh.xy), 2))
         for (a, b), weight in zip(*triangle_at(i, j, x, y), strict=True):
             # A vertex on the last row or column has no weight beyond it.
@@ -329,7 +329,7 @@ class ConstantGap(GridGap):
 
     def plotted_values(self, mesh: AnyMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) of the pixel above and to the right of each vertex, for pictures."""
-        i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
+        i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.pixels) - 1).T
         return self._raised_and_lowered((i, j))[0]
 
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:

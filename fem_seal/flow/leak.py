@@ -181,10 +181,10 @@ def first_mesh(
     # Treat pockets as contact: nothing flows in them, but a coarse cell that covers parts of a
     # pocket and of a channel would seem to conduct.
     scaled = np.where(film.carrying, film.samples / film.largest_gap, 0.0)
-    width = 1 if strategy.uniform else coarsest_width(film.squares, tuning.coarsest)
+    width = 1 if strategy.uniform else coarsest_width(film.pixels, tuning.coarsest)
     gap_type = REPRESENTATIONS[film.representation]
     gap = gap_type(GridField(scaled, film.gap.spacing), cut, floor, width, ceiling, law)
-    return gap, coarse_mesh(gap.squares, width, film.sides == "periodic")
+    return gap, coarse_mesh(gap.pixels, width, film.sides == "periodic")
 
 
 def _level_in(unit: float, level: SolvedLevel) -> LevelRecord:

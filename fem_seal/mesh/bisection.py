@@ -107,16 +107,16 @@ def times_halved(indicators: np.ndarray, marked: np.ndarray) -> np.ndarray:
     return times
 
 
-def coarse_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:
+def coarse_mesh(pixels: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:
     """Mesh of squares `width` pixels wide, a power of two, on any rectangle of (mx, my) pixels.
 
     Where such squares do not fill it, those that cover it are bisected down to pixels along all
     its sides, so that none reaches beyond them and opposite sides are alike.
     """
-    whole = covering(squares, width)
-    if whole == squares:
-        return uniform_mesh(squares, width, periodic_sides)
-    mesh, end = uniform_mesh(whole, width, periodic_sides=False), np.array(squares) * PIXEL
+    whole = covering(pixels, width)
+    if whole == pixels:
+        return uniform_mesh(pixels, width, periodic_sides)
+    mesh, end = uniform_mesh(whole, width, periodic_sides=False), np.array(pixels) * PIXEL
     while True:
         corners = mesh.xy[mesh.cells]
         low, high = corners.min(axis=1), corners.max(axis=1)
@@ -129,7 +129,7 @@ def coarse_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> N
     used, cells = np.unique(mesh.cells[inside], return_inverse=True)
     cells = cells.reshape(-1, 3).astype(np.int32)
     twin = np.arange(len(used), dtype=np.int32)
-    mesh = NestedMesh(mesh.xy[used], cells, squares, twin)
+    mesh = NestedMesh(mesh.xy[used], cells, pixels, twin)
     return replace(mesh, twin=opposite(mesh, axis=1)) if periodic_sides else mesh
 
 

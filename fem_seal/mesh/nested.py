@@ -35,7 +35,7 @@ class NestedMesh(Mesh):
     #: (C, 3) int32, vertices of the triangles: the right angle first, then the ends of the
     #: hypotenuse; so that the side opposite corner 0 is the hypotenuse
     cells: np.ndarray
-    squares: tuple[int, int]  #: number of pixels (mx, my) along each axis
+    pixels: tuple[int, int]  #: number of pixels (mx, my) along each axis
     #: (V,) int32, with periodic sides, for a vertex at y = my the one at y = 0 that is the same
     #: point; for all other vertices the vertex itself
     twin: np.ndarray
@@ -45,7 +45,7 @@ class NestedMesh(Mesh):
     @property
     def extent(self) -> np.ndarray:
         """(2,) int64: coordinates of the corner (mx, my)."""
-        return np.array(self.squares, dtype=np.int64) * PIXEL
+        return np.array(self.pixels, dtype=np.int64) * PIXEL
 
     @property
     def inlet(self) -> np.ndarray:
@@ -55,7 +55,7 @@ class NestedMesh(Mesh):
     @property
     def outlet(self) -> np.ndarray:
         """(V,) bool, vertices at x = mx."""
-        return self.xy[:, 0] == self.squares[0] * PIXEL
+        return self.xy[:, 0] == self.pixels[0] * PIXEL
 
     @property
     def bottom(self) -> np.ndarray:
@@ -65,7 +65,7 @@ class NestedMesh(Mesh):
     @property
     def top(self) -> np.ndarray:
         """(V,) bool, vertices at y = my."""
-        return self.xy[:, 1] == self.squares[1] * PIXEL
+        return self.xy[:, 1] == self.pixels[1] * PIXEL
 
     @property
     def blur(self) -> float:
@@ -99,8 +99,8 @@ class NestedMesh(Mesh):
 
     def in_pixels(self, times: int) -> "NestedMesh":
         """The same mesh on a grid with so many times as many pixels along each axis."""
-        mx, my = self.squares
-        return replace(self, xy=times * self.xy, squares=(times * mx, times * my))
+        mx, my = self.pixels
+        return replace(self, xy=times * self.xy, pixels=(times * mx, times * my))
 
     def subset(self, cells: np.ndarray) -> "NestedMesh":
         """Mesh of the cells (n,) alone, with all vertices."""
@@ -158,13 +158,13 @@ def triangle_at(
     return [(near, j), (far, j + 1), third], weights
 
 
-def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:
+def uniform_mesh(pixels: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:
     """Mesh of squares `width` pixels wide, a power of two, cut along their alternating diagonals.
 
     There are (mx, my) pixels, multiples of `width`. With periodic sides y = 0 and y = my are the
     same line.
     """
-    nx, ny = squares[0] // width, squares[1] // width
+    nx, ny = pixels[0] // width, pixels[1] // width
     i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
     xy = np.stack([i, j], axis=-1).reshape(-1, 2).astype(np.int64) * (width * PIXEL)
     vertex = np.arange((nx + 1) * (ny + 1), dtype=np.int32).reshape(nx + 1, ny + 1)
@@ -176,20 +176,20 @@ def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> 
     twin = vertex.copy()
     if periodic_sides:
         twin[:, -1] = twin[:, 0]
-    return NestedMesh(xy, cells, (int(squares[0]), int(squares[1])), twin.ravel())
+    return NestedMesh(xy, cells, (int(pixels[0]), int(pixels[1])), twin.ravel())
 
 
-def coarsest_width(squares: tuple[int, int], at_least: int) -> int:
+def coarsest_width(pixels: tuple[int, int], at_least: int) -> int:
     """Width in pixels, a power of two, of the squares of the coarsest mesh of (mx, my) pixels.
 
     At least `at_least` squares lie along each axis, unless there are fewer pixels.
     """
-    return 1 << max(0, (min(squares) // at_least).bit_length() - 1)
+    return 1 << max(0, (min(pixels) // at_least).bit_length() - 1)
 
 
-def covering(squares: tuple[int, int], width: int) -> tuple[int, int]:
+def covering(pixels: tuple[int, int], width: int) -> tuple[int, int]:
     """The fewest pixels, multiples of a width along each axis, that cover (mx, my) pixels."""
-    mx, my = (-(-m // width) * width for m in squares)
+    mx, my = (-(-m // width) * width for m in pixels)
     return mx, my
 
 

@@ -52,14 +52,14 @@ class Torus(NestedMesh):
         return unit, unit.copy()
 
 
-def uniform_torus(squares: tuple[int, int], width: int) -> Torus:
+def uniform_torus(pixels: tuple[int, int], width: int) -> Torus:
     """Torus of squares `width` pixels wide, a power of two, or smaller if too few fit across."""
-    mesh = coarse_mesh(squares, width, periodic_sides=False)
+    mesh = coarse_mesh(pixels, width, periodic_sides=False)
     while squares_across(mesh) < LEAST_SQUARES:
         # Two halvings make squares half as wide.
         mesh = refine(mesh, np.full(len(mesh.cells), 2, dtype=np.int8)).mesh
     twin = opposite(mesh, 1)[opposite(mesh, 0)]
-    return Torus(mesh.xy, mesh.cells, mesh.squares, twin)
+    return Torus(mesh.xy, mesh.cells, mesh.pixels, twin)
 
 
 def squares_across(mesh: NestedMesh) -> int:

@@ -99,7 +99,7 @@ class MeshNetwork(Network):
     @classmethod
     def uniform(cls, film: GridFilm, width: int) -> Self:
         """A network of triangles as wide as so many samples, a divisor of those along each side."""
-        return cls.on_mesh(film, uniform_mesh(film.squares, width, film.sides == "periodic"))
+        return cls.on_mesh(film, uniform_mesh(film.pixels, width, film.sides == "periodic"))
 
     @classmethod
     def on_mesh(cls, film: GridFilm, mesh: NestedMesh) -> Self:
@@ -315,7 +315,7 @@ def _forms(mesh: NestedMesh) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarra
     legs = corners[:, 1:] - corners[:, :1]
     # The second leg is the first one, turned by a right angle to the left or to the right.
     (bx, by), (cx, cy) = np.moveaxis(legs, 0, -1)
-    form = 2 * (2 * max(mesh.squares) * bx + by) + (bx * cy > by * cx)
+    form = 2 * (2 * max(mesh.pixels) * bx + by) + (bx * cy > by * cx)
     for one in np.unique(form):
         alike = np.flatnonzero(form == one)
         yield wide[alike], corners[alike, 0], legs[alike[0]]

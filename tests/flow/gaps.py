@@ -51,7 +51,7 @@ def meshed(
     gap: GridGap, width: int = 1, periodic_sides: bool = False, markings=()
 ) -> tuple[NestedMesh, np.ndarray]:
     """The uniform mesh, bisected where each marking(mesh) says, and the gap at its vertices."""
-    mesh = uniform_mesh(gap.squares, width, periodic_sides)
+    mesh = uniform_mesh(gap.pixels, width, periodic_sides)
     values = gap.vertex_values(mesh)
     for marking in markings:
         step = bisect(mesh, marking(mesh))

@@ -36,7 +36,7 @@ def mirrored(representation, seed=3):
 def both(representation, width, chi=0.0):
     """The mirror cell as a leak rate from end to end, and as a torus."""
     gap = represented(mirrored(representation), representation, cut=1e-3, width=width)
-    meshes = uniform_mesh(gap.squares, width, True), uniform_torus(gap.squares, width)
+    meshes = uniform_mesh(gap.pixels, width, True), uniform_torus(gap.pixels, width)
     return [solved_on(gap, mesh, chi) for mesh in meshes]
 
 
@@ -77,7 +77,7 @@ def test_shares_of_both_flows():
     are positive, and their sum is tr(A⁻¹(A - C))."""
     rough = GridField(rough_gap((16, 16), 0.0, 4).values + 0.05, (1.0, 0.7), periodic=True)
     gap = represented(rough, width=2)
-    problem, pressures, streams = solved_on(gap, uniform_torus(gap.squares, 2))
+    problem, pressures, streams = solved_on(gap, uniform_torus(gap.pixels, 2))
     A, C = upper_matrix(pressures), lower_matrix(streams)
     flows = problem.flows(pressures, streams)
     assert len(flows) == 2
@@ -100,7 +100,7 @@ def test_both_flows_count_in_what_is_halved_ahead(kind):
     """Every new cell whose sum over both flows, of the least indicators or of the fluxes of blocked
     cells, is as large as the smallest marked one, and no other."""
     gap = represented(rough_gap((32, 32), 0.25, 8, 2), cut=1e-3, width=8)
-    problem, pressures, streams = solved_on(gap, uniform_torus(gap.squares, 8), CHI)
+    problem, pressures, streams = solved_on(gap, uniform_torus(gap.pixels, 8), CHI)
     flows, start = problem.flows(pressures, streams), problem.start(pressures, streams)
     for flow in flows:
         np.testing.assert_allclose(flow.flux.weights @ start.streams, flow.stream, atol=1e-12)
@@ -136,7 +136,7 @@ def test_functions_of_a_single_winding_are_exact_and_start_the_next():
     i, j = np.indices((16, 32))
     values = np.where((2 * i - j) % 32 < 12, 0.5 + rough_gap((16, 32), 0.0, 2).values, 0.0)
     gap = represented(GridField(values, (1.0, 1.0), periodic=True), "constant")
-    problem, pressures, streams = solved_on(gap, uniform_torus(gap.squares, 1))
+    problem, pressures, streams = solved_on(gap, uniform_torus(gap.pixels, 1))
     assert len(pressures.jumps) == len(streams.jumps) == 1
     (p,), across = pressures.minima, [Fraction(jump) for jump in pressures.jumps[0]]
     far = problem.mesh.on_far_seam[problem.mesh.cells[problem.kept]].reshape(-1, 2)

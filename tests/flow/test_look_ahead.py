@@ -42,7 +42,7 @@ def test_new_vertices_take_the_best_value(representation, kind):
     as DOLFINx integrates it, is rounding. Cells share no new vertices where one in seven is cut
     but for those that follow, so those with a new neighbour are left out."""
     gap = represented(rough_gap((32, 32), 0.3, 3), representation, cut=0.05, width=2)
-    _, _, fluxes, start = looked(gap, MESHES[kind](gap.squares, 2))
+    _, _, fluxes, start = looked(gap, MESHES[kind](gap.pixels, 2))
     before = len(start.mesh.xy)
     every_seventh = (np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8)
     ahead = refined_ahead(start, gap, Marks(every_seventh, np.inf, np.inf), fluxes, 2)
@@ -68,7 +68,7 @@ def test_new_vertices_take_the_best_value(representation, kind):
 def test_no_indicator_is_smaller(width):
     """Of a mesh that was solved: e_T, with its pressure, is nowhere below what ψ alone allows."""
     gap = represented(rough_gap((32, 32), 0.3, 5), cut=1e-3, width=width)
-    problem, (flow,), _, _ = looked(gap, MESHES["seam"](gap.squares, width))
+    problem, (flow,), _, _ = looked(gap, MESHES["seam"](gap.pixels, width))
     cells = problem.mesh.cells[problem.kept]
     slopes, areas = shape_gradients(problem.mesh.points(gap.aspect)[cells])
     J = flow.flux.rate * gradients(slopes, flow.stream[cells])
@@ -104,7 +104,7 @@ def test_walls_seams_and_islands_stay(kind):
         gap = VertexGap(np.ones(len(mesh.xy)), 1.0, 1e-3, 0.0)
     else:
         gap = represented(rough_gap((32, 32), 0.3, 3), cut=0.05, width=8)
-        mesh = MESHES[kind](gap.squares, 8)
+        mesh = MESHES[kind](gap.pixels, 8)
     _, _, fluxes, start = looked(gap, mesh)
     marks = Marks(np.full(len(start.mesh.cells), 2, dtype=np.int8), np.inf, np.inf)
     ahead, plain = refined_ahead(start, gap, marks, fluxes, 1), start.refined(gap, marks.times)

@@ -95,10 +95,10 @@ def test_edges_updated_by_bisection_equal_edges_numbered_anew(family, seed):
 
 @settings(max_examples=15)
 @given(st.tuples(*[st.integers(1, 5)] * 2), st.booleans(), st.integers(0, 10**6))
-def test_several_halvings_in_one_call_equal_one_call_for_each(squares, periodic, seed):
+def test_several_halvings_in_one_call_equal_one_call_for_each(pixels, periodic, seed):
     """They make the same cells in the same order, and carry the same functions to them."""
     rng = np.random.default_rng(seed)
-    mesh = refined(uniform_mesh(squares, 1, periodic), seed, steps=2)[-1][2].mesh
+    mesh = refined(uniform_mesh(pixels, 1, periodic), seed, steps=2)[-1][2].mesh
     times = rng.choice(5, len(mesh.cells), p=[0.8, 0.05, 0.05, 0.05, 0.05])
     step = refine(mesh, times)
     assert (np.bincount(parents(step)) >= 2**times).all()
@@ -135,7 +135,7 @@ def test_bisection_below_the_resolution_of_coordinates_raises():
 
 
 @pytest.mark.parametrize(
-    ("squares", "at_least", "width"),
+    ("pixels", "at_least", "width"),
     [
         ((256, 256), 32, 8),
         ((256, 64), 32, 2),  # the shorter side decides
@@ -144,33 +144,33 @@ def test_bisection_below_the_resolution_of_coordinates_raises():
         ((1, 7), 8, 1),
     ],
 )
-def test_coarsest_width(squares, at_least, width):
-    assert coarsest_width(squares, at_least) == width
+def test_coarsest_width(pixels, at_least, width):
+    assert coarsest_width(pixels, at_least) == width
 
 
-@pytest.mark.parametrize("squares", [(16, 24), (16, 23), (25, 24), (90, 70)])
+@pytest.mark.parametrize("pixels", [(16, 24), (16, 23), (25, 24), (90, 70)])
 @pytest.mark.parametrize("periodic", [False, True])
-def test_a_coarse_mesh_fills_any_rectangle(squares, periodic):
+def test_a_coarse_mesh_fills_any_rectangle(pixels, periodic):
     """With single pixels at the sides where its squares do not fill it, and few of them inside."""
-    mesh = coarse_mesh(squares, 8, periodic)
-    assert areas(mesh).sum() == squares[0] * squares[1]
+    mesh = coarse_mesh(pixels, 8, periodic)
+    assert areas(mesh).sum() == pixels[0] * pixels[1]
     assert mesh.periodic == periodic
     assert np.array_equal(np.unique(mesh.cells), np.arange(len(mesh.xy)))
-    if any(m % 8 for m in squares):
+    if any(m % 8 for m in pixels):
         assert areas(mesh).min() == 0.5
         # Two triangles a square, beside each pixel of a side its own, and half as many in each of
         # the layers in which they grow.
-        assert len(mesh.cells) < 2 * squares[0] * squares[1] / 64 + 16 * sum(squares)
+        assert len(mesh.cells) < 2 * pixels[0] * pixels[1] / 64 + 16 * sum(pixels)
     else:
         assert (areas(mesh) == 32).all()
 
 
-@pytest.mark.parametrize("squares", [(1, 1), (1, 3), (4, 8)])
-def test_squares_of_the_first_mesh_of_a_torus(squares):
+@pytest.mark.parametrize("pixels", [(1, 1), (1, 3), (4, 8)])
+def test_squares_of_the_first_mesh_of_a_torus(pixels):
     """At least LEAST_SQUARES, and never wider than asked for; they fill the cell."""
-    mesh = uniform_torus(squares, 1)
-    assert squares_across(mesh) == max(LEAST_SQUARES, min(squares))
-    assert areas(mesh).sum() == squares[0] * squares[1]
+    mesh = uniform_torus(pixels, 1)
+    assert squares_across(mesh) == max(LEAST_SQUARES, min(pixels))
+    assert areas(mesh).sum() == pixels[0] * pixels[1]
 
 
 def test_the_first_guess_on_a_torus_jumps_by_one():
