@@ -7,7 +7,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
@@ -45,6 +45,22 @@ def leak_rate(film: "Film", **options: Any) -> "LeakRate":
     names = {field.name for field in fields(flow.FlowSettings)}
     own = {name: options.pop(name) for name in names.intersection(options)}
     return flow.leak_rate(film, flow.FlowSettings(**own), **options)
+
+
+def refused_calls(*rows: tuple[Callable[[], object], str]) -> Callable[..., None]:
+    """Test of calls that are refused in one sentence, which has the words beside each."""
+    import pytest
+
+    from fem_seal.errors import InvalidInput
+
+    @pytest.mark.parametrize(("call", "words"), rows)
+    def test(call, words, here):
+        with pytest.raises(InvalidInput, match=words) as refusal:
+            call()
+        assert "\n" not in str(refusal.value)
+        assert "pydantic" not in str(refusal.value)
+
+    return test
 
 
 def observed_orders(errors: Sequence[float]) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 import os
 import re
-import shlex
 import subprocess
 import sys
 import tempfile
@@ -112,33 +111,9 @@ def test_builds_of_dolfinx_that_do_not_do(flags, scalar, said, monkeypatch):
         fenicsx._require_real_petsc()
 
 
-def mpirun_of_the_readme() -> str:
-    [line] = re.findall(r"^    (mpirun .*?)(?:  #.*)?$", (ROOT / "README.md").read_text(), re.M)
-    return line
-
-
 def test_readme_starts_mpi_with_the_options_that_the_doctor_tries():
-    assert mpirun_of_the_readme().startswith(" ".join([*doctor.MPIRUN, "-n"]))
-
-
-@of_debian
-@pytest.mark.mpi
-@pytest.mark.slow
-def test_mpirun_as_the_readme_says(folder):
-    """As root, on fewer cores than processes, and with nothing set."""
-    (folder / "gap.npz").rename("GAP.npz")
-    programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    status, out, error = outcome(shlex.split(mpirun_of_the_readme()), PATH=programs)
-    assert status == 0
-    # Open MPI 5 complains where network interfaces do not reach each other; it needs none here.
-    # What two processes say may be mixed. A slow machine reports what it does.
-    complaint = re.compile(
-        r"mca_btl_tcp_proc|Unable to find reachable pairing|^$|^fem-seal: (flow|pictures)"
-    )
-    assert [line for line in error.splitlines() if not complaint.search(line)] == []
-    # A uniform gap: Q = w g³ Δp / (12 η L), on a square of 1e5 Pa and 1 mPa s.
-    [rate] = re.findall(r"leak rate +(\S+) m", out)
-    assert float(rate) == pytest.approx(1e-18 * 1e5 / 12e-3, rel=1e-3)
+    [line] = re.findall(r"^    (mpirun .*)", (ROOT / "README.md").read_text(), re.MULTILINE)
+    assert line.startswith(" ".join([*doctor.MPIRUN, "-n"]))
 
 
 @of_debian

@@ -25,19 +25,6 @@ def aperture(leak, film, viscosity, pressure_drop):
     return hydraulic_aperture(leak, uniform, 3e-6)
 
 
-def test_layers_across_and_along():
-    """Across: h³ is the harmonic mean of g³ (bounds), along: the arithmetic one."""
-    heights = np.array([1e-6, 2e-6])
-    for axis, mean in ((0, 2 / np.sum(heights**-3)), (1, np.mean(heights**3))):
-        layers = np.repeat(heights, 4)
-        gap = np.broadcast_to(np.expand_dims(layers, 1 - axis), (8, 8))
-        film = GridFilm(GridField(gap, (1e-6, 1e-6)), representation="constant")
-        leak = leak_rate(film, viscosity=VISCOSITY, pressure_drop=DROP, rtol=0.01)
-        found = aperture(leak, film, VISCOSITY, DROP)
-        assert found.lower * (1 - 1e-9) <= np.cbrt(mean) <= found.upper * (1 + 1e-9)
-        assert found.upper - found.lower <= 0.01 / 3 * found.value
-
-
 def test_bounds_of_both_leak_rates_widen_those_of_the_aperture():
     """h³ over that of the uniform film lies between the least and the largest ratio of the two."""
     rate = partial(LeakRate, state="leaking", method="")
