@@ -17,7 +17,8 @@ from fem_seal.contact.state import ContactState
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, MOST_LOG, Uncertainty, estimate
 from fem_seal.errors import NotConverged, narrowed, present
-from fem_seal.film import GridFilm
+from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import Factors, log_ratio
 from fem_seal.lifting import lifting_problem
@@ -222,22 +223,22 @@ def by_load(patch: Patch) -> ByLoad:
     return ByLoad(problem, contact, patch.lifted, critical)
 
 
-def between_pixels(patch: Patch) -> float:
+def between_pixels(
+    film: GridFilm | MeshFilm, settings: FlowSettings, own: Interval, comm: parallel.Comm
+) -> float:
     """|Δ ln Q| to the gap that is linear between the samples; 0 unless each fills one pixel.
 
     Where the way of the flow leads through corners of such pixels it has no finite width, and on
     finer grids another conductance. Finite differences take no corners.
     """
-    film, settings = patch.film, replace(patch.flow_settings, decide=None, field=False)
     if not isinstance(film, GridFilm) or film.representation == "linear":
         return 0.0
     if settings.method == "finite-difference":
         return 0.0
-    linear = FLOWS[settings.method](
-        settings, replace(film, representation="linear"), silent, patch.comm
-    )
-    ends = (linear.value,) if linear.converged else linear.bounds
-    return max(log_ratio(end, patch.leak_rate.value) for end in ends)
+    film = replace(film, representation="linear")
+    settings = replace(settings, decide=None, field=False)
+    linear = FLOWS[settings.method](settings, film, silent, comm)
+    return change_of((linear.value,) * 2 if linear.converged else linear.bounds, own)
 
 
 def grid_error(
@@ -334,9 +335,16 @@ def error_beyond(patch: Patch, other: Patch) -> Factors:
 def error_from_half(patch: Patch, coarse: Interval) -> Uncertainty:
     """`grid_error` of a leaking patch, from its leak rate on half of the samples [m³/s]."""
     unresolved_share = unresolved(present(patch.surface, "surface")) / critical_gap(patch)
-    change, lifted = change_of(coarse, rate_interval(patch)), patch.lifted is not None
-    counted, pixels = counting_error(patch), between_pixels(patch)
+    (change, pixels), lifted = _changes(patch, coarse), patch.lifted is not None
+    counted = counting_error(patch)
     return grid_error(change, unresolved_share, counted, lifted=lifted, pixels=pixels)
+
+
+def _changes(patch: Patch, coarse: Interval) -> tuple[float, float]:
+    """|Δ ln Q| of a leaking patch to half of its samples, and to the gap between them."""
+    own = rate_interval(patch)
+    pixels = between_pixels(patch.film, patch.flow_settings, own, patch.comm)
+    return change_of(coarse, own), pixels
 
 
 def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:
@@ -344,7 +352,7 @@ def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:
         return estimate(CONTACT_GRID, "on half of the samples the fluid lifts the solid off")
     if patch.scene.measured_map is None:
         return error_from_half(patch, coarse)
-    change, pixels = change_of(coarse, rate_interval(patch)), between_pixels(patch)
+    change, pixels = _changes(patch, coarse)
     sentence = "what half of the samples of the map change"
     if change == inf:
         return estimate(CONTACT_GRID, f"{sentence}: they are sealed")

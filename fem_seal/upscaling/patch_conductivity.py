@@ -39,6 +39,7 @@ from fem_seal.digits import with_prefix
 from fem_seal.errors import narrowed, present
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.film.slip_bounds import sag
+from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -147,6 +148,18 @@ class LoadedPatch:
         """Film at a net load [Pa], a quarter of it where that will do; no flow is solved."""
         return self._film(self._gap(load))
 
+    def settings(self, multiple: float = 1.0) -> FlowSettings:
+        """Of flows to a multiple of `rtol` whose leak rate is K: under Lx/Ly as pressure drop."""
+        scene, (length, width) = self.patch.scene, present(self.patch.surface, "surface").size
+        return replace(
+            scene.flow_settings,
+            pressure_drop=length / width,
+            slip=at_mean_pressure(scene.slip),
+            rtol=multiple * self.rtol,
+            decide=None,
+            field=False,
+        )
+
     def _enclosure(self, a: float, b: float) -> Enclosure | None:
         if a not in self._flows:
             return None
@@ -224,25 +237,21 @@ class LoadedPatch:
         return elastic_contact(patch.scene, surface, start, target, patch.report)
 
     def _solve(self, load: float, multiple: float) -> SolvedLoad:
-        state, film, reason = self._state(load), self.film(load), ""
+        film, reason = self.film(load), ""
         if film.sealed:
             return SolvedLoad((0.0, 0.0), multiple)
         leak = self._leak_rate(load, film, multiple)
         if not leak.converged:
-            load_text = with_prefix(state.mean_pressure, "Pa")
             # The rest of the reason names the tolerance of this flow, which is not the seal's.
-            cause = leak.reason.partition(";")[0]
+            cause, load_text = leak.reason.partition(";")[0], with_prefix(load, "Pa")
             reason = f"its flow at a net load of {load_text} ended early, since {cause}"
-        length, width = state.gap.size
-        per_rate = length / (width * self.patch.scene.drive.pressure_drop)
-        lower, upper = leak.bounds
-        return SolvedLoad((lower * per_rate, upper * per_rate), multiple, reason)
+        return SolvedLoad(leak.bounds, multiple, reason)
 
     def _leak_rate(self, load: float, film: GridFilm, multiple: float) -> LeakRate:
         from fem_seal.flow import leak_rate
 
-        scene = self.patch.scene
-        nearby = film.representation == "linear" and scene.flow.method == "adaptive"
+        settings = self.settings(multiple)
+        nearby = film.representation == "linear" and settings.method == "adaptive"
 
         def keep(flow: "MeshedFlow") -> None:
             self._flows.pop(load, None)  # A flow solved again is the newest.
@@ -251,8 +260,6 @@ class LoadedPatch:
                 del self._flows[next(iter(self._flows))]
 
         start = self._nearest(load) if nearby else None
-        slip, rtol = at_mean_pressure(scene.slip), multiple * self.rtol
-        settings = replace(scene.flow_settings, slip=slip, rtol=rtol, decide=None, field=False)
         return leak_rate(
             film,
             settings,

@@ -13,10 +13,17 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.accuracy import known_error
 from fem_seal.errors import present
-from fem_seal.grid_series import Interval, change_of, grid_error, on_half, unresolved
+from fem_seal.grid_series import (
+    Interval,
+    between_pixels,
+    change_of,
+    grid_error,
+    on_half,
+    unresolved,
+)
 from fem_seal.leak_rate import middle_of
 from fem_seal.parallel import Comm
-from fem_seal.patch import Given, Patch
+from fem_seal.patch import Patch
 from fem_seal.points import Chain, Expected, PointFolder, Task, Work, compute_points
 from fem_seal.points.compute import under
 from fem_seal.progress import Report
@@ -103,19 +110,13 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     # The grids may differ by less than the flows of the table may be off. A flow that is off by
     # less than LOOSER_MULTIPLE times as much moves the estimate by at most 4 % of itself.
     asked = {load: FIRST_MULTIPLE * min(1.0, loaded.patch.scene.flow.rtol / loaded.rtol)}
-    fine = loaded.bounds(load, loaded.missing(asked).get(load, inf))
-    coarse = LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load)
-    change = change_of(_interval(*coarse), _interval(*fine))
-    surface = present(loaded.patch.surface, "surface")
-    unresolved_share = unresolved(surface) / present(loaded.critical_gap(load), "critical gap")
-    pixels, patch = 0.0, loaded.patch
-    if patch.scene.flow.representation == "constant":
-        # As `grid_series.between_pixels`.
-        scene = patch.scene.with_({"flow.representation": "linear"})
-        smooth = Patch(scene, patch.report, given=Given(surface), comm=patch.comm)
-        linear = LoadedPatch(smooth, loaded.rtol).bounds(load)
-        pixels = change_of(_interval(*linear), _interval(*fine))
-    return known_error(grid_error(change, unresolved_share, pixels=pixels).log_error)
+    fine = _interval(*loaded.bounds(load, loaded.missing(asked).get(load, inf)))
+    coarse = _interval(*LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load))
+    left_out = unresolved(present(loaded.patch.surface, "surface"))
+    unresolved_share = left_out / present(loaded.critical_gap(load), "critical gap")
+    pixels = between_pixels(loaded.film(load), loaded.settings(), fine, loaded.patch.comm)
+    error = grid_error(change_of(coarse, fine), unresolved_share, pixels=pixels)
+    return known_error(error.log_error)
 
 
 def _interval(lower: float, upper: float) -> Interval:
