@@ -4,19 +4,21 @@ Solves Y(p) = Y0 for Y = erfinv(A/A0), which is linear in the pressure by Persso
 A/A0 = erf(√2 p / (E* h'rms)). Each trial pressure is the last one times Y0/Y. A trial ends as soon
 as the certificate is so far below the miss of the area that the side of the miss is known: the
 certificate, in units of the rms height, is about the relative error of the area. The next trial
-starts with a uniform pressure more, or less, on the samples that touch. If the trials do not reach
-the area, as where it jumps, Brent's method on converged contacts follows.
+starts with a uniform pressure more, or less, on the samples that touch. If `MOST_TRIALS` do not
+reach the area, as where it jumps, all further contacts converge, and the pressures of two that
+enclose the area approach each other.
 """
 
 from dataclasses import replace
-from functools import cache
+from itertools import count
+from math import inf
 
 import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import ContactStopping, iterates
 from fem_seal.contact.state import ContactState
-from fem_seal.errors import NotConverged, present
+from fem_seal.errors import NotConverged
 from fem_seal.surface.statistics import rms_slope
 
 # Relative tolerance of the area; half a sample is accepted in any case.
@@ -35,13 +37,9 @@ SMALLEST_STEP = 1e-6
 # Both over the pressure at which the search begins. Where the area is too large even at the least
 # one, the search returns the contact with the nearest area; above the highest one it gives up.
 LEAST_PRESSURE, HIGHEST_PRESSURE = 1e-12, 1e12
-# Halving takes 82 iterations between both; Brent's method takes at most the square of that.
-MOST_SEARCHED = 6800
 # Least and largest ratio of a trial pressure to the last one: far from the area Y is not linear,
 # and it is 0 where nothing touches.
 LEAST_FACTOR, MOST_FACTOR = 1 / 16, 4.0
-# A bracket goes so far beyond the pressure at which Y, if it were linear, would be reached.
-BEYOND = 1.02
 MOST_AREA = 1 - 1e-9  # above it Y, which is infinite where all samples touch, is that of this area
 ROUNDING = 1e-9  # of a count of samples over their number, relative
 # First pressure over that of Persson's area law, at light load. At light load the law's area is 1.6
@@ -64,22 +62,49 @@ def contact_of_area(
 
     `iterations` of the returned state counts those of all trials.
     """
-    pressure = _first_guess(pair, area_fraction, start)
+    pressed = np.zeros(pair.height.shape) if start is None else start
+    first = pressure = _first_guess(pair, area_fraction, pressed)
+    low, high = 0.0, inf  # pressures of converged contacts with too small and too large an area
+    nearest: ContactState | None = None
     iterations = 0
-    for _ in range(MOST_TRIALS):
-        area, start, spent = _trial(pair, area_fraction, pressure, stopping, start)
-        iterations += spent
-        if _reached(area, area_fraction, start.size):
-            state = pair.under_pressure(pressure, stopping, start)
+    for trial in count(1):
+        area = area_fraction  # for a contact that converges
+        if trial <= MOST_TRIALS:
+            area, pressed, spent = _trial(pair, area_fraction, pressure, stopping, pressed)
+            iterations += spent
+        if _reached(area, area_fraction, pressed.size):
+            state = pair.under_pressure(pressure, stopping, pressed)
             iterations += state.iterations
-            area, start = state.contact_area_fraction, state.pressure.values
-            if _reached(area, area_fraction, start.size):
-                return replace(state, iterations=iterations)
+            area, pressed = state.contact_area_fraction, state.pressure.values
+            miss = abs(area - area_fraction)
+            if nearest is None or miss < abs(nearest.contact_area_fraction - area_fraction):
+                nearest = state
+            low, high = (pressure, high) if area < area_fraction else (low, pressure)
+            # At a jump the error budget counts the area that the nearest contact misses.
+            jumps = high <= max(low * (1 + SMALLEST_STEP), LEAST_PRESSURE * first)
+            if jumps or _reached(area, area_fraction, pressed.size):
+                return replace(nearest, iterations=iterations)
+        if low > HIGHEST_PRESSURE * first:
+            break
         factor = _factor(_linear(area), _linear(area_fraction))
-        pressure *= factor
-        start = _pressed_further(start, factor)
-    state = _search(pair, area_fraction, stopping, pressure, start)
-    return replace(state, iterations=iterations + state.iterations)
+        before, pressure = pressure, _next(pressure, factor, low, high, max(trial - MOST_TRIALS, 0))
+        pressed = _pressed_further(pressed, pressure / before)
+    raise NotConverged(
+        f"contact area fraction {area_fraction} is not reached at {low:.6e} Pa; ask for a smaller "
+        "one"
+    )
+
+
+def _next(pressure: float, factor: float, low: float, high: float, past: int) -> float:
+    """Pressure of the next trial, from Y0/Y and the number of trials past `MOST_TRIALS`.
+
+    If there are any, Y jumps or is level: a bracket is halved at every other trial.
+    """
+    if low > 0 and high < inf:
+        secant = past % 2 == 0 and low < factor * pressure < high
+        return factor * pressure if secant else (low * high) ** 0.5
+    # Beyond Y0, so that it is enclosed, and further each time.
+    return pressure * min(max(factor ** (2 ** min(past, 8)), LEAST_FACTOR), MOST_FACTOR)
 
 
 def _trial(
@@ -87,7 +112,7 @@ def _trial(
     area_fraction: float,
     pressure: float,
     stopping: ContactStopping,
-    start: np.ndarray | None,
+    start: np.ndarray,
 ) -> tuple[float, np.ndarray, int]:
     """Area under a pressure, only as exact as needed to tell on which side it misses.
 
@@ -98,7 +123,7 @@ def _trial(
     """
     for iterate in iterates(*pair.loaded(pressure, start), stopping):
         area = np.count_nonzero(iterate.pressure) / iterate.pressure.size
-        if start is None:
+        if not start.any():
             area *= 1 - min(iterate.certificate, TRIAL_CERTIFICATE)
         miss = abs(area / area_fraction - 1)
         if iterate.certificate <= max(min(TRIAL_CERTIFICATE, miss / SIDE_KNOWN), SEARCH_TOLERANCE):
@@ -114,51 +139,6 @@ def _pressed_further(pressure: np.ndarray, factor: float) -> np.ndarray:
     touches = pressure > 0
     rise = (factor - 1) * pressure.sum() / max(np.count_nonzero(touches), 1)
     return np.maximum(pressure + rise * touches, 0.0)
-
-
-def _search(
-    pair: ContactPair,
-    area_fraction: float,
-    stopping: ContactStopping,
-    pressure: float,
-    start: np.ndarray | None,
-) -> ContactState:
-    """State with the prescribed area, or on the nearer side of a jump; counts all iterations."""
-    from scipy.optimize import brentq
-
-    nearest: ContactState | None = None
-    iterations, target = 0, _linear(area_fraction)
-
-    @cache  # Brent's method asks for both ends of its bracket again
-    def miss(pressure: float) -> float:
-        """Y - Y0 at a pressure [Pa]; 0 once the area is reached."""
-        nonlocal nearest, start, iterations
-        if pressure == 0:
-            return -target
-        state = pair.under_pressure(pressure, stopping, start)
-        iterations, start = iterations + state.iterations, state.pressure.values
-        area = state.contact_area_fraction
-        if nearest is None or abs(area - area_fraction) < abs(
-            nearest.contact_area_fraction - area_fraction
-        ):
-            nearest = state
-        reached = _reached(area, area_fraction, state.contact.size)
-        return 0.0 if reached else _linear(area) - target
-
-    low, high, beyond = 0.0, pressure, BEYOND
-    while (short := miss(high)) < 0:
-        if high > HIGHEST_PRESSURE * pressure:
-            raise NotConverged(
-                f"contact area fraction {area_fraction} is not reached at {high:.6e} Pa; ask for a "
-                "smaller one"
-            )
-        # Further each time, in case nothing grows.
-        low, high = high, high * min(beyond * _factor(short + target, target), MOST_FACTOR)
-        beyond = min(beyond**2, MOST_FACTOR)
-    # At a jump the nearest contact is the result; the error budget counts the missing area.
-    least = LEAST_PRESSURE * pressure
-    brentq(miss, low, high, xtol=least, rtol=SMALLEST_STEP, maxiter=MOST_SEARCHED)
-    return replace(present(nearest, "contact of the search"), iterations=iterations)
 
 
 def _reached(area: float, area_fraction: float, samples: int) -> bool:
@@ -179,9 +159,9 @@ def _factor(linear: float, target: float) -> float:
     return max(target / linear, LEAST_FACTOR) if linear * MOST_FACTOR > target else MOST_FACTOR
 
 
-def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | None) -> float:
-    """Mean pressure [Pa] of the start; without one `FIRST_GUESS` times that of Persson's law."""
-    if start is not None and start.any():
+def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray) -> float:
+    """Mean pressure [Pa] of the start; of zeros `FIRST_GUESS` times that of Persson's law."""
+    if start.any():
         return float(start.mean())
     # The law comes closer to simulations as the area grows: the factor rises by a third of it.
     part = FIRST_GUESS * (1 + area_fraction / 3)
