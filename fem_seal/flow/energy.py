@@ -14,11 +14,11 @@ from math import fsum
 import numpy as np
 
 # Relative error of averages and of sums of positive terms. Each step on positive numbers adds at
-# most u = eps/2. A gap is averaged 2 · 24 times at midpoints of edges of a grid and 2 · 42 times at
-# those of a shape (`SHORTEST_EDGE`), which counts three times in its cube; a mean over a triangle
-# takes at most 100 steps, the pyramid of averages 24, the sum in pairs over a batch of cells 32:
-# 408 u. Averages on cells and on their quarters may differ by as much, so that it counts three
-# times: 1.4e-13. This is seven times as much.
+# most u = eps/2. A gap is averaged 24 times at midpoints of edges of a grid and 42 times at those
+# of a shape (`SHORTEST_EDGE`), two steps each, which count three times in its cube; a mean over a
+# triangle takes at most 100 steps, the pyramid of averages 24, the sum in pairs over a batch of
+# cells 32: 408 u. Averages on cells and on their quarters may differ by as much, so that it counts
+# three times: 1.4e-13. This is seven times as much.
 SUM_ROUNDING = 1e-12
 # Relative error of each term of a cell: 12 steps in a component of the gradient, which counts
 # twice, 40 in the tensor (of which 15 in its moments), 10 in the area and the sums. For bubble
@@ -100,8 +100,8 @@ class Energy:
         """Bound of the rounding error of the amount by which bubble functions lower the energy.
 
         The drop is -2 s·r - s·A·s, with r = ∫ c ∇v·∇φ and A = ∫ c ∇φ·∇φ for bubble functions φ of
-        coefficients s. `plain` is the energy of Σ s φ with every term of its gradient replaced by
-        its absolute value, `terms` the same times the condition of the triangles. The inequality of
+        coefficients s. `plain` is the energy with the gradient of Σ s φ replaced by a bound of its
+        absolute terms, `terms` the same times the condition of the triangles. The inequality of
         Cauchy and Schwarz bounds the sum of the errors (docs/theory/mathematics.md, Rounding).
         """
         t, x_0, x = np.sqrt([self.terms, plain, terms])

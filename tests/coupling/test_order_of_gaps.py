@@ -1,6 +1,6 @@
 """Where the fluid presses more, no gap gets smaller: the theorem behind flow.lift = "range".
 
-Half-space, periodic, one total load P₀: p_f <= p_f' everywhere and P₀ > mean(p_f') give g <= g'
+Half-space, periodic, one total load P₀: p_f <= p_f' everywhere and P₀ > mean(p_f) give g <= g'
 everywhere (docs/theory/mathematics.md, theorem 10). The proof needs a stiffness that is negative
 off its diagonal, which the band-limited one of the package is not: rough surfaces are tried.
 """
