@@ -16,7 +16,7 @@ from fem_seal.limits import Limits
 
 # Critical constriction over the largest gap, below which a tolerance may be out of reach. If a line
 # of such small gaps lies across the flow, refinement may need more unknowns than PETSc can number:
-# for 5 % about 1e8 at a ratio of 1e-6, about 1e10 at 1e-9 (sixteen pixels).
+# for 5 % about 1e8 at a ratio of 1e-6, about 1e11 at 1e-9 (eight pixels along the line).
 DOUBTFUL = 1e-6
 GROWTH_FOR_ORDER = 16  # growth of the unknowns over which the order of convergence is measured
 MOST_UNKNOWNS = 2**31 - 1  # largest number of unknowns for the indices of PETSc
