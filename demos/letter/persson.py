@@ -16,7 +16,7 @@ from fem_seal.theory.persson import effective_film_conductivity, persson_state
 # close together: the leak rate there falls by decades within a few per cent of the load.
 LOADS = (*np.geomspace(0.006, 0.16, 24).tolist(), *np.arange(0.164, 0.302, 0.004).tolist())
 # A/A0 at which contact percolates in the continuum; the theory's area is that of the continuum. It
-# is 0.40 to 0.41 here (docs/theory/letter.md) and 0.415 according to Wang and Müser, Tribol. Lett.
+# is 0.39 to 0.41 here (docs/theory/letter.md) and 0.415 according to Wang and Müser, Tribol. Lett.
 # 69, 1 (2021).
 CONTINUUM_THRESHOLD = 0.40
 RINGS_PER_OCTAVE = 12  # rings of wave vectors between a wavenumber and its double
