@@ -132,7 +132,7 @@ def predicted(
         seconds, of_flows = _seal_patch(scene, heights, samples, channels)
         memory += of_flows
         patches, each_patch = scene.seal.patches, Expected(pace * seconds, memory)
-        jobs = min((work or Work()).jobs_for(patches, patches, each_patch), patches)
+        jobs = min((work or Work()).jobs_for(patches, each_patch), patches)
         parts["patches"] = ceil(patches / jobs) * each_patch.seconds
     elif flows:
         memory += BYTES_OF_UNKNOWN * unknowns_of(channels, _rtol(scene))

@@ -60,7 +60,7 @@ def meet(folder):
 
 
 def hold_memory(folder):
-    """Hold 300 MB for a moment, and write down when; a chain for `farm`."""
+    """Hold 300 MB for a moment, and write down when; an item for `farm`."""
     start = time.monotonic()
     held = b"1" * (300 * MB)
     time.sleep(0.7)

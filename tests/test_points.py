@@ -18,7 +18,6 @@ from project import MPI_ENVIRONMENT, alone, rows, scene_of_samples, started, wri
 from fem_seal import cli
 from fem_seal.errors import Inconsistent, InvalidInput, InvalidScene
 from fem_seal.points import (
-    Chain,
     Expected,
     Outcome,
     PointFolder,
@@ -26,7 +25,7 @@ from fem_seal.points import (
     compute_points,
     compute_study,
 )
-from fem_seal.points.compute import compute_chain
+from fem_seal.points.compute import compute_point
 from fem_seal.points.farm import farm, processes_that_fit
 from fem_seal.prediction import PICTURE_IMPORTS, predicted
 from fem_seal.scene import Scene
@@ -54,7 +53,7 @@ def rows_of_one(tmp_path_factory):
 
 
 def test_rows_are_the_same_for_jobs_and_parts(rows_of_one, capsys):
-    """To the last digit: a chain is begun and ended by one process, wherever that runs."""
+    """To the last digit: each point is computed by one process, wherever that runs."""
     assert run(*VARY, "--out", "two", "--jobs", "2") == 0
     assert rows("two") == rows_of_one
     for k in (2, 1):
@@ -154,7 +153,7 @@ def test_a_worker_that_is_killed_while_idle_is_replaced(monkeypatch):
     assert farm([True, False], in_workers.answer, 1, lambda: 0) == ([True, False], [])
 
 
-def test_an_interrupt_ends_the_process_of_each_chain(tmp_path):
+def test_an_interrupt_ends_the_process_of_each_point(tmp_path):
     path = tmp_path / "process"
 
     def interrupt():
@@ -177,23 +176,19 @@ def test_a_defect_of_a_task_ends_the_computation(capfd):
     assert "ZeroDivisionError: there" in capfd.readouterr().err
 
 
-def chain_of(folder, *names, begin=lambda: None):
+def tasks_of(*names):
     """Points of functions of `in_workers`."""
-    tasks = [StudyTask(name, name, getattr(in_workers, name), ()) for name in names]
-    return Chain(folder, tuple(tasks), begin)
+    return [StudyTask(name, name, getattr(in_workers, name), ()) for name in names]
 
 
-def test_each_point_of_a_killed_chain_has_its_own_error(tmp_path):
-    """Also one that failed before the process was killed, and none that has its file.
-
-    What the system refuses is said in words.
-    """
+def test_each_point_whose_process_is_killed_has_its_own_error(tmp_path):
+    """But one that has its file. What the system refuses is said in words."""
     folder = PointFolder(tmp_path, int)
     kept = StudyTask("kept", "kept", in_workers.keep_and_die, (folder.path_of("kept"),))
-    chain = chain_of(folder, "fail", "exhaust", "die", "fine", begin=type(None))
+    tasks = [*tasks_of("fail", "exhaust", "die", "fine"), kept]
     said = []
     report = lambda stage, _: said.append(stage)  # noqa: E731
-    outcome = compute_points([chain, Chain(folder, (kept,))], Work(2), report=report)
+    outcome = compute_points(folder, tasks, Work(2), report=report)
     assert said[-1].startswith("2 of 5 points done")
     assert {label: str(error)[:24] for label, error in outcome.failures.items()} == {
         "fail": "an error of its own",
@@ -219,19 +214,18 @@ def test_a_study_says_how_many_points_have_failed(tmp_path):
     folder = PointFolder(tmp_path, int)
     said = []
     with pytest.raises(InvalidInput, match=r"^fail: an error of its own$"):
-        compute_study([chain_of(folder, "fail")], Work(), lambda stage, _: said.append(stage))
+        compute_study(folder, tasks_of("fail"), Work(), lambda stage, _: said.append(stage))
     assert said[-1] == "1 of 1 points done"
     with pytest.raises(InvalidInput, match=r"^fail: .*own, and 1 other point failed$"):
-        compute_study([chain_of(folder, "fail", "exhaust")], Work(), lambda *_: None)
+        compute_study(folder, tasks_of("fail", "exhaust"), Work(), lambda *_: None)
 
 
-def test_a_point_of_another_process_is_counted(tmp_path):
+def test_a_point_of_another_process_is_not_computed_again(tmp_path):
     """One that was missing at the start, and has a file by its turn."""
-    folder, done = PointFolder(tmp_path, int), []
+    folder = PointFolder(tmp_path, int)
     folder.save("fail", 1)
-    chain = chain_of(folder, "fail", "fine")
-    assert compute_chain(chain, after_each=lambda: done.append(1)) == {}
-    assert len(done) == 2
+    (task,) = tasks_of("fail")
+    assert compute_point(folder, task) == {}
 
 
 class FullFolder(PointFolder):
@@ -241,23 +235,23 @@ class FullFolder(PointFolder):
 
 @pytest.mark.parametrize("begun", [nullcontext, partial(ThreadPoolExecutor, 1)])
 def test_a_folder_that_cannot_be_written_ends_the_computation(begun, tmp_path):
-    """Chains that have not begun are not computed any more."""
+    """Points that have not begun are not computed any more."""
     computed, full = [], FullFolder(tmp_path, int)
 
     def take(number):
         computed.append(number)
         time.sleep(0.2)
 
-    chains = [Chain(full, (StudyTask(f"{k}", f"{k}", take, (k,)),)) for k in range(20)]
+    tasks = [StudyTask(f"{k}", f"{k}", take, (k,)) for k in range(20)]
     with begun() as executor, pytest.raises(InvalidInput, match="full"):
-        compute_points(chains, Work(executor=executor))
-    assert 0 < len(computed) < (2 if executor is None else len(chains))
+        compute_points(full, tasks, Work(executor=executor))
+    assert 0 < len(computed) < (2 if executor is None else len(tasks))
 
 
 MPI_REFUSED = """
 from pathlib import Path
 from fem_seal import parallel
-from fem_seal.points import Chain, PointFolder, StudyTask, Work, compute_points
+from fem_seal.points import PointFolder, StudyTask, Work, compute_points
 
 def refuse():
     raise MemoryError("8 TB")
@@ -267,7 +261,7 @@ def on_the_first():
 
 parallel.abort_together()
 task = StudyTask("point", "point", on_the_first, ())
-compute_points([Chain(PointFolder(Path("points"), int), (task,))], Work())
+compute_points(PointFolder(Path("points"), int), [task], Work())
 """
 
 
@@ -350,10 +344,10 @@ def test_processes_do_not_wait_for_the_first_point(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("work", "chains", "seconds", "memory", "jobs"),
+    ("work", "points", "seconds", "memory", "jobs"),
     [
         (Work(None), 24, 1.0, 400 * MB, 8),  # a core each
-        (Work(None), 3, 1.0, 400 * MB, 3),  # no more than chains
+        (Work(None), 3, 3.0, 400 * MB, 3),  # no more than points
         (Work(None), 24, 0.1, 400 * MB, 1),  # workers would take longer to start
         (Work(None), 24, 1.0, 2000 * MB, 3),  # 10 GB hold three of up to 1.5 times 2 GB
         (Work(None, memory=3000 * MB), 24, 1.0, 400 * MB, 5),
@@ -361,13 +355,13 @@ def test_processes_do_not_wait_for_the_first_point(tmp_path):
         (Work(), 24, 1.0, 400 * MB, 1),
     ],
 )
-def test_there_are_as_many_workers_as_pay(work, chains, seconds, memory, jobs, monkeypatch):
+def test_there_are_as_many_workers_as_pay(work, points, seconds, memory, jobs, monkeypatch):
     monkeypatch.setattr("fem_seal.points.work.available_memory", lambda: 10_000 * MB)
     monkeypatch.setattr("fem_seal.parallel.usable_cores", lambda: 8)
-    assert work.jobs_for(chains, 24, Expected(seconds, memory)) == jobs
+    assert work.jobs_for(points, Expected(seconds, memory)) == jobs
     monkeypatch.setattr("fem_seal.parallel.processes", lambda: 8)
     if work.jobs is None:
-        assert work.jobs_for(chains, 24, Expected(seconds, memory)) == 1
+        assert work.jobs_for(points, Expected(seconds, memory)) == 1
 
 
 @pytest.mark.parametrize("jobs", [None, 2])

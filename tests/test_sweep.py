@@ -10,19 +10,14 @@ from project import rows, write_toml
 
 from fem_seal import cli
 from fem_seal.files import locked_folder
-from fem_seal.patch import Patch
-from fem_seal.progress import silent
 from fem_seal.scene import Scene
 from fem_seal.scene_steps import FLOWS
 from fem_seal.solved import solve
-from fem_seal.sweep import sweep
-from fem_seal.sweep.contact_path import ContactPath
+from fem_seal.sweep import combinations, sweep
 from fem_seal.sweep.point import UNSETTLED, Point
 from fem_seal.sweep.store import SweepFolder
 
 LEFT = {"points", "sweep.csv", "sweep.json"}
-SEAL = ("seal.cylinder_radius=1 mm", "seal.circumference=1 cm", "seal.pressure_profile=hertz")
-SEAL += ("output.products=['seal']", "flow.method=adaptive", "flow.links=")
 
 
 pytestmark = pytest.mark.usefixtures("scene_file")
@@ -40,85 +35,24 @@ def test_an_infinite_end_survives_its_file(tmp_path):
     assert read.together_upper == inf
 
 
-def test_rows_are_those_of_single_runs(scene_file, tmp_path):
-    loads, links = ["0.05", "0.15"], ["arithmetic", "harmonic"]
-    products = 'output.products=["leak_rate", "trapped_volume", "hydraulic_aperture"]'
-    vary = ("--set", products, "--vary", f"contact.area_fraction={','.join(loads)}")
-    assert run(*vary, "--vary", f"flow.links={','.join(links)}", "--out", "out") == 0
-    table = rows(tmp_path / "out")
-    pairs = [(row["contact.area_fraction"], row["flow.links"]) for row in table]
-    assert pairs == [(load, link) for load in loads for link in links]
-    keys = ["contact.area_fraction=0.15", "flow.links=harmonic", products]
-    last = solve(Scene.from_file(scene_file, keys)).result()
-    for column, value in {
-        "leak_rate": last.leak_rate.value,
-        "mean_gap": last.mean_gap,
-        "trapped_volume": last.quantities.trapped_volume,
-        "hydraulic_aperture.value": last.quantities.hydraulic_aperture.value,
-    }.items():
-        assert float(table[-1][column]) == value
-
-
-def test_contacts_are_handed_on(scene_file, tmp_path, monkeypatch):
-    """One surface for all points, one contact for two links, fewer FFTs for the next pressure."""
-    patches, follow = [], ContactPath.follow
-    kept = lambda path, patch: patches.append(patch) or follow(path, patch)  # noqa: E731
-    monkeypatch.setattr(ContactPath, "follow", kept)
-    loads, dry = ["0.1 MPa", "0.11 MPa", "0.12 MPa"], "flow.lift=none"
-    vary = ("--vary", f"contact.pressure={','.join(loads)}", "--set", "contact.area_fraction=")
-    vary += ("--set", dry)
-    assert run(*vary, "--vary", "flow.links=arithmetic,harmonic", "--out", "out") == 0
-    assert all(patch.surface is patches[0].surface for patch in patches)
-    assert all(
-        one.contact is other.contact for one, other in zip(patches[::2], patches[1::2], strict=True)
-    )
-    later = rows(tmp_path / "out")[1::2]
-    for pressure, patch, row in zip(loads, patches[1::2], later, strict=True):
-        keys = [
-            f"contact.pressure={pressure}",
-            "contact.area_fraction=",
-            "flow.links=harmonic",
-            dry,
-        ]
-        alone = Patch(Scene.from_file(scene_file, keys))
-        assert np.array_equal(patch.contact.contact, alone.contact.contact)
-        # A state is the exact one of heights moved by no more than its residuals, and so is its
-        # gap. Q goes with the cube of that of the constriction.
-        states = patch.contact, alone.contact
-        moved = sum(max(state.pressed_gap, state.penetration) for state in states)
-        share = moved * alone.surface.values.std() / alone.film.constriction.gap
-        assert float(row["leak_rate"]) == pytest.approx(alone.leak_rate.value, rel=3 * share)
-    assert patches[-1].contact.fft_pairs < alone.contact.fft_pairs
-
-
-def test_a_load_of_the_seal_is_pressed_anew(scene_file):
-    """It does not stand in [contact], which is the same for all of its values."""
-    path = ContactPath()
-    for load in (20.0, 40.0):
-        keys = ["contact.area_fraction=", f"seal.line_load={load}", *SEAL]
-        patch = path.patch(Scene.from_file(scene_file, keys), silent, trust=False, comm=None)
-        assert patch.contact.mean_pressure == pytest.approx(patch.load.value, rel=1e-12)
-        path.follow(patch)
-
-
-def test_each_surface_has_its_own_contact(scene_file, tmp_path):
-    """Two windows of a map, or sizes whose tenth digits differ; one contact each, to rounding."""
-    np.save(tmp_path / "map.npy", np.random.default_rng(1).normal(0, 1e-7, (24, 24)))
-    size = {"unit": "m", "size": ["24 um", "24 um"], "periodic": False}
-    surface = {"kind": "file", "path": tmp_path / "map.npy", "make_periodic": "mirror", **size}
-    seal = {"leak_path": "1 mm", "circumference": "1 cm", "max_loads": 4, "rtol": 9.0}
-    scene = {"surface": surface, "solid": {"contact_modulus": "10 MPa"}, "seal": seal}
-    scene |= {"contact": {"pressure": "0.3 MPa"}, "fluid": {"viscosity": "1 mPa s"}}
-    scene |= {"flow": {"pressure_drop": "1 kPa"}, "output": {"products": ["seal"]}}
-    path = write_toml(tmp_path / "map.toml", scene)
-    for file, key, sides in (
-        (path, "seal.window", ("6 um", "8 um")),
-        (scene_file, "surface.size", ("100 um", "100.0000001 um")),
-    ):
-        values = [(f"['{side}', '{side}']",) for side in sides]
-        for point in sweep(file, ((key,), values), tmp_path / key).table:
-            alone = Patch(Scene.from_file(file, [f"{key}={point.values[0]}"]))
-            assert point.row["mean_gap"] == pytest.approx(alone.film.mean_gap, rel=1e-12)
+@pytest.mark.parametrize(
+    ("fields", "shared"),
+    [
+        (("contact.area_fraction=0.05,0.15", "flow.links=arithmetic,harmonic"), ()),
+        (("contact.pressure=0.1 MPa,0.11 MPa,0.12 MPa",), ("contact.area_fraction=",)),
+        (("surface.size=['100 um', '100 um'],['100.0000001 um', '100.0000001 um']",), ()),
+    ],
+)
+def test_rows_are_those_of_single_runs(scene_file, tmp_path, fields, shared):
+    """To the last digit, whatever was computed before."""
+    points, own = combinations(*fields), {"seconds": 0, "peak_memory_bytes": 0}
+    shared = *shared, 'output.products=["leak_rate", "trapped_volume", "hydraulic_aperture"]'
+    tally = sweep(scene_file, points, tmp_path / "out", overrides=shared)
+    assert [point.values for point in tally.table] == points[1]
+    for point in tally.table:
+        values = map("{}={}".format, points[0], point.values)
+        alone = solve(Scene.from_file(scene_file, [*shared, *values])).result()
+        assert point.row | own == Point.of(point.values, alone).row | own
 
 
 def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):

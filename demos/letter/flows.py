@@ -6,13 +6,10 @@ import numpy as np
 
 from demos.letter.contacts import RoughCase, at_area, certified
 from fem_seal.contact import GapState
-from fem_seal.files import atomic_write, write_npz
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
-from fem_seal.points import PointFolder
 
 SEED = 1
-FLOW_ARRAYS = ("points", "cells", "gap", "pressure", "flux")
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,33 +29,6 @@ def picture(case: RoughCase, model: str, area: float, rtol: float | None) -> Pic
     """Press the first surface to an area, and compute its flow if there is a tolerance for it."""
     gap = at_area(case.surface(SEED), model, area).gap
     return Picture(gap, None if rtol is None else certified(gap, rtol, field=True).field)
-
-
-class PictureFolder(PointFolder[Picture]):
-    """Folder of pictures; each is a file that `fem_seal.load_gap` reads as well."""
-
-    suffix = ".npz"
-
-    def load(self, name: str) -> Picture:
-        """Read a picture."""
-        with np.load(self.path_of(name)) as data:
-            gap = GridField(data["gap"], tuple(data["spacing"]), bool(data["periodic"]))
-            if "film_flux" not in data:
-                return Picture(gap)
-            return Picture(gap, FlowField(*(data[f"film_{name}"] for name in FLOW_ARRAYS)))
-
-    def save(self, name: str, point: Picture) -> None:
-        """Write a picture."""
-        gap = point.gap
-        arrays = {"gap": gap.values, "spacing": gap.spacing, "periodic": gap.periodic}
-        if point.flow is not None:
-            arrays |= {f"film_{name}": getattr(point.flow, name) for name in FLOW_ARRAYS}
-        with atomic_write(self.path_of(name)) as staged:
-            write_npz(staged, arrays, compressed=True)
-
-    def finished(self, name: str) -> bool:
-        """Whether there is a file; pictures are large, and read once, for the figures."""
-        return self.path_of(name).exists()
 
 
 @dataclass(frozen=True)

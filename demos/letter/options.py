@@ -13,7 +13,6 @@ PARTS = {
     "grids": "error of the contact's grid in Fig. 3, for the first seed",
     "pictures": "Figs. 1 and 2",
     "cascade": "start of the cascade",
-    "saddle": "one closing saddle",
 }
 
 

@@ -1,4 +1,4 @@
-"""All figures, thresholds and tables of the letter, and one closing saddle: resumable, parallel.
+"""All figures, thresholds and tables of the letter: resumable, parallel.
 
     python -m demos.letter.reproduce --size 256
 
@@ -7,20 +7,18 @@ on after a run was killed, and a run with more parts or seeds adds the points th
 """
 
 import argparse
+import shutil
 import sys
 from collections.abc import Sequence
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 
-from demos import closing_saddle
-from demos.letter.contacts import MODELS, RoughCase
+from demos.letter.contacts import RoughCase
 from demos.letter.current_figure import current_figure
 from demos.letter.currents import Current, over_first_contact
-from demos.letter.flows import FlowMeasures
-from demos.letter.maps import contact_figure, flow_figure
 from demos.letter.options import parser
 from demos.letter.page import Findings, page
-from demos.letter.parts import chains_of
+from demos.letter.parts import folder_of, tasks_of
 from demos.letter.persson import comparisons, predictions, ring_spectrum
 from demos.letter.threshold_figure import threshold_figure
 from demos.letter.thresholds import threshold_rows
@@ -43,14 +41,11 @@ def reproduce(
     Raises InvalidInput if the folder cannot be written, and NotConverged if a contact or a flow
     does not converge; the other points are computed all the same.
     """
-    out, chains = asked.out, chains_of(asked, cases)
-    if compute_study([chain for part in chains.values() for chain in part], work, report).missing:
+    out, folder, tasks = asked.out, folder_of(asked), tasks_of(asked, cases)
+    if compute_study(folder, list(chain.from_iterable(tasks.values())), work, report).missing:
         return None
     report("figures and tables", "")
-    done = {
-        part: [chain.folder.load(chain.tasks[0].name) for chain in of_part]
-        for part, of_part in chains.items()
-    }
+    done = {part: [folder.load(task.name) for task in of_part] for part, of_part in tasks.items()}
     rows = threshold_rows(done.get("thresholds", []))
     case = cases[0]
     if rows:
@@ -59,15 +54,10 @@ def reproduce(
     currents, flows = [], None
     if "currents" in done:
         currents = _currents(case, done["currents"], out)
-    if "flows" in done:
-        contacts, shown = (
-            dict(zip(MODELS, done[part], strict=True)) for part in ("contacts", "flows")
-        )
-        contact_figure(contacts, out)
-        flow_figure(shown, out)
-        flows = {model: FlowMeasures.of(flow) for model, flow in shown.items()}
-    if "saddle" in done:
-        closing_saddle.show(done["saddle"][::-1], out / "saddle.png")
+    if "pictures" in done:
+        (flows,), (drawn,) = done["pictures"], tasks["pictures"]
+        for path in folder.folder.glob(f"{drawn.name}-*"):
+            shutil.copy(path, out / path.name.removeprefix(f"{drawn.name}-"))
     of_case = [row for row in rows if row.case == case]
     found = Findings(of_case, currents, flows, done.get("cascade", []))
     title = f"{case}, {number_of(asked.seeds, 'seed')}, rtol {asked.rtol:g}"

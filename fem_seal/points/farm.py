@@ -1,4 +1,4 @@
-"""Chains of points in processes of their own; each process solves alone."""
+"""Points in processes of their own; each process solves alone."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -14,31 +14,31 @@ from fem_seal.worker import Worker, record_peak
 Item = TypeVar("Item")
 T = TypeVar("T")
 
-POLL = 0.5  # time between two polls of the chains [s]
+POLL = 0.5  # time between two polls of the points [s]
 _SPARE = 1.2  # memory kept free for each process, over that of the largest point so far
 
 
 def farm(
-    chains: Sequence[Item],
+    items: Sequence[Item],
     compute: Callable[[Item], T],
     jobs: int,
     poll: Callable[[], int],
     memory: float | None = None,
     need: int = UNKNOWN_POINT,
 ) -> tuple[list[T], list[Item]]:
-    """Compute chains in processes of this machine.
+    """Compute items in processes of this machine.
 
     At most `jobs` processes are started, and no more than `memory` [bytes] holds, or that of the
     machine. Until a point is finished and shows how much memory it takes, `need` [bytes] is kept
     free for each process. `compute` is a function of a module; `poll`, called every half second and
-    after each chain, returns how many points are finished.
+    after each item, returns how many are finished.
 
-    Returns the answers of `compute`, in the order in which they came, and the chains whose process
+    Returns the answers of `compute`, in the order in which they came, and the items whose process
     was killed. The first error that `compute` raises in any process ends the others.
     """
     idle: list[Worker] = []
     running: dict[Worker, Item] = {}
-    waiting, answers, killed = deque(chains), list[T](), list[Item]()
+    waiting, answers, killed = deque(items), list[T](), list[Item]()
     largest = finished = 0
     try:
         while waiting or running:
@@ -65,7 +65,7 @@ def farm(
     finally:
         sizes = [memory_of(worker.number) for worker in (*idle, *running)]
         record_peak(sum(size.peak for size in sizes if size))
-        # After an interrupt or an error of one chain, the others would go on for long.
+        # After an interrupt or an error of one item, the others would go on for long.
         for worker in (*idle, *running):
             worker.end()
     return answers, killed

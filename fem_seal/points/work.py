@@ -39,9 +39,9 @@ class Work:
 
     #: number of worker processes on this machine; None: as many as `jobs_for` finds to pay
     jobs: int | None = 1
-    #: (k, n): compute every n-th chain from the k-th on, k from 1. Parts may run anywhere
+    #: (k, n): compute every n-th point from the k-th on, k from 1. Parts may run anywhere
     part: tuple[int, int] = (1, 1)
-    #: executor that computes the chains in place of processes of this machine, such as
+    #: executor that computes the points in place of processes of this machine, such as
     #: `client.get_executor()` of Dask or mpi4py's `MPIPoolExecutor`. Its workers must have the same
     #: files under the same names
     executor: Executor | None = None
@@ -70,16 +70,16 @@ class Work:
         """Whether `jobs_for` chooses the number of workers; nobody does under mpirun."""
         return self.jobs is None and self.executor is None and parallel.processes() == 1
 
-    def jobs_for(self, chains: int, points: int, each: Expected | None) -> int:
-        """Number of workers for the points of some chains, from what each is expected to take.
+    def jobs_for(self, points: int, each: Expected | None) -> int:
+        """Number of workers for some points, from what each is expected to take.
 
-        Where it is open: one for each core and chain that the memory holds, if that saves enough
+        Where it is open: one for each core and point that the memory holds, if that saves enough
         time; one where nothing is known.
         """
         if not self.open or each is None:
             return self.jobs or 1
         memory = available_memory() if self.memory is None else self.memory
-        most = max(1, min(parallel.usable_cores(), chains, int(memory // each.reserved)))
+        most = max(1, min(parallel.usable_cores(), points, int(memory // each.reserved)))
         return most if points * each.seconds * (1 - 1 / most) > START else 1
 
     @property

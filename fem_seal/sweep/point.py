@@ -8,7 +8,6 @@ from pathlib import Path
 from pydantic import ConfigDict
 
 from fem_seal import __version__
-from fem_seal.accuracy import Chosen
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.files import digest
 from fem_seal.parallel import Comm
@@ -17,8 +16,7 @@ from fem_seal.progress import Report
 from fem_seal.results.result import LARGEST, Result
 from fem_seal.scene import Scene
 from fem_seal.scene.sections import PRODUCTS
-from fem_seal.solved import answer, solve
-from fem_seal.sweep.contact_path import ContactPath
+from fem_seal.solved import solve
 from fem_seal.tables import leaves
 
 TableEntry = str | float | int | bool | None
@@ -142,17 +140,11 @@ class ScenePoint(Task[Point]):
     scene: Scene
     trust: bool  #: whether gmsh may run its geometry
 
-    def compute(self, handed_on: ContactPath, report: Report, comm: Comm) -> Point:
-        """Compute the point; `handed_on` holds surface and contact of the last point."""
+    def compute(self, report: Report, comm: Comm) -> Point:
+        """Compute the point as `fem-seal run` does its scene."""
         scene = numbers_only(self.scene)
         try:
-            if scene.total_error is None:
-                patch = handed_on.patch(scene, report, trust=self.trust, comm=comm)
-                solved = answer(Chosen(patch))
-                handed_on.follow(solved.patch)
-            else:
-                solved = solve(scene, report, trust=self.trust, comm=comm)
-            return Point.of(self.values, solved.result())
+            return Point.of(self.values, solve(scene, report, trust=self.trust, comm=comm).result())
         except NotConverged as error:
             return failed(self.values, str(error))
 

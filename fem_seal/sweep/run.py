@@ -1,4 +1,4 @@
-"""A sweep: a scene over the values of some of its fields, one chain of points for each surface."""
+"""A sweep: a scene over the values of some of its fields, and the table of all."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -11,7 +11,7 @@ from fem_seal import parallel
 from fem_seal.errors import FemSealError, InvalidInput
 from fem_seal.files import locked_folder
 from fem_seal.patch import require_trusted
-from fem_seal.points import Chain, Expected, Work, compute_points
+from fem_seal.points import Expected, Work, compute_points
 from fem_seal.prediction import predicted
 from fem_seal.progress import Report, silent
 from fem_seal.quantities.headline import SI, ShownUnit
@@ -19,7 +19,6 @@ from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 from fem_seal.scene.files import scene_text
 from fem_seal.sweep.axis import Points
-from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.sweep.point import Point, ScenePoint, digest_if_readable, failed, numbers_only
 from fem_seal.sweep.store import SweepFolder
 
@@ -84,15 +83,14 @@ def sweep(
         raise InvalidInput("a sweep of no points: give a value of each field at least")
     tasks, equal = _tasks(path, points, overrides, trust)
     folder = SweepFolder(out.absolute(), keys)
-    chains = [Chain(folder, group, ContactPath) for group in _by_surface(tasks)]
     asked = {task.name: task.values for task in tasks}
     workers = work.open or (work.jobs is not None and work.jobs > 1)
-    each = _expected(tasks) if workers and len(chains) > 1 else None
+    each = _expected(tasks) if workers and len(tasks) > 1 else None
     with ExitStack() as held:
         origin = _origin(tasks[0].scene, keys)
         parallel.on_root(lambda: _open(held, folder, origin, overwrite), work.comm)
         try:
-            outcome = compute_points(chains, work, report=report, each=each)
+            outcome = compute_points(folder, tasks, work, report=report, each=each)
         except KeyboardInterrupt:
             # An interrupted sweep leaves a table as well.
             if parallel.is_root(work.comm):
@@ -148,16 +146,6 @@ def _tasks(
             "may leave its cell empty"
         )
     return list(tasks.values()), tuple(equal)
-
-
-def _by_surface(tasks: Sequence[ScenePoint]) -> list[tuple[ScenePoint, ...]]:
-    """Points with the same surface, which hand it on, with its contact, from one to the next."""
-    of_surface: dict[tuple[object, ...], list[ScenePoint]] = {}
-    for task in tasks:
-        scene = task.scene
-        window = None if scene.seal is None else scene.seal.window
-        of_surface.setdefault((scene.surface, scene.gap, window), []).append(task)
-    return list(map(tuple, of_surface.values()))
 
 
 def _expected(tasks: Sequence[ScenePoint]) -> Expected | None:

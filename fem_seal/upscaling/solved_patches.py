@@ -1,6 +1,6 @@
 """The patches of a seal as independent points: a file for each patch, computed by many processes.
 
-A point is the chain of loads of one patch. Its file keeps the conductivity table of the patch, from
+A point is a patch under many loads. Its file keeps the conductivity table of the patch, from
 which the flow through the seal follows quickly.
 """
 
@@ -24,7 +24,7 @@ from fem_seal.grid_series import (
 from fem_seal.leak_rate import middle_of
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
-from fem_seal.points import Chain, Expected, PointFolder, Task, Work, compute_points
+from fem_seal.points import Expected, PointFolder, Task, Work, compute_points
 from fem_seal.points.compute import under
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
@@ -53,13 +53,13 @@ class SolvedPatch:
 
 @dataclass(frozen=True)
 class PatchTask(Task[SolvedPatch]):
-    """A patch to be solved under a chain of loads."""
+    """A patch to be solved under many loads."""
 
     scene: Scene  #: scene of the realization, with its [seal]
     load_share: float = 1.0  #: part of its load
 
-    def compute(self, handed_on: None, report: Report, comm: Comm) -> SolvedPatch:
-        """Conductivity of the patch, refined in load; nothing is handed on to the next one."""
+    def compute(self, report: Report, comm: Comm) -> SolvedPatch:
+        """Conductivity of the patch, refined in load."""
         seal, states = present(self.scene.seal, "[seal]"), [""]
         patch = Patch(self.scene, lambda *stage: under(states[-1], report)(*stage), comm=comm)
         loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)
@@ -143,13 +143,10 @@ def solved_patches(
         for k, scene in enumerate(scenes)
     ]
     if folder is None:
-        return tuple(
-            task.compute(None, under(task.label, like.report), like.comm) for task in tasks
-        )
+        return tuple(task.compute(under(task.label, like.report), like.comm) for task in tasks)
     points = PointFolder(folder, SolvedPatch)
-    chains: list[Chain[SolvedPatch]] = [Chain(points, (task,)) for task in tasks]
     outcome = compute_points(
-        chains, work, report=like.report, name="patches", each=each, comm=like.comm
+        points, tasks, work, report=like.report, name="patches", each=each, comm=like.comm
     )
     for error in outcome.failures.values():
         raise error

@@ -115,8 +115,8 @@ class ContactGrid(Task[tuple[Run, ...]]):
     samples: tuple[int, int]
     flows: tuple[FlowMethod, ...]
 
-    def compute(self, handed_on: None, report: Report, comm: Comm) -> tuple[Run, ...]:
-        """Solve the contact, then the flows; nothing is handed on."""
+    def compute(self, report: Report, comm: Comm) -> tuple[Run, ...]:
+        """Solve the contact, then the flows."""
         _warm_up(comm)
         surface = resample(surface_of(self.scene, comm), self.samples)
         pressed = Patch(self.scene, report, given=Given(surface), comm=comm)

@@ -29,7 +29,7 @@ from fem_seal.coupling import LiftedState, lifted_state
 from fem_seal.errors import NotConverged
 from fem_seal.leak_rate import log_ratio
 from fem_seal.patch import Given, Patch
-from fem_seal.points import Chain, PointFolder, StudyTask, Work, compute_points
+from fem_seal.points import PointFolder, StudyTask, Work, compute_points
 from fem_seal.quantities.lift import lift_range
 from fem_seal.scene import Scene
 
@@ -185,8 +185,7 @@ def main() -> int:
     folder, numbers = PointFolder(args.into, Outcome), range(args.scenes)
     tasks = [StudyTask(str(n), f"scene {n}", outcome, (n,)) for n in numbers]
     part = tuple(int(text) for text in args.part.split("/"))
-    chains = [Chain(folder, (task,)) for task in tasks]
-    compute_points(chains, Work(part=part), report=lambda *words: print(*words, flush=True))
+    compute_points(folder, tasks, Work(part=part), report=lambda *words: print(*words, flush=True))
     found = {n: folder.load(str(n)) for n in numbers if folder.finished(str(n))}
     return print_all(found)
 

@@ -22,7 +22,7 @@ from demos.letter.contacts import (
     pressed,
 )
 from demos.letter.currents import current, over_first_contact
-from demos.letter.flows import FlowMeasures, Picture, PictureFolder, decades, picture
+from demos.letter.flows import FlowMeasures, decades, picture
 from demos.letter.persson import predictions, ring_spectrum
 from fem_seal.contact import ContactStopping, ElasticSolid, Load, press
 from fem_seal.film import GridFilm
@@ -137,16 +137,14 @@ def test_theory_belongs_on_the_corrected_area():
 # Flow, cascade and contact solver.
 
 
-def test_fig_2_as_numbers(tmp_path):
+def test_fig_2_as_numbers():
     """Total of the flow field beside the certified leak rate; flow passes open parts alone.
 
-    Elastic channels are narrower: they lie on a smaller part of the cell, and carry less. The
-    file of a picture gives the same numbers.
+    Elastic channels are narrower: they lie on a smaller part of the cell, and carry less.
     """
-    flows, folder = {}, PictureFolder(tmp_path, Picture)
+    flows = {}
     for model in MODELS:
-        folder.save(model, picture(SMOOTH, model, 0.2, RTOL))
-        measures = flows[model] = FlowMeasures.of(folder.point(model))
+        measures = flows[model] = FlowMeasures.of(picture(SMOOTH, model, 0.2, RTOL))
         total = measures.total * SMOOTH.n * PITCH
         # The energy of the pressure on the last mesh lies above the leak rate (Dirichlet's
         # principle), by what the corrections of the bracket take away: up to its own width.
@@ -255,8 +253,7 @@ def test_a_run_draws_all_and_goes_on(others, tmp_path, capsys, monkeypatch):
     with monkeypatch.context() as quicker:
         quicker.setattr(style, "FORMATS", ("png",))
         assert reproduce.main(command) == 0
-    chains = reproduce.chains_of(reproduce.parser().parse_args(command), [SMOOTH])
-    tasks = [chain.tasks for part in chains.values() for chain in part]
+    tasks = reproduce.tasks_of(reproduce.parser().parse_args(command), [SMOOTH])
     assert pickle.loads(pickle.dumps(tasks)) == tasks
     printed = capsys.readouterr().out
     assert "A*/A0, elastic | 0.42(5)" in printed
