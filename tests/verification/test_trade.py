@@ -86,7 +86,7 @@ def test_a_contact_grid_reports_its_stages_wherever_it_is_computed(small_scene, 
     scene, flows = Scene.from_mapping(small_scene), (FlowMethod("finite-difference", None),)
     stages = []
     grid = ContactGrid("grid", "grid", scene, (32, 32), flows)
-    (run,) = grid.compute(None, lambda stage, _: stages.append(stage), parallel.alone())
+    (run,) = grid.compute(lambda stage, _: stages.append(stage), parallel.alone())
     assert run.state == "leaking"
     assert "contact" in stages
 
