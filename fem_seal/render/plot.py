@@ -10,6 +10,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.files import atomic_write, writing
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
@@ -46,6 +47,20 @@ def new_figure(
                 file.parent.mkdir(parents=True, exist_ok=True)
             with atomic_write(file, durable=False) as staged:
                 figure.savefig(staged, dpi=DPI, bbox_inches="tight" if tight else None)
+
+
+def legend_below(axes: "Axes", place: str, columns: int = 2) -> None:
+    """Name the series of some axes, each once, below all axes: there a legend hides no data."""
+    handles, labels = axes.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    axes.figure.legend(
+        once.values(),
+        once,
+        loc=f"outside lower {place}",
+        ncols=columns,
+        frameon=False,
+        fontsize=FONT_POINTS - 1,
+    )
 
 
 def label_axis(axis: "Axis") -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.digits import per_cent
-from fem_seal.render.plot import FONT_POINTS, new_figure
+from fem_seal.render.plot import FONT_POINTS, legend_below, new_figure
 from fem_seal.results.records import SealRecord
 from fem_seal.results.words import lifted_words
 from fem_seal.upscaling.conductivity import ConductivityTable
@@ -41,14 +41,14 @@ def draw_seal(figure: "Figure", seal: SealRecord) -> None:
         title = lifted_words(seal).replace(", is", ",\nis")
         pressures.set_title(title, fontsize=FONT_POINTS)
         pressures.set(xlabel="x [mm]")
-        _legend_below(pressures)
+        legend_below(pressures, "center")
     elif seal.median.state == "sealed":
         figure.set_size_inches(11, 4.5)
         pressures, margins = figure.subplots(1, 2)
         _draw_path(seal, pressures)
         pressures.set(xlabel="x [mm]")
-        _legend_below(pressures)
         _draw_margins(seal, margins)
+        legend_below(pressures, "left")
     else:
         grid = figure.add_gridspec(2, 2, width_ratios=(1.2, 1))
         pressures = figure.add_subplot(grid[0, 0])
@@ -56,23 +56,8 @@ def draw_seal(figure: "Figure", seal: SealRecord) -> None:
         _draw_path(seal, pressures)
         _draw_path(seal, conductivity, of_fluid=False)
         pressures.tick_params(labelbottom=False)
-        _legend_below(pressures, room=0.02)
         _draw_loads(seal, figure.add_subplot(grid[:, 1]))
-
-
-def _legend_below(axes: "Axes", room: float = 0.12) -> None:
-    """Put the legend below the axes; there it hides no data."""
-    handles, labels = axes.get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    axes.legend(
-        list(once.values()),
-        list(once),
-        fontsize=9,
-        loc="upper center",
-        bbox_to_anchor=(0.5, -room),
-        frameon=False,
-        ncols=2,
-    )
+        legend_below(pressures, "left")
 
 
 def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None:
@@ -138,7 +123,7 @@ def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
         if np.any(high > low):
             axes.hlines(numbers, low, high, colour, lw=5, alpha=0.4, label=label)
     axes.axvline(has, color="k", lw=1, label="highest net load along the path")
-    _legend_below(axes)
+    legend_below(axes, "right")
 
 
 def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
@@ -172,7 +157,7 @@ def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
             sealed, lowest, "x", color=colour, clip_on=False, zorder=layer + 3,
             label="sealed at this net load and above",
         )  # fmt: skip
-    _legend_below(axes, room=0.08)
+    legend_below(axes, "right")
 
 
 def _draw_bounds(table: ConductivityTable, axes: "Axes") -> None:

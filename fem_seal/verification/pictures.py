@@ -2,19 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_seal.errors import printable
 from fem_seal.leak_rate import Bounded, relative_half_width
-from fem_seal.render.plot import label_axis, new_figure
+from fem_seal.render.plot import label_axis, legend_below, new_figure
 from fem_seal.verification.cross_validation import EXACT, Row
 from fem_seal.verification.trade import Trade
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 INSIDE = "0.88"
 MOST_APART = 4.0  # distance at the rim of the picture
@@ -69,7 +64,7 @@ def cross_validation_figure(
         )
         for axes in (rates, errors):
             axes.title.set_fontsize(10)
-        _legend_below(figure, rates)
+        legend_below(rates, "center", 4)
 
 
 def claims_figure(rows: Sequence[Row], path: Path, title: str) -> None:
@@ -98,13 +93,7 @@ def claims_figure(rows: Sequence[Row], path: Path, title: str) -> None:
         distance.set_ylabel("(leak rate - guaranteed) / (sum of both errors)")
         distance.set_title(f"Grey: both agree; beyond ±{MOST_APART:g} at the rim", fontsize=10)
         figure.suptitle(_plain(title), fontsize=10)
-        _legend_below(figure, effectivity)
-
-
-def _legend_below(figure: "Figure", axes: "Axes") -> None:
-    """Name the series of one of the axes below all of them."""
-    named = axes.get_legend_handles_labels()
-    figure.legend(*named, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
+        legend_below(effectivity, "center", 4)
 
 
 def _style(name: str, number: int) -> dict[str, object]:
@@ -158,4 +147,4 @@ def trade_figure(result: Trade, path: Path) -> None:
         label_axis(time.yaxis)
         memory.set_title("and in memory", fontsize=10)
         memory.set_xlabel("resident memory [MB]")
-        _legend_below(figure, time)
+        legend_below(time, "center", 4)
