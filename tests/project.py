@@ -125,6 +125,10 @@ def scene_of_samples(n: int, short: str = "4 um") -> dict:
     }
 
 
+# A gas that slips by the kinetic law, unless that is said otherwise.
+AIR = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
+
+
 def leak_scene(**sections: dict) -> dict:
     """Sections of a scene of a liquid, with that of its gap or its shape."""
     return {

@@ -13,6 +13,7 @@ import argparse
 import random
 from dataclasses import replace
 from math import inf, log
+from pathlib import Path
 from statistics import median
 
 from fem_seal.errors import NotConverged
@@ -30,7 +31,7 @@ from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
 
-LENGTH, SLOPE, MODULUS = 1e-4, 0.1, 1e7
+FIRST, LENGTH = Path(__file__).parents[2] / "demos" / "scenes" / "first.toml", 1e-4
 FINER, RTOL = 4, 0.015  # the reference: samples over those of the contact, tolerance of its flow
 
 
@@ -49,23 +50,11 @@ def scene(number: int, lift: bool, shortest: list[int], by_area: bool = False) -
     pressed = {"pressure": max(load, 1.3 * drop) if lift else load}
     if by_area:
         pressed = {"area_fraction": chosen.uniform(0.05, 0.38)}
-    return Scene.from_mapping(
-        {
-            "surface": {
-                **{"kind": "self-affine", "shape": [n, n], "size": [LENGTH, LENGTH]},
-                **{"long_wavelength": LENGTH / waves, "short_wavelength": LENGTH * samples / n},
-                **{"hurst": hurst, "rms_slope": SLOPE, "seed": 1000 + number},
-            },
-            "solid": {"contact_modulus": MODULUS},
-            "contact": pressed,
-            "fluid": {"viscosity": 1e-3},
-            "flow": {
-                **{"pressure_drop": drop, "sides": "periodic", "rtol": 0.05},
-                "lift": "resolved" if lift else "none",
-            },
-            "output": {"products": ["leak_rate"]},
-        }
-    )
+    surface = {"shape": [n, n], "hurst": hurst, "seed": 1000 + number}
+    surface |= {"long_wavelength": LENGTH / waves, "short_wavelength": LENGTH * samples / n}
+    changes = {f"surface.{key}": value for key, value in surface.items()}
+    changes |= {"flow.pressure_drop": drop, "flow.lift": "resolved" if lift else "none"}
+    return Scene.from_file(FIRST).with_({"contact": pressed, **changes})
 
 
 def logarithm(one: float, other: float) -> float:

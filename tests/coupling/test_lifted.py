@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lifted_scenes import E_STAR, from_pressure, problem_of, scene
+from project import AIR
 from scipy import sparse
 
 from fem_seal.contact import ElasticSolid, Load, press
@@ -31,13 +32,12 @@ def test_uniform_fluid_pressure_is_a_dry_contact_under_the_rest_of_the_load():
     assert patch.lifted.contact.mean_pressure == pytest.approx(load - fluid, rel=1e-5)
 
 
-GAS = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
 DIFFERENT = (
     {"sides": "wall", "representation": "constant"},
     {"method": "finite-difference"},
     {"load": 1.5e5, "inlet": 1.4e5},
     {"load": 3e5, "inlet": 2.5e5},  # the first of the three is sealed
-    {"load": 1.6e5, "fluid": GAS, "inlet_pressure": 2e5, "outlet_pressure": 1e5},
+    {"load": 1.6e5, "fluid": AIR, "inlet_pressure": 2e5, "outlet_pressure": 1e5},
     {"inlet_pressure": 1e5, "outlet_pressure": 2e4, "ambient_pressure": 1e5, "load": 1.5e5},
 )
 
@@ -187,7 +187,7 @@ def test_a_gas_carries_more_than_a_liquid():
     of the pressure falls at one place both are the same; a fifth of the excess of an even film
     shows that p² is what is linear. Slip makes p more linear.
     """
-    ends, fluids = {"inlet_pressure": 2e5, "outlet_pressure": 1e5}, (GAS | {"slip": False}, None)
+    ends, fluids = {"inlet_pressure": 2e5, "outlet_pressure": 1e5}, (AIR | {"slip": False}, None)
     loads = [Patch(scene(load=1.6e5, fluid=one, **ends)).lifted.fluid_load for one in fluids]
     assert loads[0] > 1.02 * loads[1]
 
@@ -261,7 +261,7 @@ def test_two_equilibria_are_both_reported(load, place, depth):
     [
         *((load, {}) for load in (5.35e4, 1.2e5)),
         # The slip has no gap by which to be judged.
-        (1.2e5, {"fluid": GAS, "inlet_pressure": 2e5, "outlet_pressure": 1e5}),
+        (1.2e5, {"fluid": AIR, "inlet_pressure": 2e5, "outlet_pressure": 1e5}),
     ],
 )
 def test_a_flat_counter_face(load, others):

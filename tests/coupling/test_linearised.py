@@ -8,6 +8,7 @@ from weakref import ref
 import numpy as np
 import pytest
 from lifted_scenes import E_STAR, problem_of, scene
+from project import AIR
 
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.krylov import gmres
@@ -17,7 +18,6 @@ from fem_seal.coupling.point import LiftPoint
 from fem_seal.network.film_pressure import eliminated
 
 TOLERANCE = 1e-9  # of GMRES; its operators are a tenth as inexact
-AIR = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293}
 
 
 def inexact(*pairs):

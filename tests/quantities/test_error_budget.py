@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from project import RING, scene_of_samples
+from project import AIR, RING, scene_of_samples
 
 from fem_seal.accuracy import Trial
 from fem_seal.error_budget import Uncertainty, combined, estimate, factor_words, flow_entry
@@ -207,6 +207,9 @@ def test_budget_of_a_scene():
     )
 
 
+CHANNEL = {"kind": "rectangle", "length": 1e-3, "width": 1e-3, "mesh_size": 1e-4, "gap": 1e-6}
+
+
 @pytest.mark.parametrize("outlet", [0.0, 1e5])
 @pytest.mark.parametrize("accommodation", [0.1, 0.4, 1.0])
 @pytest.mark.parametrize("knudsen", [1e-3, 1e-2, 0.05])
@@ -214,12 +217,10 @@ def test_what_first_order_slip_and_no_slip_lack_holds_the_kinetic_law(
     knudsen, accommodation, outlet
 ):
     """In a channel, whose leak rate with each law is exact."""
-    gas = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
     flow = {"inlet_pressure": 1.2e5, "outlet_pressure": outlet, "rtol": 1000.0}
-    shape = {"kind": "rectangle", "length": 1e-3, "width": 1e-3, "mesh_size": 1e-4, "gap": 1e-6}
     for law in ("first-order", False):
         walls = {"slip": law, "accommodation": accommodation} if law else {"slip": False}
-        scene = Scene.from_mapping({"shape": shape, "fluid": gas | walls, "flow": flow})
+        scene = Scene.from_mapping({"shape": CHANNEL, "fluid": AIR | walls, "flow": flow})
         gap = scene.drive.mean_free_path(scene.viscosity) / knudsen
         gain = 1.0 if scene.slip is None else scene.slip.mean_gain(gap)
         kinetic = scene.with_({"fluid.slip": "kinetic"}).slip.mean_gain(gap)
@@ -231,10 +232,8 @@ def test_what_first_order_slip_and_no_slip_lack_holds_the_kinetic_law(
 def test_what_a_scene_without_slip_lacks_in_a_rarefied_gas(knudsen):
     """What the kinetic law adds in a channel, and 4 % for the model of the gas; at 0.1 first order
     with an excess of 1.2 Kn for one of 0.97 Kn at least, which is 5 % more."""
-    gas = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
     flow = {"inlet_pressure": 1.2e5, "outlet_pressure": 1e5, "rtol": 1e5}
-    shape = {"kind": "rectangle", "length": 1e-3, "width": 1e-3, "mesh_size": 1e-4, "gap": 1e-6}
-    scene = Scene.from_mapping({"shape": shape, "fluid": gas | {"slip": False}, "flow": flow})
+    scene = Scene.from_mapping({"shape": CHANNEL, "fluid": AIR | {"slip": False}, "flow": flow})
     gap = scene.drive.mean_free_path(scene.viscosity) / knudsen
     added = scene.with_({"fluid.slip": "kinetic"}).slip.mean_gain(gap) - 1
     found = slip_entry_at(scene, gap, 1e-3, scene.flow.rtol).upper - 1

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 from lifted_scenes import scene as lifted_scene
+from project import AIR
 
 from fem_seal.contact.methods import GAP_TOLERANCE
 from fem_seal.patch import Patch
@@ -201,10 +202,9 @@ def test_an_older_scene_is_rebuilt(made, older_flow, older_contact, here):
 
 def test_slip_in_a_sealed_film_that_more_pressure_would_open():
     """The entry "slip" is that of the opened film, through which more leaks by the kinetic law."""
-    air = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.15}
     ends = {"inlet_pressure": 2e5, "outlet_pressure": 1e5}
     first, kinetic = (
-        solve(lifted_scene(2.8e5, n=16, seed=3, fluid=air | {"slip": law}, **ends))
+        solve(lifted_scene(2.8e5, n=16, seed=3, fluid=AIR | {"slip": law}, **ends))
         for law in ("first-order", "kinetic")
     )
     assert first.state == kinetic.state == "sealed"

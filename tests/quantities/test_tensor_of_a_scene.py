@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from project import AIR
 
 from fem_seal.errors import InvalidInput
 from fem_seal.flow.bounds import TensorBounds
@@ -79,10 +80,9 @@ def test_angle_of_the_easiest_direction(angle):
 
 
 def test_tensor_of_a_gas_that_slips(scene):
-    gas = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
-    plain = scene.with_({"fluid": gas | {"slip": False}})
+    plain = scene.with_({"fluid": AIR | {"slip": False}})
     ends = {"flow.inlet_pressure": 2e5, "flow.outlet_pressure": 1e5}
-    slipping = scene.with_({"fluid": gas} | ends)
+    slipping = scene.with_({"fluid": AIR} | ends)
     tensors = [quantities(Patch(one)).conductivity_tensor for one in (plain, slipping)]
     # Slip only adds.
     assert tensors[1].xx.lower > tensors[0].xx.lower

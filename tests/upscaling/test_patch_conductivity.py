@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from known_answers import Wave
-from project import scene_of_samples
+from project import AIR, scene_of_samples
 from scipy.integrate import quad
 from test_seal_flow import exact_table
 
@@ -211,9 +211,8 @@ def test_the_gap_is_convex_in_the_load(seed):
 
 def rough_with_gas(rtol, **fluid):
     """A gas that slips: its law is that of the flow on every mesh."""
-    fluid |= {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
     flow = {"inlet_pressure": 2e5, "outlet_pressure": 1e5, "sides": "periodic"}
-    return LoadedPatch(Patch(scene(fluid=fluid, flow=flow)), rtol)
+    return LoadedPatch(Patch(scene(fluid=AIR | fluid, flow=flow)), rtol)
 
 
 # Powers of a slipping conductivity: test_seal_flow.py.

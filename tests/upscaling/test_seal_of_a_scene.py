@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
-from project import damaged, scene_of_samples
+from project import AIR, damaged, scene_of_samples
 
 from fem_seal import pictures
 from fem_seal.cli.sweep import line_of_point
@@ -271,9 +271,8 @@ def test_bad_tables(tmp_path, text, words):
 
 
 def gas(**fluid):
-    fluid |= {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
     flow = {"inlet_pressure": 1.5e5, "outlet_pressure": 1e5, "sides": "periodic"}
-    return scene(seal={"patches": 1}).with_({"fluid": fluid, "flow": flow})
+    return scene(seal={"patches": 1}).with_({"fluid": AIR | fluid, "flow": flow})
 
 
 def entries(asked):
