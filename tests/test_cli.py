@@ -147,11 +147,9 @@ def test_sides_follow_from_the_gap_and_walls_of_a_periodic_one_are_said(capsys):
 # Commands, and words of the one line that each says.
 REFUSED = {
     "": "",
-    "rn a.toml": "fem-seal: 'rn' is not a command; did you mean run?",
-    "frobnicate": "'frobnicate' is not a command; choose from new, run, leak",
-    "study exakt": "'exakt' is not a command; did you mean exact?",
-    "run a.toml --ouut b": "run: there is no option --ouut; did you mean --out?",
-    "run a.toml --over": "there is no option --over; did you mean --overwrite?",
+    "rn a.toml": "invalid choice: 'rn'",
+    "study exakt": "fem-seal study: argument STUDY: invalid choice: 'exakt'",
+    "run a.toml --over": "unrecognized arguments: --over",
     "run none.toml": "none.toml",
     "run wedge.npz": "wedge.npz",
     "run .": "",
@@ -180,7 +178,6 @@ REFUSED = {
     "leak .": "",
     "leak two\nlines.npz": "lines.npz",
     "leak wedge.npz --unknown": "--unknown",
-    "leak wedge.npz --visc=1": "there is no option --visc; did you mean --viscosity?",
     "leak wedge.npz --kind gas": "a gas needs its viscosity",
     "leak wedge.npz --kind gas --viscosity=2e-5 --molar-mass=0.029 --temperature=293": (
         "flow.inlet_pressure is missing"
@@ -203,7 +200,7 @@ REFUSED = {
 
 
 def test_refused(wedge, scene_file, tmp_path, refused, monkeypatch):
-    """Before anything is computed. The nearest name is suggested, no abbreviation taken for one."""
+    """Before anything is computed. No abbreviation is taken for an option."""
     write_toml(tmp_path / "ring.toml", RING)
     write_toml(tmp_path / "gap.toml", leak_scene(gap={"path": "wedge.npz"}))
     np.savetxt("map.csv", np.eye(4), delimiter=",")
@@ -285,7 +282,7 @@ def test_version_is_that_of_the_package():
 def test_commands_that_are_scripts_now_name_them(command, capsys):
     """Whatever stands behind them."""
     assert run(*command) == 2
-    script = re.search(r"python (?:-m )?(demos[^ ;]+)", capsys.readouterr().err)[1]
+    script = re.search(r"python (?:-m )?(demos\S+)", capsys.readouterr().err)[1]
     path = script if script.endswith(".py") else script.replace(".", "/") + ".py"
     assert (Path(fem_seal.__file__).parents[1] / path).exists()
 

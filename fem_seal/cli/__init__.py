@@ -8,8 +8,7 @@ with ended_silently():
     import os
     import re
     import sys
-    from collections.abc import Collection, Iterable, Sequence
-    from difflib import get_close_matches
+    from collections.abc import Collection
     from io import TextIOWrapper
     from typing import Any, NoReturn
 
@@ -43,8 +42,8 @@ with ended_silently():
 MOVED = {
     "letter": "python -m demos.letter.reproduce --size 256",
     "percolation": "python -m demos.letter.reproduce --only thresholds",
-    "saddle": "python demos/closing_saddle.py",
-    "closing": "python demos/closing_contact.py",
+    "study saddle": "python demos/closing_saddle.py",
+    "study closing": "python demos/closing_contact.py",
 }
 # The commands in the order of the help: what adds their options, their purpose, and an example.
 COMMANDS = {
@@ -108,41 +107,11 @@ RESUMED = {"run": "patches of a [seal]", "sweep": "points", "study": "points"}
 
 
 class _Parser(argparse.ArgumentParser):
-    """Parser without abbreviations that prints one line for a wrong command line.
-
-    The line names the command or option that comes nearest to an unknown one.
-    """
+    """Parser without abbreviations that prints one line for a wrong command line."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{"allow_abbrev": False, **settings})
         self._negative_number_matcher = re.compile(r"-\.?\d")  # -1bar is a value, no option
-
-    def parse_known_args(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
-    ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse; the command behind which an unknown option stands reports it as an error."""
-        known, others = super().parse_known_args(args, namespace)
-        for word in others:
-            if word.startswith("-"):
-                name = word.partition("=")[0]
-                nearest = self._nearest(name, self._option_string_actions)
-                self.error(f"there is no option {name}{nearest}")
-        return known, others
-
-    def _check_value(self, action: argparse.Action, value: object) -> None:
-        if action.choices is not None and value not in action.choices:
-            names, noun = list(map(str, action.choices)), action.metavar
-            if isinstance(action, argparse._SubParsersAction):
-                noun = "a command"
-                if value in MOVED:
-                    self.error(f"{value} is a script of a checkout now: {MOVED[str(value)]}")
-            nearest = self._nearest(str(value), names) or f"; choose from {', '.join(names)}"
-            self.error(f"{str(value)!r} is not {noun or 'a choice'}{nearest}")
-
-    @staticmethod
-    def _nearest(name: str, names: Iterable[str]) -> str:
-        near = get_close_matches(name, list(names), n=1)
-        return f"; did you mean {near[0]}?" if near else ""
 
     def error(self, message: str) -> NoReturn:
         text = printable(" ".join(message.splitlines()))
@@ -183,6 +152,9 @@ def main(arguments: list[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else arguments
     try:
         parallel.abort_together()
+        for name, script in MOVED.items():
+            if words[: len(name.split())] == name.split():
+                raise InvalidInput(f"{name} is a script of a checkout now: {script}")
         with interruptible():
             options = parser(words).parse_args(words)
             options.command_line = words

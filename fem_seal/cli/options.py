@@ -15,7 +15,7 @@ NOT_KEPT = 4  # exit status with --strict if the limit is not surely kept
 LONGEST_NAME = 60  # most characters of the name of a result folder
 
 
-def _path(text: str) -> Path:
+def path_of(text: str) -> Path:
     """Read a path of the command line; an empty one, as of an unset variable, is no folder."""
     if not text:
         raise argparse.ArgumentTypeError("the name is empty")
@@ -23,14 +23,14 @@ def _path(text: str) -> Path:
 
 
 def add_path(
-    command: argparse._ActionsContainer,
+    command: argparse.ArgumentParser,
     name: str,
     metavar: str,
     text: str,
     default: Path | None = None,
 ) -> None:
     """Add an argument or option that names a file or folder, with its help text."""
-    command.add_argument(name, type=_path, metavar=metavar, help=text, default=default)
+    command.add_argument(name, type=path_of, metavar=metavar, help=text, default=default)
 
 
 def add_scene(

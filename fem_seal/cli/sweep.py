@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 from fem_seal import parallel
 from fem_seal.cli.options import (
     add_output,
-    add_path,
     add_scene,
     add_trust,
     add_work,
     default_folder,
+    path_of,
     work_of,
 )
 from fem_seal.cli.printing import say
@@ -36,7 +36,7 @@ def add(command: argparse.ArgumentParser) -> None:
         "may be a range, 1..1000, and that of a path a pattern, maps/m*.npz",
     )
     text = "in place of --vary: a head of keys, and a line for each point"
-    add_path(points, "--points", "TABLE.csv", text)
+    points.add_argument("--points", type=path_of, metavar="TABLE.csv", help=text)
     add_work(command, default=None)
     command.add_argument(
         "--picture",
