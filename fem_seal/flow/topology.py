@@ -157,7 +157,8 @@ def dual_numbering(
     blocked cell are one unknown (true dual); otherwise they are free (regularised dual, in which
     blocked cells conduct a little).
     """
-    pairs = spot_ties(mesh, data, kept, merge_blocked) + mesh.wall_ties()
+    on_walls = mesh.side_ends(mesh.sides_on_wall())
+    pairs = [*spot_ties(mesh, data, kept, merge_blocked), on_walls]
     spot = components(np.concatenate(pairs), len(mesh.xy))
     near, far, jump = _across(mesh)
     unwound = unwind(spot[near], spot[far], jump, int(spot.max()) + 1)

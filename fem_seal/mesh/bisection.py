@@ -13,12 +13,19 @@ In meshes of other triangles, too, the code calls the edge b-c the "hypotenuse".
 """
 
 from dataclasses import dataclass, replace
-from typing import Generic, TypeVar, cast
+from typing import Generic, TypeVar
 
 import numpy as np
 
-from fem_seal.mesh.mesh import Edges, Halvings
-from fem_seal.mesh.nested import PIXEL, NestedMesh, covering, opposite, uniform_mesh
+from fem_seal.mesh.mesh import INSIDE, Edges, Halvings
+from fem_seal.mesh.nested import (
+    PIXEL,
+    NestedMesh,
+    covering,
+    opposite,
+    rectangle_sides,
+    uniform_mesh,
+)
 from fem_seal.mesh.triangles import TriangleMesh
 
 MOST_HALVINGS = 4  # of a triangle by `times_halved`
@@ -53,6 +60,16 @@ def _linear(corner_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     a, b, c = corner_values.T
     middle = (b + c) / 2
     return np.stack([middle, a, b], axis=1), np.stack([middle, c, a], axis=1)
+
+
+def _halved_labels(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Labels (n, 3) of the sides of the first and of the second halves of cells.
+
+    Each half has one side of its parent, half of the side that was cut, and the new inner side.
+    """
+    cut, b, c = sides.T
+    inside = np.full_like(cut, INSIDE)
+    return np.stack([c, cut, inside], axis=1), np.stack([b, inside, cut], axis=1)
 
 
 def bisect(mesh: M, marked: np.ndarray) -> Refinement[M]:
@@ -128,8 +145,8 @@ def coarse_mesh(pixels: tuple[int, int], width: int, periodic_sides: bool) -> Ne
         mesh = bisect(mesh, wide).mesh
     used, cells = np.unique(mesh.cells[inside], return_inverse=True)
     cells = cells.reshape(-1, 3).astype(np.int32)
-    twin = np.arange(len(used), dtype=np.int32)
-    mesh = NestedMesh(mesh.xy[used], cells, pixels, twin)
+    xy, twin = mesh.xy[used], np.arange(len(used), dtype=np.int32)
+    mesh = NestedMesh(xy, cells, rectangle_sides(xy, cells), twin, pixels)
     return replace(mesh, twin=opposite(mesh, axis=1)) if periodic_sides else mesh
 
 
@@ -164,8 +181,14 @@ class _Bisection(Generic[M]):
         halvings = Halvings.of(self._steps, len(self._mesh.cells))
         cells, sides = (rows.take(halvings.order, axis=0) for rows in (self._cells, self._sides))
         edges = Edges(self._ends, sides)
-        # mypy takes the union for the kind of the mesh.
-        fine = cast(M, self._mesh.halved(self._xy, cells, self._twin, edges, halvings))
+        fine = replace(
+            self._mesh,
+            xy=self._xy,
+            cells=cells,
+            sides=halvings.carried(self._mesh.sides, _halved_labels),
+            twin=self._twin,
+            carried_edges=edges,
+        )
         return Refinement(fine, halvings, tuple(self._rounds))
 
     def bisect(self, marked: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -6,8 +6,7 @@ from scipy.spatial import cKDTree
 from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput
 from fem_seal.mesh.files import Triangles
-from fem_seal.mesh.mesh import ends_of_sides
-from fem_seal.mesh.triangles import INLET, INSIDE, ISLAND, OUTLET
+from fem_seal.mesh.mesh import INLET, INSIDE, ISLAND, OUTLET, ends_of_sides
 
 COINCIDENT = 1e-9  # points closer than this part of the extent are taken for duplicates
 FLATTEST = 1e-10  # doubled area of a triangle over the square of its longest edge

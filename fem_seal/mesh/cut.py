@@ -5,8 +5,15 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from fem_seal.graphs import components
-from fem_seal.mesh.mesh import corner_links, end_slots, ends_of_sides, find_edges
-from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP
+from fem_seal.mesh.mesh import (
+    BOTTOM,
+    INSIDE,
+    TOP,
+    corner_links,
+    end_slots,
+    ends_of_sides,
+    find_edges,
+)
 
 
 def shortest_path(

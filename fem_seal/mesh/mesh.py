@@ -5,12 +5,17 @@ s is s >> 1, and its other side is s ^ 1. Edges are numbered on the first mesh, 
 bisection.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
+
+# Labels of sides, not of vertices: in a corner an inner edge may have both ends on the same wall.
+# BOTTOM and TOP are the two side walls (ψ = 0 and ψ = 1), or both sides of a seam: where the sides
+# are periodic, or of the cut that opens a ring. ISLAND is a wall with unknown ψ.
+INSIDE, INLET, OUTLET, BOTTOM, TOP, ISLAND = range(6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,16 +126,70 @@ class Halvings:
         return carried.take(self.order, axis=0)
 
 
-class Mesh(ABC):
-    """Triangles whose sides are opposite their corners."""
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A conforming mesh of triangles whose sides are opposite their corners."""
 
-    xy: np.ndarray  #: (V, 2), coordinates of the vertices
-    cells: np.ndarray  #: (C, 3) int32, vertices of the triangles
+    xy: np.ndarray  #: (V, 2), coordinates of the vertices, over `unit`
+    #: (C, 3) int32, vertices of the triangles: first that opposite the edge that is halved next,
+    #: then the ends of this edge
+    cells: np.ndarray
+    sides: np.ndarray  #: (C, 3) int8, label of the side opposite each corner
     #: (V,) int32, for a vertex on the far side of a seam, the vertex on the near side that is the
     #: same point; for all others the vertex itself
     twin: np.ndarray
-    carried_edges: Edges | None  #: edges of the mesh, if bisection has already made them
+    #: edges of the mesh, if bisection has already made them
+    carried_edges: Edges | None = field(default=None, kw_only=True)
     unit = 1  # of the coordinates: points and corners are xy/unit times a scale
+
+    @cached_property
+    def inlet(self) -> np.ndarray:
+        """(V,) bool, vertices of inlet sides."""
+        return self._vertices_of(self.sides == INLET)
+
+    @cached_property
+    def outlet(self) -> np.ndarray:
+        """(V,) bool, vertices of outlet sides."""
+        return self._vertices_of(self.sides == OUTLET)
+
+    @cached_property
+    def bottom(self) -> np.ndarray:
+        """(V,) bool, vertices of BOTTOM sides."""
+        return self._vertices_of(self.sides == BOTTOM)
+
+    @cached_property
+    def top(self) -> np.ndarray:
+        """(V,) bool, vertices of TOP sides."""
+        return self._vertices_of(self.sides == TOP)
+
+    @property
+    def rim(self) -> np.ndarray:
+        """(V,) bool, vertices where ψ is prescribed, or one unknown with other vertices."""
+        return self._vertices_of(self.sides >= BOTTOM)
+
+    def _vertices_of(self, selected: np.ndarray) -> np.ndarray:
+        """(V,) bool, vertices of the selected sides (C, 3) bool."""
+        on_side = np.zeros(len(self.xy), dtype=bool)
+        on_side[self.side_ends(selected)] = True
+        return on_side
+
+    def side_ends(self, selected: np.ndarray) -> np.ndarray:
+        """(n, 2) vertices at the ends of the selected sides (C, 3) bool."""
+        return self.cells.ravel()[end_slots(np.flatnonzero(selected))]
+
+    def groups(self) -> tuple[tuple[str, np.ndarray], ...]:
+        """Names of the boundary groups, each with the vertices (n, 2) of its edges."""
+        inlet, outlet, wall = self.sides == INLET, self.sides == OUTLET, self.sides_on_wall()
+        groups = ("inlet", inlet), ("outlet", outlet), ("wall", wall)
+        return tuple((name, self.side_ends(sides)) for name, sides in groups)
+
+    def sides_on_wall(self) -> np.ndarray:
+        """(C, 3) bool: sides that lie on a wall."""
+        return self.sides >= (ISLAND if self.periodic else BOTTOM)
+
+    def sides_on_top(self) -> np.ndarray:
+        """(C, 3) bool: sides on the far side of a seam."""
+        return (self.sides == TOP) & self.periodic
 
     @cached_property
     def periodic(self) -> bool:
@@ -142,17 +201,17 @@ class Mesh(ABC):
         """Edges; the edges on the far side of a seam are those on the near side."""
         return self.carried_edges or find_edges(self._ends_of_edges())
 
-    @abstractmethod
-    def sides_on_top(self) -> np.ndarray:
-        """(C, 3) bool: sides on the far side of a seam."""
-
     def _ends_of_edges(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides; on the far side of a seam those of the twin."""
         ends = ends_of_sides(self.cells)
-        if self.periodic:
-            on_top = self.sides_on_top()
-            ends[on_top] = self.twin[ends[on_top]]
+        on_top = self.sides_on_top()
+        ends[on_top] = self.twin[ends[on_top]]
         return ends
+
+    def subset(self, cells: np.ndarray) -> Self:
+        """Mesh of the cells (n,) alone, with all vertices."""
+        sides = self.sides[cells]
+        return replace(self, cells=self.cells[cells], sides=sides, carried_edges=None)
 
     def points(self, scale: float | np.ndarray) -> np.ndarray:
         """Coordinates (V, 2) of the vertices, along each axis times a scale, as the pixel size."""

@@ -11,13 +11,12 @@ follows from integer arithmetic, without a search.
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 
 from fem_seal.errors import NotConverged
 from fem_seal.grid import diagonal_rises
-from fem_seal.mesh.mesh import Edges, Halvings, Mesh
+from fem_seal.mesh.mesh import BOTTOM, INLET, OUTLET, TOP, Mesh, ends_of_sides
 
 DEPTH = 24  # bisection is possible down to 2^-24 pixels
 PIXEL = 1 << DEPTH  # width of a pixel in the whole numbers that coordinates are
@@ -29,43 +28,18 @@ class TooFine(NotConverged):
 
 @dataclass(frozen=True, eq=False)
 class NestedMesh(Mesh):
-    """A mesh of the nested family over a rectangle of (mx, my) pixels."""
+    """A mesh of the nested family over a rectangle of (mx, my) pixels.
 
-    xy: np.ndarray  #: (V, 2) int64, coordinates of the vertices in units of 2^-DEPTH pixels
-    #: (C, 3) int32, vertices of the triangles: the right angle first, then the ends of the
-    #: hypotenuse; so that the side opposite corner 0 is the hypotenuse
-    cells: np.ndarray
+    Coordinates are int64. The first corner of a cell is its right angle.
+    """
+
     pixels: tuple[int, int]  #: number of pixels (mx, my) along each axis
-    #: (V,) int32, with periodic sides, for a vertex at y = my the one at y = 0 that is the same
-    #: point; for all other vertices the vertex itself
-    twin: np.ndarray
-    carried_edges: Edges | None = None  #: edges of the mesh, if bisection has already made them
     unit = PIXEL
 
     @property
     def extent(self) -> np.ndarray:
         """(2,) int64: coordinates of the corner (mx, my)."""
         return np.array(self.pixels, dtype=np.int64) * PIXEL
-
-    @property
-    def inlet(self) -> np.ndarray:
-        """(V,) bool, vertices at x = 0."""
-        return self.xy[:, 0] == 0
-
-    @property
-    def outlet(self) -> np.ndarray:
-        """(V,) bool, vertices at x = mx."""
-        return self.xy[:, 0] == self.pixels[0] * PIXEL
-
-    @property
-    def bottom(self) -> np.ndarray:
-        """(V,) bool, vertices at y = 0."""
-        return self.xy[:, 1] == 0
-
-    @property
-    def top(self) -> np.ndarray:
-        """(V,) bool, vertices at y = my."""
-        return self.xy[:, 1] == self.pixels[1] * PIXEL
 
     @property
     def blur(self) -> float:
@@ -91,45 +65,10 @@ class NestedMesh(Mesh):
         a, b, c = (odd[corner] for corner in self.cells.T)
         return ((a == b) & (b == c)).all(axis=1)
 
-    def halved(
-        self, xy: np.ndarray, cells: np.ndarray, twin: np.ndarray, edges: Edges, halvings: Halvings
-    ) -> Self:
-        """Mesh with the arrays that bisection made; its sides have no labels to carry over."""
-        return replace(self, xy=xy, cells=cells, twin=twin, carried_edges=edges)
-
     def in_pixels(self, times: int) -> "NestedMesh":
         """The same mesh on a grid with so many times as many pixels along each axis."""
         mx, my = self.pixels
         return replace(self, xy=times * self.xy, pixels=(times * mx, times * my))
-
-    def subset(self, cells: np.ndarray) -> "NestedMesh":
-        """Mesh of the cells (n,) alone, with all vertices."""
-        return replace(self, cells=self.cells[cells], carried_edges=None)
-
-    def sides_on_top(self) -> np.ndarray:
-        """(C, 3) bool: sides at y = my if the sides are periodic, else none."""
-        return self._sides_along(self.top) & self.periodic
-
-    @property
-    def rim(self) -> np.ndarray:
-        """(V,) bool, vertices where ψ is prescribed, or one unknown with other vertices."""
-        return self.bottom | self.top
-
-    def wall_ties(self) -> list[np.ndarray]:
-        """Pairs (n, 2) of vertices on one wall, where the stream function has one value."""
-        walls = [] if self.periodic else [np.flatnonzero(self.bottom), np.flatnonzero(self.top)]
-        return [np.stack([wall[:-1], wall[1:]], 1) for wall in walls]
-
-    def sides_on_wall(self) -> np.ndarray:
-        """(C, 3) bool: sides that lie on a side wall."""
-        if self.periodic:
-            return np.zeros(self.cells.shape, dtype=bool)
-        return self._sides_along(self.bottom) | self._sides_along(self.top)
-
-    def _sides_along(self, line: np.ndarray) -> np.ndarray:
-        """(C, 3) bool: sides both of whose ends lie on a line (V,) bool."""
-        a, b, c = line[self.cells.T]
-        return np.stack([b & c, c & a, a & b], axis=1)
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and stream function (1, V) of a uniform gap, to start the first solve from."""
@@ -176,7 +115,17 @@ def uniform_mesh(pixels: tuple[int, int], width: int, periodic_sides: bool) -> N
     twin = vertex.copy()
     if periodic_sides:
         twin[:, -1] = twin[:, 0]
-    return NestedMesh(xy, cells, (int(pixels[0]), int(pixels[1])), twin.ravel())
+    sides = rectangle_sides(xy, cells)
+    return NestedMesh(xy, cells, sides, twin.ravel(), (int(pixels[0]), int(pixels[1])))
+
+
+def rectangle_sides(xy: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Labels (C, 3) of the sides of cells (C, 3) that fill a rectangle from (0, 0) on."""
+    ends, sides = ends_of_sides(cells), np.zeros(cells.shape, dtype=np.int8)
+    for axis, labels in enumerate([(INLET, OUTLET), (BOTTOM, TOP)]):
+        for label, at in zip(labels, (0, xy[:, axis].max()), strict=True):
+            sides[(xy[:, axis] == at)[ends].all(axis=2)] = label
+    return sides
 
 
 def coarsest_width(pixels: tuple[int, int], at_least: int) -> int:

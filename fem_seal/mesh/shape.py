@@ -16,18 +16,8 @@ from fem_seal.graphs import components
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.checks import coordinates
 from fem_seal.mesh.cut import cut_open, shortest_path
-from fem_seal.mesh.mesh import end_slots
-from fem_seal.mesh.triangles import (
-    BOTTOM,
-    INLET,
-    INSIDE,
-    ISLAND,
-    OUTLET,
-    TOP,
-    TriangleMesh,
-    longest_edge_first,
-    turned,
-)
+from fem_seal.mesh.mesh import BOTTOM, INLET, INSIDE, ISLAND, OUTLET, TOP, end_slots
+from fem_seal.mesh.triangles import TriangleMesh, longest_edge_first, turned
 
 NAMES = {INLET: "inlet", OUTLET: "outlet"}
 

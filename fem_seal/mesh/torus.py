@@ -17,16 +17,9 @@ class Torus(NestedMesh):
     """A nested mesh of a rectangle whose opposite sides are one line each, its two seams.
 
     The sides of cells along x = mx are those along x = 0, and likewise along y, so that bisection
-    keeps opposite sides alike. A torus has neither ends nor walls. `twin` is, for a vertex at
-    x = mx or y = my, the one at x < mx and y < my that is the same point.
+    keeps opposite sides alike. There are neither ends nor walls: all sides are INSIDE. `twin` is,
+    for a vertex at x = mx or y = my, the one at x < mx and y < my that is the same point.
     """
-
-    @property
-    def inlet(self) -> np.ndarray:
-        """(V,) bool, no vertices."""
-        return np.zeros(len(self.xy), dtype=bool)
-
-    outlet = inlet
 
     @cached_property
     def on_far_seam(self) -> np.ndarray:
@@ -59,7 +52,7 @@ def uniform_torus(pixels: tuple[int, int], width: int) -> Torus:
         # Two halvings make squares half as wide.
         mesh = refine(mesh, np.full(len(mesh.cells), 2, dtype=np.int8)).mesh
     twin = opposite(mesh, 1)[opposite(mesh, 0)]
-    return Torus(mesh.xy, mesh.cells, mesh.pixels, twin)
+    return Torus(mesh.xy, mesh.cells, np.zeros_like(mesh.sides), twin, mesh.pixels)
 
 
 def squares_across(mesh: NestedMesh) -> int:

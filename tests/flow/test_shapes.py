@@ -21,8 +21,8 @@ from fem_seal.flow import Tuning
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.indicators import error_indicators
 from fem_seal.flow.topology import dual_numbering, open_cells
+from fem_seal.mesh.mesh import INLET, ISLAND, OUTLET
 from fem_seal.mesh.shape import shape_mesh
-from fem_seal.mesh.triangles import INLET, ISLAND, OUTLET
 
 ENERGY = 1e-8  # relative energy error at which CG stops
 

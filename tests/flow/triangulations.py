@@ -4,8 +4,9 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from fem_seal.film.mesh_film import MeshFilm
+from fem_seal.mesh.mesh import INLET, INSIDE, ISLAND, OUTLET
 from fem_seal.mesh.shape import shape_mesh
-from fem_seal.mesh.triangles import INLET, INSIDE, ISLAND, OUTLET, TriangleMesh
+from fem_seal.mesh.triangles import TriangleMesh
 
 
 def labelled(xy: np.ndarray, cells: np.ndarray, label) -> tuple[np.ndarray, ...]:

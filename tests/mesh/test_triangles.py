@@ -9,9 +9,9 @@ from triangulations import grid_mesh, labelled, ring, ring_parts, scattered_squa
 
 from fem_seal.errors import InvalidInput
 from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.mesh import BOTTOM, INLET, ISLAND, OUTLET, TOP
 from fem_seal.mesh.nested import TooFine
 from fem_seal.mesh.shape import shape_mesh
-from fem_seal.mesh.triangles import BOTTOM, INLET, ISLAND, OUTLET, TOP
 
 
 def test_longest_edges_are_halved_first():
