@@ -1,14 +1,12 @@
 """Checks of a mesh that was read from a file; every fault raises one sentence."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput
 from fem_seal.mesh.files import Triangles
 from fem_seal.mesh.mesh import INLET, INSIDE, ISLAND, OUTLET, ends_of_sides
 
-COINCIDENT = 1e-9  # points closer than this part of the extent are taken for duplicates
 FLATTEST = 1e-10  # doubled area of a triangle over the square of its longest edge
 
 
@@ -37,8 +35,14 @@ def labelled(mesh: Triangles, source: str) -> tuple[np.ndarray, np.ndarray, np.n
     label = _labels(mesh, used, len(xy), values, count, source)
     unlabelled = np.flatnonzero((count == 1) & (label == INSIDE))
     if unlabelled.size:
-        edge_ends = ends.reshape(-1, 2)[first]
-        raise InvalidInput(_why_unlabelled(xy, edge_ends, count == 1, unlabelled, source))
+        edge = ends.reshape(-1, 2)[first[unlabelled[0]]]
+        raise InvalidInput(
+            f"{source}: the boundary has {number_of(unlabelled.size, 'edge')} in none of the "
+            "groups inlet, outlet and wall, the first at "
+            f"{coordinates(xy[edge].mean(axis=0))}; add each to one. If that is inside the film, "
+            "triangles are not joined there: merge points that stand twice, and halve a triangle "
+            "with a node in the middle of its edge"
+        )
     return xy, cells, label[of_side].reshape(-1, 3)
 
 
@@ -122,39 +126,3 @@ def _labels(
             )
         label[index] = code
     return label
-
-
-def _why_unlabelled(
-    xy: np.ndarray, ends: np.ndarray, on_boundary: np.ndarray, unlabelled: np.ndarray, source: str
-) -> str:
-    """Message for boundary edges in no group: duplicate points, a hanging node, or a missing group.
-
-    `ends` (E, 2) are the vertices of all edges, `on_boundary` (E,) those of a single triangle.
-    """
-    boundary = np.unique(ends[on_boundary])
-    extent = np.ptp(xy, axis=0).max()
-    tree = cKDTree(xy[boundary])
-    close = tree.query_pairs(COINCIDENT * extent, output_type="ndarray")
-    if len(close):
-        return (
-            f"{source}: the boundary has {number_of(len(close), 'point')} twice, the first at "
-            f"{coordinates(xy[boundary[close[0, 0]]])}, so that the triangles around them are not "
-            "joined; merge duplicate points"
-        )
-    for a, b in ends[unlabelled]:
-        along = xy[b] - xy[a]
-        near = boundary[tree.query_ball_point((xy[a] + xy[b]) / 2, np.linalg.norm(along) / 2)]
-        offset = xy[near] - xy[a]
-        distance = np.abs(offset[:, 0] * along[1] - offset[:, 1] * along[0]) / np.linalg.norm(along)
-        hanging = near[(distance < COINCIDENT * extent) & (near != a) & (near != b)]
-        if hanging.size:
-            return (
-                f"{source}: a node hangs in the middle of an edge at "
-                f"{coordinates(xy[hanging[0]])}; halve the larger triangle too, so that edges "
-                "meet whole edges"
-            )
-    middle = xy[ends[unlabelled[0]]].mean(axis=0)
-    return (
-        f"{source}: the boundary has {number_of(unlabelled.size, 'edge')} in none of the groups "
-        f"inlet, outlet and wall, the first at {coordinates(middle)}; add each to one"
-    )

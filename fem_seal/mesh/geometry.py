@@ -6,7 +6,6 @@ always works in a process of its own (`gmsh_process`), so that Ctrl-C, a crash o
 in it ends with one sentence and leaves nothing behind.
 """
 
-import shutil
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,7 +20,6 @@ from fem_seal.worker import Worker
 # Geometries of the package, beside its modules; also in a wheel and in an editable install.
 SOURCES = Path(__file__).with_name("sources")
 LONGEST = 600.0  # longest time [s] for a geometry that is not the package's own
-LEAST_FREE = 1_000_000  # bytes of the temporary folder, below which it counts as full
 NO_GMSH = (
     "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: "
     "pip install gmsh"
@@ -80,30 +78,7 @@ def mesh_geometry(
         _run(job, folder, None if own else LONGEST)
         if not (folder / MESH_FILE).exists():
             raise InvalidInput(f"gmsh has made no mesh of {geo}: does it have a surface?")
-        _refuse_cut_off(folder / MESH_FILE, geo)
         return read_triangles(folder / MESH_FILE, unit, names, source=geo)
-
-
-def _refuse_full(temporary: Path) -> None:
-    """Raise InvalidInput if the temporary folder is full: then the geometry is not at fault."""
-    free = shutil.disk_usage(temporary).free
-    if free < LEAST_FREE:
-        raise InvalidInput(
-            f"gmsh has failed, and the temporary folder {temporary} is full ({free} bytes are "
-            "free); TMPDIR names another"
-        )
-
-
-def _refuse_cut_off(mesh: Path, geo: Path) -> None:
-    """Refuse a mesh that ends early: gmsh does not say when the disk is full."""
-    with mesh.open("rb") as file:
-        file.seek(max(0, mesh.stat().st_size - 100))
-        end = file.read().rstrip().rpartition(b"\n")[2]
-    if not end.startswith(b"$End"):
-        raise InvalidInput(
-            f"gmsh could not write the whole mesh of {geo} to {mesh.parent}: is the disk full? "
-            "TMPDIR names another temporary folder"
-        )
 
 
 def _run(job: Job, folder: Path, longest: float | None) -> None:
@@ -118,11 +93,7 @@ def _run(job: Job, folder: Path, longest: float | None) -> None:
                 "the .msh file"
             )
         worker.answer()
-    except InvalidInput:
-        _refuse_full(folder.parent)
-        raise
     except EOFError:
-        _refuse_full(folder.parent)
         lines = (folder / _LOG_FILE).read_text(encoding="utf-8", errors="replace").splitlines()
         status = worker.end()
         cause = f"signal {-status}" if status < 0 else "".join(lines[-1:])
