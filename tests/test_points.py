@@ -26,11 +26,11 @@ from fem_seal.points import (
     compute_study,
 )
 from fem_seal.points.compute import compute_point
-from fem_seal.points.farm import farm, processes_that_fit
+from fem_seal.points.farm import farm
 from fem_seal.prediction import PICTURE_IMPORTS, predicted
 from fem_seal.scene import Scene
 from fem_seal.sweep import Work, combinations, read_points, sweep
-from fem_seal.worker import peak_of_workers
+from fem_seal.worker import Worker, peak_of_workers
 
 MB = in_workers.MB
 VARY = ("--vary", "surface.seed=1..2", "--vary", "contact.area_fraction=0.1,0.2")
@@ -149,7 +149,12 @@ def test_what_are_no_points(read, texts, message):
 
 
 def test_a_worker_that_is_killed_while_idle_is_replaced(monkeypatch):
-    monkeypatch.setattr("fem_seal.points.farm.available_memory", lambda: time.sleep(0.3) or 10**10)
+    def answer_and_wait(worker, answer=Worker.answer):
+        reply = answer(worker)
+        time.sleep(0.3)
+        return reply
+
+    monkeypatch.setattr(Worker, "answer", answer_and_wait)
     assert farm([True, False], in_workers.answer, 1, lambda: 0) == ([True, False], [])
 
 
@@ -327,20 +332,11 @@ def test_errors_of_a_scene_come_back_from_a_worker():
     assert (str(again), again.lines) == (str(error), error.lines)
 
 
-def test_processes_are_started_as_the_memory_holds_them():
-    """What running ones may still grow by is not given away a second time."""
-    assert processes_that_fit(3000 * MB, [3000 * MB], 9000 * MB) == 4
-    assert processes_that_fit(3000 * MB, [3000 * MB, 100 * MB], 8900 * MB) == 4
-    assert processes_that_fit(3000 * MB, [100 * MB] * 3, 8700 * MB) == 3
-    assert processes_that_fit(3000 * MB, [3000 * MB], 100 * MB) == 1
-    assert processes_that_fit(0, [], 100 * MB) == 1
-
-
 def test_processes_do_not_wait_for_the_first_point(tmp_path):
-    """Both of two begin at once, where the memory holds two points."""
+    """Both of two begin at once."""
     here = tmp_path / "here"
     here.mkdir()
-    assert farm([here, here], in_workers.meet, 2, lambda: 0, need=400 * MB) == ([True, True], [])
+    assert farm([here, here], in_workers.meet, 2, lambda: 0) == ([True, True], [])
 
 
 @pytest.mark.parametrize(
@@ -352,6 +348,8 @@ def test_processes_do_not_wait_for_the_first_point(tmp_path):
         (Work(None), 24, 1.0, 2000 * MB, 3),  # 10 GB hold three of up to 1.5 times 2 GB
         (Work(None, memory=3000 * MB), 24, 1.0, 400 * MB, 5),
         (Work(2), 24, 0.1, 2000 * MB, 2),  # the user has the last word
+        (Work(4), 24, 0.1, 2000 * MB, 3),  # but for the memory
+        (Work(4, memory=100 * MB), 24, 0.1, 2000 * MB, 1),
         (Work(), 24, 1.0, 400 * MB, 1),
     ],
 )
@@ -362,6 +360,14 @@ def test_there_are_as_many_workers_as_pay(work, points, seconds, memory, jobs, m
     monkeypatch.setattr("fem_seal.parallel.processes", lambda: 8)
     if work.jobs is None:
         assert work.jobs_for(points, Expected(seconds, memory)) == 1
+
+
+@pytest.mark.parametrize(
+    ("work", "jobs"), [(Work(None), 1), (Work(99), 99), (Work(99, memory=9000 * MB), 2)]
+)
+def test_workers_for_points_of_which_nothing_is_known(work, jobs):
+    """The user has the last word; 4 GB of a prescribed memory for each."""
+    assert work.jobs_for(24, None) == jobs
 
 
 @pytest.mark.parametrize("jobs", [None, 2])
@@ -375,15 +381,12 @@ def test_a_point_is_expected_to_take_no_more_than_its_numbers(jobs, scene_file, 
     assert compute.call_args.kwargs["each"].memory == predicted(scene).memory < PICTURE_IMPORTS[1]
 
 
-def test_memory_of_jobs_keeps_within_the_limit(tmp_path, monkeypatch):
-    """300 MB and the libraries a process, times 1.2: two fit into 1000 MB.
-
-    The memory of both is reported.
-    """
+def test_no_more_than_the_jobs_run_at_once(tmp_path, monkeypatch):
+    """Their memory is reported: 300 MB and the libraries for each of two."""
     monkeypatch.setattr("fem_seal.worker._peak", 0)
     times = tmp_path / "times"
     times.mkdir()
-    farm([times] * 3, in_workers.hold_memory, 4, lambda: len(list(times.iterdir())), 1000 * MB)
+    farm([times] * 3, in_workers.hold_memory, 2, lambda: 0)
     spans = [tuple(map(float, path.read_text().split()[:2])) for path in times.iterdir()]
     assert len(spans) == 3
     assert max(sum(a <= start < b for a, b in spans) for start, _ in spans) <= 2

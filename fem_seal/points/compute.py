@@ -15,7 +15,7 @@ from fem_seal.files import temporary_folder
 from fem_seal.points.farm import POLL, farm
 from fem_seal.points.folder import PointFolder, T
 from fem_seal.points.task import Task
-from fem_seal.points.work import UNKNOWN_POINT, Expected, Work
+from fem_seal.points.work import Expected, Work
 from fem_seal.progress import Pace, Report, silent
 
 Failures: TypeAlias = dict[str, FemSealError]
@@ -67,17 +67,15 @@ def compute_points(
             pace.count()
     elif waiting:
 
-        def poll() -> int:
-            """Show the progress, and count the finished points."""
+        def poll() -> None:
+            """Count the finished points, and show the progress."""
             pace.count(len(waiting) - _without_file(folder, waiting))
             pace("", "")
-            return pace.done
 
         if work.executor is not None:
             failures = _by_executor(folder, waiting, work.executor, poll)
         else:
-            need = UNKNOWN_POINT if each is None else each.reserved
-            failures = _by_workers(folder, waiting, jobs, poll, work.memory, need)
+            failures = _by_workers(folder, waiting, jobs, poll)
     left, all_left = parallel.on_root(
         lambda: (_without_file(folder, waiting), _without_file(folder, tasks)), comm
     )
@@ -144,7 +142,7 @@ def under(head: str, report: Report) -> Report:
 
 
 def _by_executor(
-    folder: PointFolder[T], tasks: Sequence[Task[T]], executor: Executor, poll: Callable[[], int]
+    folder: PointFolder[T], tasks: Sequence[Task[T]], executor: Executor, poll: Callable[[], object]
 ) -> Failures:
     """Compute points by an executor, such as that of a Dask cluster."""
     running = {executor.submit(compute_alone, folder, task) for task in tasks}
@@ -163,12 +161,7 @@ def _by_executor(
 
 
 def _by_workers(
-    folder: PointFolder[T],
-    tasks: Sequence[Task[T]],
-    jobs: int,
-    poll: Callable[[], int],
-    memory: float | None,
-    need: int,
+    folder: PointFolder[T], tasks: Sequence[Task[T]], jobs: int, poll: Callable[[], object]
 ) -> Failures:
     """Compute points in workers of this machine.
 
@@ -176,8 +169,8 @@ def _by_workers(
     its process again has failed.
     """
     compute = partial(compute_alone, folder)
-    answers, killed = farm(tasks, compute, jobs, poll, memory, need)
-    more, again = farm(killed, compute, 1, poll, memory, need)
+    answers, killed = farm(tasks, compute, jobs, poll)
+    more, again = farm(killed, compute, 1, poll)
     failures: Failures = {
         task.label: NotConverged(KILLED) for task in again if _without_file(folder, [task])
     }

@@ -12,8 +12,8 @@ from fem_seal.memory import available_memory
 # Workers import the libraries themselves: they must save more time than this [s].
 START = 5.0
 WITHIN = 1.5  # factor by which a point may take more memory than is expected of it
-# Memory kept free for a point of which nothing is known: that of a contact on 4096 x 4096 samples
-# and its flow [bytes].
+# Part of a prescribed memory for a point of which nothing is known: that of a contact on 4096 x
+# 4096 samples and its flow [bytes].
 UNKNOWN_POINT = 4_000_000_000
 
 
@@ -47,7 +47,7 @@ class Work:
     executor: Executor | None = None
     #: whether to compute nothing, and to make the table of the points computed so far
     gather: bool = False
-    #: most memory of all jobs together [bytes]; the available memory of the machine if left out
+    #: memory by which the number of jobs is chosen [bytes]; the available one if left out
     memory: float | None = None
 
     def __post_init__(self) -> None:
@@ -73,13 +73,14 @@ class Work:
     def jobs_for(self, points: int, each: Expected | None) -> int:
         """Number of workers for some points, from what each is expected to take.
 
-        Where it is open: one for each core and point that the memory holds, if that saves enough
-        time; one where nothing is known.
+        No more than the memory holds, where each is expected to take some or `memory` is given. If
+        the number is open, one for each core and point, if that saves enough time.
         """
-        if not self.open or each is None:
-            return self.jobs or 1
-        memory = available_memory() if self.memory is None else self.memory
-        most = max(1, min(parallel.usable_cores(), points, int(memory // each.reserved)))
+        memory = self.memory or (inf if each is None else available_memory())
+        fitting = memory / (UNKNOWN_POINT if each is None else each.reserved)
+        if each is None or not self.open:
+            return max(1, int(min(self.jobs or 1, fitting)))
+        most = max(1, int(min(parallel.usable_cores(), points, fitting)))
         return most if points * each.seconds * (1 - 1 / most) > START else 1
 
     @property
