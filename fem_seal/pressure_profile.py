@@ -11,7 +11,7 @@ import numpy as np
 
 from fem_seal.arguments import require_positive
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.text_header import column_titles, names_units
+from fem_seal.field_file.column_titles import column_titles, names_units
 from fem_seal.field_file.text_table import is_comment, read_table
 
 _SI = "m", "Pa"  # units of x and pressure in a table that names none

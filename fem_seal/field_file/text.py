@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.field_file.column_titles import bare
 from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
 from fem_seal.field_file.recorded import Pair, Recorded, in_si
-from fem_seal.field_file.text_header import ROUNDED, Statements, bare, statements_of, unit_in
+from fem_seal.field_file.text_header import ROUNDED, Statements, statements_of, unit_in
 from fem_seal.field_file.text_table import (
     FARTHEST,
     OFF_GRID,
@@ -24,6 +25,7 @@ from fem_seal.field_file.text_table import (
 )
 
 COUNTING = "; its first line and column count points, without a unit, and say no lengths"
+SAYS = "; its header says {}, but not one length of each side with its unit"
 CONTRADICT = "; the steps and the lengths in its header contradict each other: {}"
 # Steps along a length, which may be one fewer than the points, may differ from their number by so
 # many, beside what rounded digits make.
@@ -83,15 +85,7 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     if between is not None and (lateral or between != (1, 1)):
         return Recorded(values.T, header.unit_of_values(), between, lateral)
     lines, columns = values.shape
-    counts, lengths = dict(header.counts), dict(header.lengths)
-    for axis, stated in header.lengths.items():
-        # "Width 512" is a number of points if there are so many.
-        points = [one for one in stated if axis and one[1] is None and one[0] in (lines, columns)]
-        if points:
-            counts.setdefault(axis, int(points[0][0]))
-            lengths[axis] = [one for one in stated if one not in points]
-            if not lengths[axis]:
-                del lengths[axis]
+    counts, lengths = header.counts, dict(header.lengths)
     expected = counts.get("y", lines), counts.get("x", columns)
     across = expected != (lines, columns) and expected[::-1] == (lines, columns)
     if expected != (lines, columns) and not across and {"x", "y"} <= counts.keys():
@@ -112,7 +106,7 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
         if step is not None or length is not None:
             steps.append((length or 0.0) / count if step is None else step)
     spacing = (steps[0], steps[1]) if len(steps) == 2 else None
-    hint = header.length_hint if between is None else COUNTING
+    hint = COUNTING if between else SAYS.format(header.quoted) if header.quoted else ""
     # A length along one axis alone may be that of something else, such as the height of a peak.
     if len(unequal) == 2 and any(unequal):
         spacing, hint = None, CONTRADICT.format(header.quoted)

@@ -1,72 +1,77 @@
 """Statements of the header of a text file: steps or lengths, units, counts, mark of missing points.
 
-A line of a header is a key and a value, `Width: 10 µm`, `x-step [um] = 0.5`, `"Unit","nm"`, or the
-titles of columns, `x [mm]; y [mm]; z [µm]`. Words that `header_words` does not know are ignored.
+A statement is a key and a value, `Width: 10 µm`, `x-step [um] = 0.5`, `"Unit","nm"`. The words of
+its key say what it is about (`header_words`); with a word that is not known it is about something
+else, and is ignored. A value about the map must match `_value_in` to its end: if it does not, the
+lengths are refused with that line.
 """
 
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
-from math import isclose, isfinite
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cache
+from math import isclose
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import header_words as known
+from fem_seal.field_file.column_titles import Title, bare, column_titles, length_unit
 from fem_seal.field_file.recorded import in_si
-from fem_seal.field_file.text_table import Layout, TextTable
+from fem_seal.field_file.text_table import TextTable
 
 _NUMBER = r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
-# Digits in groups of three, by decimal mark: "1 250", "1'250", "1,250.5" and, with a decimal point,
-# "1,250". They may be one number or two, or about one or a thousand.
-_THOUSANDS = {
-    mark: re.compile(
-        r"(?<![\d.,])[1-9]\d{0,2}(?:(?:[ '\u2019\u00a0\u2009\u202f]\d{3})+(?!\d)"
-        rf"|(?:(?:[.,]\d{{3}})+[.,]\d+|{other}\d{{3}})(?![\d.,eE]))"
-    )
-    for mark, other in ((".", ","), (",", r"\."))
-}
-_QUANTITY = re.compile(rf"({_NUMBER})[\s;,\t\[(]*([A-Za-zµμÅ~]*)")
-_BRACKETS = re.compile(r"[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
-_TITLE = re.compile(r"([A-Za-z][\w ]*?)\s*[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
-# "dx = 1", "Width: 10", "Unit,um"; or words and a number with blanks between, "cellsize 30". The
-# comma of "pitch 0,5 um" is a decimal one.
+_NAME = r"[A-Za-zµμÅ~]+"
+# "Width: 10", "Unit,um"; the comma of "pitch 0,5 um" is a decimal one.
 _PAIR = re.compile(r"\s*([^:=;,\t]*?[^\s:=;,\t])\s*(?:[:=;\t]|,(?!(?<=\d,)\d))\s*(.*)")
+# "cellsize 30"
 _BLANK_PAIR = re.compile(r"\s*([A-Za-z][\w\- ]*?)\s+([-+\d.].*)")
-_CAMEL = re.compile(r"(?<=[a-zäöü])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
-# Several statements on a line, with commas or semicolons between.
+# "x step = 2 um, y step = 3 um" is two statements.
 _SEVERAL = re.compile(r"[,;]\s*(?=[A-Za-z][\w ]*\s*[=:])")
+# "Spacing (X, Y): 2 um": its comma is not the one between key and value.
+_BOTH = re.compile(r"[\[(]\s*x\s*[,;/]\s*y\s*[\])]", re.IGNORECASE)
+# In "Step X [um]".
+_BRACKETS = re.compile(rf"[\[(]\s*({_NAME})\s*[\])]")
+# "Z [um]", and titles of some columns only, "x [mm]; z [um]".
+_TITLE = re.compile(rf"([A-Za-z][\w ]*?)\s*{_BRACKETS.pattern}")
 # "Heights in um", also with "; pixel size 2 um" behind it; headers of ContactMechanics
 # (CommandLineInterface/HardWall.py) end with "they are reported in units of m.".
 _SENTENCE = re.compile(
     r"\b(?:in units of|(z|heights?|gaps?|höhen?(?:werte)?) in) ([^\s,;]+?)\.?(?:$|[,;]\s*)",
     re.IGNORECASE,
 )
-# "Spacing (X, Y)": its comma is not the one between key and value.
-_BOTH = re.compile(r"[\[(]\s*x\s*[,;/]\s*y\s*[\])]", re.IGNORECASE)
-# "Z Scale: 0.001", "Multiplier 1e-3 um".
-_FACTOR = re.compile(rf"([^:=\d]*?)[\s:=;,]+({_NUMBER})[\s\[(]*([A-Za-zµμÅ~]*).*")
-_AXIS_FIRST = re.compile(
-    r"\b([xyz])(?=step|scale|factor|resolution|size|length|range|unit|spacing)"
-)
-# Titles of columns: "x [mm]", "x/mm" and "x in mm", whose ends must be units; "x_mm", "x mm".
-_MARKED = re.compile(r"(.*?)\s*(?:[\[({]\s*([^\[({]*?)\s*[\])}]|/\s*(\S.*?)|\s+in\s+(\S+))\s*")
-_UNMARKED = re.compile(r"(.*\w)[\s_,]+([^\s_]+)")
-_UNIT = re.compile(r"[A-Za-zµμÅ~][\w·*/^²³~-]{0,15}")
-_UNITS_OF = re.compile(r"\s*(units?|einheit(en)?|unités?)\b[\s:=;,]*", re.IGNORECASE)
-_BEFORE_UNIT = re.compile(r"\s+(?=[\[(/])|(?<=/)\s+")
-_UNIT_WORD = re.compile(r"(?<![^\W_])(?:[nuµμmc]m|inch|mil|[hkMG]Pa|m?bar|psi|ksi|N/mm)(?![^\W_])")
-_LETTER = re.compile(r"[^\W\d_]")
+# "Z Scale: 0.001", "Multiplier 1e-3 um", whatever follows.
+_FACTOR = re.compile(rf"([^:=\d]*?)[\s:=;,]+({_NUMBER}[\s\[(]*({_NAME}|).*)")
 ROUNDED = 0.02  # relative difference of two lengths in rounded digits that count as one
 QUOTED = 3  # most lines about lengths that a message quotes
 
-# By axis, "x", "y" or "" (both): all that is stated, each a number and its unit or None.
-Lengths = dict[str, list[tuple[float, str | None]]]
+Length = tuple[float, str | None]  # a number and its unit
+# By axis, "x", "y" or "" (both): all that is stated.
+Lengths = dict[str, list[Length]]
+
+
+@cache
+def _value_in(decimal: str) -> re.Pattern[str]:
+    """One or two numbers with units, by decimal mark.
+
+    "30", "0.5 um", "0,5;µm", "0.5 [um]", "0.5 um/pixel", "3 x 1", "0.5 µm, 0.25 µm", "10 10 ~m".
+    Not digits in groups of three, which may be one number or two, or about one or a thousand:
+    "1 250", "1'250", and with decimal points "1,250".
+    """
+    other = "," if decimal == "." else r"\."
+    number = rf"((?![-+]?[1-9]\d{{0,2}}{other}\d{{3}}(?![\deE])){_NUMBER})"
+    unit = rf"(?:\s*[;,\t]?\s*[\[(]?\s*((?!(?:x|by)\b){_NAME})\s*[\])]?)?(?:/(?:pixel|px|point))?"
+    between = r"\s*(?:[x×*/;\t]|by|,\s|\s(?!\d{3}(?!\d)))\s*"
+    return re.compile(rf"{number}{unit}(?:{between}{number}{unit})?", re.IGNORECASE)
 
 
 @dataclass
 class Statements:
     """Statements of a header; empty or None where it has none."""
 
+    path: Path  #: the file
+    shape: tuple[int, ...]  #: numbers of its lines and columns
+    #: titles of all columns; none in a file that does not name them
+    titles: tuple[Title, ...]
     steps: Lengths = field(default_factory=dict)
     lengths: Lengths = field(default_factory=dict)  #: without a unit perhaps a count
     counts: dict[str, int] = field(default_factory=dict)  #: "x", "y": number of points
@@ -75,10 +80,9 @@ class Statements:
     lateral_unit: str | None = None  #: of lengths without a unit of their own
     axes: set[str] = field(default_factory=set)  #: named by titles of some of the columns
     missing: list[float] = field(default_factory=list)  #: numbers that mark missing points
+    unclear: str = ""  #: line about the map whose value is not understood
     #: lines that name a step or a length, whether or not they are understood
     about_lengths: list[str] = field(default_factory=list)
-    #: titles of all columns; none in a file that does not name them
-    titles: "tuple[Title, ...]" = ()
 
     def unit_of_values(self, columns: Iterable[int] = ()) -> str | None:
         """Unit of the heights, which stand in some of the titled columns or in all of a matrix."""
@@ -111,6 +115,11 @@ class Statements:
 
         Beside a length with a unit a number without one may be that of anything.
         """
+        if self.unclear:
+            raise InvalidInput(
+                f"the header of {self.path} says {self.unclear!r}, which is not understood; write "
+                "one number with its unit there, as in 'Width: 10 um', or delete the line"
+            )
         stated = numbers.get(axis, []) + numbers.get("", [])
         with_unit = [(number, unit) for number, unit in stated if unit is not None]
         if not with_unit and self.lateral_unit is not None:
@@ -120,13 +129,6 @@ class Statements:
         return found[0] if found and agree else None
 
     @property
-    def length_hint(self) -> str:
-        """Quote of the lines about lengths, for a message that asks for them; "" without any."""
-        if not self.about_lengths:
-            return ""
-        return f"; its header says {self.quoted}, but not one length of each side with its unit"
-
-    @property
     def quoted(self) -> str:
         """The lines about lengths."""
         return " and ".join(f"{line!r}" for line in self.about_lengths[:QUOTED])
@@ -134,31 +136,24 @@ class Statements:
 
 def statements_of(table: TextTable, path: Path) -> Statements:
     """Read the header of a text file."""
-    statements = Statements(titles=column_titles(table))
+    statements = Statements(path, table.values.shape, column_titles(table))
     for line in table.header:
         text = bare(line).rstrip(" ,;\t")
-        if match := _FACTOR.fullmatch(text):
-            numbers = _quantities(text[match.start(2) :], None, table.layout.decimal)
-            factor, _ = next(numbers, (None, None))
-            if _names_a_factor(_words(match[1]), match[3]) and factor != 1:
-                raise InvalidInput(
-                    f"the header of {path} says {text!r}, a factor: multiply the heights by it "
-                    "unless the file holds their products already, and delete the line"
-                )
-        if (match := _SENTENCE.search(text)) and (unit := _length_unit(match.group(2))):
-            if match.group(1):
+        _refuse_factor(text, table.layout.decimal, path)
+        if (match := _SENTENCE.search(text)) and (unit := length_unit(match[2])):
+            if match[1]:
                 statements.value_units.append(unit)
             else:  # of what, the sentence may say anywhere
                 statements.unit = statements.unit or unit
-        if _about_lengths(text):
+        if known.about_lengths(text):
             statements.about_lengths.append(text)
-        text = _SENTENCE.sub("", text)
-        for part in _SEVERAL.split(_BOTH.sub(" x y ", text)):
+        for part in _SEVERAL.split(_BOTH.sub(" x y ", _SENTENCE.sub("", text))):
             # One key with its value, or titles, which may be those of some columns only.
-            pairs = [pair for pair in _TITLE.findall(part) if _length_unit(pair[1])]
+            pairs = [pair for pair in _TITLE.findall(part) if length_unit(pair[1])]
             match = _PAIR.fullmatch(part) or _BLANK_PAIR.fullmatch(part)
             if match and len(pairs) < 2:
-                _understand(match[1], match[2], statements, table.layout.decimal)
+                if not _understand(match[1], match[2].strip(), statements, table.layout.decimal):
+                    statements.unclear = text
             elif not statements.titles:
                 statements.axes |= {Title(name).axis for name, _ in pairs}
                 for name, unit in pairs:
@@ -166,211 +161,78 @@ def statements_of(table: TextTable, path: Path) -> Statements:
     return statements
 
 
-def bare(line: str) -> str:
-    """A line without the mark of a comment and quotes."""
-    return line.strip().lstrip("#%!/*; \t").replace('"', "")
-
-
-@dataclass(frozen=True)
-class Title:
-    """Title of a column, and the text in the place of its unit, be it one or not."""
-
-    name: str
-    unit: str = ""
-
-    @classmethod
-    def of(cls, cell: str) -> "Title":
-        """Read "x [mm]", "x (mm)", "x/mm", "x in mm", "x_mm", "x mm" or "x"."""
-        if match := _MARKED.fullmatch(cell):
-            return cls(match[1], next(filter(None, match.groups()[1:]), ""))
-        match = _UNMARKED.fullmatch(cell)
-        return cls(match[1], match[2]) if match and _is_unit(match[2]) else cls(cell)
-
-    @property
-    def axis(self) -> str:
-        """One of "x", "y", "z" for heights and "p" for pressures, else empty."""
-        words = _words(self.name)
-        return next((axis for axis, names in known.TITLES.items() if words & names), "")
-
-    def size(self, si: str, path: Path) -> float | None:
-        """Size of the unit in "m" or "Pa", None without a unit; refused if it is another one."""
-        what = f"the numbers below {self.name!r} in {path}"
-        return in_si(self.unit, si, what) if self.unit else None
-
-
-def column_titles(table: TextTable) -> tuple[Title, ...]:
-    """Titles of the columns of a table, with their units in the same line or in one below."""
-    titles: list[Title] = []
-    units: list[str] = []
-    for line in reversed(table.header):
-        cells = _cells(_UNITS_OF.sub("", bare(line)), table)
-        inside = [cell.strip("[]()- ") for cell in cells]
-        if any(inside) and all(not cell or _is_unit(cell) for cell in inside):
-            units = inside
-        elif cells and all(map(_LETTER.search, cells)):
-            line_of_titles = [Title.of(cell) for cell in cells]
-            named = any(title.axis or title.unit for title in line_of_titles)
-            if named or not titles:
-                titles = line_of_titles
-            if named:
-                break
-    titles = titles or [Title("") for _ in units]
-    below = units or [""] * len(titles)
-    return tuple(
-        replace(title, unit=title.unit or unit) for title, unit in zip(titles, below, strict=True)
-    )
-
-
-def _cells(line: str, table: TextTable) -> list[str]:
-    """One text for each column; none if the line has another number of them."""
-    # Titles may be separated by other marks than numbers; blanks stand inside titles, too.
-    for separator in [*sorted("\t;,", key=lambda mark: mark != table.layout.separator), None]:
-        # "x [mm] y [mm]": a blank before a bracket separates no columns.
-        text = _BEFORE_UNIT.sub("", line) if separator is None else line
-        cells = Layout(separator, ".").cells(text)
-        if cells[-1:] == [""]:
-            cells.pop()
-        if len(cells) != table.values.shape[1]:
-            continue
-        # Words of a sentence may be as many as columns, too.
-        titles = [Title.of(cell) for cell in cells] if separator is None else []
-        named = [title for title in titles if title.axis or title.unit or _is_unit(title.name)]
-        if separator is not None or len(named) > 1:
-            return cells
-    return []
-
-
 def unit_in(text: str) -> str | None:
     """Unit of length in brackets, or that is the whole text."""
     match = _BRACKETS.search(text)
-    return _length_unit(match[1] if match else text)
+    return length_unit(match[1] if match else text)
 
 
-def names_units(line: str) -> bool:
-    """Whether a word of a line is a unit of length or pressure other than m and Pa."""
-    return bool(_UNIT_WORD.search(line))
-
-
-def _is_unit(text: str, *quantities: str) -> bool:
-    """Whether a text is a unit of a quantity, by default of length ("m") or pressure ("Pa")."""
-    for si in quantities or ("m", "Pa") if _UNIT.fullmatch(text) else ():
-        try:
-            in_si(text, si, "")
-        except InvalidInput:
-            continue
-        return True
-    return False
-
-
-def _length_unit(text: str) -> str | None:
-    """The unit of length that a text is; None for any other text."""
-    return text if _is_unit(text, "m") else None
-
-
-def _names_a_factor(words: set[str], unit: str) -> bool:
-    """Whether a key with a number and a unit is about a factor, and not one of x and y alone."""
+def _refuse_factor(text: str, decimal: str, path: Path) -> None:
+    """Refuse a line with a factor of the heights, and not one of x and y alone."""
+    if not (match := _FACTOR.fullmatch(text)):
+        return
+    words, of_a_length = known.words_of(match[1]), length_unit(match[3])
     about_heights = bool(words & known.VALUES)
     scales = words & known.SCALES or (words & known.FACTORS and about_heights)
-    return (
-        bool(scales) and not words & known.NO_FACTOR and (about_heights or not _length_unit(unit))
-    )
+    if not scales or words & known.NO_FACTOR or (of_a_length and not about_heights):
+        return
+    if [number for number, _ in _quantities(match[2], None, decimal)] != [1]:
+        raise InvalidInput(
+            f"the header of {path} says {text!r}, a factor: multiply the heights by it unless the "
+            "file holds their products already, and delete the line"
+        )
 
 
-def _understand(key: str, value: str, statements: Statements, decimal: str) -> None:
-    """Add the statement of one key and its value."""
+def _understand(key: str, value: str, statements: Statements, decimal: str) -> bool:
+    """Add the statement of one key and its value; False if it is about the map, and not clear."""
     in_key = _BRACKETS.search(key)
-    unit_of_key = _length_unit(in_key.group(1)) if in_key else None
-    words = _words(_BRACKETS.sub(" ", key))
-    axes = _axes(words)
-    unit = _length_unit(value.strip())
+    words = known.words_of(_BRACKETS.sub(" ", key))
+    axes, unit = known.axes_of(words), length_unit(value)
     if words & known.UNITS or (unit and words & (known.VALUES | known.LATERAL)):
-        if not words <= known.OF_UNITS:
-            return
-        # Without a word on either it is the unit of both.
-        if words & known.VALUES and unit and "resolution" not in words:
-            statements.value_units.append(unit)
-        elif not words & (known.VALUES | known.LATERAL):
-            statements.unit = statements.unit or unit
-        if not words & known.VALUES:
-            statements.lateral_unit = statements.lateral_unit or unit
-        return
-    numbers = list(_quantities(value, unit_of_key, decimal))
-    if not numbers:
-        return
-    (number, unit), pair = numbers[0], numbers[:2]
-    if marks := [mark for mark in known.MARKS if mark <= words]:
-        of_value = words & known.OF_MARKS or words <= {"nodata", "no", "data"}
-        if of_value and any(words <= {"data", *mark, *known.OF_MARKS} for mark in marks):
-            statements.missing.append(number)
-    elif _names_steps(words):
-        # A key such as "Z step" is about the heights.
-        if not words & {"z"} and _of_the_map(words):
-            _put(statements.steps, axes, pair)
-    elif words & known.COUNTS or words <= known.DIRECTIONS:
-        if len(axes) == 1 and unit is None and number == int(number):
-            statements.counts[axes] = int(number)
-    elif words & known.LENGTHS and not words & known.NO_LENGTHS and _of_the_map(words):
-        _put(statements.lengths, axes, pair)
-
-
-def _words(text: str) -> set[str]:
-    """Words of a text in lower case."""
-    return set(re.findall(r"[a-zäöüßé]+", _AXIS_FIRST.sub(r"\1 ", _CAMEL.sub(" ", text).lower())))
-
-
-def _axes(words: set[str]) -> str:
-    """Axes that a key names: "x", "y", both as "xy", or none as ""."""
-    if words & {"distance"} and words & {"points"}:
-        return "x"
-    # "Field width X" and "pixel height Y" are about one axis each.
-    along, across = words & {"x", "dx"}, words & {"y", "dy"}
-    if not along and not across:
-        along, across = words & known.ALONG_LINE, words & known.ACROSS_LINES
-    return "x" * bool(along) + "y" * bool(across)
-
-
-def _names_steps(words: set[str]) -> bool:
-    return bool(words & known.STEPS) or any(step <= words for step in known.STEP_PAIRS)
-
-
-def _of_the_map(words: set[str]) -> bool:
-    """Whether a key that names a step or a length is about the map."""
-    with_axis = bool(words & known.LATERAL) or not any(key <= words for key in known.WITH_AXIS)
-    others = any(other <= words for other in known.OTHERS)
-    return with_axis and not others and words <= known.OF_THE_MAP
-
-
-def _about_lengths(line: str) -> bool:
-    """Whether a line names a step, or a length with a number, of the map and not of its heights."""
-    words = _words(line)
-    if words & known.NO_LENGTHS and not words & {"x", "y", "xy"}:
+        if unit and words <= known.OF_UNITS:
+            # Without a word on either it is the unit of both.
+            if words & known.VALUES and "resolution" not in words:
+                statements.value_units.append(unit)
+            elif not words & (known.VALUES | known.LATERAL):
+                statements.unit = statements.unit or unit
+            if not words & known.VALUES:
+                statements.lateral_unit = statements.lateral_unit or unit
+        return True
+    about = known.about(words)
+    if not about or not re.search(r"\d", value):
+        return True
+    numbers = _quantities(value, length_unit(in_key[1]) if in_key else None, decimal)
+    if len(numbers) != 1 and (not numbers or axes in ("x", "y")):
         return False
-    if not re.search(r"\d", line):
-        return _names_steps(words)
-    # Numbers alone before the others may be counts and lengths.
-    return (
-        _names_steps(words)
-        or not words
-        or bool(words & (known.LENGTHS | known.AXES | known.SCALES))
-    )
+    number, unit = numbers[0]
+    if about == "mark":
+        statements.missing.append(number)
+    elif about == "count":
+        if unit is None and number.is_integer():
+            statements.counts[axes] = int(number)
+    elif min(number for number, _ in numbers) <= 0:
+        return len(numbers) == 1  # a number of nothing
+    else:
+        # "10 x 8 µm" is of x and y; "10 µm" of the axes of its key, or of whichever side.
+        sides = ["x", "y"] if len(numbers) == 2 else [*axes] or [""]
+        lengths = statements.steps if about == "step" else statements.lengths
+        for side, (number, unit) in zip(sides, numbers * 2, strict=False):
+            # "Width 512" is a number of points if there are so many.
+            if about == "length" and side and unit is None and number in statements.shape:
+                statements.counts.setdefault(side, int(number))
+            else:
+                lengths.setdefault(side, []).append((number, unit))
+    return True
 
 
-def _put(lengths: Lengths, axes: str, pair: list[tuple[float, str | None]]) -> None:
-    """Keep one length, or "10 µm x 8 µm" as those of both axes."""
-    if len(pair) == 2 and axes in ("", "xy"):
-        (number, unit), second = pair
-        lengths.setdefault("x", []).append((number, unit or second[1]))
-        lengths.setdefault("y", []).append(second)
-    elif pair[0][0] > 0:
-        for axis in axes or [""]:
-            lengths.setdefault(axis, []).append(pair[0])
-
-
-def _quantities(value: str, unit: str | None, decimal: str) -> Iterator[tuple[float, str | None]]:
-    """Numbers of a value with their units, else with that of the key; none of a doubtful value."""
-    if _THOUSANDS[decimal].search(value):
-        return
-    for text, name in _QUANTITY.findall(value):
-        number = float(text.rstrip(".,").replace(",", "."))
-        if isfinite(number):
-            yield number, _length_unit(name) or unit
+def _quantities(value: str, unit: str | None, decimal: str) -> list[Length]:
+    """One or two numbers with their units, else with that of the key; none of an unclear value."""
+    match = _value_in(decimal).fullmatch(value)
+    texts = match.groups() if match else ()
+    found = [
+        (float(number.rstrip(".,").replace(",", ".")), length_unit(name or "") or unit)
+        for number, name in zip(texts[::2], texts[1::2], strict=True)
+        if number
+    ]
+    # "0.5 x 0.25 µm": the unit of the second is that of both.
+    return [(number, unit or found[-1][1]) for number, unit in found]

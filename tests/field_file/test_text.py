@@ -320,12 +320,16 @@ LENGTHS = "Unit: um\nHeight: 1 um\n"
         ("Zygo ASCII Data File - Format 2\n1 2 3 4\n", "phases"),
         (ZYGO.replace("5e-07", "0") + points(), "it was not calibrated"),
         ("Zygo XYZ Data File - Format 1\n#\n" + points(), "camera's resolution"),
-        # One number or two, about one or a thousand: the line is quoted in the place of a guess.
+        # One number or two, about one or a thousand, or two things: quoted, and not guessed.
         *(
-            (f"Width: {width} um\n" + LENGTHS + matrix(), "does not say its lengths.*'Width: 1")
+            (f"Width: {width} um\n" + LENGTHS + matrix(), "header of .* says 'Width: 1")
             for width in ("1,024", "1 250", "1’250.5", "1.250,0", "1.250.000", "1,024 x 768")
         ),
-        ("Breite: 1.024 um\n" + LENGTHS + matrix(";", ","), "does not say its lengths.*'Breite"),
+        (
+            "Width: 10 um (256 px)\n" + LENGTHS + matrix(),
+            r"'Width: 10 um \(256 px\)', which is not",
+        ),
+        ("Breite: 1.024 um\n" + LENGTHS + matrix(";", ","), "header of .* says 'Breite"),
         ("DSAA\n4 6\n0 1\n0 3\n" + matrix(), "do.* not say its lengths.*says '4 6' and '0 1'"),
         # A factor may be applied already or not.
         ("Z Scale: 0.001\n" + matrix(), "says 'Z Scale: 0.001', a factor"),
