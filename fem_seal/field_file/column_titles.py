@@ -112,6 +112,6 @@ def is_unit(text: str, *quantities: str) -> bool:
     return False
 
 
-def length_unit(text: str) -> str | None:
+def unit_of_length(text: str) -> str | None:
     """The unit of length that a text is; None for any other text."""
     return text if is_unit(text, "m") else None

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import header_words as known
-from fem_seal.field_file.column_titles import Title, bare, column_titles, length_unit
+from fem_seal.field_file.column_titles import Title, bare, column_titles, unit_of_length
 from fem_seal.field_file.recorded import in_si
 from fem_seal.field_file.text_table import TextTable
 
@@ -44,9 +44,9 @@ _FACTOR = re.compile(rf"([^:=\d]*?)[\s:=;,]+({_NUMBER}[\s\[(]*({_NAME}|).*)")
 ROUNDED = 0.02  # relative difference of two lengths in rounded digits that count as one
 QUOTED = 3  # most lines about lengths that a message quotes
 
-Length = tuple[float, str | None]  # a number and its unit
+Quantity = tuple[float, str | None]  # a number and its unit
 # By axis, "x", "y" or "" (both): all that is stated.
-Lengths = dict[str, list[Length]]
+Lengths = dict[str, list[Quantity]]
 
 
 @cache
@@ -140,7 +140,7 @@ def statements_of(table: TextTable, path: Path) -> Statements:
     for line in table.header:
         text = bare(line).rstrip(" ,;\t")
         _refuse_factor(text, table.layout.decimal, path)
-        if (match := _SENTENCE.search(text)) and (unit := length_unit(match[2])):
+        if (match := _SENTENCE.search(text)) and (unit := unit_of_length(match[2])):
             if match[1]:
                 statements.value_units.append(unit)
             else:  # of what, the sentence may say anywhere
@@ -149,7 +149,7 @@ def statements_of(table: TextTable, path: Path) -> Statements:
             statements.about_lengths.append(text)
         for part in _SEVERAL.split(_BOTH.sub(" x y ", _SENTENCE.sub("", text))):
             # One key with its value, or titles, which may be those of some columns only.
-            pairs = [pair for pair in _TITLE.findall(part) if length_unit(pair[1])]
+            pairs = [pair for pair in _TITLE.findall(part) if unit_of_length(pair[1])]
             match = _PAIR.fullmatch(part) or _BLANK_PAIR.fullmatch(part)
             if match and len(pairs) < 2:
                 if not _understand(match[1], match[2].strip(), statements, table.layout.decimal):
@@ -164,14 +164,14 @@ def statements_of(table: TextTable, path: Path) -> Statements:
 def unit_in(text: str) -> str | None:
     """Unit of length in brackets, or that is the whole text."""
     match = _BRACKETS.search(text)
-    return length_unit(match[1] if match else text)
+    return unit_of_length(match[1] if match else text)
 
 
 def _refuse_factor(text: str, decimal: str, path: Path) -> None:
     """Refuse a line with a factor of the heights, and not one of x and y alone."""
     if not (match := _FACTOR.fullmatch(text)):
         return
-    words, of_a_length = known.words_of(match[1]), length_unit(match[3])
+    words, of_a_length = known.words_of(match[1]), unit_of_length(match[3])
     about_heights = bool(words & known.VALUES)
     scales = words & known.SCALES or (words & known.FACTORS and about_heights)
     if not scales or words & known.NO_FACTOR or (of_a_length and not about_heights):
@@ -187,7 +187,7 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> b
     """Add the statement of one key and its value; False if it is about the map, and not clear."""
     in_key = _BRACKETS.search(key)
     words = known.words_of(_BRACKETS.sub(" ", key))
-    axes, unit = known.axes_of(words), length_unit(value)
+    axes, unit = known.axes_of(words), unit_of_length(value)
     if words & known.UNITS or (unit and words & (known.VALUES | known.LATERAL)):
         if unit and words <= known.OF_UNITS:
             # Without a word on either it is the unit of both.
@@ -201,7 +201,7 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> b
     about = known.about(words)
     if not about or not re.search(r"\d", value):
         return True
-    numbers = _quantities(value, length_unit(in_key[1]) if in_key else None, decimal)
+    numbers = _quantities(value, unit_of_length(in_key[1]) if in_key else None, decimal)
     if len(numbers) != 1 and (not numbers or axes in ("x", "y")):
         return False
     number, unit = numbers[0]
@@ -225,12 +225,12 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> b
     return True
 
 
-def _quantities(value: str, unit: str | None, decimal: str) -> list[Length]:
+def _quantities(value: str, unit: str | None, decimal: str) -> list[Quantity]:
     """One or two numbers with their units, else with that of the key; none of an unclear value."""
     match = _value_in(decimal).fullmatch(value)
     texts = match.groups() if match else ()
     found = [
-        (float(number.rstrip(".,").replace(",", ".")), length_unit(name or "") or unit)
+        (float(number.rstrip(".,").replace(",", ".")), unit_of_length(name or "") or unit)
         for number, name in zip(texts[::2], texts[1::2], strict=True)
         if number
     ]
