@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from adaptive_parameters import CHOICES
+from costs import CHOICES
 from project import leak_rate
 from sample_gaps import rough_gap
 
