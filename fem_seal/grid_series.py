@@ -6,7 +6,7 @@ The rule and how well it held: docs/guide/contact-grid.md.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import exp, hypot, inf, log, log1p
 
@@ -133,17 +133,10 @@ def pays_in_worker(samples: float, lifted: bool, comm: parallel.Comm = None) -> 
     return idle and samples >= (LIFTED_IN_WORKER if lifted else DRY_IN_WORKER)
 
 
-@dataclass
-class HalfSolver:
-    """Solves half of the samples: here, or in a process of its own (`half_in_worker`)."""
-
-    solve: Callable[[], Interval | None]
-
-
 @once
-def half_solver(patch: Patch) -> HalfSolver:
-    """Solver of half of the samples of a patch."""
-    return HalfSolver(partial(_solved_here, patch))
+def half_solver(patch: Patch) -> Callable[[], Interval | None]:
+    """Solver of half of the samples: here, or in a process of its own (`half_in_worker`)."""
+    return partial(_solved_here, patch)
 
 
 @contextmanager
@@ -161,7 +154,7 @@ def half_in_worker(patch: Patch) -> Iterator[None]:
     )
     with in_worker(_solved_in_worker, patch.scene, given) as answer:
         # Kept after the block: it has the answer then, or solves here.
-        half_solver(patch).solve = answer
+        patch.keep(half_solver, answer)
         yield
 
 
@@ -303,7 +296,7 @@ def estimated_error(patch: Patch) -> Uncertainty:
         if patch.state == "sealed":
             return error_of_sealed(patch)
         try:
-            return _from_coarser(patch, half_solver(patch).solve())
+            return _from_coarser(patch, half_solver(patch)())
         except NotConverged as error:
             return estimate(CONTACT_GRID, f"on half of the samples: {error}")
 

@@ -136,6 +136,10 @@ class Patch:
         with self.timed(stage):
             return parallel.on_root(compute, self.comm)
 
+    def keep(self, function: "Callable[[Patch], T]", value: T) -> None:
+        """Give a function `once` its value for this patch, in place of computing it."""
+        self._values[function] = value
+
     def solve_contact(self) -> None:
         """Solve the dry contact on all processes."""
         _ = self.contact  # it is kept

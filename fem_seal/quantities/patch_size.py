@@ -59,10 +59,10 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
         patches = f"patches made of the map, {' by '.join(map(length_text, lengths))},"
         remedy = "take a larger map"
     wide = "do not show the longest wavelength, which is longer than the map"
+    ratio = 0.0 if longest is None else min(lengths) / longest
     if longest is not None:
-        ratio = min(lengths) / longest
         wide = f"are {ratio:.2g} of the longest wavelengths wide, {length_text(longest)} each"
-    small = longest is None or ratio < WAVES
+    small = ratio < WAVES
     if lost:
         loss += ", which biases the leak rate, and no scatter shows it"
     sentence = f"{patches} {wide}{loss}; larger ones scatter less"

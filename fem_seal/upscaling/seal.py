@@ -115,12 +115,11 @@ def under_less_load(
         return seal
     start, (profile, _, ends) = perf_counter(), leak_path_of(patch.scene)
     highest, inlet = profile.highest, ends.inlet
-    shares = [
+    *shares, last = (
         (inlet + (highest - inlet) * NEXT_LOAD**n) / highest for n in range(1, LOWER_LOADS + 2)
-    ]
+    )
     # An inlet below ambient presses the solids together without any load.
-    tried = [share for share in shares if share > 0]
-    next_share = tried.pop() if tried == shares else None
+    tried, next_share = [share for share in shares if share > 0], last if last > 0 else None
     if len(seal.patches) < LEAST_LEAKING:
         return replace(seal, next_load_share=next(iter(tried), None))
     with ExitStack() as held:
