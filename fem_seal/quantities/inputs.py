@@ -281,7 +281,7 @@ def input_shares(
 ) -> dict[str, float]:
     """|Δ ln Q| of each input between its own two ends, the others kept.
 
-    ln f is interpolated between those of the three leak rates that are not 0, linearly in ln x.
+    ln f is taken as linear in ln x, through the outer two of the three leak rates that are not 0.
     Where the fluid carries a part of the load, `carried`, x has the part that is left to the solid.
     """
     own = 0.0 if scene.contact is None else scene.load.value
@@ -311,22 +311,12 @@ def input_shares(
         if flow.state == "leaking" and flow.value > 0:
             points[x] = log(flow.value) - driven
 
-    def log_rate(name: str, ends: dict[str, float]) -> float:
-        x, driven = laws({name: ends[name]})
-        return driven + _on_line(x, sorted(points.items()))
+    # Where one alone leaks nothing is known of the slope but its sign.
+    low, high = min(points, default=0.0), max(points, default=0.0)
+    slope = (points[high] - points[low]) / (high - low) if high > low else -1.0
 
-    return {
-        name: abs(log_rate(name, opening) - log_rate(name, closing)) for name in scene.tolerated
-    }
+    def change(name: str) -> float:
+        (x, driven), (other, against) = (laws({name: ends[name]}) for ends in (opening, closing))
+        return abs(driven - against + slope * (x - other))
 
-
-def _on_line(x: float, points: list[tuple[float, float]]) -> float:
-    """Value at x of the line through points (x, y), continued straight; -x through fewer than two.
-
-    Next to closing nothing is known of a slope but its sign: -x then orders the loads.
-    """
-    if len(points) < 2:
-        return -x
-    xs, ys = np.array(points).T
-    i = min(max(int(np.searchsorted(xs, x)) - 1, 0), len(xs) - 2)
-    return float(ys[i] + (ys[i + 1] - ys[i]) * (x - xs[i]) / (xs[i + 1] - xs[i]))
+    return {name: change(name) for name in scene.tolerated}

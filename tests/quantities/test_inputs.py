@@ -14,7 +14,7 @@ from project import FIRST
 from fem_seal.error_budget import INPUTS
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Given, Patch
-from fem_seal.quantities.inputs import OPENS, TINY, Probe, _on_line, corner, input_shares
+from fem_seal.quantities.inputs import OPENS, TINY, Probe, corner, input_shares
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
 from fem_seal.upscaling import seal_flow
@@ -235,12 +235,6 @@ def test_the_tolerance_that_decides():
     assert solve(scene(*settings, narrow)).verdict.decision == "within limit"
 
 
-def test_shares_follow_the_pieces_between_the_solved_loads():
-    points = [(0.0, 0.0), (1.0, 1.0), (2.0, 4.0)]
-    assert [_on_line(x, points) for x in (-1.0, 0.5, 1.5, 3.0)] == [-1.0, 0.5, 2.5, 7.0]
-    assert _on_line(2.0, points[:1]) == -2.0
-
-
 def test_shares_next_to_lift_off():
     """The fluid carries all but nothing: two of the three loads that the solid bears are the same.
 
@@ -252,6 +246,15 @@ def test_shares_next_to_lift_off():
     )
     shares = input_shares(about, leak, closed, opened, 1 - TINY, Probe())
     assert shares["flow.pressure_drop"] == pytest.approx(log(8), rel=1e-12)
+
+
+def test_shares_where_one_corner_alone_leaks():
+    """The solid bears half of the load; the leak rate is taken as one over its part."""
+    about, sealed = scene(LIFTED, "tolerances.flow.pressure_drop=5 %"), LeakRate.sealed("")
+    opened = LeakRate(1e-9, state="leaking", method="")
+    shares = input_shares(about, sealed, sealed, opened, 0.5, Probe())
+    change = 1.05 / 0.95 * (1 - 0.5 * 0.95) / (1 - 0.5 * 1.05)
+    assert shares["flow.pressure_drop"] == pytest.approx(log(change), rel=1e-12)
 
 
 def test_without_tolerances_the_inputs_are_named():
