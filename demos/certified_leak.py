@@ -14,10 +14,10 @@
 # an extrapolation. Two ways to spend unknowns are compared: the adaptive mesh, and the pixel mesh
 # refined uniformly.
 #
-# Expected: half-width ~ unknowns⁻¹ once all channels are open (energy of linear elements errs by
-# h², and adaptive meshes keep that order beside contact), and a number of CG iterations that grows
-# neither with the mesh nor with the contrast of K: multigrid preconditions it, and each mesh starts
-# from the last one.
+# Expected: once all channels are open the half-width falls as 1/unknowns (the energy of linear
+# elements errs by h², and adaptive meshes keep that order beside contact). The number of CG
+# iterations grows neither with the mesh nor with the contrast of K, since multigrid preconditions
+# the system and each mesh starts from the last solution.
 # `mpirun -n 2 python demos/certified_leak.py` shares the flow between two processes.
 
 # %%

@@ -8,9 +8,10 @@
 #     strong: g = S p_c - h + const ≥ 0, p_c ≥ 0, p_c g = 0;  ∇·(g³ ∇p) = 0, p = 1 and 0 at the ends
 #     weak: ∫ (S p_c - h) (r - p_c) dA ≥ 0 for all r ≥ 0 of mean P₀;  ∫ g³ ∇p·∇q dA = 0, q = 0 there
 #
-# Were the saddle a channel of fixed shape, Q = ∫ g³ |∇p|² dA would follow g³. Dapp and Müser (EPL
-# 109, 44001, 2015) measured Q ∝ (P* - P₀)^(69/20): gap, width and length of the constriction all
-# shrink, each with a power of its own. It runs in one process, since threads solve the contacts.
+# If the saddle were a channel of fixed shape, Q = ∫ g³ |∇p|² dA would go as the cube of its gap.
+# Dapp and Müser (EPL 109, 44001, 2015) found Q ∝ (P* - P₀)^(69/20): gap, width and length of the
+# constriction all shrink, each with a power of its own. The demo runs in one process, since threads
+# solve the contacts.
 
 # %%
 import argparse

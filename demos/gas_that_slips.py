@@ -104,8 +104,8 @@ def draw(curves: dict[str, list[Point]], path: Path) -> None:
 # %% [markdown]
 # ## What to notice
 # * At high pressure helium leaks 17.6/19.6 = 0.90 times as much as nitrogen. At low pressure it is
-#   √(28.014/4.0026) = 2.65 times to first order, and a little more in truth: its mean free path is
-#   three times as long, and so is the logarithm a little larger.
+#   √(28.014/4.0026) = 2.65 times to first order, and a little more by kinetic theory: helium's mean
+#   free path is three times as long, so that the logarithm of it is larger.
 # * First order is flat at low pressure. Kinetic theory has Knudsen's minimum there and rises again.
 # * Where the flow is linear in p or in p², the bounds are as narrow as without slip. In between the
 #   slip makes them a few per cent wider.
