@@ -225,6 +225,16 @@ def test_a_study_says_how_many_points_have_failed(tmp_path):
         compute_study(folder, tasks_of("fail", "exhaust"), Work(), lambda *_: None)
 
 
+def test_errors_of_the_scene_of_a_point_are_told_with_the_point(tmp_path):
+    def refuse():
+        raise InvalidScene("a.toml", ["shape is missing", "hurst = 2 is too large"])
+
+    task = StudyTask("first", "first", refuse, ())
+    with pytest.raises(InvalidInput) as raised:
+        compute_study(PointFolder(tmp_path, int), [task], Work(), lambda *_: None)
+    assert " ".join(raised.value.lines).startswith("first: a.toml: 2 errors: shape is missing; ")
+
+
 def test_a_point_of_another_process_is_not_computed_again(tmp_path):
     """One that was missing at the start, and has a file by its turn."""
     folder = PointFolder(tmp_path, int)

@@ -10,7 +10,14 @@ from typing import TypeAlias
 
 from fem_seal import parallel
 from fem_seal.digits import number_of
-from fem_seal.errors import FemSealError, MissingPackage, NotConverged, explained, present
+from fem_seal.errors import (
+    FemSealError,
+    InvalidInput,
+    MissingPackage,
+    NotConverged,
+    explained,
+    present,
+)
 from fem_seal.files import temporary_folder
 from fem_seal.points.farm import POLL, farm
 from fem_seal.points.folder import PointFolder, T
@@ -191,8 +198,8 @@ def compute_study(
         label, error = next(iter(outcome.failures.items()))
         others = len(outcome.failures) - 1
         more = f", and {number_of(others, 'other point')} failed" if others else ""
-        error.args = (f"{label}: {error}{more}",)
-        raise error
+        kind = InvalidInput if isinstance(error, InvalidInput) else type(error)
+        raise kind(f"{label}: {error}{more}") from error
     return outcome
 
 

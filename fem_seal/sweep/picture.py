@@ -66,7 +66,7 @@ def sweep_figure(
     along = next((key for key in keys if key not in SEEDS), keys[0])
     table = [_in_unit(point, shown.per_solved) for point in table]
     names = list(dict.fromkeys(point.values[keys.index(along)] for point in table))
-    places, unit = _places(names)
+    places, unit = _places_on_axis(names)
     joined = along not in SEEDS
     curves = _curves(keys, along, table, places)
     path = folder / PICTURE_FILE
@@ -169,7 +169,7 @@ def _scale_places(axes: "Axes", places: dict[str, float], unit: str | None) -> N
         label_axis(axes.xaxis)
 
 
-def _places(values: Sequence[str]) -> tuple[dict[str, float], str | None]:
+def _places_on_axis(values: Sequence[str]) -> tuple[dict[str, float], str | None]:
     """Place of each value on the axis, and the unit of all values.
 
     Values that are not numbers in one unit are placed one after the other; the unit is then None.
