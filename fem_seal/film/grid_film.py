@@ -88,7 +88,7 @@ class GridFilm:
         """The tightest place on the widest path from inlet to outlet; None if sealed."""
         return None if self.sealed else critical_constriction(self.sites)
 
-    @property
+    @cached_property
     def carrying(self) -> np.ndarray:
         """Mask, bool, of the samples joined to both inlet and outlet: no others carry flow."""
         labels, count = self._labels
@@ -101,7 +101,7 @@ class GridFilm:
         labels, count = self._labels
         return self.sites.on_samples(clusters.on_all_lines(labels, count, labels[-1]))
 
-    @property
+    @cached_property
     def pockets(self) -> np.ndarray:
         """Mask, bool, of the samples in pockets: open, but joined to neither inlet nor outlet."""
         return self.sites.on_samples(self._sites_in_pockets())

@@ -4,7 +4,6 @@ Gaps are in units of the largest one, lengths in pixels (scaled by the aspect of
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from copy import copy
 from functools import partial
 from typing import ClassVar, Self
@@ -202,12 +201,12 @@ class LinearGap(GridGap):
         if not self.law.lower.is_cube:
             # The mean of such a cell is the mean over pixel triangles: its quarters if the cell is
             # diagonal, its halves if it is axial. Bound the law on the same triangles.
-            for cells, span in (
-                (two[is_diagonal[two]], lambda gaps: None),
-                (two[~is_diagonal[two]], _span_of_halves),
-            ):
-                part = six.take(cells, axis=2)
-                mean_inverse_K[:, cells] = _quarter_means(part, self.law, span)[1]
+            diagonal, axial = two[is_diagonal[two]], two[~is_diagonal[two]]
+            gaps = six[1].take(diagonal, axis=1)
+            mean_inverse_K[:, diagonal] = _quarter_resistivity(gaps, self.law, None)
+            gaps = six[1].take(axial, axis=1)
+            span = _span_of_halves(gaps)
+            mean_inverse_K[:, axial] = _quarter_resistivity(gaps, self.law, span)
         coarse = np.flatnonzero(width > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
         mean_K[:, coarse], mean_inverse_K[:, coarse] = self._above_pixel.lookup(place)
@@ -277,32 +276,27 @@ def _linear_means(gaps: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarra
     )
 
 
-def _span(gaps: np.ndarray) -> Span:
-    """Least and largest gap (n,) of triangles, from the gaps (6, n) of `with_middles`."""
-    return averages.extremes(*gaps[:3])
-
-
 def _span_of_halves(gaps: np.ndarray) -> Span:
     """Least and largest gap (2, n) of the halves m a b and m c a, each for every other quarter."""
     a, b, c, m, _, _ = gaps
     return averages.extremes(np.stack([m, m]), np.stack([a, c]), np.stack([b, a]))
 
 
-def _quarter_means(
-    six: np.ndarray, law: FilmLaw, span: Callable[[np.ndarray], Span | None] = _span
-) -> tuple[np.ndarray, np.ndarray]:
-    """Means (4, n) as of `_linear_means` on the quarters, for gaps (2, 6, n) of `with_middles`.
+def _quarter_means(six: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarray]:
+    """Means (4, n) as of `_linear_means` on the quarters, for gaps (2, 6, n) of `with_middles`."""
+    raised, lowered = six
+    mean_K = averages.conductivity_of_corners(law.upper, *on_quarters(raised)).reshape(4, -1)
+    return mean_K, _quarter_resistivity(lowered, law, averages.extremes(*lowered[:3]))
+
+
+def _quarter_resistivity(gaps: np.ndarray, law: FilmLaw, span: Span | None) -> np.ndarray:
+    """Mean (4, n) of the inverse conductivity on the quarters, for lowered gaps (6, n).
 
     The hierarchical correction needs means on the quarters that add up to no more than the mean of
-    the cell. So the law is bounded on the same triangles as there; `span` returns their least and
-    largest gaps.
+    the cell. So the law is bounded on the same triangles as there: `span` is their least and
+    largest gap; None for those of each quarter.
     """
-    raised, lowered = (on_quarters(gaps) for gaps in six)
-    mean_K, mean_inverse_K = (
-        averages.conductivity_of_corners(law.upper, *raised),
-        averages.resistivity_of_corners(law.lower, *lowered, span(six[1])),
-    )
-    return mean_K.reshape(4, -1), mean_inverse_K.reshape(4, -1)
+    return averages.resistivity_of_corners(law.lower, *on_quarters(gaps), span).reshape(4, -1)
 
 
 class ConstantGap(GridGap):

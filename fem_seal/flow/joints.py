@@ -22,36 +22,56 @@ MAX_DROP = 0.1  # largest pressure drop between groups that count as well joined
 
 def wrongly_joined_cells(problem: LevelProblem, leak_rate: float) -> np.ndarray:
     """Cells (C,) bool of the film that carry flow and join such groups wrongly."""
-    joined = np.zeros(problem.space.count, dtype=bool)
-    equipotential = np.flatnonzero(problem.data.equipotential)
-    if not len(equipotential) or not problem.values.shape[1]:
-        return joined
+    wrong = np.zeros(problem.space.count, dtype=bool)
+    cells = np.flatnonzero(problem.data.equipotential)
+    if not len(cells) or not problem.values.shape[1]:
+        return wrong
     enough = leak_rate / MAX_DROP
-    corners = problem.mesh.cells.compress(problem.kept, axis=0)[equipotential]
+    corners = problem.mesh.cells.compress(problem.kept, axis=0)[cells]
     high = problem.values[corners, 0] >= problem.gap.ceiling
     at_high = high.any(axis=1)
-    equipotential, corners, high = equipotential[at_high], corners[at_high], high[at_high]
-    vertex, cell = problem.mesh.twin[corners], np.nonzero(high)[0]
-    count = len(problem.mesh.xy)
-    pairs = np.stack([vertex[high], count + cell], axis=1)
-    group = components(pairs, count + len(equipotential))[count:]
-    group = _joined_by_edges(problem, equipotential, high, group, enough)[group]
-    # Cells on both sides of a contact line have different unknowns and are not joined.
+    cells, corners, high = cells[at_high], corners[at_high], high[at_high]
+    vertex = problem.mesh.twin[corners]
+    group = _joined_by_vertices(vertex, high, len(problem.mesh.xy))
+    group = _joined_by_edges(problem, cells, high, group, enough)[group]
+    # Groups meet at their vertices of small gap: cells on both sides of a contact line do not, as
+    # their pressures there are different unknowns.
+    low, _ = np.nonzero(~high)
     pressure = problem.primal_numbering.of_corner - problem.primal_numbering.offset
-    key = np.stack([vertex[~high], pressure[equipotential][~high]])
+    key = np.stack([vertex[~high], pressure[cells][~high]])
     point, place = np.unique(key, axis=1, return_inverse=True)
-    place, low = place.ravel(), np.nonzero(~high)[0]
-    least, most = np.full((2, point.shape[1]), len(group) + count) * [[1], [-1]]
-    np.minimum.at(least, place, group[low])
-    np.maximum.at(most, place, group[low])
+    place, conductance = place.ravel(), problem.values[point[0], 0] ** 3
+    apart = _held_apart(group[low], place, conductance, enough)
+    wrong[cells[low[apart[place]]]] = True
+    return wrong
+
+
+def _joined_by_vertices(vertex: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
+    """Number of the group of each cell (n,): cells that share a vertex of large gap are in one.
+
+    `vertex` (n, 3) are the corners, of `count` vertices, and `high` (n, 3) those of large gap.
+    """
+    cell, _ = np.nonzero(high)
+    pairs = np.stack([vertex[high], count + cell], axis=1)
+    return components(pairs, count + len(vertex))[count:]
+
+
+def _held_apart(
+    group: np.ndarray, place: np.ndarray, conductance: np.ndarray, enough: float
+) -> np.ndarray:
+    """Points (m,) bool where two groups meet that conduct too little at all such points.
+
+    `group` (n,) and `place` (n,) say which groups are at which point, `conductance` (m,) what a
+    point conducts. Of three or more groups at a point the first and the last count.
+    """
+    least, most = np.full((2, len(conductance)), len(place)) * [[1], [-1]]
+    np.minimum.at(least, place, group)
+    np.maximum.at(most, place, group)
     joint = np.flatnonzero(least < most)
-    ends, pair = np.unique(np.stack([least, most])[:, joint], axis=1, return_inverse=True)
-    cubes = problem.values[point[0, joint], 0] ** 3
-    conductance = np.bincount(pair.ravel(), cubes, ends.shape[1])
-    resists = np.zeros(len(least), dtype=bool)
-    resists[joint] = (conductance < enough)[pair.ravel()]
-    joined[equipotential[low[resists[place]]]] = True
-    return joined
+    between = _summed_by_pair(np.stack([least, most])[:, joint], conductance[joint])
+    apart = np.zeros(len(conductance), dtype=bool)
+    apart[joint] = between < enough
+    return apart
 
 
 def _joined_by_edges(
@@ -72,6 +92,11 @@ def _joined_by_edges(
     resistivity = np.where(blocked, np.inf, problem.data.resistivity[cells, 0])
     conductance = 1 / (resistivity[first] + resistivity[second])
     ends = np.sort(np.stack([group[first], group[second]]), axis=0)
-    ends, pair = np.unique(ends, axis=1, return_inverse=True)
-    well = np.bincount(pair.ravel(), conductance, ends.shape[1]) >= enough
+    well = _summed_by_pair(ends, conductance) >= enough
     return components(ends[:, well].T, count)
+
+
+def _summed_by_pair(groups: np.ndarray, conductance: np.ndarray) -> np.ndarray:
+    """For each of n joints between two groups (2, n), what all joints of the same two conduct."""
+    _, pair = np.unique(groups, axis=1, return_inverse=True)
+    return np.bincount(pair.ravel(), conductance)[pair.ravel()]
