@@ -32,20 +32,6 @@ OF_A_CONTACT = ("contact", "contact_pressure", "gap")
 # pressure before its correction: above the upper bound they would seem to contradict it.
 ELSEWHERE = {"provenance", "error_budget", "cautions", "files", "inflow", "outflow"}
 
-# Fields of a scene that say what was computed; the line below the title names them.
-DESCRIBED = {
-    "Whole seal": "seal.leak_path seal.circumference seal.inlet_radius seal.outlet_radius",
-    "Shape": "shape.kind shape.path",
-    "Gap": "gap.path",
-    "Surface": "surface.path surface.size surface.rms_slope",
-    "Solid": "solid.youngs_modulus solid.poisson_ratio solid.contact_modulus solid.layer_thickness",
-    "Load": "contact.pressure contact.area_fraction contact.mean_gap seal.maximum_pressure "
-    "seal.line_load seal.pressure_profile",
-    "Fluid": "fluid.kind fluid.viscosity flow.pressure_drop flow.inlet_pressure "
-    "flow.outlet_pressure",
-}
-LABELS = {"kind": "", "path": "", "youngs_modulus": "Young's modulus"}
-
 
 def report(folder: str | Path) -> Path:
     """Write report.html of a result folder, its pictures (.png, .svg) inside; return its path."""
@@ -65,7 +51,6 @@ def report(folder: str | Path) -> Path:
     template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     text = template.get_template("report.html.jinja").render(
         title=printable(folder.resolve().name),
-        described=described(provenance.scene),
         made=f"Computed on {day} at {time[:5]} UTC by fem_seal {version}.",
         verdict=first_sentence(result),
         remarks=remarks(result),
@@ -82,22 +67,6 @@ def report(folder: str | Path) -> Path:
     with atomic_write(path, durable=False) as staged:
         staged.write_text(text, encoding="utf-8")
     return path
-
-
-def described(scene: Mapping[str, Any]) -> str:
-    """One line on a scene, {section: {field: value}}: seal or patch, solid, load and fluid."""
-    texts = dict(rows_of_mapping(scene, Scene))
-    parts = ["Patch"] if "surface" in scene and "seal" not in scene else []
-    for head, names in DESCRIBED.items():
-        words = []
-        for name in names.split():
-            field = name.partition(".")[2]
-            if name in texts:
-                label = LABELS.get(field, field.replace("_", " "))
-                words.append(f"{label} {texts[name]}".strip())
-        if words:
-            parts.append(f"{head}: {', '.join(words)}")
-    return ". ".join(parts) + "."
 
 
 def flat(parts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

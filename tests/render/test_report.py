@@ -11,7 +11,7 @@ from PIL import Image
 
 from fem_seal import run
 from fem_seal.errors import InvalidInput
-from fem_seal.render.report import described, flat, report
+from fem_seal.render.report import flat, report
 from fem_seal.results import Result
 from fem_seal.results.words import first_sentence, remarks, summary_of
 from fem_seal.scene import Scene
@@ -78,21 +78,9 @@ def test_every_number_and_picture_is_inside(folder):
     assert captions(page) == ["Where it leaks", "The gap; contact is grey.", "zebra"]
 
 
-def test_the_line_below_the_title_says_what_was_computed(folder):
-    """Every word from the scene, with units; the folder's name says nothing."""
-    scene = Result.from_folder(folder).provenance.scene
-    assert described(scene).startswith("Patch. Surface: size 32 um, 32 um")
-    assert "Solid: contact modulus 10 MPa. Load: area fraction 0.1. Fluid: liquid" in (
-        described(scene)
-    )
-    assert read(report(folder)).find(".//p").text == described(scene)
-    seal = {"leak_path": 5e-4, "circumference": 0.15, "pressure_profile": "hertz"}
-    text = described(scene | {"seal": seal})
-    assert text.startswith("Whole seal: leak path 500 um, circumference 150 mm. Surface: ")
-    assert "pressure profile hertz" in text
+def test_tolerances_are_rows_of_their_inputs():
     tolerances = {"tolerances": {"contact": {"pressure": "10 %"}}}
     assert rows_of_mapping(tolerances, Scene) == [("tolerances.contact.pressure", "10 %")]
-    assert described({"shape": {"kind": "file", "path": "/a/b.msh"}}) == "Shape: file, b.msh."
 
 
 def test_pictures_of_a_contact_that_is_lifted_off_are_left_out(folder):
