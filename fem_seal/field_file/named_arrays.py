@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.recorded import SAME_LENGTH, Pair, Recorded
+from fem_seal.field_file.recorded import SAME_LENGTH, Pair, Recorded, even_step
 
 # Arrays that are read beside the samples if a file has them.
 ABOUT = ("spacing", "periodic", "unit", "x", "y", "mask", "attrs")
@@ -181,27 +181,22 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
             f"{name} in {path} has shape {x.shape}, and must be {n} coordinates, one for each "
             f"sample along {name}; the samples are (nx, ny), unless names of dimensions say (y, x)"
         )
-    if n < 2:
-        raise InvalidInput(f"{name} in {path} is a single coordinate and gives no spacing")
-    steps = np.diff(x.astype(float))
-    mean = (float(x[-1]) - float(x[0])) / (n - 1)
-    precision = np.finfo(x.dtype if x.dtype.kind == "f" else float).eps
-    # Tolerance: coordinates come from a few operations, each rounded to their precision.
-    if not np.abs(steps - mean).max() <= 8 * precision * np.abs(x).max() or mean <= 0:
+    step = even_step(x.astype(float), fewest=2)
+    if step is None or step < 0:
         raise InvalidInput(
-            f"{name} in {path} is not evenly spaced and increasing: steps from {steps.min():g} "
-            f"to {steps.max():g}; resample it onto an even grid"
+            f"{name} in {path} is not evenly spaced and increasing, or a single coordinate; "
+            "resample it onto an even grid"
         )
-    written = np.ravel(np.asarray(axis.attributes.get("length", n * mean)))
+    written = np.ravel(np.asarray(axis.attributes.get("length", n * step)))
     if written.dtype.kind not in "iuf" or written.size != 1:
         raise InvalidInput(f"length of {name} in {path} must be one number, got {written}")
     length = float(written[0])
     # SurfaceTopography writes the length, n steps, in single precision.
-    if not np.isclose(length, n * mean, rtol=SAME_LENGTH, atol=0):
+    if not np.isclose(length, n * step, rtol=SAME_LENGTH, atol=0):
         raise InvalidInput(
-            f"{name} in {path} has length {length:g}, but {n} steps of {mean:g}; which is right?"
+            f"{name} in {path} has length {length:g}, but {n} steps of {step:g}; which is right?"
         )
-    return mean
+    return step
 
 
 def _unit(arrays: NamedArrays, variable: Variable) -> str | None:

@@ -10,9 +10,9 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.own_layouts import read_own_layout
-from fem_seal.field_file.recorded import Recorded, metres_in, refuse_other_unit
+from fem_seal.field_file.recorded import Recorded, even_step, metres_in, refuse_other_unit
 from fem_seal.field_file.text_header import statements_of
-from fem_seal.field_file.text_table import even_step, read_table
+from fem_seal.field_file.text_table import read_table
 from fem_seal.memory import within_available_memory
 
 SAME_STEP = 1e-4  # largest relative difference of steps that count as equal

@@ -24,6 +24,11 @@ TURNS = (0, 90, 180, 270)  # of a map [degrees]
 # Largest spacing and value [m], and 1 over the smallest spacing; squares of others may overflow.
 LONGEST = 1e100
 
+# Largest distance of coordinates from an even grid, over its step: written numbers are rounded.
+OFF_GRID = 0.05
+FEWEST = 3  # coordinates of which one can say that they are even
+FARTHEST = 1e100  # largest coordinate; sums of a few are finite
+
 # "A" is the ångström to SurfaceTopography and Gwyddion, and the ampere to a units library.
 _SPELT_OTHERWISE = {"A": "angstrom", "Å": "angstrom", "~m": "um"}
 _WANTED = {"m": "length such as nm, um, mm or m", "Pa": "pressure such as Pa, MPa or bar"}
@@ -38,6 +43,17 @@ def in_si(unit: str, si: str, what: str) -> float:
         return to_si(f"1 {_SPELT_OTHERWISE.get(unit, unit)}", si)
     except ValueError:
         raise InvalidInput(f"{what} are in {unit!r}, which is no unit of {_WANTED[si]}") from None
+
+
+def even_step(x: np.ndarray, fewest: int = FEWEST) -> float | None:
+    """Step of coordinates that rise or fall evenly; None for other numbers."""
+    if len(x) < fewest or not np.abs(x).max() < FARTHEST:
+        return None
+    if not (np.diff(x) * (x[1] - x[0]) > 0).all():
+        return None
+    step = float(x[-1] - x[0]) / (len(x) - 1)
+    off = np.abs(x - x[0] - step * np.arange(len(x))).max()
+    return step if off < OFF_GRID * abs(step) else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,15 +14,9 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.column_titles import bare
 from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
-from fem_seal.field_file.recorded import Pair, Recorded, in_si
+from fem_seal.field_file.recorded import FARTHEST, OFF_GRID, Pair, Recorded, even_step, in_si
 from fem_seal.field_file.text_header import ROUNDED, Statements, statements_of, unit_in
-from fem_seal.field_file.text_table import (
-    FARTHEST,
-    OFF_GRID,
-    TextTable,
-    even_step,
-    read_table,
-)
+from fem_seal.field_file.text_table import TextTable, read_table
 
 COUNTING = "; its first line and column count points, without a unit, and say no lengths"
 SAYS = "; its header says {}, but not one length of each side with its unit"

@@ -15,6 +15,7 @@ import numpy as np
 from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import whole
+from fem_seal.field_file.recorded import FEWEST
 
 # Texts that programs write for a point without a height, in lower case, besides those that float()
 # takes for NaN; "": an empty cell.
@@ -28,10 +29,6 @@ SAMPLE = 200  # number of lines by which the separators are chosen
 _LOOK = 2000  # bytes examined at the beginning and at the end
 _UTF_16 = b"\xff\xfe", b"\xfe\xff"  # byte-order marks
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1a\x1c-\x1f]")
-# Largest distance of coordinates from an even grid, over its step: written numbers are rounded.
-OFF_GRID = 0.05
-FEWEST = 3  # coordinates of which one can say that they are even
-FARTHEST = 1e100  # largest coordinate; sums of a few are finite
 SHOWN = 40  # characters of a file that a message quotes
 
 _ASIDE = re.compile(r"\s#(?!n/a).*", re.IGNORECASE)
@@ -260,17 +257,6 @@ def _table(lines: list[str], layout: Layout, columns: int, path: Path) -> TextTa
             f"{path} holds no lines of {number_of(columns, 'number')} below its header"
         )
     return TextTable(np.array(rows), tuple(header), np.array(numbers_of_lines), layout, corner)
-
-
-def even_step(x: np.ndarray) -> float | None:
-    """Step of coordinates that rise or fall evenly; None for other numbers."""
-    if len(x) < FEWEST or not np.abs(x).max() < FARTHEST:
-        return None
-    if not (np.diff(x) * (x[1] - x[0]) > 0).all():
-        return None
-    step = float(x[-1] - x[0]) / (len(x) - 1)
-    off = np.abs(x - x[0] - step * np.arange(len(x))).max()
-    return step if off < OFF_GRID * abs(step) else None
 
 
 def _begins(row: Sequence[float | None], cells: list[str], columns: int, headed: bool) -> bool:

@@ -36,7 +36,7 @@ def h5_attribute(path, name, value, of="x"):
         file[of].attrs[name] = value
 
 
-UNEVEN = np.array([0, 1, 2, 3, 4, 5.01]) * SPACING[0]
+UNEVEN = np.array([0, 1, 2, 3, 4, 5.2]) * SPACING[0]
 
 
 def of_h5(words, said=Stated(), **more):  # noqa: B008
