@@ -4,8 +4,9 @@ import lzma
 import re
 import struct
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from tokenize import TokenError
 from typing import TYPE_CHECKING
@@ -35,9 +36,9 @@ BROKEN_PARSED = (
 HDF5 = b"\x89HDF"
 # Attributes of codes of their own: scale, z_scale, multiplier.
 _FACTOR = re.compile(r"(^|_|z)(scale|scaling|multiplier)$", re.IGNORECASE)
-# Attributes of NetCDF in the numbers as stored: two for missing points, and the valid range.
-_STORED = {"_FillValue", "missing_value", "valid_min", "valid_max"}
-_UNPACK = {"scale_factor", "add_offset"}
+# Attributes by which NetCDF packs numbers, or says which of them count, with what changes none.
+_PACKED = {"scale_factor": ("1", "1.0"), "add_offset": ("0", "0.0"), "_Unsigned": ("false",)}
+_PACKED |= dict.fromkeys(("valid_min", "valid_max", "valid_range"), ())
 
 
 @contextmanager
@@ -77,11 +78,13 @@ def read_netcdf(path: Path, names: Iterable[str]) -> NamedArrays:
     from scipy.io import netcdf_file
 
     with whole(path, "NetCDF"), netcdf_file(path, mmap=False) as file:
-        arrays = {}
-        for name in file.variables.keys() & set(names):
-            array, what = file.variables[name], f"{name} in {path}"
-            arrays[name] = _variable(what, array.data, array._attributes, array.dimensions)
-        return NamedArrays(path, arrays, tuple(file.variables), file._attributes)
+        arrays = {
+            name: Variable(array.data, array._attributes, array.dimensions)
+            for name, array in file.variables.items()
+            if name in names
+        }
+        read = NamedArrays(path, arrays, tuple(file.variables), file._attributes)
+    return _obeyed(read)
 
 
 def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
@@ -101,14 +104,15 @@ def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
         held = tuple(name for name in dict.fromkeys(walk) if _is_data_set(file[name]))
         arrays = {}
         for name in set(names).intersection(held):
-            array, what = file[name], f"{name} in {path}"
+            array = file[name]
             # NetCDF 4 attaches the name of a dimension as a scale.
             dimensions = tuple(
                 scale[0].name.rsplit("/", 1)[-1] if len(scale) else scale.label
                 for scale in array.dims
             )
-            arrays[name] = _variable(what, array[()], dict(array.attrs), dimensions)
-        return NamedArrays(path, arrays, held, dict(file.attrs))
+            arrays[name] = Variable(array[()], dict(array.attrs), dimensions)
+        read = NamedArrays(path, arrays, held, dict(file.attrs))
+    return _obeyed(read)
 
 
 def refuse_data_elsewhere(file: "h5py.File", path: Path) -> None:
@@ -150,59 +154,34 @@ def _is_data_set(item: "h5py.Dataset | h5py.Group") -> bool:
     return hasattr(item, "shape") and not name.startswith("This is a netCDF dimension but not")
 
 
-def _variable(
-    what: str, values: np.ndarray, attributes: Mapping[str, object], dimensions: tuple[str, ...]
-) -> Variable:
-    """Array of a file, with NaN at missing points, unpacked from integers.
+def _obeyed(read: NamedArrays) -> NamedArrays:
+    """The same with NaN at the missing points that attributes mark; packed numbers are refused."""
+    variables = {
+        name: replace(array, values=_values(f"{name} in {read.path}", array))
+        for name, array in read.variables.items()
+    }
+    return replace(read, variables=variables)
 
-    NetCDF 3 has no unsigned integers: `_Unsigned` says which ones are. Points outside the valid
-    range, which is one of the packed numbers, are missing.
-    """
-    if _is_unsigned(values, attributes):
-        values = values.view(values.dtype.str.replace("i", "u"))
-    about = _numbers_about(values, attributes, what)
+
+def _values(what: str, array: Variable) -> np.ndarray:
+    values = array.values
+    kind = np.asarray(values).dtype.kind
+    if kind not in "iuf":
+        return values
     missing = np.zeros(np.shape(values), dtype=bool)
-    for name in about.keys() & {"_FillValue", "missing_value"}:
-        missing |= values == about[name]
-    if about.keys() & {"valid_min", "valid_max"}:
-        missing |= values < about.get("valid_min", -np.inf)
-        missing |= values > about.get("valid_max", np.inf)
-    if missing.any():
-        values = np.where(missing, np.nan, values)
-    if about.keys() & _UNPACK:
-        values = values * about.get("scale_factor", 1.0) + about.get("add_offset", 0.0)
-    return Variable(values, attributes, dimensions)
-
-
-def _is_unsigned(values: np.ndarray, attributes: Mapping[str, object]) -> bool:
-    said = text_of(attributes.get("_Unsigned", "")).lower() == "true"
-    return said and np.asarray(values).dtype.kind == "i"
-
-
-def _numbers_about(
-    values: np.ndarray, attributes: Mapping[str, object], what: str
-) -> dict[str, float]:
-    """Numbers by which NetCDF marks missing points and packs lengths into integers."""
-    stored = np.asarray(values).dtype
-    if stored.kind not in "iuf":
-        return {}
-    about: dict[str, float] = {}
-    for name, value in attributes.items():
-        numbers = np.ravel(np.asarray(value))
+    for name, value in array.attributes.items():
+        numbers, said = np.ravel(np.asarray(value)), text_of(value)
         numeric = numbers.dtype.kind in "iuf"
-        if _FACTOR.search(name) and numeric and (numbers != 1).any():
+        factor = _FACTOR.search(name) and numeric and (numbers != 1).any()
+        if factor or said.lower() not in _PACKED.get(name, (said.lower(),)):
             raise InvalidInput(
-                f"{what} has an attribute {name} = {value}, a factor of no convention: multiply "
-                "the values by it unless they are products already, and delete it"
+                f"{what} has an attribute {name} = {said}, which is not obeyed: write the numbers "
+                "that are meant, as floats with NaN where nothing was measured, and delete it"
             )
-        parts = ("valid_min", "valid_max") if name == "valid_range" else (name,)
-        if not _STORED.union(_UNPACK).issuperset(parts):
-            continue
-        if numbers.size != len(parts) or not numeric:
-            shown = text_of(value) if isinstance(value, bytes) else value
-            wanted = "two numbers" if len(parts) == 2 else "one number"
-            raise InvalidInput(f"{name} of {what} must be {wanted}, got {shown!r}")
-        if name not in _UNPACK and numbers.dtype.kind + stored.kind == "iu":
-            numbers = numbers.astype(stored)  # of -1 the largest unsigned number
-        about.update(zip(parts, map(float, numbers), strict=True))
-    return about
+        if name in ("_FillValue", "missing_value"):
+            if numbers.size != 1 or not numeric:
+                raise InvalidInput(f"{name} of {what} must be one number, got {said!r}")
+            if numbers.dtype.kind + kind == "iu":
+                numbers = numbers.astype(values.dtype)  # of -1 the largest unsigned number
+            missing |= values == numbers[0]
+    return np.where(missing, np.nan, values) if missing.any() else values

@@ -190,9 +190,6 @@ CASES = {
     "missing value of words": of_nc(
         "missing_value of gap in .*a.nc must be one number, got 'none'", "missing_value", "none"
     ),
-    "scale of words": of_nc(
-        "scale_factor of gap in .*a.nc must be one number, got 'um'", "scale_factor", "um"
-    ),
     "NetCDF that is none": of_text("not a whole NetCDF file", "CDF", "a.nc"),
     "HDF5 that is none": of_text("cannot be read", "HDF", "a.h5"),
     "single row": of_npz("two", Stated(), gap=GAP[:1], spacing=SPACING),
