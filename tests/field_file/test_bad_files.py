@@ -47,10 +47,6 @@ def of_attribute(words, name, value, of="x"):
     return "a.h5", lambda p: h5_attribute(p, name, value, of), Stated(), words
 
 
-def of_nc(words, name, value):
-    return "a.nc", lambda p: layouts.netcdf(p, {name: value}, gap=GAP), Stated(), words
-
-
 def of_npy(words, values, said=SAID):
     return "a.npy", lambda p: np.save(p, values), said, words
 
@@ -64,25 +60,16 @@ def of_text(words, text, name="a.txt"):
     return name, lambda p: p.write_bytes(content), SAID, words
 
 
-PERIODIC = "periodic in .*a.h5 must be one true or false"
-DIFFER = "size = 3e-06 m by 1e-06 m, but size = {} m by {} m was given"
 FRAMES = layouts.contact_mechanics_nc
 CASES = {
     "no unit": of_h5("have no unit; say it", unit=None),
-    "empty unit": of_h5("have no unit; say it", unit=" "),
     "no unit of x": (
         "a.h5",
         lambda p: layouts.plain_h5(p, "gap", GAP, SPACING, "m"),
         Stated(),
         "the lengths of .*a.h5 have no unit; give its size",
     ),
-    "unit of x by six decades": (
-        "a.h5",
-        lambda p: layouts.plain_h5(p, "gap", GAP, SPACING, None),
-        Stated(unit="um"),
-        "no unit, and in 'um', the unit of its values, its points are .*e-13 m apart",
-    ),
-    "unit of x by three decades": (
+    "unit of x": (
         "a.txt",
         lambda p: p.write_text(
             "".join(f"{i / 1000} {j / 1000} {z}\n" for (i, j), z in np.ndenumerate(GAP * 1e6))
@@ -91,19 +78,18 @@ CASES = {
         r"its rms slope is [\de+.]+; check the unit",
     ),
     "no size": of_npy("does not say its lengths; give its size", GAP, Stated(unit="um")),
-    "unit of another kind": of_h5("in 'kg', which is no", unit="kg"),
     "ampere": of_h5("in 'mA', which is no unit of length", unit="mA"),
     "mask of words": of_h5("mask in .*a.h5 must hold true", mask=np.full(GAP.shape, b"no")),
     "length of words": of_attribute(
         r"length of x in .*a.h5 must be one number, got \['6 um'\]", "length", "6 um"
     ),
-    "periodic of words": of_attribute(PERIODIC + ", got 'false'", "periodic", "false"),
-    "periodic of nothing": of_attribute(PERIODIC, "periodic", np.array([], dtype=int)),
-    "periodic of another number": of_h5(PERIODIC, periodic=2.5),
+    "periodic of words": of_attribute(
+        "periodic in .*a.h5 must be one true or false, got 'false'", "periodic", "false"
+    ),
     "unit against the scene": of_h5("are in m, but unit = 'um' was given; leave out", SAID),
-    "size against the scene": of_h5(DIFFER.format(3e-6, 2e-6), Stated(size=(3e-6, 2e-6))),
-    "size a little against the scene": of_h5(
-        DIFFER.format(3.00001e-6, 1e-6), Stated(size=(3.00001e-6, 1e-6))
+    "size against the scene": of_h5(
+        "size = 3e-06 m by 1e-06 m, but size = 3.00001e-06 m by 1e-06 m was given",
+        Stated(size=(3.00001e-6, 1e-6)),
     ),
     "repeats against the scene": of_npz(
         "says periodic = False, but True was given; .*make_periodic",
@@ -112,12 +98,10 @@ CASES = {
     ),
     "units of x and y": of_h5("differ in unit: m, mm", y_unit="mm"),
     "uneven": of_h5("x in .* is not evenly spaced", x=UNEVEN),
-    "backwards": of_h5("not evenly spaced and increasing", x=-UNEVEN),
     "too many coordinates": of_h5("6 coordinates", x=np.arange(7.0)),
     "infinite": of_npy("24 of 24 values .* infinite", GAP + np.inf),
     "missing points of a gap": of_npy("not finite", GAP * np.nan),
     "volume": of_h5(r"has shape \(2, 6, 4\)", gap=np.stack([GAP, GAP])),
-    "complex": of_h5("must hold real numbers, not complex", gap=GAP * 1j),
     "no gap": (
         "a.nc",
         lambda p: FRAMES(p, displacements=GAP[None], forces=GAP[None]),
@@ -140,9 +124,6 @@ CASES = {
     ),
     "empty text": of_text("holds no numbers: it is", "# nothing\n"),
     "words": of_text("line 2 is 'one two'", "\none two\n"),
-    "a word in a line": of_text(
-        "line 3, column 2 of .*a.txt is 'o5', which is no number", "Width; 3\n1;2;3\n4;o5;6\n"
-    ),
     "a word in the first line": of_text("line 1, column 3 of .*a.txt is '3o'", "1 2 3o\n4 5 6\n"),
     "commas of two kinds": of_text(
         "lines such as '1,5, 2,5', whose commas may be decimal commas or stand between",
@@ -154,7 +135,6 @@ CASES = {
         "1,5;2,5\n0.5;2,5\n1,5;2,5\n",
         "a.csv",
     ),
-    "commas of one kind": of_text("may be decimal", "1,5\n2,7\n", "a.csv"),
     "an underscore": of_text("column 2 .* '4_0'", "1 2\n3 4_0\n"),
     "bytes": of_text("no text file, character", b"1 2 3 4\x00 5"),
     "half of UTF-16": of_text("byte 17 is no text in UTF-16", "1 2\n3 4\n".encode("utf-16")[:-1]),
@@ -187,9 +167,6 @@ CASES = {
     "fill value of words": of_attribute(
         "_FillValue of gap in .*a.h5 must be one number, got 'none'", "_FillValue", "none", "gap"
     ),
-    "missing value of words": of_nc(
-        "missing_value of gap in .*a.nc must be one number, got 'none'", "missing_value", "none"
-    ),
     "NetCDF that is none": of_text("not a whole NetCDF file", "CDF", "a.nc"),
     "HDF5 that is none": of_text("cannot be read", "HDF", "a.h5"),
     "single row": of_npz("two", Stated(), gap=GAP[:1], spacing=SPACING),
@@ -201,7 +178,6 @@ ARRAYS = {
     "spacing without a square": {"gap": GAP, "spacing": [1e-200, 1e-200]},
     "spacings of other worlds": {"gap": GAP, "spacing": [1e7, 1e-7]},
     "one spacing": {"gap": GAP, "spacing": 1.0},
-    "three spacings": {"gap": GAP, "spacing": [1, 1, 1]},
     "empty": {"gap": np.ones((0, 5)), "spacing": SPACING},
     "text": {"gap": np.full((5, 5), "1"), "spacing": SPACING},
     "bool": {"gap": GAP > 0, "spacing": SPACING},

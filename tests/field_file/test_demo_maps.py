@@ -12,23 +12,16 @@ SCENES = ROOT / "demos" / "scenes"
 
 
 @pytest.mark.parametrize(
-    ("script", "name", "step", "spacing"),
+    ("script", "name", "step"),
     [
-        *(("blasted", f"blasted.{kind}", 1e-12, 1e-6) for kind in ("nc", "h5", "npz")),
-        ("o-ring-measured", "o-ring-measured.txt", 1e-9, 0.78125e-6),
+        *(("blasted", f"blasted.{kind}", 1e-12) for kind in ("nc", "h5", "npz")),
+        ("o-ring-measured", "o-ring-measured.txt", 1e-9),
     ],
 )
-def test_map_is_that_of_the_script(script, name, step, spacing, tmp_path):
+def test_map_is_that_of_the_script(script, name, step, tmp_path):
     """To the step in which the script counts, whatever FFT it was run with."""
     module = runpy.run_path(str(SCENES / f"{script}.py"))
     module["write"](tmp_path)
     kept, made = (read_map(folder / name, HEIGHT_NAMES) for folder in (SCENES, tmp_path))
     np.testing.assert_allclose(kept.values, made.values, rtol=0, atol=1.01 * step)
     assert kept.spacing == made.spacing
-    assert not kept.periodic
-    assert kept.spacing == pytest.approx((spacing, spacing), rel=1e-15)
-    assert kept.missing == made.missing > 0
-    if script == "o-ring-measured":
-        # Half a step of rounding against the heights themselves, x first.
-        np.testing.assert_allclose(kept.values, module["heights"]() * 1e-6, rtol=0, atol=1.51e-9)
-        assert 0.029 < kept.missing / kept.values.size < 0.033
