@@ -6,7 +6,7 @@ import pytest
 
 @pytest.mark.parametrize(
     ("kind", "examples"),
-    [("scenes", 10), ("gaps", 6), ("heights", 10), ("meshes", 10), ("results", 4)],
+    [("scenes", 10), ("maps", 16), ("meshes", 10), ("results", 4)],
 )
 def test_broken_input(kind, examples):
     tally = fuzz.campaign(examples, [kind])

@@ -101,7 +101,8 @@ def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
         # A walk follows no links, and those of the top level are read.
         walk = [*file]
         file.visit(walk.append)
-        held = tuple(name for name in dict.fromkeys(walk) if _is_data_set(file[name]))
+        # A name that is not UTF-8 stands there as bytes.
+        held = tuple(text_of(name) for name in dict.fromkeys(walk) if _is_data_set(file[name]))
         arrays = {}
         for name in set(names).intersection(held):
             array = file[name]

@@ -108,6 +108,12 @@ CASES = {
         SAID,
         "has no array 'gap' or 'gaps'; it holds displacements, forces",
     ),
+    "a name that is not UTF-8": (
+        "a.h5",
+        lambda p: h5py.File(p, "w").create_dataset(b"\x86", data=GAP).file.close(),
+        SAID,
+        "has no array 'gap' or 'gaps'; it holds \N{REPLACEMENT CHARACTER}",
+    ),
     "no frame": ("a.nc", lambda p: FRAMES(p, gap=GAP[None][:0]), SAID, "gap in .* has no frame"),
     "no such array": of_h5("no array 'height'; it holds gap, x, y", Stated(array="height")),
     "traction of another shape": (
