@@ -25,15 +25,13 @@ class PointFolder(Generic[T]):
     The folder is made when the first point is written.
     """
 
-    suffix = ".json"
-
     def __init__(self, folder: Path, kind: type[T]):
         self.folder = folder
         self.kind: type = kind
 
     def path_of(self, name: str) -> Path:
         """Path of the file of a point."""
-        return self.folder / f"{name}{self.suffix}"
+        return self.folder / f"{name}.json"
 
     def load(self, name: str) -> T:
         """Read a point; OSError if it cannot be read, ValueError if its file holds none."""
