@@ -1,7 +1,6 @@
 """Critical constriction and pockets against slow references and closed forms."""
 
 from functools import partial
-from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -58,21 +57,6 @@ def test_critical_constriction_is_the_highest_level_that_spans(h, sides, represe
             i, j = np.rint(np.array(one.constriction.position) / gap.spacing - half).astype(int)
             assert spanning[i, j]
             assert sites[i, j] == expected
-
-
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_the_graph_of_few_sites_tells_what_the_sites_do(sides, representation):
-    """The graph has links across the seam, whose diagonals differ where its columns are odd."""
-    rng = np.random.default_rng(4)
-    for _ in range(60):
-        shape, levels = rng.integers(2, 7, 2), rng.choice([2, 7, 50])
-        gap = GridField(rng.integers(0, levels, shape).astype(float), (0.5, 2.0), periodic=True)
-        found = []
-        for few in (0.0, 0.3, 1.0):
-            with patch("fem_seal.film.constriction.FEW", few):
-                found.append(GridFilm(gap, sides, representation).constriction)
-        assert found[0] == found[1] == found[2]
 
 
 def test_trapped_volume_of_one_vertex():
