@@ -1,15 +1,16 @@
 """Checks across the sections of a scene: each yields sentences, of which the first one counts."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import islice
 from typing import TYPE_CHECKING
 
 from fem_seal.scene.contact import LOADS
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import ContradictionError
+from fem_seal.scene.seal_checks import seal_product, whole_seal, windows
 from fem_seal.scene.section import is_changed
 from fem_seal.scene.sections import PRODUCTS
-from fem_seal.scene.tolerances import InputTolerance
+from fem_seal.scene.tolerance_checks import tolerances
 
 if TYPE_CHECKING:
     from fem_seal.scene.scene import Scene
@@ -95,78 +96,6 @@ def _load(scene: "Scene") -> Iterator[str]:
             )
     elif not loads:
         yield f"contact: give exactly one of {', '.join(LOADS)}; got none"
-
-
-def _seal_product(scene: "Scene") -> Iterator[str]:
-    """A seal without its product or the other way round, and products that stand beside it."""
-    products, seal = set(scene.output.products), scene.seal
-    if seal is None:
-        if "seal" in products:
-            yield (
-                "[seal] is missing: output.products names 'seal', which needs seal.leak_path and "
-                "seal.circumference"
-            )
-        return
-    if "seal" not in products:
-        yield (
-            "[seal] is given, and output.products does not name 'seal'; add it, as in products = "
-            "['seal', 'contact']"
-        )
-    for product in sorted(products - {"seal", "contact", "pictures"}):
-        yield (
-            f"output.products names {product!r} beside 'seal', whose patches are solved "
-            "under many loads; ask for it in a scene without [seal]"
-        )
-
-
-def _seal(scene: "Scene") -> Iterator[str]:
-    """A seal whose patches cannot be computed, or whose flow is another one."""
-    seal, contact = scene.seal, scene.contact
-    if seal is None:
-        return
-    if scene.flow.sides == "wall":
-        yield (
-            "[seal] puts patches side by side, and walls between them (flow.sides = 'wall') would "
-            "make the seal leak less; set flow.sides = 'periodic', or leave it out"
-        )
-    for name in ("gap", "shape", "accuracy"):
-        if getattr(scene, name) is not None:
-            yield (
-                f"[{name}] does not go with [seal], whose patches are pressed by many loads on the "
-                "grid of [surface]; leave one of the two out"
-            )
-    pressed = contact is not None and (contact.pressure or seal.own_load)
-    if contact is not None and not (contact.is_elastic and pressed):
-        yield (
-            "[seal] needs contact.pressure above 0, the mean pressure that solid and fluid carry "
-            "together, for an elastic contact (contact.model = 'gfmd')"
-        )
-    if "rtol" in scene.flow.model_fields_set:
-        yield "flow.rtol is of a single patch; leave it out with [seal], and set seal.rtol"
-    if scene.flow.lift not in (None, "none"):
-        yield (
-            f"flow.lift = {scene.flow.lift!r} is for a single patch; [seal] counts the fluid's "
-            "pressure along the leak path itself: leave it out"
-        )
-    if scene.limit is not None and scene.limit.decide:
-        yield "limit.decide stops the flow of a single patch; with [seal] set seal.rtol"
-
-
-def _window(scene: "Scene") -> Iterator[str]:
-    """Windows of a seal, which are parts of a measured map."""
-    seal, map_ = scene.seal, scene.measured_map
-    if seal is None or seal.window is None:
-        return
-    if map_ is None:
-        yield (
-            "seal.window cuts patches out of a measured map; for a random surface leave it "
-            "out, and patches are seeds"
-        )
-    elif map_.twin_seed is not None:
-        yield (
-            "seal.window makes patches of parts of the map, and surface.twin_seed of its "
-            "spectrum; leave one of the two out"
-        )
 
 
 def _accuracy(scene: "Scene") -> Iterator[str]:
@@ -257,83 +186,6 @@ def _rates(scene: "Scene") -> Iterator[str]:
             "limit.decide needs flow.max_unknowns, flow.max_seconds or flow.max_memory, since a "
             "leak rate that equals the limit is never decided"
         )
-
-
-def _tolerances(scene: "Scene") -> Iterator[str]:
-    """Tolerances without a leak rate or an input; each rule needs those before it."""
-    if scene.tolerances is None:
-        return
-    if scene.leak_rate_of == "nothing":
-        yield "[tolerances] is about the leak rate, which output.products does not name"
-    given = dict(scene.tolerances.given())
-    if not given:
-        yield "[tolerances] names no input; leave the section out"
-    for name, tolerance in given.items():
-        yield from _without_value(scene, name, tolerance)
-    yield from _unordered(scene, given)
-    yield from _too_large(scene, given)
-
-
-def _without_value(scene: "Scene", name: str, tolerance: InputTolerance) -> Iterator[str]:
-    """A tolerance of an input that the scene does not use, or an amount of a value of 0."""
-    section, _, key = name.partition(".")
-    known = scene.surface if name == "heights" else getattr(scene, section)
-    rigid = scene.contact is not None and not scene.contact.is_elastic
-    if known is None or (key and getattr(known, key) is None) or (section == "solid" and rigid):
-        compared = ""
-        if name == "contact.pressure" and scene.seal is not None and scene.seal.table:
-            compared = ", and compare seals with other tables of seal.pressure_profile"
-        yield (
-            f"tolerances.{name} is of an input that the scene does not use; leave it out{compared}"
-        )
-    if not tolerance.is_part and scene.value_of(name) == 0:
-        yield (
-            f"tolerances.{name} = {str(tolerance)!r} is an amount beside a value of 0, of "
-            "which no part is known; leave it out, and compare scenes with other values of it"
-        )
-
-
-def _unordered(scene: "Scene", given: Mapping[str, InputTolerance]) -> Iterator[str]:
-    """Tolerances of which no end is known to open the film."""
-    if "heights" in given and scene.contact is not None and scene.contact.mean_gap is not None:
-        yield (
-            "tolerances.heights needs contact.pressure or contact.area_fraction: at a given "
-            "contact.mean_gap higher heights may open or close the film; leave it out"
-        )
-    if scene.lift == "range":
-        yield (
-            "[tolerances] moves both ends of flow.lift = 'range', by other factors than the dry "
-            "contact; choose 'resolved', or leave [tolerances] out"
-        )
-    if scene.lift == "resolved":
-        pressed = scene.contact is not None and scene.contact.pressure is not None
-        of_solid = () if pressed else ("solid.youngs_modulus", "solid.contact_modulus")
-        unclear = "flow.outlet_pressure", *of_solid
-        for name in (name for name in given if name in unclear):
-            without = "" if pressed else " without contact.pressure"
-            yield (
-                f"tolerances.{name} may open or close a film that the fluid lifts{without}; leave "
-                "it out, and compare scenes with other values of it"
-            )
-
-
-def _too_large(scene: "Scene", given: Mapping[str, InputTolerance]) -> Iterator[str]:
-    """Tolerances of 100 % or more, and those with which the pressures change places."""
-    for name, part in scene.tolerated.items():
-        if part >= 1:
-            yield (
-                f"tolerances.{name} = {str(given[name])!r} is 100 % of the value or more; it must "
-                "be less"
-            )
-    inlet, outlet = scene.flow.inlet_pressure, scene.flow.outlet_pressure
-    if inlet is not None and outlet is not None:
-        least = inlet * (1 - scene.tolerated.get("flow.inlet_pressure", 0.0))
-        most = outlet * (1 + scene.tolerated.get("flow.outlet_pressure", 0.0))
-        if least <= most:
-            yield (
-                f"[tolerances] let flow.inlet_pressure fall to {least:g} Pa, which is not above "
-                f"the {most:g} Pa of flow.outlet_pressure; give smaller ones"
-            )
 
 
 def _ambient(scene: "Scene") -> Iterator[str]:
@@ -436,6 +288,6 @@ def _sensitivity(scene: "Scene") -> Iterator[str]:
 
 
 CHECKS = (
-    _shape, _origin, _load, _seal_product, _seal, _window, _accuracy, _rates,
-    _finite_differences, _tolerances, _ambient, _lift, _tensor, _sensitivity,
+    _shape, _origin, _load, seal_product, whole_seal, windows, _accuracy, _rates,
+    _finite_differences, tolerances, _ambient, _lift, _tensor, _sensitivity,
 )  # fmt: skip
