@@ -21,8 +21,8 @@ NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*
 _STANDARD_VOLUME = re.compile(
     r"\b(s(lp?|cc|cf)[hms]|standard_liter_per_minute|std|N(ml|l|L|cm|m\W?[3³]))(?![^\W\d_])"
 )
-# Pint's "px" is the 1/96 inch of web pages.
-_PIXEL = re.compile(r"\b(px|pixels?)\b")
+# Pint's "px" is the 1/96 inch of web pages, and its "point" the 1/72 inch of printers.
+_PIXEL = re.compile(r"\b(px|pixels?|points?)\b")
 # Errors of pint for texts such as "-", "m/0" and "um um".
 _NO_UNIT = ValueError, TypeError, SyntaxError, AssertionError, ArithmeticError, TokenError
 _WORD = re.compile(r"[^\W\d_]+")
@@ -75,8 +75,8 @@ def to_si(value: object, unit: str) -> float:
         raise ValueError(f"has no unit; {expected}")
     if _PIXEL.search(text):
         raise ValueError(
-            f"is in pixels, which are of no fixed length; {expected}: their number times the "
-            "distance of the samples"
+            f"is in pixels or points, which are of no fixed length; {expected}: their number times "
+            "the distance of the samples"
         )
     converted = _converted(number, text, unit, expected)
     if converted is None:

@@ -120,15 +120,18 @@ def _from_table(path: Path) -> Recorded:
     # x is the column with this title, else the first one.
     along = next((k for k, title in enumerate(header.titles) if title.axis == "x"), 0)
     even = even_step(values[:, along]) if values.shape[1] > 1 else None
-    columns, step = list(range(values.shape[1])), header.metres(header.steps, "x")
+    columns = list(range(values.shape[1]))
     unit_of_step: str | None = "m"
     if even is not None:
         values = np.delete(values, columns.pop(along), axis=1)[:: 1 if even > 0 else -1]
-        step, unit_of_step = abs(even), header.unit_of_coordinates(along)
+        step: float | None = abs(even)
+        unit_of_step = header.unit_of_coordinates(along)
     elif header.titled_as_profiles:
         raise InvalidInput(
             f"x in {path} neither rises nor falls evenly; resample the profile to even steps"
         )
+    else:
+        step = header.metres(header.steps, "x")
     counted = [k for k, column in zip(columns, values.T, strict=True) if even_step(column)]
     if counted:
         raise InvalidInput(

@@ -102,6 +102,10 @@ WHOLE = {
         "x-pixels = 6\ny-pixels = 4\nx-length = 3000\ny-length = 1000\nx-unit = nm\nz-unit = um\n"
         + matrix()
     ),
+    "numbers of points with a word": (
+        "Width: 6 points\nHeight: 4 points\nStep X / Y [um]: 0.5 / 0.25\nheights in um\n"
+        + matrix(values=HEIGHTS.T)
+    ),
     "a spreadsheet's header": (
         "Width,3 µm,,\nHeight,1 µm,,\nZ unit,um,,\n,,,\n"
         + matrix(",", missing="", values=HEIGHTS.T)

@@ -72,7 +72,7 @@ def test_pound_per_square_inch():
         ("3 ss", "s", "has an unknown unit"),
         *((value, "m", "is larger than any number") for value in (10**400, "1e9999999 um")),
         # Pint's px is a 96th of an inch; of a map it would be the distance of the samples.
-        *((text, "m", "is in pixels") for text in ("5 px", "5 um/px", "5 pixels")),
+        *((text, "m", "is in pixels") for text in ("5 px", "5 um/px", "5 pixels", "5 points")),
     ],
 )
 def test_what_is_no_quantity(value, unit, message):
