@@ -125,10 +125,17 @@ class ContactGrid(Task[tuple[Run, ...]]):
         of_contact = process_time() - start
         flow, runs = replace(self.scene.flow_settings, decide=None, field=False), []
         for own in self.flows:
-            refined = own.method != "finite-difference"
-            unknowns = own.unknowns or flow.limits.unknowns if refined else None
-            limits = replace(flow.limits, unknowns=unknowns)
-            settings = replace(flow, method=own.method, rtol=own.rtol or flow.rtol, limits=limits)
+            differences = own.method == "finite-difference"
+            settings = replace(
+                flow,
+                method=own.method,
+                rtol=own.rtol or flow.rtol,
+                limits=replace(
+                    flow.limits,
+                    unknowns=None if differences else own.unknowns or flow.limits.unknowns,
+                ),
+                links=flow.links if differences else FlowSettings.links,
+            )
             patch = pressed.with_(Given(contact=contact, lift="none", flow_settings=settings))
             # Reset the kernel's largest resident memory of this process (proc(5)), where it can be.
             with suppress(OSError):

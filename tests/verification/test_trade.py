@@ -11,6 +11,7 @@ from project import scene_of_samples, write_toml
 from fem_seal import cli, parallel
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
+from fem_seal.progress import silent
 from fem_seal.scene import Scene
 from fem_seal.verification.trade import (
     ContactGrid,
@@ -89,6 +90,24 @@ def test_a_contact_grid_reports_its_stages_wherever_it_is_computed(small_scene, 
     (run,) = grid.compute(lambda stage, _: stages.append(stage), parallel.alone())
     assert run.state == "leaking"
     assert "contact" in stages
+
+
+def test_links_are_read_by_finite_differences_alone(small_scene):
+    """By another rule of links these change; finite elements, which have none, give the same."""
+    flow = {**small_scene["flow"], "method": "finite-difference"}
+    methods = FlowMethod("finite-difference", None), FlowMethod("adaptive", 0.1)
+    (usual, adaptive), (harmonic, same) = (
+        ContactGrid(
+            "grid",
+            "grid",
+            Scene.from_mapping(small_scene | {"flow": flow | links}),
+            (32, 32),
+            methods,
+        ).compute(silent, None)
+        for links in ({}, {"links": "harmonic"})
+    )
+    assert harmonic.leak_rate < usual.leak_rate
+    assert same.leak_rate == adaptive.leak_rate
 
 
 def test_front():
