@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Timer
 
 import pytest
 from project import RING, started, write_toml
@@ -144,6 +145,15 @@ def test_another_comes_in_the_instant_of_locking(tmp_path, monkeypatch, step, st
     in_use = partial(pytest.raises, InvalidInput, match="in use")
     shared, alone = locked_folder(tmp_path, shared=True), locked_folder(tmp_path)
     with other, in_use() if stays else nullcontext(), shared, in_use(), alone:
+        pass
+
+
+def test_a_sweep_waits_for_one_that_begins(tmp_path):
+    """That one holds the folder alone for as long as it takes to list many points."""
+    other = ExitStack()
+    other.enter_context(locked_folder(tmp_path))
+    Timer(0.5, other.close).start()
+    with locked_folder(tmp_path, shared=True):
         pass
 
 
