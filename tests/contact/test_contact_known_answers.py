@@ -41,26 +41,16 @@ def test_westergaard(n, relative):
     assert error < np.linalg.norm(wave.pressure(wider, x) - exact) / np.linalg.norm(exact)
 
 
-def area_of_johnson(relative, n=256, amplitude=1e-3):
-    """Contact area of Δ cos cos, λ = 1, under a part of the load that flattens it, √2 π E* Δ/λ."""
+def test_johnson_near_full_contact():
+    """1 - A/A0 -> (3/2π)(1 - p/p*): the last open spots close like Hertz contacts upside down.
+
+    Of Δ cos cos with λ = 1, under 0.98 of the load p* = √2 π E* Δ/λ that flattens it.
+    """
+    n, amplitude = 256, 1e-3
     wave = np.cos(2 * np.pi * np.arange(n) / n)
     height = GridField(amplitude * np.outer(wave, wave), (1 / n, 1 / n), periodic=True)
-    load = relative * 2**0.5 * np.pi * E_STAR * amplitude
-    return press(height, SOLID, Load("pressure", load)).contact_area_fraction, load
-
-
-@pytest.mark.parametrize("relative", [0.002, 0.005])
-def test_johnson_light_load_is_hertz(relative):
-    """Two peaks in a period of cos cos, each with R = λ²/(4π²Δ) (Johnson et al., 1985)."""
-    area, load = area_of_johnson(relative)
-    radius = (area / (2 * np.pi)) ** 0.5
-    exact = hertz_radius(load / 2, 1 / (4 * np.pi**2 * 1e-3), E_STAR)
-    assert abs(radius - exact) < 0.5 / 256  # half a sample
-
-
-def test_johnson_near_full_contact():
-    """1 - A/A0 -> (3/2π)(1 - p/p*): the last open spots close like Hertz contacts upside down."""
-    area, _ = area_of_johnson(0.98)
+    load = Load("pressure", 0.98 * 2**0.5 * np.pi * E_STAR * amplitude)
+    area = press(height, SOLID, load).contact_area_fraction
     # Two open spots of radius 7 samples, each known to half a sample: 15 % of the open area.
     assert 1 - area == pytest.approx(3 / (2 * np.pi) * 0.02, rel=0.15)
 

@@ -45,12 +45,11 @@ def test_stretched_surface(angle):
     """Stretching by s divides the slopes along it by s.
 
     The ratio scatters by 11 %, the angle by 1.7 degrees: 5 % and 0.7 from 300 waves, as
-    √(<q⁴>/(600 <q²>²)), the rest since few wavelengths are on the map. Seed 1 was seen to be off by
-    up to 14.6 % and 2.1 degrees.
+    √(<q⁴>/(600 <q²>²)), the rest since few wavelengths are on the map. Three times both is allowed.
     """
     lay = Lay.of(rough(stretch=4, angle=angle))
-    assert lay.ratio == pytest.approx(4, rel=0.15)
-    assert abs((lay.angle - angle + 90) % 180 - 90) < 3
+    assert lay.ratio == pytest.approx(4, rel=3 * 0.11)
+    assert abs((lay.angle - angle + 90) % 180 - 90) < 3 * 1.7
     # A tilt is no lay, and turning the map turns it.
     field = rough(stretch=4, angle=angle)
     tilted = field.values + 1e-7 * np.arange(240)

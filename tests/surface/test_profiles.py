@@ -56,9 +56,9 @@ def test_constant_rings_exactly():
 def test_scatter_is_that_of_the_errors():
     """Squared deviations over the claimed variance, of profiles far apart of many surfaces.
 
-    Their mean is 1 within 3 √(2/m) for the m independent bins of all surfaces. C varies by 5 %
-    inside a bin on top, and neighbours are correlated: 0.6 to 1.6. A piece of the surface is
-    detrended and windowed.
+    The mean of 12 surfaces of 6 bins is 1 ± √(2/72) = 0.17. Neighbours are correlated: 8 groups of
+    12 seeds scatter by 0.23, and three times this is allowed. A piece of the surface is detrended
+    and windowed.
     """
     ratios = []
     low, _, high = SPECTRUM.wavenumbers
@@ -72,7 +72,7 @@ def test_scatter_is_that_of_the_errors():
         middle = np.sqrt(found.edges[1:] * found.edges[:-1])[inside]
         deviation = found.values[inside] - SPECTRUM.density(middle)
         ratios.append((deviation / found.error[inside]) ** 2)
-    assert 0.6 < np.mean(ratios) < 1.6
+    assert abs(np.mean(ratios) - 1) < 3 * 0.23
 
 
 def test_surface_of_profiles():
@@ -88,8 +88,9 @@ def test_surface_of_profiles():
     spectrum = radial_spectrum(field)
     inside = (spectrum.wavenumber > 20 * 2 * np.pi / SIZE[0]) & (spectrum.wavenumber < 7e6)
     expected = rings.density(spectrum.wavenumber)[inside]
-    # Rings straddle the steps of the spectrum; 8 times 60 waves and more average to 15 % (3 σ).
-    assert np.median(abs(powers[inside] / expected - 1)) < 0.1
+    # Of 92 normal numbers the median size is 0.67 ± 0.08. Rings straddle the steps of the spectrum.
+    scatter = (2 / (8 * spectrum.modes[inside])) ** 0.5
+    assert np.median(abs(powers[inside] / expected - 1) / scatter) < 0.67 + 4 * 0.08
     finer = gaussian_surface(rings, (512, 512), SIZE, seed=7)
     # Its waves beyond the 128th, which the coarser grid leaves out, are without power here.
     assert finer.values[::2, ::2] == pytest.approx(field.values, abs=1e-9 * rings.rms_height)

@@ -107,8 +107,8 @@ def test_windows_only_where_they_keep_the_roughness(rolloff, tmp_path, here, cap
         assert "longer than the map" in apart.sentence
         assert "longer than the map" in size.sentence
         return
-    # The lowest rings hold few waves: their power scatters by a third, and the wavelength by half.
-    assert float(printed.split()[0]) == pytest.approx(2.1 * rolloff, rel=0.3)
+    # The lowest rings hold few waves: over 30 seeds it is 1.10 ± 0.06 and 0.95 ± 0.13 times this.
+    assert float(printed.split()[0]) == pytest.approx(2.1 * rolloff, rel=0.05 + 3 * 0.13)
     assert f"the longest wavelength, {printed}, is" in apart.sentence
     assert f"of the longest wavelengths wide, {printed} each" in size.sentence
     del data["seal"]["window"]
