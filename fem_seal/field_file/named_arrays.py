@@ -4,7 +4,7 @@ Layouts that are understood besides the package's own (`gap` or `heights`, `spac
 `unit`):
 
 * SurfaceTopography 1.18, which ContactMechanics uses: `heights` (x, y), coordinates `x` and `y`
-  with the attributes `length`, `unit` and `periodic`, and a `mask` of undefined points.
+  with the attributes `unit` and `periodic`, and a `mask` of undefined points.
 * Tamaas 2.9 (tamaas/dumpers): the fields of a model, its `system_size` as an attribute, and in
   npz all attributes as JSON in an array `attrs`. A model is periodic and has no units. Samples with
   positive `traction` are in contact, although rounding may leave their gap slightly above 0.
@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.recorded import SAME_LENGTH, Pair, Recorded, even_step
+from fem_seal.field_file.recorded import Pair, Recorded, even_step
 
 # Arrays that are read beside the samples if a file has them.
 ABOUT = ("spacing", "periodic", "unit", "x", "y", "mask", "attrs")
@@ -186,15 +186,6 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
         raise InvalidInput(
             f"{name} in {path} is not evenly spaced and increasing, or a single coordinate; "
             "resample it onto an even grid"
-        )
-    written = np.ravel(np.asarray(axis.attributes.get("length", n * step)))
-    if written.dtype.kind not in "iuf" or written.size != 1:
-        raise InvalidInput(f"length of {name} in {path} must be one number, got {written}")
-    length = float(written[0])
-    # SurfaceTopography writes the length, n steps, in single precision.
-    if not np.isclose(length, n * step, rtol=SAME_LENGTH, atol=0):
-        raise InvalidInput(
-            f"{name} in {path} has length {length:g}, but {n} steps of {step:g}; which is right?"
         )
     return step
 

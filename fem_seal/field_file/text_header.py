@@ -68,7 +68,6 @@ def _value_in(decimal: str) -> re.Pattern[str]:
 class Statements:
     """Statements of a header; empty or None where it has none."""
 
-    path: Path  #: the file
     shape: tuple[int, ...]  #: numbers of its lines and columns
     #: titles of all columns; none in a file that does not name them
     titles: tuple[Title, ...]
@@ -80,7 +79,7 @@ class Statements:
     lateral_unit: str | None = None  #: of lengths without a unit of their own
     axes: set[str] = field(default_factory=set)  #: named by titles of some of the columns
     missing: list[float] = field(default_factory=list)  #: numbers that mark missing points
-    unclear: str = ""  #: line about the map whose value is not understood
+    unclear: InvalidInput | None = None  #: of a line about the map, with a value of another form
     #: lines that name a step or a length, whether or not they are understood
     about_lengths: list[str] = field(default_factory=list)
 
@@ -116,10 +115,7 @@ class Statements:
         Beside a length with a unit a number without one may be that of anything.
         """
         if self.unclear:
-            raise InvalidInput(
-                f"the header of {self.path} says {self.unclear!r}, which is not understood; write "
-                "one number with its unit there, as in 'Width: 10 um', or delete the line"
-            )
+            raise self.unclear
         stated = numbers.get(axis, []) + numbers.get("", [])
         with_unit = [(number, unit) for number, unit in stated if unit is not None]
         if not with_unit and self.lateral_unit is not None:
@@ -136,7 +132,7 @@ class Statements:
 
 def statements_of(table: TextTable, path: Path) -> Statements:
     """Read the header of a text file."""
-    statements = Statements(path, table.values.shape, column_titles(table))
+    statements = Statements(table.values.shape, column_titles(table))
     for line in table.header:
         text = bare(line).rstrip(" ,;\t")
         _refuse_factor(text, table.layout.decimal, path)
@@ -152,8 +148,14 @@ def statements_of(table: TextTable, path: Path) -> Statements:
             pairs = [pair for pair in _TITLE.findall(part) if unit_of_length(pair[1])]
             match = _PAIR.fullmatch(part) or _BLANK_PAIR.fullmatch(part)
             if match and len(pairs) < 2:
-                if not _understand(match[1], match[2].strip(), statements, table.layout.decimal):
-                    statements.unclear = text
+                about = _understand(match[1], match[2].strip(), statements, table.layout.decimal)
+                unclear = InvalidInput(
+                    f"the header of {path} says {text!r}, which is not understood; write one "
+                    "number with its unit there, as in 'Width: 10 um', or delete the line"
+                )
+                if about == "mark":
+                    raise unclear
+                statements.unclear = unclear if about else statements.unclear
             elif not statements.titles:
                 statements.axes |= {Title(name).axis for name, _ in pairs}
                 for name, unit in pairs:
@@ -183,8 +185,8 @@ def _refuse_factor(text: str, decimal: str, path: Path) -> None:
         )
 
 
-def _understand(key: str, value: str, statements: Statements, decimal: str) -> bool:
-    """Add the statement of one key and its value; False if it is about the map, and not clear."""
+def _understand(key: str, value: str, statements: Statements, decimal: str) -> str:
+    """Add the statement of one key and its value; if that is not clear, return what it is about."""
     in_key = _BRACKETS.search(key)
     words = known.words_of(_BRACKETS.sub(" ", key))
     axes, unit = known.axes_of(words), unit_of_length(value)
@@ -197,13 +199,13 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> b
                 statements.unit = statements.unit or unit
             if not words & known.VALUES:
                 statements.lateral_unit = statements.lateral_unit or unit
-        return True
+        return ""
     about = known.about(words)
     if not about or not re.search(r"\d", value):
-        return True
+        return ""
     numbers = _quantities(value, unit_of_length(in_key[1]) if in_key else None, decimal)
     if len(numbers) != 1 and (not numbers or axes in ("x", "y")):
-        return False
+        return about
     number, unit = numbers[0]
     if about == "mark":
         statements.missing.append(number)
@@ -211,7 +213,7 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> b
         if unit is None and number.is_integer():
             statements.counts[axes] = int(number)
     elif min(number for number, _ in numbers) <= 0:
-        return len(numbers) == 1  # a number of nothing
+        return "" if len(numbers) == 1 else about  # a number of nothing
     else:
         # "10 x 8 µm" is of x and y; "10 µm" of the axes of its key, or of whichever side.
         sides = ["x", "y"] if len(numbers) == 2 else [*axes] or [""]
@@ -222,7 +224,7 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> b
                 statements.counts.setdefault(side, int(number))
             else:
                 lengths.setdefault(side, []).append((number, unit))
-    return True
+    return ""
 
 
 def _quantities(value: str, unit: str | None, decimal: str) -> list[Quantity]:

@@ -80,9 +80,6 @@ CASES = {
     "no size": of_npy("does not say its lengths; give its size", GAP, Stated(unit="um")),
     "ampere": of_h5("in 'mA', which is no unit of length", unit="mA"),
     "mask of words": of_h5("mask in .*a.h5 must hold true", mask=np.full(GAP.shape, b"no")),
-    "length of words": of_attribute(
-        r"length of x in .*a.h5 must be one number, got \['6 um'\]", "length", "6 um"
-    ),
     "periodic of words": of_attribute(
         "periodic in .*a.h5 must be one true or false, got 'false'", "periodic", "false"
     ),

@@ -421,6 +421,15 @@ def test_number_of_missing_points_is_no_mark(tmp_path, line, missing):
     assert read_map(path, HEIGHT_NAMES).missing == missing
 
 
+def test_a_mark_that_is_not_clear(tmp_path):
+    """Also in a list, which needs no other line of the header."""
+    (tmp_path / "a.txt").write_text("Invalid value: 0.5 or less\n" + points())
+    with pytest.raises(InvalidInput, match=r"says 'Invalid value: 0.5 or less', which is not"):
+        read_map(tmp_path / "a.txt", HEIGHT_NAMES, UNIT)
+    (tmp_path / "a.txt").write_text("Width: 10 um (nominal)\n" + points())
+    assert read_map(tmp_path / "a.txt", HEIGHT_NAMES, UNIT).values.shape == HEIGHTS.shape
+
+
 @pytest.mark.parametrize("line", ["Wavelength unit: nm", "Unit of filter = mm", "Noise height: nm"])
 def test_units_of_something_else(tmp_path, line):
     path = tmp_path / "a.txt"
