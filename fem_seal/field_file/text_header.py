@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache
-from math import isclose
+from math import isclose, isfinite
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
@@ -236,5 +236,7 @@ def _quantities(value: str, unit: str | None, decimal: str) -> list[Quantity]:
         for number, name in zip(texts[::2], texts[1::2], strict=True)
         if number
     ]
+    if not all(isfinite(number) for number, _ in found):
+        return []
     # "0.5 x 0.25 µm": the unit of the second is that of both.
     return [(number, unit or found[-1][1]) for number, unit in found]
