@@ -15,6 +15,9 @@ from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.scene_steps import FLOWS, elastic_contact
 
+# Nodes of the last network of a lift, at about 4 and 1 kB each.
+MOST_ELIMINATED, MOST_BY_MULTIGRID = 500_000, 2_000_000
+
 
 def lifting_problem(
     scene: Scene,
@@ -28,12 +31,12 @@ def lifting_problem(
 
     Fluid pressures are above ambient. All processes of this run solve together without `comm`.
     """
-    solver = eliminated
+    solver, most_nodes = eliminated, MOST_ELIMINATED
     if settings.method != "finite-difference":
         # Finite differences do without FEniCSx.
         from fem_seal.coupling.multigrid import by_multigrid
 
-        solver = partial(by_multigrid, report=report)
+        solver, most_nodes = partial(by_multigrid, report=report), MOST_BY_MULTIGRID
 
     def leak_rate(settings: FlowSettings, film: GridFilm) -> LeakRate:
         return FLOWS[settings.method](settings, film, report, comm)
@@ -52,6 +55,7 @@ def lifting_problem(
         film=scene.flow.film_of,
         leak_rate=leak_rate,
         solver=solver,
+        most_nodes=most_nodes,
         report=report,
         comm=comm,
     )

@@ -27,7 +27,7 @@ from fem_seal.coupling.state import LiftedState
 from fem_seal.errors import InvalidInput, NotConverged, present
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
-from fem_seal.network.network import MeshNetwork
+from fem_seal.network.network import Network
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
 
@@ -118,10 +118,9 @@ def _point(
     point = LiftPoint(problem, problem.first_network, epsilon, none, contact)
     # Triangles are halved until those that dissipate most are at most half a sample wide.
     for _ in range(1 + problem.doublings):
-        if isinstance(point.network, MeshNetwork):
-            flow = point.flow
-            finer = point.network.refined(flow.dissipation, OF_DISSIPATION, flow.varies)
-            point = replace(point, network=finer)
+        flow = point.flow
+        finer = point.network.refined(flow.dissipation, OF_DISSIPATION, flow.varies)
+        point = replace(point, network=finer)
     return point
 
 
@@ -169,7 +168,7 @@ class ByLoad:
         problem, gap, stride = self.problem, self.contact.gap, 2**self.problem.doublings
         dx, dy = gap.spacing
         coarse = GridField(gap.values[::stride, ::stride], (stride * dx, stride * dy), gap.periodic)
-        network = MeshNetwork.uniform(problem.film(coarse), 1)
+        network = Network.uniform(problem.film(coarse), 1)
         flow = problem.film_pressure(coarse.values, network, self._point.epsilon)
         return float(np.vdot(flow.log_rate_by_gap, self.gap[::stride, ::stride]))
 

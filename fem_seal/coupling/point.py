@@ -29,7 +29,7 @@ from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.leak_rate import log_ratio
 from fem_seal.network.film_pressure import FilmPressure
-from fem_seal.network.network import MeshNetwork, Network
+from fem_seal.network.network import Network
 
 STEP_TOLERANCE = 0.1  # part of F that GMRES leaves in Newton's step
 # The same for λ: no later step corrects an error of λ, and next to closing λ is large. What GMRES
@@ -186,12 +186,9 @@ class LiftPoint:
 
         The network is on the samples of a problem, which are those of this point or more.
         """
-        network, epsilon, allowed = self.network, self.epsilon, problem.allowed
-        more, refines = problem is not self.problem, isinstance(network, MeshNetwork)
-        if self.by_epsilon > allowed / 2 or not (refines or more):
+        epsilon, allowed = self.epsilon, problem.allowed
+        if self.by_epsilon > allowed / 2:
             epsilon /= 4  # halved triangles have a quarter of the error
-        if not isinstance(network, MeshNetwork):  # finite differences
-            return problem.first_network if more else network, epsilon
         # λ of a thinned problem weighs the pressure at its samples alone.
         weight, of_samples = np.zeros_like(self.pressure), self._adjoint.x
         stride = self.problem.stride_of(of_samples)
@@ -199,7 +196,7 @@ class LiftPoint:
         by_links, by_diagonals = self.flow.by_parts(self.pressure_by_u * weight, ADJOINT_TOLERANCE)
         anyway = by_diagonals > DIAGONAL * allowed
         varies, film = self.flow.varies, problem.touching_film
-        return network.refined(by_links, HALVED, varies, anyway, film), epsilon
+        return self.network.refined(by_links, HALVED, varies, anyway, film), epsilon
 
     def log_rate_error(self, other: "LiftPoint") -> float:
         """Error of ln Q by the flow of another point, here or on more samples.

@@ -20,7 +20,7 @@ from fem_seal.fluid import Drive, pressure_of
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.network.film_pressure import FilmPressure, Solver
-from fem_seal.network.network import STEP, MeshNetwork, Network, stencil_network
+from fem_seal.network.network import STEP, Network
 from fem_seal.progress import Report
 
 # Samples of the first contact, and nodes of the first network, but every fourth sample at least:
@@ -53,6 +53,7 @@ class LiftProblem:
     #: leak rate of a film, by all processes together
     leak_rate: Callable[[FlowSettings, GridFilm], LeakRate]
     solver: Solver  #: of the network's matrix
+    most_nodes: int  #: of a network that the solver can solve
     report: Report  #: called with each step
     comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
     began: float = field(default_factory=perf_counter)  #: when a limit of time began to count
@@ -176,10 +177,8 @@ class LiftProblem:
 
     @property
     def first_network(self) -> Network:
-        """The coarsest network of the flow; that of finite differences is never refined."""
-        if self.settings.method == "finite-difference":
-            return stencil_network(self.touching_film, self.settings.links)
-        return MeshNetwork.uniform(self.touching_film, 2**self.doublings)
+        """The coarsest network of the flow."""
+        return Network.uniform(self.touching_film, 2**self.doublings)
 
     @cached_property
     def chain(self) -> "list[LiftProblem]":

@@ -18,7 +18,6 @@ from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.digits import number_of
 from fem_seal.leak_rate import log_ratio
-from fem_seal.network.network import MeshNetwork
 
 MOST_STAGES = 10  # after the first one
 # Where each of so many finer networks in a row changes ln Q by more than the network before it, the
@@ -38,7 +37,6 @@ SEALED = 5e-4
 # Part of the allowed error to which stages after difficult steps are solved: there the first order
 # says too little of what is left, and the next stage may lose the equilibrium.
 CLOSELY = 0.1
-MOST_NODES = 2_000_000  # of the last network, at about 1 kB each
 
 
 def first_stage(
@@ -127,16 +125,12 @@ class _Search:
         if stays_sealed:
             epsilon = min(epsilon, SEALED * problem.roughness)
         # A smaller ε³ is lost in the rounding of g³: rounding errors would make the pressure in
-        # pockets. Finite elements take such an ε only for films next to closing.
-        least = np.cbrt(float_info.epsilon) * problem.roughness
-        if epsilon < least and sealed:
+        # pockets.
+        if sealed and epsilon < np.cbrt(float_info.epsilon) * problem.roughness:
             return None, ""
-        if epsilon < least and not isinstance(network, MeshNetwork):
-            if point.epsilon == least and following is point.problem:
-                return None, "a smaller ε is lost in the rounding of the gap's cube"
-            epsilon = least
-        if len(network.free) > MOST_NODES:
-            return None, f"a finer network would have more than {number_of(MOST_NODES, 'node')}"
+        if len(network.free) > problem.most_nodes:
+            most = number_of(problem.most_nodes, "node")
+            return None, f"a finer network would have more than {most}"
         if following is point.problem:
             return replace(point, network=network, epsilon=epsilon), ""
         pressure = following.interpolated(point.pressure)
@@ -161,8 +155,7 @@ class _Search:
                 ratio = min(change / by_network, 0.9)
             grown = grown + 1 if start.epsilon == point.epsilon and change > by_network else 0
             by_network = change
-        network = start.network
-        if isinstance(network, MeshNetwork) and network.film.representation == "constant":
+        if start.network.film.representation == "constant":
             ratio = max(ratio, AT_CORNERS)
         error = point.log_rate_error(start) + ratio / (1 - ratio) * change
         error = max(error, self.moved if self.steps.difficult else 0.0) + start.by_epsilon

@@ -3,8 +3,8 @@
 The rules differ where the gap changes much from one sample to the next. If the gap is linear along
 the link, the resistance is proportional to the mean of g⁻³: rule "linear-gap".
 
-The lift conducts by a rule as well and differentiates it by its gaps (`network/network.py`).
-A rule must therefore be smooth, and must not fall as either gap grows.
+A rule must not fall as either gap grows. The lift conducts by "linear-gap" or "arithmetic", which
+it differentiates by the gaps (`network/network.py`).
 """
 
 from collections.abc import Callable

@@ -20,7 +20,7 @@ from scipy.sparse.linalg import splu
 
 from fem_seal.errors import NotConverged
 from fem_seal.finite_difference.stencil import laplacian
-from fem_seal.network.network import MeshNetwork, Network
+from fem_seal.network.network import Network
 
 # Right side and relative tolerance -> solution.
 Solve = Callable[[np.ndarray, float], np.ndarray]
@@ -116,13 +116,11 @@ class FilmPressure:
             Change of the sum with the logarithm of the conductance of each link.
         (C,)
             Change if each triangle also conducted what it does along its longest side, beside its
-            legs (`MeshNetwork.past_legs`); empty where the network has no triangles.
+            legs (`Network.past_legs`).
         """
         adjoint, network = self._adjoint(weight, tolerance), self._network
         a, b = network.ends
         by_links = np.abs(self._links * self._drop * (adjoint[a] - adjoint[b]))
-        if not isinstance(network, MeshNetwork):
-            return by_links, np.empty(0)
         _, a, b = network.mesh.twin[network.mesh.cells].T
         fluxes = network.past_legs(self._places) * (self._u[a] - self._u[b])
         return by_links, np.abs(fluxes * (adjoint[a] - adjoint[b]))

@@ -10,13 +10,10 @@ Where pixels are not square, triangles between those of different sizes have no 
 longest side is then a link as well. Its weight, half the cotangent of the opposite angle, is
 negative where that is obtuse; it conducts as the harmonic mean of the two legs, with which the
 matrix stays positive definite (docs/theory/lift.md).
-
-Finite differences have the network of their own stencil: its nodes are the centres of pixels that
-one sample fills, and it is never refined.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from sys import float_info
 from typing import Self
 
@@ -25,9 +22,7 @@ from scipy import sparse
 
 from fem_seal.errors import Inconsistent
 from fem_seal.film.grid_film import GridFilm
-from fem_seal.finite_difference.links import LINKS, harmonic_mean
-from fem_seal.finite_difference.stencil import flow_grid
-from fem_seal.grid import GridField
+from fem_seal.finite_difference.links import LinkRule, arithmetic, harmonic_mean, linear_gap
 from fem_seal.mesh.bisection import doerfler, refine, times_halved
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at, uniform_mesh
 
@@ -44,14 +39,15 @@ SMOOTH = {"linear": 0.01, "constant": 0.1}
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """Nodes and links of a network; places are where its gaps are: nodes, or triangles."""
+    """Links along the legs of a mesh; places are where its gaps are: nodes, or triangles."""
 
+    mesh: NestedMesh
+    legs: np.ndarray  #: (C, 2), link along each leg of a triangle
     film: GridFilm  #: a film on the grid of the contact
     #: (2, links), nodes at the two ends of each link: legs first, then longest sides
     ends: np.ndarray
     between: np.ndarray  #: (2, legs), places between whose gaps a leg has its mean of g³
     weight: np.ndarray  #: (links,), width of each link over its length
-    rule: str  #: name of the mean of g³, see `links.LINKS`
     to_places: sparse.csr_array  #: gap at the places from that at the samples
     to_samples: sparse.csr_array  #: pressure at the samples from that at the nodes
     inlet: np.ndarray  #: (nodes,) bool, nodes with the pressure of the inlet
@@ -68,14 +64,19 @@ class Network:
         if (self.inlet & self.free).any():
             raise Inconsistent("a network with unknowns at the inlet")
 
+    @property
+    def mean_of_cubes(self) -> LinkRule:
+        """Mean of g³ between the gaps at two places."""
+        return linear_gap if self.film.representation == "linear" else arithmetic
+
     def conductances(self, gap: np.ndarray) -> np.ndarray:
         """Conductances (links,) with a gap at the places, times 12 η."""
-        of_legs = LINKS[self.rule](*gap[self.between])
+        of_legs = self.mean_of_cubes(*gap[self.between])
         return self.weight * np.append(of_legs, harmonic_mean(*of_legs[self.in_series]))
 
     def conductances_by_gap(self, gap: np.ndarray) -> sparse.csr_array:
         """Derivatives (links, places) of the conductances by the gap at the places."""
-        rule, (a, b) = LINKS[self.rule], gap[self.between]
+        rule, (a, b) = self.mean_of_cubes, gap[self.between]
         by_a = (rule(a * (1 + STEP), b) - rule(a * (1 - STEP), b)) / (2 * STEP * a)
         by_b = (rule(a, b * (1 + STEP)) - rule(a, b * (1 - STEP))) / (2 * STEP * b)
         matrix = _sums(self.between.T, np.stack([by_a, by_b], axis=1), len(gap))
@@ -87,14 +88,6 @@ class Network:
             of_longest = _times(by_first, first) + _times(by_second, second)
             matrix = sparse.csr_array(sparse.vstack([matrix, of_longest]))
         return _times(self.weight, matrix)
-
-
-@dataclass(frozen=True, eq=False)
-class MeshNetwork(Network):
-    """The network along the legs of the triangles of a mesh."""
-
-    mesh: NestedMesh
-    legs: np.ndarray  #: (C, 2), link along each leg of a triangle
 
     @classmethod
     def uniform(cls, film: GridFilm, width: int) -> Self:
@@ -116,18 +109,17 @@ class MeshNetwork(Network):
         legs = legs.reshape(-1, 2)
         oblique = np.flatnonzero(np.abs(of_longest) > RIGHT)
         return cls(
+            mesh=mesh,
+            legs=legs,
             film=film,
             ends=np.hstack([ends, cells[oblique, 1:].T]),
             between=ends if linear else np.stack([first, last]) // 2,
             weight=np.append(np.bincount(legs.ravel(), of_legs.ravel()), of_longest[oblique]),
-            rule="linear-gap" if linear else "arithmetic",
             to_places=_gap_at_vertices(mesh, film) if linear else _gap_of_cells(mesh, film),
             to_samples=_pressure_at_samples(mesh, cells, film.gap.shape, 0.0 if linear else 0.5),
             inlet=mesh.inlet,
             free=own & ~mesh.inlet & ~mesh.outlet,
             in_series=legs[oblique].T,
-            mesh=mesh,
-            legs=legs,
         )
 
     def past_legs(self, gap: np.ndarray) -> np.ndarray:
@@ -138,13 +130,12 @@ class MeshNetwork(Network):
         gap is even. The gap is that at the places.
         """
         corners = self.mesh.twin[self.mesh.cells]
-        if self.rule != "linear-gap":
+        if self.film.representation == "constant":
             return np.zeros(len(corners))
         right, a, b = gap[corners.T]
-        rule = LINKS[self.rule]
         # Legs of an even gap conduct half as much as the gap each, one after the other.
-        legs = harmonic_mean(rule(right, a), rule(right, b))
-        return np.maximum(rule(a, b) - legs, 0) / 4
+        legs = harmonic_mean(linear_gap(right, a), linear_gap(right, b))
+        return np.maximum(linear_gap(a, b) - legs, 0) / 4
 
     def refined(
         self,
@@ -190,39 +181,6 @@ class MeshNetwork(Network):
         return self.on_mesh(film, refine(mesh, times).mesh.in_pixels(pixels))
 
 
-def stencil_network(film: GridFilm, rule: str) -> Network:
-    """The network of the finite differences, for all films on the grid of this one."""
-    nx, ny = film.gap.shape
-    flat = GridField(np.ones((nx, ny)), film.gap.spacing, film.gap.periodic)
-    stencil = flow_grid(replace(film, gap=flat), 1 / 12, rule).stencil
-    node = np.arange(np.prod(stencil.shape)).reshape(stencil.shape)
-    (rows, columns), linear = node.shape, film.representation == "linear"
-    i = np.arange(rows) % nx if linear else np.clip(np.arange(rows) - 1, 0, nx - 1)
-    sample = (i[:, None] * ny + np.arange(columns) % ny).ravel()
-    first = 0 if linear else 1
-    *ends, weight = stencil.links()
-    used = weight > 0
-    ends = np.stack(ends)[:, used]
-    row = np.repeat(np.arange(rows), columns)
-    return Network(
-        film=film,
-        ends=ends,
-        between=ends,
-        weight=weight[used],
-        rule=rule,
-        to_places=_chosen(sample, nx * ny),
-        to_samples=_chosen(node[first : first + nx, :ny].ravel(), node.size),
-        inlet=row == 0,
-        free=(row > 0) & (row < rows - 1),
-        in_series=np.empty((2, 0), dtype=int),
-    )
-
-
-def _chosen(columns: np.ndarray, count: int) -> sparse.csr_array:
-    """Matrix that picks one of `count` values for each row."""
-    return _sums(columns[:, None], np.ones((columns.size, 1)), count)
-
-
 def _sums(columns: np.ndarray, shares: np.ndarray, count: int) -> sparse.csr_array:
     """Matrix that sums a few of `count` values for each row (n, k), each times its share (n, k)."""
     rows = np.arange(0, columns.size + 1, columns.shape[1])
@@ -258,7 +216,8 @@ def _gap_at_vertices(mesh: NestedMesh, film: GridFilm) -> sparse.csr_array:
 def _gap_of_cells(mesh: NestedMesh, film: GridFilm) -> sparse.csr_array:
     """Gap of the pixel in which the centre of each triangle lies."""
     i, j = (mesh.xy[mesh.cells].sum(axis=1) // (3 * PIXEL)).T
-    return _chosen(_sample(film, i, j), film.gap.values.size)
+    sample = _sample(film, i, j)[:, None]
+    return _sums(sample, np.ones(sample.shape), film.gap.values.size)
 
 
 def _sample(film: GridFilm, i: np.ndarray, j: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from fem_seal.coupling.newton import equilibrium, newton
 from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.search import _merged
 from fem_seal.leak_rate import log_ratio
-from fem_seal.network.network import MeshNetwork
+from fem_seal.network.network import Network
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_a_channel_that_coarse_networks_miss():
     settings = ["surface.shape=[256, 256]", "surface.seed=5", "contact.pressure=0.30 MPa"]
     problem = problem_of(fs.Scene.from_file(FIRST, settings))
     pressure = np.full(problem.height.shape, problem.outlet)
-    network = MeshNetwork.uniform(problem.touching_film, 1)
+    network = Network.uniform(problem.touching_film, 1)
     closer = replace(problem, settings=replace(problem.settings, rtol=0.01))
     for epsilon in problem.roughness * np.geomspace(0.02, 3e-4, 7):
         contact = problem.contact_under(pressure)
@@ -248,21 +248,6 @@ def test_pixels_that_meet_in_corners():
     assert loose.converged
     claimed = sum(state.error + flow_log_error(state.leak_rate) for state in (loose, tight))
     assert log_ratio(loose.leak_rate.value, tight.leak_rate.value) <= claimed
-
-
-@pytest.mark.parametrize("load", [2.2e5, 2.5e5])
-def test_the_least_epsilon(load):
-    """Tight tolerances do not lead to an ε whose cube is lost in the rounding of g³.
-
-    There rounding errors made the pressure in pockets, and leak rates 1.4 and 20 % smaller than
-    claimed. Each state lies within the claims of both, settled or not.
-    """
-    loose, tight = (
-        lifted_state(problem_of(scene(load, method="finite-difference", rtol=rtol)))
-        for rtol in (1e-3, 1e-4)
-    )
-    assert log_ratio(loose.leak_rate.value, tight.leak_rate.value) <= loose.error + tight.error
-    assert loose.converged
 
 
 def test_two_sealed_films_keep_the_range_of_either():
