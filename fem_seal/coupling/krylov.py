@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-IMAGINARY = 1e-9  # imaginary part of a real eigenvalue over its magnitude, by rounding
+IMAGINARY_PART = 1e-9  # imaginary part of a real eigenvalue over its magnitude, by rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ def gmres(
         basis.append(following / hessenberg[k + 1, k])
     values, vectors = np.linalg.eig(whole[:-1])
     # Real Ritz values whose residual leaves no doubt about their sign.
-    real = np.abs(values.imag) <= IMAGINARY * np.abs(values)
+    real = np.abs(values.imag) <= IMAGINARY_PART * np.abs(values)
     sure = real & (np.abs(whole[-1, -1] * vectors[-1]) < -values.real)
     if to_stable and sure.any():
         along = np.linalg.solve(vectors, y.astype(complex))

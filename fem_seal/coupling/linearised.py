@@ -16,7 +16,7 @@ from fem_seal.coupling.krylov import LinearSolution, gmres
 from fem_seal.network.film_pressure import FilmPressure
 
 # Part of a tolerance of GMRES to which contact and flow are solved within it.
-INNER = 0.1
+INNER_TOLERANCE = 0.1
 # Parts of a side of the patch, in each of which errors have a sign of their own.
 PARTS = 4
 
@@ -60,7 +60,7 @@ class Linearised:
         self, right_side: np.ndarray, tolerance: float, most: int, *, to_stable: bool = False
     ) -> tuple[LinearSolution, np.ndarray]:
         """Solution δ of (I - R' G') δ = right side, and G' δ; arguments as of `gmres`."""
-        inner_tolerance, moved = INNER * tolerance, list[np.ndarray]()
+        inner_tolerance, moved = INNER_TOLERANCE * tolerance, list[np.ndarray]()
 
         def applied(change: np.ndarray) -> np.ndarray:
             moved.append(self.gap_change(change, inner_tolerance))
@@ -76,7 +76,7 @@ class Linearised:
         λ (nx, ny) [1/Pa] says what a wrong flow changes: one whose pressure differs by d changes
         ln Q by λ·d in the end.
         """
-        inner_tolerance = INNER * tolerance
+        inner_tolerance = INNER_TOLERANCE * tolerance
 
         def applied(weight: np.ndarray) -> np.ndarray:
             response = self.response_transposed(weight, inner_tolerance)

@@ -9,7 +9,8 @@ from fem_seal.coupling.point import STEP_TOLERANCE, FloatingPoint, LiftPoint
 MOST_STEPS = 20  # in a stage; most scenes need two to five
 # The fractions of a step that are tried until |F| falls; and those that the first, second, ... step
 # away from unstable states takes.
-STEP_FRACTIONS, AWAY = (1.0, 1 / 2, 1 / 4, 1 / 8), (1.0, 1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 32)
+STEP_FRACTIONS = 1.0, 1 / 2, 1 / 4, 1 / 8
+AWAY_FRACTIONS = *STEP_FRACTIONS, 1 / 16, 1 / 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
     first whole, each later one half as long, lest they lead back and forth.
     """
     residuals, difficult, left = [point.residual_size], False, inf
-    away = iter(AWAY)
+    away = iter(AWAY_FRACTIONS)
     while True:
         nodes = len(point.network.free)
         point.problem.report("lift", f"{nodes} nodes, residual {residuals[-1]:.1e}")

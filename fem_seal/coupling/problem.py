@@ -27,7 +27,7 @@ from fem_seal.progress import Report
 # little compared with one contact.
 FIRST_NODES = 30_000
 # Relative rounding of the mean of a pressure: of a load below it nothing is left to the solid.
-ROUNDING = 1e-12
+LOAD_ROUNDING = 1e-12
 
 
 Press = Callable[[GridField, ContactState | np.ndarray | None, Load], ContactState]
@@ -120,7 +120,7 @@ class LiftProblem:
         of_heights = float(self.height.values.std())
         return of_heights or float(self.displacement(self.uniform_pressure).std())
 
-    @property
+    @cached_property
     def uniform_pressure(self) -> np.ndarray:
         """Fluid pressure (nx, ny) [Pa] in a uniform film: its mean is the load that it carries."""
         (nx, ny), sites = self.height.shape, self.touching_film.sites
@@ -175,7 +175,7 @@ class LiftProblem:
         """How often the triangles of the first network are doubled, from one sample on."""
         return min(self._halvings, 2)
 
-    @property
+    @cached_property
     def first_network(self) -> Network:
         """The coarsest network of the flow."""
         return Network.uniform(self.touching_film, 2**self.doublings)
@@ -212,7 +212,7 @@ class LiftProblem:
         )
         return between
 
-    @property
+    @cached_property
     def touching_film(self) -> GridFilm:
         """Film of the gap of first touch."""
         return self.film(self.field(self.height.values.max() - self.height.values))
@@ -222,7 +222,7 @@ class LiftProblem:
         if self.load is None:
             return np.inf
         left = self.load - float(pressure.mean())
-        return left if abs(left) > ROUNDING * self.load else 0.0
+        return left if abs(left) > LOAD_ROUNDING * self.load else 0.0
 
     @property
     def may_float(self) -> bool:

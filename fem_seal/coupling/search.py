@@ -141,6 +141,8 @@ def _may_be_another(problem: LiftProblem, steps: Steps, dry: ContactState) -> bo
 
 def _completed(problem: LiftProblem, end: _End) -> LiftedState:
     """The state of an end, its leak rate to the result's tolerance, and the range of leak rates."""
+    # The error of a lift that has not settled may be infinite, and no flow decides beside it: its
+    # flow is that of a settled one. The verdict counts the whole error all the same.
     leak = problem.flow(problem.film(end.contact.gap), min(end.error, problem.allowed))
     state = LiftedState(
         fluid_pressure=end.fluid_pressure,

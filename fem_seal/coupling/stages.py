@@ -27,16 +27,16 @@ MOST_GROWN = 2
 # claimed, the equilibrium for a tenth of rtol was outside in one of 250 random scenes (0.08 rtol).
 LEAST_ERROR = 0.2
 # Where fewer samples leave so little of the allowed error, the next stage takes all samples.
-LITTLE = 0.1
+ALL_SAMPLES_ERROR = 0.1
 # Least ratio of the changes of ln Q by finer networks where pixels of unlike gaps meet in corners:
 # networks that are halved everywhere have 0.57, after first ones with as little as 0.2.
-AT_CORNERS = 0.6
+CORNER_RATIO = 0.6
 # ε over the rms height with which a film must be sealed: with a larger one on a coarse network the
 # fluid may not reach a channel that it would open.
-SEALED = 5e-4
+SEALED_EPSILON = 5e-4
 # Part of the allowed error to which stages after difficult steps are solved: there the first order
 # says too little of what is left, and the next stage may lose the equilibrium.
-CLOSELY = 0.1
+DIFFICULT_TOLERANCE = 0.1
 
 
 def first_stage(
@@ -67,9 +67,9 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
     search = _Search(problem, steps)
     for _ in range(MOST_STAGES):
         began = perf_counter()
-        start, reason = search.next_start()
-        if start is None:
-            return search.ended(reason)
+        start = search.next_start()
+        if isinstance(start, str):
+            return search.ended(start)
         search = search.estimated(start)
         if search.grown == MOST_GROWN and search.error > problem.allowed:
             return search.ended("each finer network changes the leak rate more than the one before")
@@ -106,46 +106,48 @@ class _Search:
     #: last equilibrium with a small ε, if its film is sealed and no path has opened since
     last_sealed: LiftPoint | None = None
 
-    def next_start(self) -> tuple[LiftPoint | None, str]:
-        """The first point of the next stage; if there is none, why not, unless none is needed.
-
-        None is needed where the film stays sealed with a small ε, or its leak rate is negligible.
-        """
-        problem, point, chain = self.problem, self.steps.point, self.problem.chain
-        if self._negligible(point):
-            return None, ""
-        sealed = point.problem is problem and point.sealed
-        stays_sealed = sealed and point.stays_sealed
-        small = self._sealed(point) and not self.steps.failure
-        if stays_sealed and (small or problem.never_opens):
-            return None, ""
-        more = len(chain) if self.error <= LITTLE * problem.allowed else 1
-        following = chain[min(chain.index(point.problem) + more, len(chain) - 1)]
+    def next_start(self) -> LiftPoint | str:
+        """The first point of the next stage; if there is none, why not, "" if none is needed."""
+        if self._none_needed:
+            return ""
+        problem, point, following = self.problem, self.steps.point, self._next_problem
         network, epsilon = point.finer(following)
-        if stays_sealed:
-            epsilon = min(epsilon, SEALED * problem.roughness)
-        # A smaller ε³ is lost in the rounding of g³: rounding errors would make the pressure in
-        # pockets.
-        if sealed and epsilon < np.cbrt(float_info.epsilon) * problem.roughness:
-            return None, ""
+        if self._sealed(point):
+            if point.stays_sealed:
+                epsilon = min(epsilon, SEALED_EPSILON * problem.roughness)
+            # A smaller ε³ is lost in the rounding of g³: rounding errors would make the pressure in
+            # pockets.
+            if epsilon < np.cbrt(float_info.epsilon) * problem.roughness:
+                return ""
         if len(network.free) > problem.most_nodes:
             most = number_of(problem.most_nodes, "node")
-            return None, f"a finer network would have more than {most}"
-        if following is point.problem:
-            return replace(point, network=network, epsilon=epsilon), ""
-        pressure = following.interpolated(point.pressure)
-        # From this start a contact takes two thirds of the iterations that it takes without one.
-        start = np.maximum(following.interpolated(point.contact.pressure.values), 0.0)
-        pressed = following.contact_under(pressure, start)
-        return LiftPoint(following, network, epsilon, pressure, pressed), ""
+            return f"a finer network would have more than {most}"
+        return point.at_stage(following, network, epsilon)
+
+    @property
+    def _none_needed(self) -> bool:
+        """Whether the leak rate is negligible, or the film stays sealed with a small ε."""
+        point, equilibrium = self.steps.point, not self.steps.failure
+        if self._negligible(point):
+            return True
+        surely = self.problem.never_opens or (self._small_epsilon(point) and equilibrium)
+        return self._sealed(point) and point.stays_sealed and surely
+
+    @property
+    def _next_problem(self) -> LiftProblem:
+        """Twice as many samples along each side, until all are taken; all if the error is small."""
+        chain = self.problem.chain
+        if self.error <= ALL_SAMPLES_ERROR * self.problem.allowed:
+            return self.problem
+        return chain[min(chain.index(self.steps.point.problem) + 1, len(chain) - 1)]
 
     def estimated(self, start: LiftPoint) -> "_Search":
         """The search with the error of its last point, as the first one of the next stage tells it.
 
         Each stage to come is taken to change ln Q by a ratio of what the stage before it did: that
         of the last two changes by finer networks, at most 0.9, or 1/2 before there are two; for a
-        gap that is constant on pixels at least `AT_CORNERS`. After difficult steps ln Q changes by
-        more than its first order: the error is then at least what the steps of the stage before
+        gap that is constant on pixels at least `CORNER_RATIO`. After difficult steps ln Q changes
+        by more than its first order: the error is then at least what the steps of the stage before
         have `moved` ln Q.
         """
         point, ratio, by_network, grown = self.steps.point, 0.5, self.by_network, self.grown
@@ -156,7 +158,7 @@ class _Search:
             grown = grown + 1 if start.epsilon == point.epsilon and change > by_network else 0
             by_network = change
         if start.network.film.representation == "constant":
-            ratio = max(ratio, AT_CORNERS)
+            ratio = max(ratio, CORNER_RATIO)
         error = point.log_rate_error(start) + ratio / (1 - ratio) * change
         error = max(error, self.moved if self.steps.difficult else 0.0) + start.by_epsilon
         return replace(self, change=change, by_network=by_network, grown=grown, error=error)
@@ -168,15 +170,17 @@ class _Search:
 
     def solved(self, start: LiftPoint) -> "_Search":
         """The search after Newton's steps from the first point of a stage."""
-        tolerance = (CLOSELY if self.steps.difficult else 1.0) * self.problem.allowed
+        tolerance = (DIFFICULT_TOLERANCE if self.steps.difficult else 1.0) * self.problem.allowed
         steps = equilibrium(start, tolerance)
         point = steps.point
-        last_sealed = point if self._sealed(point) and not steps.failure else self.last_sealed
+        last_sealed = self.last_sealed
+        if self._small_epsilon(point) and not steps.failure:
+            last_sealed = point
         return replace(
             self,
             steps=steps.after(self.steps),
             moved=log_ratio(point.flow.conductance, start.flow.conductance),
-            last_sealed=last_sealed if point.sealed else None,
+            last_sealed=last_sealed if self._sealed(point) else None,
         )
 
     def ended(self, reason: str = "") -> Steps:
@@ -203,6 +207,9 @@ class _Search:
         return point.problem is self.problem and point.flow.conductance <= self.problem.negligible
 
     def _sealed(self, point: LiftPoint) -> bool:
-        """Whether the film is sealed, on all samples and with a small ε."""
-        small = point.epsilon <= SEALED * self.problem.roughness
-        return point.problem is self.problem and small and point.sealed
+        """Whether the film is sealed, on all samples."""
+        return point.problem is self.problem and point.sealed
+
+    def _small_epsilon(self, point: LiftPoint) -> bool:
+        """Whether the fluid reaches with this ε a channel that it would open."""
+        return point.epsilon <= SEALED_EPSILON * self.problem.roughness

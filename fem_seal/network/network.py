@@ -27,14 +27,14 @@ from fem_seal.mesh.bisection import doerfler, refine, times_halved
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, triangle_at, uniform_mesh
 
 # Both are far above rounding. A point lies in a triangle if no barycentric coordinate is below
-# -EDGE; an angle is a right one if half its cotangent is below RIGHT.
-EDGE = 1e-9
-RIGHT = 1e-9
+# -OUTSIDE; an angle is a right one if half its cotangent is below RIGHT_ANGLE.
+OUTSIDE = 1e-9
+RIGHT_ANGLE = 1e-9
 # Step of central differences at which their own error, its square, is that of rounding, ε/STEP.
 STEP = float_info.epsilon ** (1 / 3)
 # Relative error of a link one sample long in a uniform gap, over that of one whose gap varies, by
 # representation. The gap of a pixel is uniform, and the pressure in it is bent at its corners.
-SMOOTH = {"linear": 0.01, "constant": 0.1}
+SMOOTH_ERROR = {"linear": 0.01, "constant": 0.1}
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class Network:
         own = np.arange(count) == mesh.twin
         of_legs, of_longest = _half_cotangents(mesh, film.gap.spacing)
         legs = legs.reshape(-1, 2)
-        oblique = np.flatnonzero(np.abs(of_longest) > RIGHT)
+        oblique = np.flatnonzero(np.abs(of_longest) > RIGHT_ANGLE)
         return cls(
             mesh=mesh,
             legs=legs,
@@ -170,7 +170,7 @@ class Network:
         shared = np.bincount(legs.ravel())
         of_cells = (of_links[: len(shared)] / shared)[legs].sum(axis=1)
         area = ((b - a) ** 2).sum(axis=1)
-        inside = varies[legs].max(axis=1) + SMOOTH[self.film.representation] * area
+        inside = varies[legs].max(axis=1) + SMOOTH_ERROR[self.film.representation] * area
         of_cells *= np.where(area > 1, area, inside)
         marked = doerfler(of_cells, share)
         times = np.where(marked, np.maximum(times_halved(of_cells, marked), 2), 0)
@@ -290,5 +290,5 @@ def _samples_inside(legs: np.ndarray, first: float) -> tuple[np.ndarray, np.ndar
     offsets = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
     along = np.linalg.solve(legs.T, (offsets + first).T).T
     shares = np.column_stack([1 - along.sum(axis=1), along])
-    inside = (shares >= -EDGE).all(axis=1)
+    inside = (shares >= -OUTSIDE).all(axis=1)
     return offsets[inside], shares[inside]

@@ -95,7 +95,7 @@ def test_a_sealed_film_keeps_its_last_equilibrium(steps_of_stages, last):
     With the larger one the fluid may not reach a channel that it would open: not settled.
     """
     problem = problem_of(scene(**SEALED_AT_LAST))
-    least = last * stages.SEALED * problem.roughness
+    least = last * stages.SEALED_EPSILON * problem.roughness
     lost = {"failure": "no equilibrium", "lost": True}
     steps_of_stages(lambda point, steps: {} if point.epsilon >= least else lost)
     state = from_pressure(problem, problem.outlet)
