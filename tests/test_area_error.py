@@ -17,6 +17,7 @@ from fem_seal.contact.settings import Load
 from fem_seal.coupling import lifted_state
 from fem_seal.grid_series import critical_gap
 from fem_seal.leak_rate import log_ratio
+from fem_seal.network.network import Network
 from fem_seal.patch import Given, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
@@ -39,6 +40,12 @@ def scene(*settings: str) -> Scene:
             *settings,
         ],
     )
+
+
+@pytest.fixture
+def one_network(monkeypatch):
+    """That of the samples: the fluid's pressure has no error of its own, either."""
+    monkeypatch.setattr(Network, "refined", lambda network, *_: network)
 
 
 def touching(patch: Patch) -> int:
@@ -107,7 +114,7 @@ NARROW = [
         (0.2, ["flow.lift=none", *NARROW], -0.4),
     ],
 )
-def test_the_leak_rate_at_the_asked_area_is_enclosed(pressure, settings, more):
+def test_the_leak_rate_at_the_asked_area_is_enclosed(one_network, pressure, settings, more):
     """Far from closing and next to it; a whole number of samples holds in a range of loads.
 
     The claim is AREA_SAFETY times the larger of both changes of ln Q: the true one, and that of the
@@ -127,7 +134,7 @@ def test_the_leak_rate_at_the_asked_area_is_enclosed(pressure, settings, more):
         assert true <= claim == pytest.approx(AREA_SAFETY * larger, rel=0.02 + larger / 2)
 
 
-def test_contact_pressure_follows_the_load():
+def test_contact_pressure_follows_the_load(one_network):
     """∂p_c/∂P of a lifted contact against a difference quotient, in which no sample changes."""
 
     def at(part: float) -> Patch:
@@ -165,7 +172,7 @@ def test_a_sealed_film_that_opens():
     assert true > 0  # of the second area, at which a path is open
 
 
-def test_a_sealed_lifted_film_that_opens():
+def test_a_sealed_lifted_film_that_opens(one_network):
     """By finite differences, whose leak rate has no bounds."""
     sealed = Patch(scene(*LIFTED, "flow.rtol=0.3", "contact.pressure=0.27 MPa"))
     lighter = sealed.pressed_by(0.98 * sealed.carried_load, sealed.lift)
