@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lift_campaign import campaign
 from lifted_scenes import E_STAR, from_pressure, problem_of, scene
 from project import AIR
 from scipy import sparse
@@ -282,3 +283,11 @@ def test_a_flat_counter_face(load, others):
     state = lifted_state(problem_of(scene(load, n=n, **others), surface))
     assert state.contact.mean_pressure + state.fluid_load == pytest.approx(load, rel=1e-9)
     assert (state.state == "sealed") == (load > 1e5)
+
+
+@pytest.mark.slow
+def test_random_scenes():
+    """None claims too little, and none leaks outside the range of the dry contacts."""
+    verdicts = {verdict for _, verdict in campaign(range(20))}
+    assert "settled" in verdicts
+    assert not verdicts & {"wrong", "outside the range"}
