@@ -101,11 +101,8 @@ def started(*arguments: object, **options: object) -> subprocess.Popen:
     return subprocess.Popen(command, **pipes | {"env": alone()} | options)
 
 
-def scene_of_samples(n: int, short: str = "4 um") -> dict:
-    """Sections of a scene with n x n samples 1 um apart: rough, elastic, leaking.
-
-    The shortest wavelength is `short`.
-    """
+def scene_of_samples(n: int, **surface: object) -> dict:
+    """Sections of a scene with n x n samples 1 um apart: rough, elastic, leaking."""
     return {
         "surface": {
             "kind": "self-affine",
@@ -113,9 +110,10 @@ def scene_of_samples(n: int, short: str = "4 um") -> dict:
             "size": [f"{n} um", f"{n} um"],
             "hurst": 0.8,
             "long_wavelength": f"{n // 2} um",
-            "short_wavelength": short,
+            "short_wavelength": "4 um",
             "rms_slope": 0.1,
             "seed": 1,
+            **surface,
         },
         "solid": {"contact_modulus": "10 MPa"},
         "contact": {"area_fraction": 0.1},

@@ -5,12 +5,12 @@ from copy import deepcopy
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from project import AIR
 
 import fem_seal as fs
 from fem_seal.scene import Scene
 
 LIQUID = {"kind": "liquid", "viscosity": "1 mPa s"}
-GAS = {"kind": "gas", "viscosity": "18 uPa s", "molar_mass": "29 g/mol", "temperature": "20 degC"}
 DROPS = [
     {"pressure_drop": "0.1 bar"},
     {"pressure_drop": "1 bar"},
@@ -36,7 +36,7 @@ def scenes(draw):
     data = {
         "surface": {"kind": "self-affine", **size, **wave, "seed": draw(st.integers(1, 99))},
         "contact": {"model": "gfmd" if elastic else "bearing", **load},
-        "fluid": GAS | draw(st.sampled_from([{}, {"slip": "kinetic"}])) if gas else LIQUID,
+        "fluid": AIR | draw(st.sampled_from([{}, {"slip": "kinetic"}])) if gas else LIQUID,
         "flow": flow,
         "output": {"products": ["leak_rate", *draw(st.sampled_from([(), ("threshold", "mesh")]))]},
     }

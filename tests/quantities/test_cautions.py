@@ -18,7 +18,7 @@ TOUCHING = np.where(ROUGH < 3e-8, 0, ROUGH)
 
 def pressed(modulus=1e7, **contact):
     return {
-        "surface": scene_of_samples(32, "8 um")["surface"],
+        "surface": scene_of_samples(32, short_wavelength="8 um")["surface"],
         "solid": {"contact_modulus": modulus},
         "contact": contact,
         "output": {"products": ["contact"]},

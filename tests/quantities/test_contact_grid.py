@@ -17,8 +17,8 @@ from fem_seal.surface.resampling import resample
 
 def scene(pressure="0.1 MPa", samples=32, rtol=0.05, **sections):
     """A dry rubber with four samples in the shortest wave."""
-    rubber = scene_of_samples(32) | {"contact": {"pressure": pressure}}
-    rubber["surface"] |= {"shape": [samples, samples], "long_wavelength": "8 um", "seed": 3}
+    waves = {"shape": [samples, samples], "long_wavelength": "8 um", "seed": 3}
+    rubber = scene_of_samples(32, **waves) | {"contact": {"pressure": pressure}}
     rubber["flow"] = {"pressure_drop": 1e5, "sides": "periodic", "rtol": rtol, "lift": "none"}
     rubber["output"] = {"products": ["leak_rate"]}
     return Scene.from_mapping(rubber | sections)

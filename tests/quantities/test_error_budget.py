@@ -181,7 +181,7 @@ def test_words_of_a_sealed_gap_that_may_open():
 
 def rough(total=None, limit=None, **flow):
     """A rough contact of 32² samples, with a total error or a tolerance of the flow."""
-    scene = scene_of_samples(32, "8 um") | {
+    scene = scene_of_samples(32, short_wavelength="8 um") | {
         "solid": {"contact_modulus": "600 MPa"},
         "flow": {"pressure_drop": 1e5, "sides": "periodic", **flow},
         "output": {"products": ["leak_rate"]},

@@ -36,8 +36,7 @@ STRIP = StraightPath(2e-3, 0.15)
 
 
 def scene(**more):
-    made = scene_of_samples(32)
-    made["surface"] |= {"long_wavelength": "8 um", "seed": 0}
+    made = scene_of_samples(32, long_wavelength="8 um", seed=0)
     made |= {"contact": {"pressure": 1.0}, "output": {"products": ["leak_rate"]}}
     return Scene.from_mapping(made | {"flow": {"pressure_drop": 1e5, "sides": "periodic"}} | more)
 

@@ -45,9 +45,7 @@ from fem_seal.upscaling.seal import seal_of_patches, size_of_patch, solve_seal
 
 def scene(**changes):
     """A seal of three patches, with other fields in some sections."""
-    made = scene_of_samples(32)
-    made["surface"] |= {"long_wavelength": "8 um", "seed": 0}
-    made |= {
+    made = scene_of_samples(32, long_wavelength="8 um", seed=0) | {
         "contact": {"pressure": "0.2 MPa"},
         "flow": {"pressure_drop": "0.5 bar", "sides": "periodic"},
         "seal": {"leak_path": "0.1 mm", "circumference": "10 mm", "patches": 3, "rtol": 1.5},

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from project import scene_of_samples, write_toml
+from project import AIR, scene_of_samples, write_toml
 
 from fem_seal import cli, parallel
 from fem_seal.errors import InvalidInput
@@ -38,7 +38,7 @@ def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
 @pytest.fixture(scope="module")
 def traded():
     """A smooth wavy surface of 16 waves of 4 samples, far from percolation."""
-    scene = scene_of_samples(32, "8 um") | {
+    scene = scene_of_samples(32, short_wavelength="8 um") | {
         "contact": {"pressure": "50 kPa"},
         "flow": {"pressure_drop": "1 bar", "sides": "periodic"},
     }
@@ -176,9 +176,8 @@ def test_what_cannot_be_traded(small_scene, tmp_path):
 @pytest.fixture
 def gas_scene():
     """A scene of 16² samples under a gas, which slips and lifts."""
-    gas = {"kind": "gas", "viscosity": "18 uPa s", "molar_mass": "29 g/mol", "temperature": 293.0}
     flow = {"inlet_pressure": "1.1 bar", "outlet_pressure": "1 bar", "sides": "periodic"}
-    return scene_of_samples(16) | {"fluid": gas, "flow": flow, "contact": {"pressure": "0.1 MPa"}}
+    return scene_of_samples(16) | {"fluid": AIR, "flow": flow, "contact": {"pressure": "0.1 MPa"}}
 
 
 def test_commands_write_what_they_say(gas_scene, tmp_path, capsys):
