@@ -42,7 +42,6 @@ from fem_seal.film.slip_bounds import sag
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.scene_steps import elastic_contact, flow_progress
 from fem_seal.upscaling.conductivity import CUBIC, SLIPPING, ConductivityTable, Enclosure
@@ -226,8 +225,8 @@ class LoadedPatch:
         if load not in self._states:
             # All processes make the surface together: the first one must not make it alone.
             surface = present(self.patch.surface, "surface")
-            state = parallel.on_root(lambda: self._pressed(surface, load), self.patch.comm)
-            self._states[load] = state
+            pressed = partial(self._pressed, surface, load)
+            self._states[load] = parallel.on_root(pressed, self.patch.comm)
         return self._states[load]
 
     def _pressed(self, surface: GridField, load: float) -> ContactState:
@@ -237,21 +236,10 @@ class LoadedPatch:
         return elastic_contact(patch.scene, surface, start, target, patch.report)
 
     def _solve(self, load: float, multiple: float) -> SolvedLoad:
-        film, reason = self.film(load), ""
+        film, settings, reason = self.film(load), self.settings(multiple), ""
         if film.sealed:
             return SolvedLoad((0.0, 0.0), multiple)
-        leak = self._leak_rate(load, film, multiple)
-        if not leak.converged:
-            # The rest of the reason names the tolerance of this flow, which is not the seal's.
-            cause, load_text = leak.reason.partition(";")[0], with_prefix(load, "Pa")
-            reason = f"its flow at a net load of {load_text} ended early, since {cause}"
-        return SolvedLoad(leak.bounds, multiple, reason)
-
-    def _leak_rate(self, load: float, film: GridFilm, multiple: float) -> LeakRate:
         from fem_seal.flow import leak_rate
-
-        settings = self.settings(multiple)
-        nearby = film.representation == "linear" and settings.method == "adaptive"
 
         def keep(flow: "MeshedFlow") -> None:
             self._flows.pop(load, None)  # A flow solved again is the newest.
@@ -259,15 +247,20 @@ class LoadedPatch:
             while len(self._flows) > max(1, KEPT // film.samples.size):
                 del self._flows[next(iter(self._flows))]
 
-        start = self._nearest(load) if nearby else None
-        return leak_rate(
+        nearby = film.representation == "linear" and settings.method == "adaptive"
+        leak = leak_rate(
             film,
             settings,
             progress=flow_progress(self.patch.report),
             comm=self.patch.comm,
-            start=start,
+            start=self._nearest(load) if nearby else None,
             keep=keep if nearby else None,
         )
+        if not leak.converged:
+            # The rest of the reason names the tolerance of this flow, which is not the seal's.
+            cause, load_text = leak.reason.partition(";")[0], with_prefix(load, "Pa")
+            reason = f"its flow at a net load of {load_text} ended early, since {cause}"
+        return SolvedLoad(leak.bounds, multiple, reason)
 
     def _nearest(self, load: float) -> "Start | None":
         """Flow at a load itself, at the highest load below, or at the lowest one above."""
