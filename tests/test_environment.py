@@ -151,7 +151,7 @@ def test_doctor_says_why_nothing_is_drawn(monkeypatch):
 def test_probe(code, found, monkeypatch):
     """Silence, death and going on for ever are failures as much as an exception is."""
     if "sleep" in code:
-        monkeypatch.setattr(doctor, "PATIENCE", 0.2)
+        monkeypatch.setattr(doctor, "PROBE_SECONDS", 0.2)
     works, said = doctor._try([sys.executable, "-c", code])
     assert works == (found == "1.2.3")
     assert said.startswith(found)

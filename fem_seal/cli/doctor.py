@@ -16,7 +16,7 @@ from fem_seal.errors import MissingPackage
 from fem_seal.installed import how_to_add, how_to_get_fenicsx
 from fem_seal.tables import aligned
 
-PATIENCE = 120  # seconds that one probe may take: the first use of DOLFINx compiles
+PROBE_SECONDS = 120  # seconds that one probe may take: the first use of DOLFINx compiles
 
 # Parts that are only looked for, and what needs them; pip installs the first two with fem_seal.
 LOOKED_FOR = {
@@ -131,10 +131,10 @@ def _try(command: list[str]) -> tuple[bool, str]:
     """Run a command; it works if it ends with status 0 and prints something."""
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, timeout=PATIENCE, check=False
+            command, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False
         )
     except subprocess.TimeoutExpired:
-        return False, f"no answer within {PATIENCE:g} s"
+        return False, f"no answer within {PROBE_SECONDS:g} s"
     except OSError as error:
         return False, f"{command[0]}: {error.strerror}"
     lines = done.stdout.strip().splitlines()

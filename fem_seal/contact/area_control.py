@@ -41,7 +41,7 @@ LEAST_PRESSURE, HIGHEST_PRESSURE = 1e-12, 1e12
 # and it is 0 where nothing touches.
 LEAST_FACTOR, MOST_FACTOR = 1 / 16, 4.0
 MOST_AREA = 1 - 1e-9  # above it Y, which is infinite where all samples touch, is that of this area
-ROUNDING = 1e-9  # of a count of samples over their number, relative
+COUNT_ROUNDING = 1e-9  # of a count of samples over their number, relative
 # First pressure over that of Persson's area law, at light load. At light load the law's area is 1.6
 # times p/(E* h'rms), that of simulations 2.1 to 2.2 times, and that of the samples that touch,
 # which are counted whole, up to 3 times.
@@ -143,7 +143,7 @@ def _pressed_further(pressure: np.ndarray, factor: float) -> np.ndarray:
 
 def _reached(area: float, area_fraction: float, samples: int) -> bool:
     """Whether the area is the prescribed one to 1 part in 1000 or half a sample."""
-    within = max(AREA_TOLERANCE * area_fraction, 0.5 / samples) * (1 + ROUNDING)
+    within = max(AREA_TOLERANCE * area_fraction, 0.5 / samples) * (1 + COUNT_ROUNDING)
     return abs(area - area_fraction) <= within
 
 

@@ -11,14 +11,14 @@ T = TypeVar("T")
 Item = TypeVar("Item")
 
 # 256 kB of float64: numpy's temporaries then never reach the main memory.
-SAMPLES = 2**15
+BLOCK_SAMPLES = 2**15
 # A block takes 20 µs, and to give a task to a thread takes as long: a sixteenth of the task's work.
 STRIP = 16
 
 
 def row_blocks(shape: tuple[int, ...]) -> list[slice]:
     """Slices of whole rows, of about 32768 samples each."""
-    rows = max(1, SAMPLES // shape[1])
+    rows = max(1, BLOCK_SAMPLES // shape[1])
     return [slice(first, min(first + rows, shape[0])) for first in range(0, shape[0], rows)]
 
 

@@ -25,7 +25,7 @@ CONTACT_METHODS: dict[str, tuple[Callable[[Problem, np.ndarray], Iterates], int]
 }
 
 # Give up if no measure has fallen by a tenth in this many iterates: rounding has been reached.
-PATIENCE = 300
+MOST_STALLED = 300
 
 # Limits that hold at every tolerance: of the gap of pressed samples and the overlap [rms height],
 # and of the mean gap's relative error. The certificate weights the gap with the pressure, so that
@@ -116,7 +116,7 @@ def converge(
                 best_excess, best_at = excess, len(residuals)
         if iterate.certificate < 0.9 * best:
             best, best_at = iterate.certificate, len(residuals)
-        stalled = len(residuals) - best_at > PATIENCE
+        stalled = len(residuals) - best_at > MOST_STALLED
         if stalled:
             break
     steps = number_of(iterate.iteration, "iteration")

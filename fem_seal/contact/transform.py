@@ -15,7 +15,7 @@ Plans = tuple[Callable[[], None], Callable[[], None]]  # forward and backward
 FLAGS = ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")
 MODES_OF = {"float64": np.complex128, "float32": np.complex64}
 # Bytes of a block of rows or columns: it fits into the second cache of a core.
-BLOCK = 2**18
+BLOCK_BYTES = 2**18
 BLOCKS_OF_TASK = 4  # blocks of rows in one task of a thread
 # Rows are padded to a multiple of this many modes, 64 or 128 bytes: transforms in single precision
 # then take 0.85 of the time, in double 0.95.
@@ -50,11 +50,11 @@ class RealTransform:
             return forward.execute, backward.execute
 
         values, modes = self.values, self.modes
-        rows = _blocks(nx, BLOCK // modes[0].nbytes)
+        rows = _blocks(nx, BLOCK_BYTES // modes[0].nbytes)
         self._rows = [both_ways(values[block], modes[block]) for block in rows]
         # Columns that share a line of the cache are copied together. The plans transform a whole
         # buffer: blocks of nearly equal width leave little of it unused.
-        count = -(-modes.shape[1] // max(ALIGNED, BLOCK // modes[:, 0].nbytes))
+        count = -(-modes.shape[1] // max(ALIGNED, BLOCK_BYTES // modes[:, 0].nbytes))
         width = -(-modes.shape[1] // count)
         self._columns = _blocks(modes.shape[1], width)
         self._buffers: SimpleQueue[tuple[np.ndarray, Plans]] = SimpleQueue()

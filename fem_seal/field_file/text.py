@@ -25,7 +25,7 @@ CONTRADICT = "; the steps and the lengths in its header contradict each other: {
 # many, beside what rounded digits make.
 SAME_COUNT = 1.5
 WIDEST_LIST = 8  # columns from which on a table is no list of points
-LONG = 5  # numbers in a line that rise evenly by chance in no rough map
+LEAST_EVEN = 5  # numbers in a line that rise evenly by chance in no rough map
 UNCALIBRATED = "; its header says that the camera's resolution is 0: it was not calibrated"
 FEWEST_OF_GRID = 0.25  # least part of the points of a grid that a list must have
 
@@ -130,7 +130,7 @@ def _without_coordinates(table: TextTable, path: Path) -> tuple[np.ndarray, Pair
         )
     for name, rows in (("column", table.values.T), ("line", table.values)):
         first, second = rows[0], rows[min(1, len(rows) - 1)]
-        if len(first) >= LONG and even_step(first) is not None and even_step(second) is None:
+        if len(first) >= LEAST_EVEN and even_step(first) is not None and even_step(second) is None:
             raise InvalidInput(
                 f"the first {name} of {path} rises evenly, as coordinates do, but first line and "
                 "first column are not both coordinates: delete them and give size in the scene, or "

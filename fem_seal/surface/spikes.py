@@ -3,8 +3,8 @@
 The *roughness of a point* is its height above the median of the 5 by 5 points around it. A tilt, a
 step or the edge of a plateau leaves it 0. A point counts as an outlier if its distance from the
 median and from each neighbour, on the same side, exceeds `OUTLIER_SIGMAS` times the spread σ of
-that roughness over the map; so does a group of up to `LARGEST` such points. Corners, ridges and
-scratches have neighbours at their own height, or are longer.
+that roughness over the map; so does a group of up to `GROUP_POINTS` such points. Corners, ridges
+and scratches have neighbours at their own height, or are longer.
 
 No point of a Gaussian surface is so far away. An outlier on its own is also `OUTLIER_SIGMAS` of
 these units σ from the mean of its eight neighbours, a linear combination of Gaussian heights, whose
@@ -21,7 +21,7 @@ from fem_seal.grid import GridField
 from fem_seal.surface.detrending import detrended
 
 OUTLIER_SIGMAS = 8.0  # distance of an outlier in units of the roughness of points
-LARGEST = 9  # points of the largest group: 3 x 3
+GROUP_POINTS = 9  # points of the largest group: 3 x 3
 AROUND = 5  # points along a side of the square of neighbours
 # Part of the points whose roughness is below 1.96 σ if it is Gaussian. The median would be 0 on a
 # face that is flat at more than half of its points; at most a twentieth may be outliers.
@@ -50,7 +50,7 @@ def outliers(heights: FieldMap | GridField) -> np.ndarray:
     groups, count = ndimage.label(far, np.ones((3, 3)))
     size = np.bincount(groups.ravel(), minlength=count + 1)
     together = np.bincount(groups.ravel(), (far & ~apart).ravel(), count + 1)
-    kept = (size <= LARGEST) & (together == 0)
+    kept = (size <= GROUP_POINTS) & (together == 0)
     kept[0] = False
     return kept[groups]
 

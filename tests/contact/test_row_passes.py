@@ -8,16 +8,16 @@ import pytest
 from contact_cases import E_STAR, SOLID, rough_surface
 
 from fem_seal.contact import Arithmetic, Load, press
-from fem_seal.contact.blocks import SAMPLES, STRIP, RowPasses
+from fem_seal.contact.blocks import BLOCK_SAMPLES, STRIP, RowPasses
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.transform import RealTransform
 
 # A row is a block, and there are enough of them for several strips.
-LONG_ROWS = (2 * STRIP + 3, SAMPLES + 1)
+LONG_ROWS = (2 * STRIP + 3, BLOCK_SAMPLES + 1)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
-@pytest.mark.parametrize("shape", [(1, 1), (7, 5), (1000, 600), LONG_ROWS, (5, 10 * SAMPLES)])
+@pytest.mark.parametrize("shape", [(1, 1), (7, 5), (1000, 600), LONG_ROWS, (5, 10 * BLOCK_SAMPLES)])
 def test_every_row_once_and_in_order(shape, threads):
     blocks = RowPasses(threads).over(shape, lambda rows: range(rows.start, rows.stop))
     assert [row for block in blocks for row in block] == list(range(shape[0]))
@@ -26,7 +26,7 @@ def test_every_row_once_and_in_order(shape, threads):
 def test_threads_work_at_the_same_time():
     """Blocks of two strips wait for each other in pairs: with one thread alone that would fail."""
     both = threading.Barrier(2, timeout=10)
-    places = RowPasses(2).over((2 * STRIP, SAMPLES), lambda rows: both.wait())
+    places = RowPasses(2).over((2 * STRIP, BLOCK_SAMPLES), lambda rows: both.wait())
     assert sorted(places) == STRIP * [0] + STRIP * [1]
 
 
