@@ -78,7 +78,20 @@ def mesh_geometry(
         _run(job, folder, None if own else LONGEST)
         if not (folder / MESH_FILE).exists():
             raise InvalidInput(f"gmsh has made no mesh of {geo}: does it have a surface?")
+        _refuse_cut_off(folder / MESH_FILE, geo)
         return read_triangles(folder / MESH_FILE, unit, names, source=geo)
+
+
+def _refuse_cut_off(mesh: Path, geo: Path) -> None:
+    """Refuse a mesh that ends early: gmsh does not say when the disk is full."""
+    with mesh.open("rb") as file:
+        file.seek(max(0, mesh.stat().st_size - 100))
+        end = file.read().rstrip().rpartition(b"\n")[2]
+    if not end.startswith(b"$End"):
+        raise InvalidInput(
+            f"gmsh could not write the whole mesh of {geo} to {mesh.parent}: is the disk full? "
+            "TMPDIR names another temporary folder"
+        )
 
 
 def _run(job: Job, folder: Path, longest: float | None) -> None:
