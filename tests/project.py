@@ -7,7 +7,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
@@ -73,6 +73,15 @@ def trees() -> dict[Path, ast.Module]:
     """Syntax trees of all modules of the package."""
     modules = sorted(PACKAGE.rglob("*.py"))
     return {path: ast.parse(path.read_text(encoding="utf-8")) for path in modules}
+
+
+def imported(tree: ast.Module) -> Iterator[str]:
+    """Full names of all imports, inside functions and for type checking as well."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 def alone() -> dict[str, str]:

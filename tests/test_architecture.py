@@ -4,7 +4,7 @@ import ast
 import re
 
 import pytest
-from project import PACKAGE, ROOT, printed_by, trees
+from project import PACKAGE, ROOT, imported, printed_by, trees
 
 import fem_seal
 from fem_seal.scene.scene import Surface
@@ -42,15 +42,6 @@ FENCES = {
 def layer(path):
     """First component below the package: fem_seal/flow/linear.py is in flow."""
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-
-
-def imported(tree):
-    """Full names of all imports, inside functions and for type checking as well."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 def downstream(source, name):

@@ -1,11 +1,10 @@
 """What pip, conda and the container install must be what fem_seal imports."""
 
-import ast
 import re
 import sys
 import tomllib
 
-from project import ROOT, trees
+from project import ROOT, imported, trees
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 # Names of modules and of conda's packages that differ from those of pip's.
@@ -25,21 +24,10 @@ def requirement(line: str) -> tuple[str, str]:
 PIP = dict(map(requirement, PROJECT["dependencies"]))
 
 
-def imported() -> set[str]:
-    """Top-level names of the packages that fem_seal imports anywhere."""
-    names = set()
-    for tree in trees().values():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Import):
-                names |= {alias.name.partition(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module:
-                names.add(node.module.partition(".")[0])
-    return names - set(sys.stdlib_module_names) - {"fem_seal"}
-
-
 def test_every_import_is_required_and_every_requirement_imported():
-    required = {MODULES.get(name, name) for name in PIP}
-    assert imported() - OF_OTHERS - OPTIONAL == required
+    names = {name.partition(".")[0] for tree in trees().values() for name in imported(tree)}
+    required = {MODULES.get(name, name) for name in PIP} | {"fem_seal"}
+    assert names - set(sys.stdlib_module_names) - OF_OTHERS - OPTIONAL == required
 
 
 def test_conda_installs_what_pip_requires():
