@@ -58,7 +58,6 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
             break
         step = point.step
         left = STEP_TOLERANCE * step.log_rate
-        difficult |= step.unstable
         fractions = list(islice(away, 1)) if step.unstable else STEP_FRACTIONS
         tried: list[LiftPoint] = []
         for fraction in fractions:
@@ -67,7 +66,7 @@ def newton(point: LiftPoint, tolerance: float) -> Steps:
                 tried.append(other)
                 if other.residual_size < point.residual_size:
                     break
-            difficult = True  # this fraction is none, or |F| has not fallen
+        difficult = difficult or step.unstable or fraction < 1
         if not tried:
             break
         point = min(tried, key=lambda other: other.residual_size)
