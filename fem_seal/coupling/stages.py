@@ -22,7 +22,7 @@ from fem_seal.leak_rate import log_ratio
 MOST_STAGES = 10  # after the first one
 # Where each of so many finer networks in a row changes ln Q by more than the network before it, the
 # stages end: such changes do not say what all further networks would add up to. Of 500 random
-# scenes and 24 next to closing one ends so, in 12 s in place of 55.
+# scenes and 24 next to closing one ends so, in 19 s in place of 55.
 MOST_GROWN = 2
 # Least error of ln Q that is claimed, over the allowed one: a tenth of rtol. Where half as much was
 # claimed, the equilibrium for a tenth of rtol was outside in one of 250 random scenes (0.08 rtol).
