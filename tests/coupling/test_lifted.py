@@ -291,3 +291,16 @@ def test_random_scenes():
     verdicts = {verdict for _, verdict in campaign(range(20))}
     assert "settled" in verdicts
     assert not verdicts & {"wrong", "outside the range"}
+
+
+def test_units_of_pressure():
+    """Pressures and moduli in another unit."""
+    unit, load, n = 1e9, 1.5e5, 16
+    made, other = (
+        Patch(scene(load * one, 1e5 * one, n, solid={"contact_modulus": 1e7 * one}))
+        for one in (1, unit)
+    )
+    assert other.lifted.steps == made.lifted.steps
+    # Rounding moves single samples at the rim of contact.
+    value = unit * made.leak_rate.value
+    assert other.leak_rate.value == pytest.approx(value, rel=made.lifted.error)
