@@ -12,6 +12,7 @@ from fem_seal.accuracy import Choice, Chosen, chosen_patch
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.error_budget import ErrorBudget
 from fem_seal.errors import InvalidInput
+from fem_seal.files import PATCHES
 from fem_seal.film import GridFilm
 from fem_seal.grid_series import half_in_worker
 from fem_seal.leak_rate import FlowState, LeakRate
@@ -29,7 +30,6 @@ from fem_seal.quantities.seal import as_uncertain, seal_advice, seal_budget
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict, verdict
 from fem_seal.results import Result, ResultFolder
-from fem_seal.results.folder import PATCHES
 from fem_seal.results.records import GasRecord, LiftRecord, Rate, SealRecord
 from fem_seal.results.result import Origin, Provenance
 from fem_seal.scene import Scene

@@ -18,6 +18,7 @@ from project import RING, started, write_toml
 from fem_seal.errors import InvalidInput
 from fem_seal.files import (
     atomic_write,
+    create_text,
     digest_of_sources,
     locked_folder,
     staging_folder,
@@ -69,6 +70,18 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.parametrize("links", [True, False])
+def test_one_of_many_creates_a_file(tmp_path, monkeypatch, links):
+    def no_links(*paths):
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    if not links:
+        monkeypatch.setattr("os.link", no_links)
+    for text in ("first", "late"):
+        create_text(tmp_path / "origin", text)
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["first"]
+
+
 def test_points_of_other_sources_are_others(tmp_path):
     """A commit changes numbers, and not always the version."""
     source = tmp_path / "package" / "module.py"
@@ -103,16 +116,31 @@ def test_who_may_hold_a_folder(holder, tmp_path, first, second):
     assert all(path.exists() for path in written)
     process.kill()
     process.communicate()
+    # A picture, or a run further in, is written without this lock: the writer may be alive.
+    (out / ".fem-seal-old.png").touch()
+    os.utime(out / ".fem-seal-old.png", (0, 0))
+    new, run = out / ".fem-seal-new.png", out / "run" / ".fem-seal-0"
+    new.touch()
+    run.mkdir(parents=True)
     with locked_folder(out, shared=second == "shared"):
-        assert sorted(path.name for path in out.rglob("*")) == [LOCK_FILE, "points"]
-    assert [path.name for path in out.rglob("*")] == ["points"]
+        assert sorted(out.rglob("*")) == [new, out / LOCK_FILE, out / "points", run.parent, run]
+    assert sorted(out.rglob("*")) == [new, out / "points", run.parent, run]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read every folder")
+def test_a_folder_within_that_cannot_be_read_stays(tmp_path):
+    (tmp_path / "points").mkdir(mode=0)
+    with locked_folder(tmp_path):
+        pass
 
 
 def test_what_another_process_writes_further_in_stays(tmp_path):
     """The folder of a run may lie in that of another."""
-    out = tmp_path / "out"
-    with locked_folder(out), staging_folder(out) as staged, locked_folder(tmp_path):
-        assert staged.exists()
+    out = tmp_path / "points"
+    with locked_folder(out), atomic_write(out / "a.json") as staged:
+        staged.touch()
+        with locked_folder(tmp_path):
+            assert staged.exists()
 
 
 def test_a_file_system_without_locks(tmp_path, monkeypatch):
@@ -122,8 +150,10 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
         raise OSError(errno.ENOLCK, "No locks available")
 
     monkeypatch.setattr("fcntl.flock", no_locks)
-    with locked_folder(tmp_path), staging_folder(tmp_path) as staged, locked_folder(tmp_path):
+    out = tmp_path / "out"
+    with locked_folder(out), staging_folder(out) as staged, locked_folder(out):
         assert staged.exists()
+    assert not out.exists()
 
 
 @pytest.mark.parametrize("step", [fcntl.LOCK_EX, fcntl.LOCK_SH])

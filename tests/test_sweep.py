@@ -9,7 +9,9 @@ import pytest
 from project import rows, write_toml
 
 from fem_seal import cli
-from fem_seal.files import locked_folder
+from fem_seal.errors import InvalidInput
+from fem_seal.files import locked_folder, to_disk
+from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 from fem_seal.scene_steps import FLOWS
 from fem_seal.solved import solve
@@ -33,6 +35,21 @@ def test_an_infinite_end_survives_its_file(tmp_path):
     folder.save("a" * 32, Point(("0.1",), False, "", together_lower=1e-12, together_upper=inf))
     read = SweepFolder(tmp_path / "sweep", ("flow.rtol",)).point("a" * 32)
     assert read.together_upper == inf
+
+
+def test_of_two_sweeps_that_begin_at_once_one_is_refused(scene_file, monkeypatch):
+    """The other one writes its scene while that of this one is on its way to the disk."""
+    ours, others = (SweepFolder(Path(), (key,)) for key in ("flow.rtol", "surface.seed"))
+    origin = Provenance.of(Scene.from_file(scene_file))
+
+    def overtaken(path):
+        monkeypatch.setattr("fem_seal.files.atomic.to_disk", to_disk)
+        others.open(origin)
+        to_disk(path)
+
+    monkeypatch.setattr("fem_seal.files.atomic.to_disk", overtaken)
+    with pytest.raises(InvalidInput, match="of other fields"):
+        ours.open(origin)
 
 
 @pytest.mark.parametrize(

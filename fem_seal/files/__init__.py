@@ -7,6 +7,7 @@ what a killed one has left.
 
 from fem_seal.files.atomic import (
     atomic_write,
+    create_text,
     digest,
     digest_of_sources,
     names_in,
@@ -18,4 +19,4 @@ from fem_seal.files.atomic import (
     writing,
 )
 from fem_seal.files.caches import use_writable_cache, user_cache
-from fem_seal.files.lock import locked_folder
+from fem_seal.files.lock import PATCHES, POINTS, locked_folder

@@ -65,6 +65,22 @@ def write_text(path: Path, text: str, *, durable: bool = True) -> None:
         staged.write_text(text, encoding="utf-8")
 
 
+def create_text(path: Path, text: str) -> None:
+    """Write a file unless it exists; if several processes try at once, one of them succeeds."""
+    with staging_folder(path.parent) as folder, writing(path, "the file"):
+        staged = folder / path.name
+        write_text(staged, text)
+        try:
+            path.hardlink_to(staged)
+        except FileExistsError:
+            return
+        except OSError:
+            # No hard links here: of two that try at the same instant, the last one replaces it.
+            if not path.exists():
+                os.replace(staged, path)  # noqa: PTH105 (must be atomic)
+        to_disk(path.parent)
+
+
 def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = False) -> None:
     """Write arrays as `numpy.savez` does, but without its traceback if the disk is full."""
     import numpy as np

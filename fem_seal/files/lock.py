@@ -5,12 +5,12 @@ NFS, Linux turns it into a lock of the server. PyPI's filelock was considered: o
 locks one is that of an SQLite database, the other a file that a thread renews and that counts as
 stale after 90 s without.
 
-Who holds a folder alone knows that whatever staging files lie in it are those of killed processes.
-So a sweep, too, first tries to hold the folder alone, removes them, and then converts its lock to a
-shared one. The kernel may give the folder to another process within the conversion:
+Who holds a folder alone knows that the processes that staged a result or a point in it have ended.
+So a sweep, too, first tries to hold the folder alone, removes what they left, and then takes a
+shared lock. The kernel may give the folder to another process between the two locks:
 
-* If that one still holds it alone, the conversion fails, and the old lock is lost: the next trial
-  begins from nothing.
+* If that one still holds it alone, the shared lock is refused, and the old one is lost: the next
+  trial begins from nothing.
 * If it has left again, it has removed the file, and the lock is that of a file without a name,
   which keeps nobody out: `_locked` finds that out and is false.
 * If it has become one of several sweeps, both hold the folder, as they may.
@@ -31,6 +31,7 @@ from fem_seal.errors import OTHER_FOLDER, InvalidInput
 from fem_seal.files.atomic import PREFIX, writing
 
 LOCK_FILE = ".fem-seal.lock"
+POINTS, PATCHES = "points", "patches"  # folders within, whose files have the lock of this folder
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 # Seconds before each trial: others hold a folder alone while they clear it, which takes 0.2 s for
 # 100 000 points on a local disk, or remove the file.
@@ -100,21 +101,35 @@ def _locked(handle: int, path: Path, kind: int) -> bool:
 
 
 def _clear(folder: Path) -> None:
-    """Remove the staging files in a folder, and in those within that have no lock of their own."""
-    within = [path for path in folder.iterdir() if path.is_dir()]
-    for place in (folder, *(path for path in within if not (path / LOCK_FILE).exists())):
-        for path in place.glob(f"{PREFIX}*"):
-            shutil.rmtree(path, ignore_errors=True)  # leaves files and links
-            with suppress(OSError):
-                path.unlink()  # leaves folders
+    """Remove what killed processes have staged in a folder, and in those of its points.
+
+    Staging folders and points are made under the lock of the folder. Pictures and tables are also
+    written without it: their staging files go a minute after the last change.
+    """
+    minute_ago = time.time() - 60
+    for path in folder.glob(f"{PREFIX}*"):
+        with suppress(OSError):
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            elif path.lstat().st_mtime < minute_ago:
+                path.unlink()
+    for within in (folder / POINTS, folder / PATCHES):
+        with suppress(OSError):  # it cannot be read or written
+            if not (within / LOCK_FILE).exists():
+                for path in within.glob(f"{PREFIX}*"):
+                    path.unlink()
 
 
 def _release(path: Path, handle: int) -> None:
-    """Release the lock; the last owner removes the file."""
+    """Release the lock; who holds the folder last removes the file, or anyone without locks."""
     try:
-        if _locked(handle, path, fcntl.LOCK_EX):
-            path.unlink(missing_ok=True)
+        last = _locked(handle, path, fcntl.LOCK_EX)
+    except OSError as error:
+        last = error.errno in _NO_LOCKS
+    try:
+        if last:
+            path.unlink()
     except OSError:
-        pass  # the folder is gone or full; the lock ends with its handle
+        pass  # the file is gone, or must stay; the lock ends with its handle
     finally:
         os.close(handle)

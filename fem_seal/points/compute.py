@@ -18,7 +18,7 @@ from fem_seal.errors import (
     explained,
     present,
 )
-from fem_seal.files import temporary_folder
+from fem_seal.files import POINTS, temporary_folder
 from fem_seal.points.farm import POLL, farm
 from fem_seal.points.folder import PointFolder, T
 from fem_seal.points.task import Task
@@ -219,7 +219,7 @@ def points_of(
     work = work or Work()
     with ExitStack() as held:
         kept = out or parallel.on_root(lambda: held.enter_context(temporary_folder()), work.comm)
-        folder = PointFolder(kept / "points", kind)
+        folder = PointFolder(kept / POINTS, kind)
         if compute_study(folder, tasks, work, report).missing:
             return None
         return parallel.on_root(

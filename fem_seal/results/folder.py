@@ -6,14 +6,13 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from fem_seal.errors import OR_OVERWRITE, OTHER_FOLDER, FemSealError, InvalidInput
-from fem_seal.files import locked_folder, staging_folder, to_disk, writing
+from fem_seal.files import PATCHES, locked_folder, staging_folder, to_disk, writing
 from fem_seal.results.arrays import CONTACT_FILE, FLOW_FILE
 from fem_seal.results.result import RESULT_FILE, Provenance, Result
 
 # Folder with the staged files of a finished run, which are moved out of it one by one. If a run is
 # killed meanwhile, the next run moves the rest.
 MOVING = ".fem-seal.moving"
-PATCHES = "patches"  # folder of the solved patches of a seal, beside result.json
 _OLD_RESULT = "replaced-result.json"
 
 

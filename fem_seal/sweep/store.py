@@ -8,14 +8,14 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from fem_seal.errors import OR_OVERWRITE, InvalidInput
-from fem_seal.files import write_text, writing
+from fem_seal.files import POINTS, create_text, write_text, writing
 from fem_seal.points import PointFolder
 from fem_seal.results.result import Provenance
 from fem_seal.sweep.point import COLUMNS, Point
 from fem_seal.sweep.summary import SUMMARY_FILE, write_summary
 from fem_seal.tables import csv_text
 
-TABLE_FILE, ORIGIN_FILE, POINTS = "sweep.csv", "sweep.json", "points"
+TABLE_FILE, ORIGIN_FILE = "sweep.csv", "sweep.json"
 _POINT_FILE = re.compile(r"[0-9a-f]{32}\.json")
 
 
@@ -39,7 +39,7 @@ class SweepFolder(PointFolder[Point]):
             )
         origin = origin.model_copy(update={"scene": {**origin.scene, "vary": list(self.keys)}})
         if not path.exists():
-            write_text(path, origin.model_dump_json(indent=2) + "\n")
+            create_text(path, origin.model_dump_json(indent=2) + "\n")
         try:
             before = Provenance.model_validate_json(path.read_bytes())
         except (OSError, ValidationError):

@@ -1,4 +1,4 @@
-"""K(w) of a scene's patch: a chain of dry contacts and flows.
+"""K(w) of a scene's patch: dry contacts and flows under many loads.
 
 K is the conductivity between straight ends: K = Q Lx/(Ly Δp), with the leak rate Q of the patch
 from its inlet to its outlet. (On a patch 8 long wavelengths wide it is up to a fifth above the
