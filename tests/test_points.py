@@ -30,6 +30,7 @@ from fem_seal.points.farm import farm
 from fem_seal.prediction import PICTURE_IMPORTS, predicted
 from fem_seal.scene import Scene
 from fem_seal.sweep import Work, combinations, read_points, sweep
+from fem_seal.sweep.point import numbers_only
 from fem_seal.worker import Worker, peak_of_workers
 
 MB = in_workers.MB
@@ -389,6 +390,16 @@ def test_a_point_is_expected_to_take_no_more_than_its_numbers(jobs, scene_file, 
     sweep(scene_file, points, Path("out"), work=Work(jobs))
     scene = Scene.from_file(scene_file, ["output.products=['leak_rate']"])
     assert compute.call_args.kwargs["each"].memory == predicted(scene).memory < PICTURE_IMPORTS[1]
+
+
+def test_workers_have_the_memory_of_the_largest_point(scene_file, monkeypatch):
+    """Wherever in the table it stands."""
+    compute = Mock(return_value=Outcome(0, 3, {}))
+    monkeypatch.setattr("fem_seal.sweep.run.compute_points", compute)
+    points = combinations("surface.shape=[32,32],[2048,2048],[64,64]")
+    sweep(scene_file, points, Path("out"), work=Work(2))
+    large = numbers_only(Scene.from_file(scene_file, ["surface.shape=[2048,2048]"]))
+    assert compute.call_args.kwargs["each"].memory == predicted(large).memory
 
 
 def test_no_more_than_the_jobs_run_at_once(tmp_path, monkeypatch):

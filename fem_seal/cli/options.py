@@ -128,7 +128,7 @@ def add_jobs(
         "--memory",
         type=float,
         metavar="GB",
-        help="largest memory of all jobs together (default: what is free)",
+        help="memory by which the number of jobs is chosen (default: what is free)",
     )
 
 

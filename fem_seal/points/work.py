@@ -12,8 +12,8 @@ from fem_seal.memory import available_memory
 # Workers import the libraries themselves: they must save more time than this [s].
 START = 5.0
 WITHIN = 1.5  # factor by which a point may take more memory than is expected of it
-# Part of a prescribed memory for a point of which nothing is known: that of a contact on 4096 x
-# 4096 samples and its flow [bytes].
+# Memory counted for a point of which nothing is known, if --memory is given: that of a contact on
+# 4096 x 4096 samples and its flow [bytes].
 UNKNOWN_POINT = 4_000_000_000
 
 

@@ -1,10 +1,11 @@
 """A sweep: a scene over the values of some of its fields, and the table of all."""
 
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from fem_seal import parallel
@@ -149,12 +150,24 @@ def _tasks(
 
 
 def _expected(tasks: Sequence[ScenePoint]) -> Expected | None:
-    """What a point is expected to take, by the first and the last one; None if unknown."""
-    try:
-        first, last = (predicted(numbers_only(tasks[k].scene)).of_point for k in (0, -1))
-        return Expected((first.seconds + last.seconds) / 2, max(first.memory, last.memory))
-    except FemSealError:
-        return None  # Their own lines say what is wrong with these points.
+    """What a point is expected to take: the mean time, and the largest memory; None if unknown.
+
+    A point that cannot be predicted counts as the others; its own line says what is wrong with it.
+    """
+    alike: dict[str, list[Expected]] = {}
+    points: list[Expected] = []
+    for scene in (numbers_only(task.scene) for task in tasks):
+        # Seeds do not change the memory, nor loads but in a [seal]: no map is read again for them.
+        load = () if scene.seal is not None else ("contact",)
+        same = scene.model_dump_json(exclude={"surface": {"seed"}, **dict.fromkeys(load, True)})
+        if same not in alike:
+            alike[same] = []
+            with suppress(FemSealError):
+                alike[same].append(predicted(scene).of_point)
+        points += alike[same]
+    if not points:
+        return None
+    return Expected(fmean(each.seconds for each in points), max(each.memory for each in points))
 
 
 def _open(held: ExitStack, folder: SweepFolder, origin: Provenance, overwrite: bool) -> None:
