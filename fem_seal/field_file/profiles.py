@@ -104,7 +104,7 @@ def _profiles(
     if step is None:
         raise InvalidInput(
             f"{path} has no x, and does not say the step of its samples; give it, such as "
-            "surface.step = '0.5 um'"
+            f"surface.step = '0.5 um'{recorded.length_hint}"
         )
     return Profiles(heights, step)
 
@@ -122,6 +122,7 @@ def _from_table(path: Path) -> Recorded:
     even = even_step(values[:, along]) if values.shape[1] > 1 else None
     columns = list(range(values.shape[1]))
     unit_of_step: str | None = "m"
+    hint = ""
     if even is not None:
         values = np.delete(values, columns.pop(along), axis=1)[:: 1 if even > 0 else -1]
         step: float | None = abs(even)
@@ -130,6 +131,8 @@ def _from_table(path: Path) -> Recorded:
         raise InvalidInput(
             f"x in {path} neither rises nor falls evenly; resample the profile to even steps"
         )
+    elif header.unclear:
+        step, hint = None, f"; its header {header.unclear[0].says}"
     else:
         step = header.metres(header.steps, "x")
     counted = [k for k, column in zip(columns, values.T, strict=True) if even_step(column)]
@@ -141,4 +144,5 @@ def _from_table(path: Path) -> Recorded:
     for mark in header.missing:
         values = without_marked(values, mark)
     spacing = None if step is None else (step, step)
-    return Recorded(values, header.unit_of_values(columns), spacing, unit_of_step)
+    unit = header.unit_of_values(columns)
+    return Recorded(values, unit, spacing, unit_of_step, length_hint=hint)

@@ -87,8 +87,8 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
             f"{path} holds {lines} lines of {columns} numbers, and its header announces "
             f"{expected[0]} of {expected[1]}; it may be cut off"
         )
-    named = header.steps.keys() | lengths.keys() | counts.keys()
-    along_x = bool({"x", "y"} <= named) and not across
+    named = set(header.steps.keys() | lengths.keys() | counts.keys())
+    along_x = {"x", "y"} <= _named_axes(named, header, path) and not across
     values = np.ascontiguousarray(values.T) if along_x else values
     if lines != columns:
         lengths.pop("", None)  # a length without an axis: its side is not known
@@ -104,7 +104,27 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     # A length along one axis alone may be that of something else, such as the height of a peak.
     if len(unequal) == 2 and any(unequal):
         spacing, hint = None, CONTRADICT.format(header.quoted)
+    if header.unclear:
+        spacing, hint = None, f"; its header {header.unclear[0].says}"
     return Recorded(values, header.unit_of_values(), spacing, "m", length_hint=hint)
+
+
+def _named_axes(clear: set[str], header: Statements, path: Path) -> set[str]:
+    """Axes that clear lines name and, by their keys, unclear ones about steps and lengths.
+
+    Refused if x and y are both named or not, or a count says that they are exchanged or not, as an
+    unclear value is read.
+    """
+    counts = [line for line in header.unclear if line.about == "count"]
+    others = [line for line in header.unclear if line.about != "count"]
+    named = clear.union(*(line.named for line in others))
+    possible = named.union(*(line.possible for line in header.unclear))
+    if {"x", "y"} <= possible and (counts or not {"x", "y"} <= named):
+        line = (counts or [line for line in others if line.possible - line.named])[0]
+        raise InvalidInput(
+            f"the header of {path} {line.says}; it may say that x runs along the lines of the file"
+        )
+    return named
 
 
 def _without_coordinates(table: TextTable, path: Path) -> tuple[np.ndarray, Pair | None]:

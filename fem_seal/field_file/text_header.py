@@ -3,7 +3,7 @@
 A statement is a key and a value, `Width: 10 µm`, `x-step [um] = 0.5`, `"Unit","nm"`. The words of
 its key say what it is about (`header_words`); with a word that is not known it is about something
 else, and is ignored. A value about the map must match `_value_in` to its end: if it does not, the
-lengths are refused with that line.
+header says no lengths, and the message that asks for them quotes that line.
 """
 
 import re
@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from math import isclose, isfinite
 from pathlib import Path
+from typing import NamedTuple
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import header_words as known
@@ -43,6 +44,13 @@ _SENTENCE = re.compile(
 _FACTOR = re.compile(rf"([^:=\d]*?)[\s:=;,]+({_NUMBER}[\s\[(]*({_NAME}|).*)")
 ROUNDED = 0.02  # relative difference of two lengths in rounded digits that count as one
 QUOTED = 3  # most lines about lengths that a message quotes
+# What to write in place of a value that is not understood, by what its line is about.
+WANTED = {
+    "step": "one number with its unit there, as in 'Pixel size: 0.5 um'",
+    "length": "one number with its unit there, as in 'Width: 10 um'",
+    "count": "one whole number there, as in 'Columns: 256'",
+    "mark": "one number there, as in 'NODATA_value: -9999'",
+}
 
 Quantity = tuple[float, str | None]  # a number and its unit
 # By axis, "x", "y" or "" (both): all that is stated.
@@ -64,6 +72,15 @@ def _value_in(decimal: str) -> re.Pattern[str]:
     return re.compile(rf"{number}{unit}(?:{between}{number}{unit})?", re.IGNORECASE)
 
 
+class Unclear(NamedTuple):
+    """A line about the map whose value has another form."""
+
+    about: str  #: as `header_words.about` says
+    named: set[str]  #: axes of its key, "x" and "y"
+    possible: set[str]  #: axes that its key or its value may name
+    says: str  #: what it says, and what to write there
+
+
 @dataclass
 class Statements:
     """Statements of a header; empty or None where it has none."""
@@ -79,7 +96,7 @@ class Statements:
     lateral_unit: str | None = None  #: of lengths without a unit of their own
     axes: set[str] = field(default_factory=set)  #: named by titles of some of the columns
     missing: list[float] = field(default_factory=list)  #: numbers that mark missing points
-    unclear: InvalidInput | None = None  #: of a line about the map, with a value of another form
+    unclear: list[Unclear] = field(default_factory=list)
     #: lines that name a step or a length, whether or not they are understood
     about_lengths: list[str] = field(default_factory=list)
 
@@ -114,8 +131,6 @@ class Statements:
 
         Beside a length with a unit a number without one may be that of anything.
         """
-        if self.unclear:
-            raise self.unclear
         stated = numbers.get(axis, []) + numbers.get("", [])
         with_unit = [(number, unit) for number, unit in stated if unit is not None]
         if not with_unit and self.lateral_unit is not None:
@@ -149,13 +164,10 @@ def statements_of(table: TextTable, path: Path) -> Statements:
             match = _PAIR.fullmatch(part) or _BLANK_PAIR.fullmatch(part)
             if match and len(pairs) < 2:
                 about = _understand(match[1], match[2].strip(), statements, table.layout.decimal)
-                unclear = InvalidInput(
-                    f"the header of {path} says {text!r}, which is not understood; write one "
-                    "number with its unit there, as in 'Width: 10 um', or delete the line"
-                )
+                if about:
+                    statements.unclear.append(_unclear(about, match[1], match[2], text))
                 if about == "mark":
-                    raise unclear
-                statements.unclear = unclear if about else statements.unclear
+                    raise InvalidInput(f"the header of {path} {statements.unclear[-1].says}")
             elif not statements.titles:
                 statements.axes |= {Title(name).axis for name, _ in pairs}
                 for name, unit in pairs:
@@ -225,6 +237,21 @@ def _understand(key: str, value: str, statements: Statements, decimal: str) -> s
             else:
                 lengths.setdefault(side, []).append((number, unit))
     return ""
+
+
+def _unclear(about: str, key: str, value: str, text: str) -> Unclear:
+    named = set(known.axes_of(known.words_of(key)))
+    words = known.words_of(value)
+    possible = named | {
+        axis
+        for axis, names in (("x", known.ALONG_LINE), ("y", known.ACROSS_LINES))
+        if words & names
+    }
+    # "Size: ~10 um x ~8 um" may be of x and y.
+    if not named and len(re.findall(_NUMBER, value)) > 1:
+        possible = {"x", "y"}
+    says = f"says {text!r}, which is not understood; write {WANTED[about]}, or delete the line"
+    return Unclear(about, named, possible, says)
 
 
 def _quantities(value: str, unit: str | None, decimal: str) -> list[Quantity]:

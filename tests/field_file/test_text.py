@@ -326,14 +326,19 @@ LENGTHS = "Unit: um\nHeight: 1 um\n"
         ("Zygo XYZ Data File - Format 1\n#\n" + points(), "camera's resolution"),
         # One number or two, about one or a thousand, or two things: quoted, and not guessed.
         *(
-            (f"Width: {width} um\n" + LENGTHS + matrix(), "header of .* says 'Width: 1")
+            (f"Width: {width} um\n" + LENGTHS + matrix(), "give its size.* header says 'Width: 1")
             for width in ("1,024", "1 250", "1’250.5", "1.250,0", "1.250.000", "1,024 x 768")
         ),
         (
             "Width: 10 um (256 px)\n" + LENGTHS + matrix(),
             r"'Width: 10 um \(256 px\)', which is not",
         ),
-        ("Breite: 1.024 um\n" + LENGTHS + matrix(";", ","), "header of .* says 'Breite"),
+        ("Breite: 1.024 um\n" + LENGTHS + matrix(";", ","), "its header says 'Breite"),
+        # What to write follows from what the line is about.
+        ("Width: about 10 um\n" + matrix(), "write one number with its unit there, .* 'Width: 10"),
+        ("Pixel size: ~1 um\n" + matrix(), "one number with its unit there, .* 'Pixel size: 0.5"),
+        ("Columns: 6 of 8\n" + matrix(), "write one whole number there, as in 'Columns: 256', or"),
+        ("NODATA_value = minus 9\n" + matrix(), "write one number there, as in 'NODATA_value: -9"),
         ("DSAA\n4 6\n0 1\n0 3\n" + matrix(), "do.* not say its lengths.*says '4 6' and '0 1'"),
         # A factor may be applied already or not.
         ("Z Scale: 0.001\n" + matrix(), "says 'Z Scale: 0.001', a factor"),
@@ -369,6 +374,64 @@ def test_numbers_that_may_mean_another_thing(text, reason, tmp_path):
     with pytest.raises(InvalidInput, match=reason) as refusal:
         read_map(tmp_path / "a.txt", HEIGHT_NAMES, UNIT if "Unit" not in text else None)
     assert "\n" not in str(refusal.value)
+
+
+BY_SIZE = Stated(unit="um", size=(6e-6, 4e-6))
+
+
+@pytest.mark.parametrize(
+    ("header", "along_x"),
+    [
+        *(
+            (line, False)
+            for line in (
+                "Width: 10 um (256 px)",
+                "X Range: 0 to 8 um",
+                "Height: 1.5 um at 20 degC",
+                "Pixel size: ~1 um",
+                "Scan size: 1,024 um",
+                "Columns: 6 of 8",
+                # Beside size even clear lines count no more.
+                "Pixel size: 1 um\nWidth: 6 um (6 px)",
+            )
+        ),
+        # Keys name the axes, whatever their values are.
+        ("Width: 10 um (256 px)\nHeight: 8 um (200 px)", True),
+        ("X Range: 0 to 6 um\nY Range: 0 to 4 um", True),
+        ("Width: 6 um\nHeight: 4 um (nominal)", True),
+        ("x-pixels: {0}\ny-pixels: {1}\nSize: ~6 um x ~4 um", True),
+    ],
+)
+def test_size_stands_for_unclear_lengths(header, along_x, tmp_path):
+    """Of a matrix with x along its lines or not, as a clear header says it."""
+    for heights in (HEIGHTS, HEIGHTS[:4]):
+        n, m = heights.shape
+        rows = matrix(values=heights)
+        (tmp_path / "a.txt").write_text(f"{header.format(m, n)}\n{rows}")
+        field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, BY_SIZE)
+        expected = (heights.T if along_x else heights) * 1e-6
+        np.testing.assert_allclose(field.values, expected, rtol=1e-15)
+        assert field.covered == pytest.approx(BY_SIZE.size, rel=1e-14)
+        with pytest.raises(InvalidInput, match=r"give its size.* its header says .*not understood"):
+            read_map(tmp_path / "a.txt", HEIGHT_NAMES, UNIT)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Columns: 4 Rows: 6",
+        "Columns: 6 of 8\nRows: 4",
+        "Width: 6 um Height: 4 um",
+        "Width: 6 um\nHeight: 4 um\nColumns: 6 of 8",
+        "Size: ~6 um x ~4 um",
+        "Size: 6 um (6 px) x 4 um (4 px)",
+    ],
+)
+def test_an_unclear_line_that_may_turn_the_map_is_refused(header, tmp_path):
+    """Also beside size: written clearly, it may name both axes, or exchange them."""
+    (tmp_path / "a.txt").write_text(f"{header}\n{matrix()}")
+    with pytest.raises(InvalidInput, match=r"not understood.* that x runs along the lines"):
+        read_map(tmp_path / "a.txt", HEIGHT_NAMES, BY_SIZE)
 
 
 def test_lines_that_count_are_no_lengths(tmp_path):

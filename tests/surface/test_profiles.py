@@ -156,13 +156,12 @@ def test_files_without_x(tmp_path):
     np.savetxt(tmp_path / "c.txt", heights, header="Spacing: 0.7 um\nUnits: um")
     with pytest.raises(InvalidInput, match="resample them to the same"):
         read_profiles([tmp_path / "b.txt", tmp_path / "c.txt"])
-    # Only x makes a step in the header needless.
+    # x, or the scene, makes a step in the header needless.
     unclear = "Spacing: 0.5 um (nominal)\nUnits: um"
     np.savetxt(tmp_path / "e.txt", heights, header=unclear)
-    with pytest.raises(
-        InvalidInput, match=r"e.txt says 'Spacing: 0.5 um \(nominal\)', which is not"
-    ):
-        read_profiles([tmp_path / "e.txt"], step=5e-7)
+    with pytest.raises(InvalidInput, match=r"surface.step = .* says 'Spacing: 0.5 um \(nominal\)'"):
+        read_profiles([tmp_path / "e.txt"])
+    assert read_profiles([tmp_path / "e.txt"], step=7e-7).step == 7e-7
     np.savetxt(tmp_path / "e.txt", np.column_stack([np.arange(40), heights]), header=unclear)
     assert read_profiles([tmp_path / "e.txt"]).step == pytest.approx(1e-6, rel=1e-12)
     np.savetxt(tmp_path / "d.txt", np.column_stack([0.0005 * np.arange(40), heights]))
