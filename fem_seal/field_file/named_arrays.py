@@ -181,13 +181,21 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
             f"{name} in {path} has shape {x.shape}, and must be {n} coordinates, one for each "
             f"sample along {name}; the samples are (nx, ny), unless names of dimensions say (y, x)"
         )
+    if n < 2:
+        raise InvalidInput(f"{name} in {path} is a single coordinate, and says no step")
     step = even_step(x.astype(float), fewest=2)
-    if step is None or step < 0:
+    if step is not None and step > 0:
+        return step
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = np.diff(x.astype(float))
+    if (steps < 0).all():
         raise InvalidInput(
-            f"{name} in {path} is not evenly spaced and increasing, or a single coordinate; "
-            "resample it onto an even grid"
+            f"{name} in {path} falls; reverse it, and the samples along {name} with it"
         )
-    return step
+    raise InvalidInput(
+        f"{name} in {path} is not evenly spaced: its steps are from {steps.min():g} to "
+        f"{steps.max():g}; resample it onto an even grid"
+    )
 
 
 def _unit(arrays: NamedArrays, variable: Variable) -> str | None:
