@@ -112,6 +112,7 @@ class _Parser(argparse.ArgumentParser):
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{"allow_abbrev": False, **settings})
         self._negative_number_matcher = re.compile(r"-\.?\d")  # -1bar is a value, no option
+        self.set_defaults(parser=self)  # of a command, and of a study
 
     def error(self, message: str) -> NoReturn:
         text = printable(" ".join(message.splitlines()))
@@ -156,7 +157,9 @@ def main(arguments: list[str] | None = None) -> int:
             if words[: len(name.split())] == name.split():
                 raise InvalidInput(f"{name} is a script of a checkout now: {script}")
         with interruptible():
-            options = parser(words).parse_args(words)
+            options, unknown = parser(words).parse_known_args(words)
+            if unknown:
+                options.parser.error(f"unrecognized arguments: {' '.join(unknown)}")
             options.command_line = words
             if (elsewhere := use_writable_cache()) and parallel.is_root():
                 print(f"fem-seal: {printable(elsewhere)}", file=sys.stderr)  # noqa: T201
