@@ -70,8 +70,11 @@ class Uncertainty:
     name: str = ""  #: the key in words
 
     def __post_init__(self) -> None:
-        # `factors` refuses those that cannot be.
-        if self.factors == Factors(0.0, inf) and self.kind == "guaranteed":
+        try:
+            without = self.factors == Factors(0.0, inf)
+        except Inconsistent as error:  # Factors refuses an impossible pair, without the key
+            raise Inconsistent(f"{self.key}: {error}") from None
+        if without and self.kind == "guaranteed":
             raise Inconsistent(f"{self.key} is guaranteed without factors")
         if not self.name:
             object.__setattr__(self, "name", self.key.replace("_", " "))
