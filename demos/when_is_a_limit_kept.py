@@ -61,6 +61,9 @@ def point(n: int, pressure: float, lift: str) -> Point:
     solved = solve(SCENE.with_(settings))
     name = f"{pressure} MPa" + (", dry" if lift == "none" else "")
     leak, head = solved.leak_rate, solved.headline
+    assert head.lower is not None, (
+        f"{name}: the leak rate has no lower end on {n} x {n} samples, and is not drawn; take more"
+    )
     rates = (leak.lower, leak.upper, head.lower, head.upper)
     bounds = (None if rate is None else rate / ML_PER_HOUR for rate in rates)
     return Point(name, *bounds, solved.verdict.decision)

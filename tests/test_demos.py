@@ -42,6 +42,12 @@ def test_the_dear_demo_finds_what_it_imports():
     assert callable(runpy.run_path(str(ROOT / "demos" / f"{DEAR}.py"), run_name="demo")["main"])
 
 
+def test_a_verdict_without_a_lower_end_is_not_drawn():
+    demo = runpy.run_path(str(ROOT / "demos/when_is_a_limit_kept.py"), run_name="demo")
+    with pytest.raises(AssertionError, match="no lower end on 32 x 32 samples"):
+        demo["point"](32, 9.0, "resolved")
+
+
 @pytest.mark.render
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == DEAR)) for name in DEMOS]
