@@ -345,7 +345,14 @@ def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:
         return estimate(CONTACT_GRID, "on half of the samples the fluid lifts the solid off")
     if patch.scene.measured_map is None:
         return error_from_half(patch, coarse)
-    change, pixels = _changes(patch, coarse)
+    return error_of_map(*_changes(patch, coarse))
+
+
+def error_of_map(change: float, pixels: float) -> Uncertainty:
+    """Estimate of a measured map: what half of its samples change, which are all that is known.
+
+    `change` and `pixels` are |Δ ln Q| as of `grid_error`.
+    """
     sentence = "what half of the samples of the map change"
     if change == inf:
         return estimate(CONTACT_GRID, f"{sentence}: they are sealed")

@@ -1,6 +1,7 @@
 """LeakRate: the result of every flow solver, by finite elements or finite differences."""
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from math import asinh, inf, isclose, log, sqrt, tanh
@@ -86,6 +87,14 @@ class Factors:
 
     def __mul__(self, other: "Factors") -> "Factors":
         return Factors(self.lower * other.lower, self.upper * other.upper)
+
+    @classmethod
+    def widest(cls, some: Sequence["Factors | None"]) -> "Factors | None":
+        """The least lower and the largest upper one; None if there are none, or one is unknown."""
+        known = [one for one in some if one is not None]
+        if not known or len(known) < len(some):
+            return None
+        return cls(min(one.lower for one in known), max(one.upper for one in known))
 
     def beyond(self, own: "Factors") -> "Factors":
         """How much wider these are than `own`, on each side at least 1; 1 where `own` is open."""

@@ -182,7 +182,7 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
             )
         sentence = f"{sealed}; {may_cross}; {advice}"
         return Uncertainty(PATCHES, "not covered", sentence, 1.0, None, caution=True)
-    known = "included" if lowered.contact_error is not None else "not known there, and not included"
+    known = "included" if lowered.grid_known else "not known there, and not included"
     sentence = (
         f"{sealed}; {may_cross}; under {100 * lowered.load_share:.0f} % of its load "
         f"{lowered.leaking} of {number} leak, and under its own load the seal leaks less than the "
@@ -196,9 +196,9 @@ def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
     if seal.state == "sealed":
         sentence = "what a finer grid of the contact would change is computed of leaking seals only"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    if seal.contact_error is None:
+    if seal.of_grid is None:
         sentence = (
-            "the patches on half of the samples differ too much, or are too coarse, to say what a "
+            "a patch has too few samples, or is sealed on half of those of its map, to say what a "
             "finer grid of the contact would change"
         )
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
@@ -206,8 +206,10 @@ def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
         "estimate of what a finer grid of the contact would change: each patch is solved on half "
         "of the samples at the load that matters most, and the largest error counts"
     )
-    factors = _of_grid(seal)
-    return Uncertainty(CONTACT_GRID, "estimated", sentence, factors.lower, factors.upper)
+    lower, upper = seal.of_grid.lower, seal.of_grid.upper
+    if not lower:
+        sentence += "; patches of a finer grid may be sealed"
+    return Uncertainty(CONTACT_GRID, "estimated", sentence, lower or None, upper)
 
 
 def _of_patches(seal: SealLeak) -> Factors:
@@ -218,12 +220,6 @@ def _of_patches(seal: SealLeak) -> Factors:
     return Factors(min(lower, 1.0), max(upper, 1.0))
 
 
-def _of_grid(seal: SealLeak) -> Factors:
-    """Factors for the contact's grid; an error that is not known does not count."""
-    most = 1 + (seal.contact_error or 0.0)
-    return Factors(1 / most, most)
-
-
 def as_uncertain(here: SealLeak, there: SealLeak) -> LeakRate:
     """The leak rate under other inputs, wider by what it errs more than that of `here`.
 
@@ -232,12 +228,13 @@ def as_uncertain(here: SealLeak, there: SealLeak) -> LeakRate:
     """
     if there.state != "leaking":
         return there
-    if there.contact_error is None and here.contact_error is not None:
+    if there.of_grid is None and here.of_grid is not None:
         return there.widened(Factors(0.0, inf))
     none = Factors()
     patches = _of_patches(there).beyond(_of_patches(here) if here.state == "leaking" else none)
     slip = (there.slip_along or none).beyond(here.slip_along or none)
-    return there.widened(patches * slip * _of_grid(there).beyond(_of_grid(here)))
+    grid = (there.of_grid or none).beyond(here.of_grid or none)
+    return there.widened(patches * slip * grid)
 
 
 def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:

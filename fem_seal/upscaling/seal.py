@@ -67,9 +67,8 @@ class SealLeak(LeakRate):
     #: share of the realizations that are sealed, and its interval by Clopper and Pearson
     share_sealed: Bounded
     leak_path: float  #: length from inlet to outlet [m]
-    #: largest estimated relative error of a patch's conductivity due to the grid of its contact;
-    #: None if there is no estimate for one of the leaking patches
-    contact_error: float | None = None
+    #: widest factors of a leaking patch for the grid of its contact; None if one has no estimate
+    of_grid: Factors | None = None
     #: smallest critical constriction [m] of a leaking patch at the load that matters most
     critical_gap: float | None = None
     #: factors on the leak rate for how a gas slips along the path; None for a liquid or if sealed
@@ -91,9 +90,9 @@ class LoweredSeal:
     load_share: float  #: the part of the load
     leaking: int  #: realizations that leak there
     #: what it leaks at most there [m³/s], by the 95 % interval over the patches, the bounds of the
-    #: flow, the slip along the path and `contact_error`
+    #: flow, the slip along the path and the contact's grid
     at_most: float
-    contact_error: float | None  #: that of the seal there; None counts as none
+    grid_known: bool  #: whether there is an estimate of what that grid changes; else none counts
 
 
 def under_less_load(
@@ -143,10 +142,12 @@ def under_less_load(
                 continue
             lowered = solve_seal(patch, folder, work, load_share=load_share, each=each)
             if lowered.interval is not None:
-                error = lowered.contact_error
-                factors = lowered.upper / lowered.value, (lowered.slip_along or Factors()).upper
-                at_most = lowered.interval[1] * prod(factors) * (1 + (error or 0.0))
-                found = LoweredSeal(load_share, lowered.leaking, at_most, error)
+                known = [one for one in (lowered.slip_along, lowered.of_grid) if one is not None]
+                bounds = lowered.upper / lowered.value
+                at_most = lowered.interval[1] * bounds * prod(one.upper for one in known)
+                found = LoweredSeal(
+                    load_share, lowered.leaking, at_most, lowered.of_grid is not None
+                )
                 return replace(seal, lowered=found)
     return replace(seal, next_load_share=next_share)
 
@@ -194,18 +195,14 @@ def solve_seal(
             slips.append(_slip_factors(scene.slip, gap, along))
         flow = seal_flow(of_patch.table, profile, path, along)
         flows.append(replace(flow, reason=of_patch.reason))
-    errors = [of_patch.contact_error for of_patch in solved if of_patch.table.upper.any()]
-    known = [error for error in errors if error is not None]
-    largest = None if None in errors else max(known, default=None)
+    grids = [of_patch.of_grid for of_patch in solved if of_patch.table.upper.any()]
     gaps = [of_patch.critical_gap for of_patch in solved if of_patch.critical_gap]
     together = seal_of_patches(tuple(flows), path, size, rtol, scene.flow.method)
     return replace(
         together,
-        contact_error=largest,
+        of_grid=Factors.widest(grids),
         critical_gap=min(gaps, default=None),
-        slip_along=Factors(min(s.lower for s in slips), max(s.upper for s in slips))
-        if slips
-        else None,
+        slip_along=Factors.widest(slips),
     )
 
 

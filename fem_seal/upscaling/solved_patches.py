@@ -11,17 +11,17 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.accuracy import known_error
 from fem_seal.errors import present
 from fem_seal.grid_series import (
     Interval,
     between_pixels,
     change_of,
+    error_of_map,
     grid_error,
     on_half,
     unresolved,
 )
-from fem_seal.leak_rate import middle_of
+from fem_seal.leak_rate import Factors, middle_of
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, PointFolder, Task, Work, compute_points
@@ -45,9 +45,9 @@ class SolvedPatch:
     #: why the bounds of a seal with this patch everywhere are wider than seal.rtol allows; empty if
     #: they are not
     reason: str
-    #: estimated relative error of the conductivity due to the grid of the contact, at the load that
-    #: matters most; None if there is no estimate
-    contact_error: float | None
+    #: on the conductivity at the load that matters most, for what a finer grid of the contact would
+    #: change; None if there is no estimate
+    of_grid: Factors | None
     critical_gap: float | None  #: gap of the critical constriction at that load [m]; None if sealed
 
 
@@ -82,7 +82,7 @@ class PatchTask(Task[SolvedPatch]):
         return SolvedPatch(
             present(flow.table, "table of the patch"),
             flow.reason,
-            None if load is None else _contact_error(loaded, load),
+            None if load is None else _of_grid(loaded, load),
             None if load is None else loaded.critical_gap(load),
         )
 
@@ -102,8 +102,8 @@ def load_that_matters(flow: SealFlow, loaded: LoadedPatch) -> float | None:
     return next(load for load in by_distance if loaded.critical_gap(load) is not None)
 
 
-def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
-    """Relative error of the contact's grid at a load, from half of the samples."""
+def _of_grid(loaded: LoadedPatch, load: float) -> Factors | None:
+    """Factors for the contact's grid at a load, from half of the samples; None if too few."""
     thinned = on_half(loaded.patch, even=loaded.quartered)
     if thinned is None:
         return None
@@ -112,11 +112,15 @@ def _contact_error(loaded: LoadedPatch, load: float) -> float | None:
     asked = {load: FIRST_MULTIPLE * min(1.0, loaded.patch.scene.flow.rtol / loaded.rtol)}
     fine = _interval(*loaded.bounds(load, loaded.missing(asked).get(load, inf)))
     coarse = _interval(*LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load))
-    left_out = unresolved(present(loaded.patch.surface, "surface"))
-    unresolved_share = left_out / present(loaded.critical_gap(load), "critical gap")
+    change = change_of(coarse, fine)
     pixels = between_pixels(loaded.film(load), loaded.settings(), fine, loaded.patch.comm)
-    error = grid_error(change_of(coarse, fine), unresolved_share, pixels=pixels)
-    return known_error(error.log_error)
+    if loaded.patch.scene.measured_map is not None:
+        error = error_of_map(change, pixels)
+    else:
+        left_out = unresolved(present(loaded.patch.surface, "surface"))
+        unresolved_share = left_out / present(loaded.critical_gap(load), "critical gap")
+        error = grid_error(change, unresolved_share, pixels=pixels)
+    return error.factors if error.counted else None
 
 
 def _interval(lower: float, upper: float) -> Interval:
