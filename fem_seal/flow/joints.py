@@ -64,7 +64,7 @@ def _held_apart(
     `group` (n,) and `place` (n,) say which groups are at which point, `conductance` (m,) what a
     point conducts. Of three or more groups at a point the first and the last count.
     """
-    least, most = np.full((2, len(conductance)), len(place)) * [[1], [-1]]
+    least, most = np.full((2, len(conductance)), [[group.max(initial=-1) + 1], [-1]])
     np.minimum.at(least, place, group)
     np.maximum.at(most, place, group)
     joint = np.flatnonzero(least < most)

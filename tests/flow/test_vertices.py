@@ -63,6 +63,15 @@ def test_low_vertex_between_wide_parts_is_a_joint():
     assert not wrongly_joined_cells(coarse, leak_rate=1.0).any()
 
 
+def test_one_wide_pit_joins_nothing():
+    """A vertex of large gap among low ones: its cells are one group, which meets no other."""
+    values = np.full((9, 9), 1e-6)
+    values[4, 4] = 1.0
+    problem = level_problem(represented(GridField(values, (1.0, 1.0)), ceiling=2e-3))
+    assert problem.data.equipotential.any()
+    assert not wrongly_joined_cells(problem, leak_rate=1.0).any()
+
+
 @pytest.mark.parametrize("seed", [295, 297])
 def test_blocked_cells_join_nothing(seed):
     """Equipotential cells that are partly in contact may let nothing pass: however large the leak
