@@ -58,7 +58,7 @@ def contact_of_area(
 
     The number of samples in contact is a step function of the pressure. The returned state has the
     prescribed number to 1 part in 1000 or half a sample, whichever is more. Where the number jumps
-    over it, since equal heights touch together, the state is on the nearer side of the jump.
+    over it, since equal heights touch together, the state is next to the jump, on its nearer side.
 
     `iterations` of the returned state counts those of all trials.
     """
@@ -77,8 +77,8 @@ def contact_of_area(
             iterations += state.iterations
             area, pressed = state.contact_area_fraction, state.pressure.values
             miss = abs(area - area_fraction)
-            if nearest is None or miss < abs(nearest.contact_area_fraction - area_fraction):
-                nearest = state
+            if nearest is None or miss <= abs(nearest.contact_area_fraction - area_fraction):
+                nearest = state  # of equal areas the last, which is next to the jump
             low, high = (pressure, high) if area < area_fraction else (low, pressure)
             # At a jump the error budget counts the area that the nearest contact misses.
             jumps = high <= max(low * (1 + SMALLEST_STEP), LEAST_PRESSURE * first)

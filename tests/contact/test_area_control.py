@@ -5,6 +5,7 @@ import pytest
 from contact_cases import E_STAR, SOLID, check_equilibrium, rough_surface
 
 from fem_seal.contact import CONTACT_METHODS, ContactStopping, Load, press
+from fem_seal.contact.area_control import SMALLEST_STEP
 from fem_seal.grid import GridField
 
 
@@ -40,6 +41,20 @@ def test_jumps_of_the_area(wanted):
     ]
     nearest = min(abs(area - wanted) for area in areas)
     assert abs(state.contact_area_fraction - wanted) <= nearest + 1e-12
+
+
+def test_the_state_at_a_jump_is_next_to_it():
+    """The last samples of a wave touch together at the pressure of full contact, π E* h/λ.
+
+    All samples touch under any pressure above it. The search ends between two that differ by
+    `SMALLEST_STEP` at most, one on each side of the jump; the contacts are solved far more exactly.
+    """
+    wave = np.cos(np.arange(32) * np.pi / 16)[:, None] * np.full(32, 1e-6)
+    height = GridField(wave, (1e-6, 1e-6), periodic=True)
+    state = press(height, SOLID, Load("area_fraction", 0.999), ContactStopping(tolerance=1e-12))
+    assert state.contact.all()
+    full = np.pi * E_STAR * 1e-6 / 32e-6
+    assert state.mean_pressure == pytest.approx(full, rel=SMALLEST_STEP)
 
 
 @pytest.mark.parametrize("unit", [1e-90, 1e90])
