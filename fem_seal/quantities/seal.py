@@ -243,7 +243,8 @@ def _mosaic_entry(seal: SealLeak) -> Uncertainty | None:
     sentence = (
         f"the seal is a mosaic of {seal.count.along} patches along the part of the path that "
         f"decides the leak rate by {seal.count.across} around it, each of one conductivity and "
-        "drawn from the realizations"
+        "drawn from the realizations; where ln K of the patches scatters by 1 or 1.9, it conducts "
+        "6 or 17 % too little"
     )
     if seal.relative_scatter > 0:
         error = per_cent(error_of_mean(seal.relative_scatter, seal.count))
