@@ -19,16 +19,15 @@ from fem_seal.area_error import area_error
 from fem_seal.coupling import SETTLED
 from fem_seal.digits import per_cent
 from fem_seal.error_budget import CONTACT_GRID, MOST_LOG, Uncertainty, estimate
-from fem_seal.errors import present
+from fem_seal.errors import Inconsistent, present
 from fem_seal.grid_series import (
-    Interval,
     error_from_half,
     error_of_sealed,
     estimated_error,
     grids,
-    rate_interval,
+    rate_range,
 )
-from fem_seal.leak_rate import LeakRate, require_enclosed
+from fem_seal.leak_rate import MEAN_ROUNDING, Estimate, LeakRate, require_enclosed
 from fem_seal.patch import Given, Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
@@ -66,10 +65,18 @@ class Choice:
     rtol: float  #: of the flow
     contact_error: float | None  #: relative, estimated; None where sealed
     flow_error: float | None  #: relative half-width of the guaranteed bounds
-    trials: tuple[Trial, ...]  #: grids tried, from coarse to fine; the last one was chosen
+    #: grids tried that the fluid does not lift off, from coarse to fine: the chosen one is the last
+    trials: tuple[Trial, ...]
     #: relative, estimated; None where the fluid lifts nothing, or the lift has not settled
     lift_error: float | None = None
     area_error: float | None = None  #: the same; None unless a contact area is prescribed
+
+    def __post_init__(self) -> None:
+        tried = [trial.samples for trial in self.trials]
+        errors = self.contact_error, self.flow_error, self.lift_error, self.area_error
+        wrong = any(error is not None and not error >= -MEAN_ROUNDING for error in errors)
+        if wrong or tried != sorted({*tried}) or tried[-1:] > [self.samples]:
+            raise Inconsistent(f"{self.samples} samples chosen of {tried}, with errors {errors}")
 
 
 class Chosen(NamedTuple):
@@ -103,8 +110,8 @@ def chosen_grid(first: Patch, total: float) -> Chosen:
     if patch.leak_rate.converged and of_flow_and_lift > left > least:
         patch = _solved_again(first, patch, left)
     leak, of_flow, of_lift = patch.leak_rate, flow_log_error(patch.leak_rate), _lift_part(patch)
-    missed, reason = _contact_part(patch) + of_flow + of_lift > allowed, ""
-    if leak.converged and leak.state == "leaking" and missed:
+    exceeds, reason = _contact_part(patch) + of_flow + of_lift > allowed, ""
+    if leak.converged and leak.state == "leaking" and exceeds:
         reason = _missed_by_lift(total, of_lift) if left > least else _missed_by_grid(total, patch)
     grid, area = estimated_error(patch), area_error(patch)
     choice = Choice(
@@ -152,7 +159,7 @@ def _refined(first: Patch, allowed: float) -> tuple[Patch, tuple[Trial, ...]]:
     own = present(first.surface, "surface of a scene with [accuracy]")
     shapes = grids(own.shape, present(first.scene.accuracy, "[accuracy]").max_refinement)
     trials: list[Trial] = []
-    coarser: Interval | None = None
+    coarser: Estimate | None = None
     for shape in shapes:
         first.report("accuracy", f"contact on {shape[0]} x {shape[1]}")
         by_coarser = partial(_grid_error, coarser)
@@ -163,7 +170,7 @@ def _refined(first: Patch, allowed: float) -> tuple[Patch, tuple[Trial, ...]]:
                 # A uniform film carries more on fewer samples, here more than the load.
                 continue
             break
-        coarser = rate_interval(solved)
+        coarser = rate_range(solved)
         trials.append(Trial(shape, leak.value, *leak.bounds))
         if coarse:
             continue
@@ -173,7 +180,7 @@ def _refined(first: Patch, allowed: float) -> tuple[Patch, tuple[Trial, ...]]:
     return solved, tuple(trials)
 
 
-def _grid_error(coarser: Interval | None, patch: Patch) -> Uncertainty:
+def _grid_error(coarser: Estimate | None, patch: Patch) -> Uncertainty:
     """What a finer grid would change, from the leak rate on a coarser one [m³/s]."""
     if patch.state == "sealed":
         return error_of_sealed(patch)

@@ -185,8 +185,8 @@ def parts_of_bounds(leak: LeakRate) -> tuple[Factors, Factors]:
         lower, upper = leak.bounds
         return Factors(lower / leak.value, upper / leak.value), Factors()
     lower, upper = leak.refined_bounds
-    low, high = leak.slip_interval
-    refined, interval = sqrt(upper / lower), sqrt(high / low)
+    slip = leak.slip_interval
+    refined, interval = sqrt(upper / lower), sqrt(slip.upper / slip.lower)
     return Factors(1 / refined, refined), Factors(1 / interval, interval)
 
 

@@ -20,7 +20,7 @@ from fem_seal.errors import NotConverged, narrowed, present
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import Factors, log_ratio
+from fem_seal.leak_rate import Estimate, Factors, log_ratio
 from fem_seal.lifting import lifting_problem
 from fem_seal.memory import available_memory
 from fem_seal.patch import Given, Patch, once
@@ -32,8 +32,6 @@ from fem_seal.slip_error import slip_entry
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import sealing_load
 from fem_seal.worker import in_worker
-
-Interval = tuple[float, float]  # least and largest leak rate [m³/s], or conductivity
 
 LEAST_SAMPLES = 8  # along each side of a grid
 # The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.
@@ -85,12 +83,12 @@ def on_half(patch: Patch, even: bool = False) -> Patch | None:
     return patch.with_(Given(resample(surface, shape), flow_settings=settings))
 
 
-def rate_interval(patch: Patch) -> Interval:
-    """Least and largest leak rate of a patch [m³/s]: one value, or the range that a lift leaves."""
-    state = patch.lifted
+def rate_range(patch: Patch) -> Estimate:
+    """Leak rate of a patch [m³/s]: the value alone, or with the range that a lift leaves."""
+    state, value = patch.lifted, patch.leak_rate.value
     if state is not None and state.is_range:
-        return state.lowest, state.highest
-    return patch.leak_rate.value, patch.leak_rate.value
+        return Estimate(value, state.lowest, state.highest)
+    return Estimate(value)
 
 
 def error_of_sealed(patch: Patch) -> Uncertainty:
@@ -134,7 +132,7 @@ def pays_in_worker(samples: float, lifted: bool, comm: parallel.Comm = None) -> 
 
 
 @once
-def half_solver(patch: Patch) -> Callable[[], Interval | None]:
+def half_solver(patch: Patch) -> Callable[[], Estimate | None]:
     """Solver of half of the samples: here, or in a process of its own (`half_in_worker`)."""
     return partial(_solved_here, patch)
 
@@ -166,13 +164,13 @@ def _saves_time(patch: Patch) -> bool:
     return pays and (lifted or not patch.sealed)
 
 
-def _solved_here(patch: Patch) -> Interval | None:
+def _solved_here(patch: Patch) -> Estimate | None:
     """Leak rate on half of the samples [m³/s]; None if the fluid lifts their solid off."""
     coarse = present(on_half(patch), "coarser grid")
-    return None if coarse.lifted_off else rate_interval(coarse)
+    return None if coarse.lifted_off else rate_range(coarse)
 
 
-def _solved_in_worker(scene: Scene, given: Given) -> Interval | None:
+def _solved_in_worker(scene: Scene, given: Given) -> Estimate | None:
     return _solved_here(Patch(scene, given=given))
 
 
@@ -217,7 +215,7 @@ def by_load(patch: Patch) -> ByLoad:
 
 
 def between_pixels(
-    film: GridFilm | MeshFilm, settings: FlowSettings, own: Interval, comm: parallel.Comm
+    film: GridFilm | MeshFilm, settings: FlowSettings, own: Estimate, comm: parallel.Comm
 ) -> float:
     """|Δ ln Q| to the gap that is linear between the samples; 0 unless each fills one pixel.
 
@@ -231,7 +229,7 @@ def between_pixels(
     film = replace(film, representation="linear")
     settings = replace(settings, decide=None, field=False)
     linear = FLOWS[settings.method](settings, film, silent, comm)
-    return change_of((linear.value,) * 2 if linear.converged else linear.bounds, own)
+    return change_of(Estimate(linear.value) if linear.converged else linear, own)
 
 
 def grid_error(
@@ -325,7 +323,7 @@ def error_beyond(patch: Patch, other: Patch) -> Factors:
     return factors
 
 
-def error_from_half(patch: Patch, coarse: Interval) -> Uncertainty:
+def error_from_half(patch: Patch, coarse: Estimate) -> Uncertainty:
     """`grid_error` of a leaking patch, from its leak rate on half of the samples [m³/s]."""
     unresolved_share = unresolved(present(patch.surface, "surface")) / critical_gap(patch)
     (change, pixels), lifted = _changes(patch, coarse), patch.lifted is not None
@@ -333,14 +331,14 @@ def error_from_half(patch: Patch, coarse: Interval) -> Uncertainty:
     return grid_error(change, unresolved_share, counted, lifted=lifted, pixels=pixels)
 
 
-def _changes(patch: Patch, coarse: Interval) -> tuple[float, float]:
+def _changes(patch: Patch, coarse: Estimate) -> tuple[float, float]:
     """|Δ ln Q| of a leaking patch to half of its samples, and to the gap between them."""
-    own = rate_interval(patch)
+    own = rate_range(patch)
     pixels = between_pixels(patch.film, patch.flow_settings, own, patch.comm)
     return change_of(coarse, own), pixels
 
 
-def _from_coarser(patch: Patch, coarse: Interval | None) -> Uncertainty:
+def _from_coarser(patch: Patch, coarse: Estimate | None) -> Uncertainty:
     if coarse is None:
         return estimate(CONTACT_GRID, "on half of the samples the fluid lifts the solid off")
     if patch.scene.measured_map is None:
@@ -362,6 +360,7 @@ def error_of_map(change: float, pixels: float) -> Uncertainty:
     return estimate(CONTACT_GRID, sentence, exp(-change), exp(min(change, MOST_LOG)))
 
 
-def change_of(coarse: Interval, fine: Interval) -> float:
+def change_of(coarse: Estimate, fine: Estimate) -> float:
     """Largest ln of the ratio of the leak rates of two grids; infinite if one alone is sealed."""
-    return max(log_ratio(fine[1], coarse[0]), log_ratio(coarse[1], fine[0]))
+    (least, most), (lower, upper) = coarse.range, fine.range
+    return max(log_ratio(upper, least), log_ratio(most, lower))

@@ -65,6 +65,12 @@ class Estimate:
     def __post_init__(self) -> None:
         require_enclosed(self.lower, self.upper, self.value)
 
+    @property
+    def range(self) -> tuple[float, float]:
+        """The bounds; the value in place of one that is not known."""
+        lower, upper = self.lower, self.upper
+        return self.value if lower is None else lower, self.value if upper is None else upper
+
 
 @dataclass(frozen=True)
 class Bounded(Estimate):
@@ -214,7 +220,7 @@ class LeakRate(Estimate):
     #: for a gas with slip: factors <= 1 and >= 1 from the bounds at the mean pressure to `lower`
     #: and `upper`, because the pressure at each place is only known to lie in an interval.
     #: Refinement does not narrow them. The levels hold the bounds at the mean pressure
-    slip_interval: tuple[float, float] | None = None
+    slip_interval: Factors | None = None
 
     def __post_init__(self) -> None:
         require_known(get_args(FlowState), self.state, "state")
@@ -239,11 +245,6 @@ class LeakRate(Estimate):
             raise Inconsistent(f"a leak rate by {self.method} has no bounds")
         return self.lower, self.upper
 
-    @property
-    def range(self) -> tuple[float, float]:
-        """The bounds [m^3/s]; of a method that has none the value twice."""
-        return (self.value, self.value) if self.lower is None else self.bounds
-
     def __str__(self) -> str:
         if self.state == "lifted off":
             return (
@@ -258,9 +259,8 @@ class LeakRate(Estimate):
     @property
     def refined_bounds(self) -> tuple[float, float]:
         """Bounds [m^3/s] without `slip_interval`: refinement closes their distance."""
-        low, high = self.slip_interval or (1.0, 1.0)
-        lower, upper = self.bounds
-        return lower / low, upper / high
+        slip, (lower, upper) = self.slip_interval or Factors(), self.bounds
+        return lower / slip.lower, upper / slip.upper
 
     def widened(self, factors: Factors) -> "LeakRate":
         """The same with factors <= 1 and >= 1 on its range.

@@ -13,7 +13,7 @@ from fem_seal import parallel
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.error_budget import Uncertainty
-from fem_seal.errors import InvalidInput, narrowed, present
+from fem_seal.errors import Inconsistent, InvalidInput, narrowed, present
 from fem_seal.flow_settings import FlowSettings
 from fem_seal.fluid import pressure_of
 from fem_seal.gap_file import load_gap
@@ -137,7 +137,9 @@ class Patch:
             return parallel.on_root(compute, self.comm)
 
     def keep(self, function: "Callable[[Patch], T]", value: T) -> None:
-        """Give a function `once` its value for this patch, in place of computing it."""
+        """Give a function `once` its value for this patch, before it is computed."""
+        if function in self._values:
+            raise Inconsistent(f"{function.__name__} of this patch is computed already")
         self._values[function] = value
 
     def solve_contact(self) -> None:

@@ -26,6 +26,7 @@ from fem_seal.grid_series import (
     sealed_under,
     unresolved,
 )
+from fem_seal.leak_rate import Estimate
 from fem_seal.patch import Given, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.results import Result, read_contact
@@ -121,7 +122,7 @@ def test_sides_open_next_to_closing():
     for more in ({"lifted": True}, {"counted": 0.0}, {"counted": 1.0}):
         assert grid_error(-log(0.7), 0.01, **more).log_error > errors[0].log_error
     assert grid_error(-log(0.7), 0.01, counted=4.0).lower is None
-    sealed = grid_error(change_of((0.0, 0.0), (1.0, 1.0)), 0.01)
+    sealed = grid_error(change_of(Estimate(0.0), Estimate(1.0)), 0.01)
     assert sealed.lower is None
     assert sealed.upper >= errors[0].upper
 

@@ -10,8 +10,8 @@ from project import scene_of_samples
 
 from fem_seal import grid_series, parallel
 from fem_seal.arguments import require_known
-from fem_seal.errors import InvalidInput
-from fem_seal.grid_series import estimated_error, half_in_worker
+from fem_seal.errors import Inconsistent, InvalidInput
+from fem_seal.grid_series import estimated_error, half_in_worker, half_solver
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
@@ -88,3 +88,11 @@ def test_the_coarser_grid_says_the_same_in_a_worker(pressure, lift, request):
     with half_in_worker(other):
         assert estimated_error(other) == expected
     assert bool(started) == (here.state == "leaking")
+
+
+def test_a_computed_value_is_not_replaced():
+    """Whoever has read it would not see the new one."""
+    patch = Patch(Scene.from_mapping(scene_of_samples(32)))
+    half_solver(patch)
+    with pytest.raises(Inconsistent, match="half_solver of this patch is computed already"):
+        patch.keep(half_solver, lambda: None)

@@ -7,6 +7,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from fem_seal.memory import slices
+
 T = TypeVar("T")
 Item = TypeVar("Item")
 
@@ -18,8 +20,7 @@ STRIP = 16
 
 def row_blocks(shape: tuple[int, ...]) -> list[slice]:
     """Slices of whole rows, of about 32768 samples each."""
-    rows = max(1, BLOCK_SAMPLES // shape[1])
-    return [slice(first, min(first + rows, shape[0])) for first in range(0, shape[0], rows)]
+    return list(slices(0, shape[0], max(1, BLOCK_SAMPLES // shape[1])))
 
 
 def product(one: np.ndarray, other: np.ndarray) -> float:

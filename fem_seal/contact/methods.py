@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,12 +17,18 @@ from fem_seal.errors import InvalidInput, NotConverged, present
 Progress = Callable[[int, float], None]
 
 
-# Generator of iterates that never ends by itself, and the default limit of the iterations.
-CONTACT_METHODS: dict[str, tuple[Callable[[Problem, np.ndarray], Iterates], int]] = {
-    "free-set-cg": (free_set_cg, 2000),
-    "damped": (damped, 50000),
-    "fista": (fista, 20000),
-    "polonsky-keer": (polonsky_keer, 20000),
+class ContactMethod(NamedTuple):
+    """An iterative method, and its own limit of the iterations."""
+
+    iterates: Callable[[Problem, np.ndarray], Iterates]  #: never end by themselves
+    max_iterations: int
+
+
+CONTACT_METHODS = {
+    "free-set-cg": ContactMethod(free_set_cg, 2000),
+    "damped": ContactMethod(damped, 50000),
+    "fista": ContactMethod(fista, 20000),
+    "polonsky-keer": ContactMethod(polonsky_keer, 20000),
 }
 
 # Give up if no measure has fallen by a tenth in this many iterates: rounding has been reached.
@@ -81,9 +88,9 @@ USUAL_STOPPING = ContactStopping()
 
 def iterates(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) -> Iterates:
     """Iterates up to the limit of iterations, or to a certificate that is not a number."""
-    method, most = CONTACT_METHODS[stopping.solver]
-    limit = stopping.max_iterations or most
-    for iterate in method(problem, pressure):
+    method = CONTACT_METHODS[stopping.solver]
+    limit = stopping.max_iterations or method.max_iterations
+    for iterate in method.iterates(problem, pressure):
         if stopping.progress is not None:
             stopping.progress(iterate.iteration, iterate.certificate)
         yield iterate

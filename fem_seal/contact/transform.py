@@ -7,6 +7,7 @@ from queue import SimpleQueue
 import numpy as np
 
 from fem_seal.contact.blocks import RowPasses, T
+from fem_seal.memory import slices
 
 Plans = tuple[Callable[[], None], Callable[[], None]]  # forward and backward
 
@@ -50,13 +51,13 @@ class RealTransform:
             return forward.execute, backward.execute
 
         values, modes = self.values, self.modes
-        rows = _blocks(nx, BLOCK_BYTES // modes[0].nbytes)
+        rows = slices(0, nx, max(1, BLOCK_BYTES // modes[0].nbytes))
         self._rows = [both_ways(values[block], modes[block]) for block in rows]
         # Columns that share a line of the cache are copied together. The plans transform a whole
         # buffer: blocks of nearly equal width leave little of it unused.
         count = -(-modes.shape[1] // max(ALIGNED, BLOCK_BYTES // modes[:, 0].nbytes))
         width = -(-modes.shape[1] // count)
-        self._columns = _blocks(modes.shape[1], width)
+        self._columns = list(slices(0, modes.shape[1], width))
         self._buffers: SimpleQueue[tuple[np.ndarray, Plans]] = SimpleQueue()
         for _ in range(self._passes.threads):
             buffer = pyfftw.zeros_aligned((width, nx), MODES_OF[precision])
@@ -105,9 +106,3 @@ class RealTransform:
         blocks = list(zip(self._columns, factors, strict=True))
         self._passes.each(blocks, lambda block: transform(*block))
         self._passes.each(self._rows, lambda plans: plans[1](), BLOCKS_OF_TASK)
-
-
-def _blocks(count: int, size: int) -> list[slice]:
-    """Slices of `size` numbers below a count, at least one each."""
-    size = max(1, size)
-    return [slice(first, first + size) for first in range(0, count, size)]

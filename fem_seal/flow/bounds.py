@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.errors import Inconsistent
-from fem_seal.leak_rate import require_enclosed
+from fem_seal.leak_rate import Factors, require_enclosed
 
 # Part of the largest conductivity that rounding errors leave in a direction without flow.
 NO_FLOW = 1e-14
@@ -50,11 +50,11 @@ class Bounds:
         pairs = [Bounds(low.lower, up.upper) for low in (self, other) for up in (self, other)]
         return min(pairs, key=lambda pair: (pair.width, np.trace(pair.upper)))
 
-    def slip_factors(self, at_mean: "Bounds") -> tuple[float, float]:
+    def slip_factors(self, at_mean: "Bounds") -> Factors:
         """Factors <= 1 and >= 1 from the bounds at the mean pressure to these, of any pressure."""
         (lower, upper), (mean_lower, mean_upper) = self.numbers, at_mean.numbers
         least = min(lower / mean_lower, 1.0) if mean_lower > 0 else 1.0
-        return least, max(upper / mean_upper, 1.0)
+        return Factors(least, max(upper / mean_upper, 1.0))
 
     def hardly_better(self, before: "Bounds") -> bool:
         """Whether neither the width nor the upper bound is less by 1 % than `before`."""

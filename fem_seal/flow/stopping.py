@@ -11,7 +11,7 @@ import numpy as np
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.level import LevelSolution
 from fem_seal.flow.solution import SolvedLevel
-from fem_seal.leak_rate import LeakRate, relative_width
+from fem_seal.leak_rate import Factors, LeakRate, relative_width
 from fem_seal.limits import Limits
 
 # Critical constriction over the largest gap, below which a tolerance may be out of reach. If a line
@@ -114,16 +114,15 @@ class Decision:
         lower, upper = bounds.numbers
         if lower == 0 or (solution.slip is None and self.margin == 0):
             return ""
-        low, high = exp(-self.margin), exp(self.margin)
+        error = Factors(exp(-self.margin), exp(self.margin))
         if solution.slip is not None:
-            least, most = solution.slip.slip_factors(bounds)
-            low, high = low * least, high * most
-        if lower * high * self.unit >= self.limit >= upper * low * self.unit:
+            error *= solution.slip.slip_factors(bounds)
+        if lower * error.upper * self.unit >= self.limit >= upper * error.lower * self.unit:
             if self.margin == 0:
                 return "the limit lies within the uncertainty of the slip, which no mesh reduces"
-            error = "lift" if solution.slip is None else "slip and lift"
+            cause = "lift" if solution.slip is None else "slip and lift"
             return (
-                f"the limit lies within the uncertainty of the {error}, which no further mesh "
+                f"the limit lies within the uncertainty of the {cause}, which no further mesh "
                 "reduces; a smaller flow.rtol reduces that of the lift, if the verdict asks for "
                 "nothing else"
             )

@@ -40,7 +40,7 @@ NARROW_RATIO = 2.0  # upper over lower end of an interval that is narrow enough
 def seal_advice(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> str:
     """Advice for an undecided verdict."""
     patches = "more realizations (seal.patches) or larger ones might decide"
-    if seal.interval is not None and seal.interval[1] > NARROW_RATIO * seal.interval[0]:
+    if seal.interval is not None and seal.interval.upper > NARROW_RATIO * seal.interval.lower:
         many = _about(_realizations_for(seal))
         patches += f": {many} give the mean to a factor of {NARROW_RATIO:g}"
     remedies = {
@@ -115,7 +115,7 @@ def patches_entry(seal: SealLeak) -> Uncertainty:
         )
         # No upper factor: patches that were not drawn may leak any amount more.
         return Uncertainty(PATCHES, "not covered", sentence, 0.0, None, caution=True)
-    lower, upper = (end / seal.value for end in seal.interval)
+    lower, upper = (end / seal.value for end in seal.interval.range)
     factors = _of_patches(seal)
     sentence = (
         f"other patches leak more or less: {sealed}; the others scatter by "
@@ -216,7 +216,7 @@ def _of_patches(seal: SealLeak) -> Factors:
     """Factors for patches that were not drawn, of a seal that leaks."""
     if seal.interval is None:
         return Factors(0.0, inf)
-    lower, upper = (end / seal.value for end in seal.interval)
+    lower, upper = (end / seal.value for end in seal.interval.range)
     return Factors(min(lower, 1.0), max(upper, 1.0))
 
 

@@ -220,7 +220,7 @@ class SealRecord(Record):
             patches_along=seal.count.along,
             patches_around=seal.count.across,
             scatter=seal.relative_scatter if len(seal.patches) > 1 and not lifted_off else None,
-            interval=seal.interval,
+            interval=None if seal.interval is None else seal.interval.range,
             loads=tuple(sorted({load for table in tables for load in table.loads.tolist()})),
             sealing=median.sealing,
             path=PathRecord.of(present(median.path, "path of the flow")),

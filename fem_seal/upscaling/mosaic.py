@@ -18,6 +18,7 @@ from fem_seal.error_budget import MOST_LOG
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.links import harmonic_mean
 from fem_seal.finite_difference.star_mesh import star_mesh
+from fem_seal.leak_rate import Bounded
 
 NODES = 2  # nodes along a side of a patch
 # Most patches of a drawn mosaic along the path and across it. More patches along the path change
@@ -129,8 +130,8 @@ def error_of_mean(relative_scatter: float, count: PatchCount) -> float:
 
 def generalised_interval(
     rates: Sequence[float] | np.ndarray, count: PatchCount, rng: np.random.Generator
-) -> tuple[float, float] | None:
-    """Confidence interval of the leak rate of a seal of so many patches, from a few of them.
+) -> Bounded | None:
+    """Median and confidence interval of the leak rate of a seal of so many patches, from a few.
 
     The leak rates of leaking patches are taken to be log-normal. Let ȳ and s² be mean and variance
     of the logarithms of the n leaking patches out of N. Generalised pivots are (K. Krishnamoorthy
@@ -163,8 +164,8 @@ def generalised_interval(
             log_mean = mu + np.log(alike)
     seals = np.exp(np.minimum(log_mean, MOST_LOG))
     tail = (1 - CONFIDENCE) / 2
-    lower, upper = np.quantile(seals, [tail, 1 - tail])
-    return float(lower), float(upper)
+    lower, median, upper = map(float, np.quantile(seals, [tail, 0.5, 1 - tail]))
+    return Bounded(median, lower, upper)
 
 
 def lognormal_patches(
@@ -175,12 +176,12 @@ def lognormal_patches(
     return np.where(rng.random(shape) < leaking, K, 0.0)
 
 
-def sealed_share(sealed: int, patches: int) -> tuple[float, float]:
-    """Confidence interval of the share of sealed patches by Clopper and Pearson."""
+def sealed_share(sealed: int, patches: int) -> Bounded:
+    """Share of sealed patches, and its confidence interval by Clopper and Pearson."""
     from scipy.stats import binomtest
 
     interval = binomtest(sealed, patches).proportion_ci(CONFIDENCE, method="exact")
-    return float(interval.low), float(interval.high)
+    return Bounded(sealed / patches, float(interval.low), float(interval.high))
 
 
 def may_conduct(leaking: float, count: PatchCount) -> bool:

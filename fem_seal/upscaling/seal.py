@@ -61,9 +61,9 @@ class SealLeak(LeakRate):
     patches: tuple[SealFlow, ...]  #: leak rate of a seal of such patches, for each realization
     count: PatchCount  #: patches along the part of the path that decides, and around the seal
     relative_scatter: float  #: standard deviation of the leak rate of such seals over its mean
-    #: confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
-    #: few realizations leak to estimate it
-    interval: tuple[float, float] | None = None
+    #: confidence interval [m³/s] of the leak rate due to the scatter of the patches, and its
+    #: median; None if too few realizations leak to estimate it
+    interval: Bounded | None = None
     #: share of the realizations that are sealed, and its interval by Clopper and Pearson
     share_sealed: Bounded
     leak_path: float  #: length from inlet to outlet [m]
@@ -144,7 +144,7 @@ def under_less_load(
             if lowered.interval is not None:
                 known = [one for one in (lowered.slip_along, lowered.of_grid) if one is not None]
                 bounds = lowered.upper / lowered.value
-                at_most = lowered.interval[1] * bounds * prod(one.upper for one in known)
+                at_most = lowered.interval.upper * bounds * prod(one.upper for one in known)
                 found = LoweredSeal(
                     load_share, lowered.leaking, at_most, lowered.of_grid is not None
                 )
@@ -274,7 +274,7 @@ def seal_of_patches(
         count=count,
         relative_scatter=scatter,
         interval=interval,
-        share_sealed=Bounded(sealed / len(flows), *sealed_share(sealed, len(flows))),
+        share_sealed=sealed_share(sealed, len(flows)),
         reason=_missed_rtol(flows, lower, upper, rtol),
         leak_path=path.length,
     )

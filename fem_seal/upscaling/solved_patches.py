@@ -13,7 +13,6 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.errors import present
 from fem_seal.grid_series import (
-    Interval,
     between_pixels,
     change_of,
     error_of_map,
@@ -21,7 +20,7 @@ from fem_seal.grid_series import (
     on_half,
     unresolved,
 )
-from fem_seal.leak_rate import Factors, middle_of
+from fem_seal.leak_rate import Estimate, Factors, middle_of
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
 from fem_seal.points import Expected, PointFolder, Task, Work, compute_points
@@ -110,8 +109,8 @@ def _of_grid(loaded: LoadedPatch, load: float) -> Factors | None:
     # The grids may differ by less than the flows of the table may be off. A flow that is off by
     # less than LOOSER_MULTIPLE times as much moves the estimate by at most 4 % of itself.
     asked = {load: FIRST_MULTIPLE * min(1.0, loaded.patch.scene.flow.rtol / loaded.rtol)}
-    fine = _interval(*loaded.bounds(load, loaded.missing(asked).get(load, inf)))
-    coarse = _interval(*LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load))
+    fine = _middle(*loaded.bounds(load, loaded.missing(asked).get(load, inf)))
+    coarse = _middle(*LoadedPatch(thinned, thinned.flow_settings.rtol).bounds(load))
     change = change_of(coarse, fine)
     pixels = between_pixels(loaded.film(load), loaded.settings(), fine, loaded.patch.comm)
     if loaded.patch.scene.measured_map is not None:
@@ -123,10 +122,9 @@ def _of_grid(loaded: LoadedPatch, load: float) -> Factors | None:
     return error.factors if error.counted else None
 
 
-def _interval(lower: float, upper: float) -> Interval:
-    """The middle of two bounds, as a least and a largest value; from 0 without a lower bound."""
-    middle = middle_of(lower, upper)
-    return (middle if lower > 0 else 0.0), middle
+def _middle(lower: float, upper: float) -> Estimate:
+    """The middle of two bounds; without a lower bound, a range from 0 up to it."""
+    return Estimate(middle_of(lower, upper), None if lower > 0 else 0.0)
 
 
 def solved_patches(

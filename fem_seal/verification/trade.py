@@ -31,7 +31,7 @@ from fem_seal.grid_series import (
     grid_error,
     unresolved,
 )
-from fem_seal.leak_rate import FlowState, relative_half_width
+from fem_seal.leak_rate import Estimate, FlowState, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
 from fem_seal.patch import Given, Patch
@@ -267,7 +267,7 @@ def trade_of(runs: Sequence[Run]) -> Trade:
     if finest.state == "sealed":
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
     reference = finest.leak_rate
-    change = change_of((coarser.leak_rate,) * 2, (reference,) * 2)
+    change = change_of(Estimate(coarser.leak_rate), Estimate(reference))
     unresolved_share = finest.unresolved / finest.critical_gap
     estimated = expm1(grid_error(change, unresolved_share, finest.counting_error).log_error)
     uncertainty = max(estimated, relative_half_width(*finest.bounds))

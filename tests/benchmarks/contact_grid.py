@@ -23,7 +23,7 @@ from fem_seal.grid_series import (
     error_of_sealed,
     estimated_error,
     on_half,
-    rate_interval,
+    rate_range,
     unresolved,
 )
 from fem_seal.patch import Given, Patch
@@ -129,7 +129,7 @@ def main(first: int, count: int, lift: bool, by_area: bool, shortest: list[int])
             closed.append(error.log_error < inf)
         if error.log_error < inf and true:
             ratios.append(error.log_error / abs(true))
-        change = change_of(rate_interval(on_half(patch)), rate_interval(patch))
+        change = change_of(rate_range(on_half(patch)), rate_range(patch))
         print(
             f"{number:5d} {'held' if low <= true <= high else 'MISSED':6} A/A0 {area:.3f}, "
             f"u/g {unresolved(surface) / critical_gap(patch):.3f}, change {change:.3f}, "

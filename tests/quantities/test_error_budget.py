@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from project import AIR, RING, scene_of_samples
 
-from fem_seal.accuracy import Trial
+from fem_seal.accuracy import Choice, Trial
 from fem_seal.error_budget import Uncertainty, combined, estimate, factor_words, flow_entry
 from fem_seal.errors import Inconsistent
 from fem_seal.leak_rate import Bounded, Factors, LeakRate, LevelRecord
@@ -30,6 +30,7 @@ MODEL = Uncertainty("model", "not covered", "Reynolds")
 SUCTION = Uncertainty("fluid_pressure", "not covered", "it closes", None, 1.0)
 OPENS = Uncertainty("fluid_pressure", "estimated", "it opens", 1.0, None, upper_rate=2e-10)
 SEALED = LeakRate.sealed("adaptive")
+COARSE = Trial((8, 8), 2.0, 1.0, 3.0)
 
 
 def judged(limit, *entries, leak=LEAK, total=None, decide=False):
@@ -70,6 +71,9 @@ def test_the_mesh_of_a_shape_is_not_covered(straight):
         (lambda: Bounded(2.0, 3.0, 1.0), "bounds cross"),
         (lambda: Bounded(-2.0, -1.0, 1.0), "-2.0.* is not between"),
         (lambda: Trial((8, 8), 9.0, 1.0, 2.0), "is not between"),
+        (lambda: Choice(0.1, (8, 8), 0.1, None, None, (COARSE, COARSE)), "8. samples chosen of"),
+        (lambda: Choice(0.1, (4, 4), 0.1, None, None, (COARSE,)), "4. samples chosen of"),
+        (lambda: Choice(0.1, (8, 8), 0.1, -0.1, None, (COARSE,)), "with errors .-0.1"),
         (lambda: Uncertainty("flow", "guaranteed", ""), "flow is guaranteed without factors"),
         (lambda: Headline(1.0, 2.0, 1.0, ""), "bounds cross"),
         (lambda: estimate("grid", "", 2.0, 3.0), "factors of an estimated error: 2.0 and 3.0"),

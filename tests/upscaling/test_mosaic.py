@@ -126,7 +126,7 @@ def test_intervals_cover(monkeypatch, along, sigma, leaking, patches):
         sample = lognormal_patches((patches, 1), sigma, leaking, rng).ravel()
         lower, upper = generalised_interval(
             sample, PatchCount(along, MANY), np.random.default_rng(repeat)
-        )
+        ).range
         covered.append(lower <= exact <= upper)
     fewest, most = binom.interval(0.997, len(covered), 0.95)
     assert fewest <= sum(covered) <= most
@@ -143,7 +143,7 @@ def test_intervals_cover_seals_of_few_patches(monkeypatch, size, sigma, leaking)
     for repeat in range(100):
         sample = lognormal_patches((20, 1), sigma, leaking, rng).ravel()
         count, pivots = PatchCount(*size), np.random.default_rng(repeat)
-        lower, upper = generalised_interval(sample, count, pivots)
+        lower, upper = generalised_interval(sample, count, pivots).range
         seal = mosaic_conductivity(lognormal_patches(size, sigma, leaking, rng))
         covered.append(lower <= seal <= upper)
     fewest, _ = binom.interval(0.997, len(covered), 0.95)
@@ -170,9 +170,9 @@ def test_interval_is_that_of_the_likelihood(patches):
 
         return quad(part, -6, 6, limit=400)[0] / quad(density, -6, 6, limit=400)[0]
 
-    lower, upper = generalised_interval(rates, PatchCount(1, MANY), np.random.default_rng(0))
-    assert below(lower) == pytest.approx(0.025, abs=0.0045)
-    assert below(upper) == pytest.approx(0.975, abs=0.0045)
+    found = generalised_interval(rates, PatchCount(1, MANY), np.random.default_rng(0))
+    assert below(found.lower) == pytest.approx(0.025, abs=0.0045)
+    assert below(found.upper) == pytest.approx(0.975, abs=0.0045)
 
 
 def test_rates_without_an_interval():
@@ -186,8 +186,8 @@ def test_rates_without_an_interval():
 def test_share_of_sealed_patches():
     """Closed forms of none and all: 1 - 0.025^(1/n)."""
     edge = 1 - 0.025 ** (1 / 8)
-    assert sealed_share(0, 8) == pytest.approx((0, edge))
-    assert sealed_share(8, 8) == pytest.approx((1 - edge, 1))
+    assert sealed_share(0, 8).range == pytest.approx((0, edge))
+    assert sealed_share(8, 8).range == pytest.approx((1 - edge, 1))
 
 
 @pytest.mark.parametrize("sigma", [0.4, 0.9])
@@ -205,7 +205,7 @@ def test_patches_for_a_narrow_interval(sigma):
         sample = lognormal_patches((number, 1), sigma, 1.0, rng).ravel()
         lower, upper = generalised_interval(
             sample, PatchCount(1, MANY), np.random.default_rng(repeat)
-        )
+        ).range
         widths.append(np.log(upper / lower))
     student = t.ppf(0.975, number - 1) / norm.ppf(0.975)
     assert np.median(widths) == pytest.approx(student * np.log(2), rel=0.07 + 2 * 0.04)

@@ -192,9 +192,9 @@ def test_other_patches_scatter_at_the_ends_of_the_inputs_as_they_do_there():
         for k, end in enumerate(solved.seal.bounds)
     )
     low, high = (solve(scene(contact={"pressure": part * load})).seal for part in (1.1, 0.9))
-    assert 0 < low.interval[0] / low.value < solved.seal.interval[0] / solved.seal.value
-    assert lower == pytest.approx(low.lower * low.interval[0] / low.value, rel=1e-9)
-    assert upper >= high.upper * high.interval[1] / high.value * (1 - 1e-9)
+    assert 0 < low.interval.lower / low.value < solved.seal.interval.lower / solved.seal.value
+    assert lower == pytest.approx(low.lower * low.interval.lower / low.value, rel=1e-9)
+    assert upper >= high.upper * high.interval.upper / high.value * (1 - 1e-9)
 
 
 def test_slip_at_the_ends_of_the_inputs_counts_as_it_is_there():
@@ -460,7 +460,7 @@ def test_a_sealed_seal_is_judged_by_what_it_leaks_under_less_load(kept, monkeypa
     assert there.share_sealed.value == 0
     # Besides the interval over the patches, at_most counts the bounds and the contact's grid.
     beside = there.upper / there.value * there.of_grid.upper
-    assert lowered.at_most == pytest.approx(there.interval[1] * beside, rel=1e-12)
+    assert lowered.at_most == pytest.approx(there.interval.upper * beside, rel=1e-12)
     # Patches of 32 samples may be sealed on finer grids, and leak far more, as single ones may.
     assert there.of_grid.lower == 0
     assert there.of_grid.upper >= exp(MOST_E * (1 + SECOND_ORDER * MOST_E))
