@@ -101,10 +101,11 @@ def explained_compilation() -> Iterator[None]:
 
     try:
         yield
-    except TimeoutError as error:
-        # The message names the file left by a process that was killed while it compiled.
-        raise MissingPackage(f"FEniCSx has no form: {' '.join(str(error).split())}") from None
-    except (VerificationError, RuntimeError) as error:
+    except (VerificationError, RuntimeError, TimeoutError) as error:
+        if "JIT compilation timed out" in str(error):
+            # The message names the file left by a process that was killed while it compiled.
+            words = " ".join(str(error).split())
+            raise MissingPackage(f"FEniCSx has no form: {words}") from None
         # With several processes DOLFINx raises a RuntimeError that begins with these words.
         together = str(error).startswith("Failed just-in-time compilation")
         if not (together or isinstance(error, VerificationError)):

@@ -111,6 +111,21 @@ def test_builds_of_dolfinx_that_do_not_do(flags, scalar, said, monkeypatch):
         fenicsx._require_real_petsc()
 
 
+def test_only_the_time_out_of_a_compilation_says_that_a_form_is_missing():
+    """FFCx's words, here also as several processes report them; other errors pass unchanged."""
+    words = "JIT compilation timed out, probably due to a failed\n  previous compile."
+    together = RuntimeError(f"Failed just-in-time compilation of form: {words}")
+    for error in (TimeoutError(words), together):
+        with (
+            pytest.raises(MissingPackage, match=r"has no form: .*failed previous compile"),
+            fenicsx.explained_compilation(),
+        ):
+            raise error
+    for other in (TimeoutError("the worker did not answer"), RuntimeError("of another kind")):
+        with pytest.raises(type(other), match=str(other)), fenicsx.explained_compilation():
+            raise other
+
+
 def test_readme_starts_mpi_with_the_options_that_the_doctor_tries():
     [line] = re.findall(r"^    (mpirun .*)", (ROOT / "README.md").read_text(), re.MULTILINE)
     assert line.startswith(" ".join([*doctor.MPIRUN, "-n"]))

@@ -62,13 +62,18 @@ class Equilibrium:
         self.contact, self.pressure = elastic_contact(scene, self.height, None, self.load), None
         if lift:
             self.pressure = np.zeros(self.height.shape) if near is None else near.pressure
-        for _ in range(200 if lift else 0):  # plain passes converge at this load
+            self._settle()
+
+    def _settle(self):
+        """Contact and flow in turn, which converges at this load."""
+        for _ in range(200):
             before = self.pressure
             self.contact = self.problem.contact_under(before, self.contact)
             tightest = self.problem.film(self.contact.gap).constriction.gap
             self.pressure = self.problem.pressure_of(self.flow.on_samples, tightest)
             if np.abs(self.pressure - before).max() < 1e-9 * self.load.value:
-                break
+                return
+        raise AssertionError("contact and flow have not settled in 200 passes")
 
     @property
     def flow(self) -> FilmPressure:

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.errors import NotConverged
+
 FEWEST_BINS = 5  # least number of bins of plateau and power law together
 FEWEST_BEYOND = 2  # least number of bins beyond a cut-off
 STRADDLING = 3  # largest number of bins that a cut-off is smeared over
@@ -145,11 +147,14 @@ def power_law(x: np.ndarray, y: np.ndarray, variance: np.ndarray, segments: Segm
     knee = None
     if segments.knee > segments.start:
         search = x[segments.knee - 1], x[min(segments.knee + 1, segments.stop - 1)]
-        knee = minimize_scalar(
+        found = minimize_scalar(
             lambda x_k: _solve(np.maximum(xs - x_k, 0), ys, weight)[2],
             bounds=search,
             method="bounded",
-        ).x
+        )
+        if not found.success:
+            raise NotConverged(f"the roll-off of the spectrum was not found: {found.message}")
+        knee = found.x
     basis = xs if knee is None else np.maximum(xs - knee, 0)
     constant, slope, chi_squared = _solve(basis, ys, weight)
     columns = [np.ones_like(xs), basis]

@@ -194,7 +194,7 @@ def require_enclosed_differences(seed: int, law) -> None:
         for pixels in (GridField(np.kron(gap, np.ones((n, n))), (1.0, 1.0)) for n in (8, 16))
     )
     off = 2 * abs(fine - coarse)
-    assert off < 0.06 * fine, seed
+    assert off < 0.06 * fine, seed  # six times the tolerance of the bounds, or nothing is shown
     assert lower <= fine + off, seed
     assert upper >= fine - off, seed
     assert found.converged

@@ -8,7 +8,7 @@ import pytest
 from project import scene_of_samples
 
 from fem_seal.errors import NotConverged
-from fem_seal.grid_series import on_half
+from fem_seal.grid_series import error_from_half, half_solver, on_half
 from fem_seal.patch import Given, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
@@ -44,30 +44,36 @@ def test_four_times_the_samples_lie_within_the_factors():
 
 
 @pytest.mark.parametrize("seed", [100, 138])
-def test_ways_through_the_corners_of_pixels(seed):
-    """Half of the samples and the heights between them say too little, by two to four times."""
+def test_ways_through_the_corners_of_pixels(seed, monkeypatch):
+    """Half of the samples and the heights between them say too little; the linear gap enough."""
     waves = {"size": [1e-4, 1e-4], "long_wavelength": 5e-5, "short_wavelength": 1.25e-5}
     surface = scene().to_mapping()["surface"] | waves | {"seed": seed}
     pixels = scene().to_mapping()["flow"] | {"representation": "constant", "rtol": 0.1}
     patch = Patch(scene("0.1 MPa", surface=surface, flow=pixels))
     grid, finer = entry(patch), patch.with_(Given(surface=resample(patch.surface, (128, 128))))
-    assert grid.lower < finer.leak_rate.value / patch.leak_rate.value < 0.7
+    monkeypatch.setattr("fem_seal.grid_series.between_pixels", lambda *_: 0.0)
+    without = error_from_half(patch, half_solver(patch)())
+    assert grid.lower < finer.leak_rate.value / patch.leak_rate.value < without.lower
 
 
 @pytest.mark.parametrize(
     ("n", "samples", "hurst", "waves", "seed", "pressure"),
     [
-        (32, 2.01, 0.12882840046624608, 1, 303053, 259929),
-        (24, 1.01, 0.7813206856901872, 1, 428322, 191329),
+        (32, 2.01, 0.13, 1, 303053, "0.26 MPa"),
+        (24, 1.01, 0.78, 1, 428322, "0.19 MPa"),
     ],
 )
 def test_a_sealed_grid_that_lacks_short_waves_says_that_finer_ones_may_leak(
     n, samples, hurst, waves, seed, pressure
 ):
-    """Up to 1.3 of the load that seals it, and sealed on half of its samples; 2n and 4n leak."""
+    """Two of the random contacts of `contact_grid.py sealed` (tests/benchmarks).
+
+    At up to 1.3 of the load that seals them they are sealed on half of the samples too; 2n and 4n
+    leak, or nothing is shown.
+    """
     surface = {"shape": [n, n], "hurst": hurst, "seed": seed, "long_wavelength": 1e-4 / waves}
     surface |= {"short_wavelength": 1e-4 * samples / n, "size": [1e-4, 1e-4]}
-    patch = Patch(scene(f"{pressure} Pa", surface=scene().to_mapping()["surface"] | surface))
+    patch = Patch(scene(pressure, surface=scene().to_mapping()["surface"] | surface))
     finer = [patch.with_(Given(surface=resample(patch.surface, (k * n, k * n)))) for k in (2, 4)]
     assert patch.sealed
     assert not any(one.sealed for one in finer)

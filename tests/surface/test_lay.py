@@ -1,6 +1,7 @@
 """The lay of a surface: exact waves, stretched and turned surfaces, and what is no lay."""
 
 from functools import cache
+from math import exp
 
 import numpy as np
 import pytest
@@ -61,18 +62,26 @@ def test_stretched_surface(angle):
 
 
 def test_isotropic_surfaces_have_none():
-    """Whatever the pixels: long ones must not look like a lay."""
+    """Whatever the pixels: long ones must not look like a lay.
+
+    A finite map has a ratio by chance. Over 40 seeds its logarithm has an rms of 0.018 for the
+    rough surface, 0.032 for every third column of it and 0.012 for the noise. Three times the
+    largest is allowed.
+    """
     values = self_affine(
         Spectrum(0.8, 64 * STEP, 2 * STEP), (256, 256), (256 * STEP,) * 2, rms_slope=0.1, seed=1
     ).values
     noise = np.random.default_rng(0).normal(size=(200, 100))
     for heights, dy in ((values, 1), (values[:, ::3], 3), (noise, 1), (noise, 4), (noise * 0, 1)):
-        assert Lay.of(GridField(heights, (STEP, dy * STEP), False)).ratio < 1.1, (heights.shape, dy)
+        assert Lay.of(GridField(heights, (STEP, dy * STEP), False)).ratio < exp(3 * 0.032), (
+            heights.shape
+        )
 
 
 def test_slopes_of_oblong_pixels_name_their_lengths(here, capsys):
     """Neighbours along x are ten times as far apart: the slopes of noise along y are ten times as
-    large, while over equal lengths they are as large as those along x."""
+    large, while over equal lengths they are as large as those along x, to the chance of 40 seeds:
+    an rms of 0.0036, of which three times is allowed."""
     noise = 1e-9 * np.random.default_rng(0).normal(size=(200, 1000))
     np.savez("map.npz", heights=noise, spacing=(10 * STEP, STEP), periodic=False)
     assert cli.main(["surface", "map.npz"]) == 0
@@ -80,7 +89,7 @@ def test_slopes_of_oblong_pixels_name_their_lengths(here, capsys):
     assert " along x over 10 um, " in rows["slopes"]
     assert rows["slopes"].endswith(" along y over 1 um")
     _, lay = rows["lay"].split(": slopes over 10 um across it are ")
-    assert float(lay.split()[0]) < 1.1
+    assert float(lay.split()[0]) < exp(3 * 0.0036)
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,14 @@ The fit states a standard deviation, derived from the number of waves. Over seed
 by that deviation must have a mean near 0 and a spread near 1.
 """
 
+from functools import partial
+
 import numpy as np
 import pytest
 from known_answers import of_slope
+from scipy.optimize import minimize_scalar
 
+from fem_seal.errors import NotConverged
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, fit_spectrum, self_affine
 from fem_seal.surface.spectrum_fit import BIN_RATIO, _bins, _rings, _windowed
@@ -47,6 +51,13 @@ def test_hurst_and_cut_offs(n, piece, hurst, long, rolloff):
             assert fit.long_wavelength is None, seed
         else:  # within one ring of the grid
             assert abs(n / fit.long_wavelength - n / long) <= 1, seed
+
+
+def test_a_roll_off_that_is_not_found_is_an_error(monkeypatch):
+    fewer = partial(minimize_scalar, options={"maxiter": 1})
+    monkeypatch.setattr("scipy.optimize.minimize_scalar", fewer)
+    with pytest.raises(NotConverged, match="roll-off of the spectrum was not found: Max"):
+        fitted(256, 256, 0, 0.8, 64, 4.0, 16.0)
 
 
 def test_reported_error_is_the_scatter_over_seeds():

@@ -14,7 +14,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.flow import FlowSettings
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import Bounded
+from fem_seal.leak_rate import Bounded, relative_width
 from fem_seal.limits import Limits
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification.cross_validation import StudiedGap, compare, judge
@@ -162,7 +162,7 @@ def test_links_that_are_exact_in_series():
 
 def test_a_rough_gap_is_judged_by_the_certified_bracket():
     rows, bracket = on_film(FILM, SETTING, grids=2)
-    assert bracket.upper / bracket.lower - 1 < 0.06
+    assert relative_width(bracket.lower, bracket.upper) <= SETTING.rtol
     assert {row.method.partition(" ")[0] for row in rows} == {"FD", "FE", "adaptive"}
     for row in rows:
         # Only finite differences, and only on the coarse grid, may err by more than the bracket.
@@ -174,7 +174,7 @@ def test_a_rough_gap_is_judged_by_the_certified_bracket():
             assert row.value <= bracket.upper
         if row.distance is not None:
             # The bracket is not quite even about √(lower·upper).
-            margin = 0.06 * (abs(row.distance) + 1)
+            margin = SETTING.rtol * (abs(row.distance) + 1)
             assert (row.verdict == "disagrees") == (abs(row.distance) > 1) or (
                 abs(abs(row.distance) - 1) < margin
             )
