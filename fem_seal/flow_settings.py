@@ -58,3 +58,5 @@ class FlowSettings:
             )
         if self.decide is not None:
             require_positive(decide=self.decide)
+        elif self.margin:
+            raise InvalidInput("margin widens the bounds for decide alone: give both or neither")

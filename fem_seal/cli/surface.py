@@ -165,7 +165,7 @@ def _map_rows(prepared: "PreparedSurface") -> Rows:
     without = " (without the spikes)" if prepared.outliers.any() else ""
     lay, (dx, dy) = prepared.lay, prepared.measured.spacing
     x, y, both = "x", "y", ""
-    if max(dx, dy) >= 1.5 * min(dx, dy):  # where the lay is that of longer differences
+    if max(lay.lags) > 1:  # the lay is that of longer differences
         x, y = f"x over {length_text(dx)}", f"y over {length_text(dy)}"
         both = f" over {length_text(max(dx, dy))}"
     yield "slopes", f"{lay.slopes[0]:.3g} along {x}, {lay.slopes[1]:.3g} along {y}{without}"

@@ -80,7 +80,8 @@ class LiftProblem:
 
     def flow(self, film: GridFilm, error: float) -> LeakRate:
         """Leak rate of a film; a decision against a limit counts the lift's error of ln Q."""
-        return self.leak_rate(replace(self.settings, margin=error), film)
+        margin = 0.0 if self.settings.decide is None else error
+        return self.leak_rate(replace(self.settings, margin=margin), film)
 
     def cubes(self, gap: np.ndarray) -> np.ndarray:
         """Cubes [m³] of the gaps that conduct without slip as much as gaps (nx, ny) [m] do."""

@@ -6,6 +6,7 @@ possible.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 from sys import float_info
 from time import perf_counter
@@ -18,6 +19,7 @@ from fem_seal.coupling.point import LiftPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.digits import number_of
 from fem_seal.leak_rate import log_ratio
+from fem_seal.network.network import Network
 
 MOST_STAGES = 10  # after the first one
 # Where each of so many finer networks in a row changes ln Q by more than the network before it, the
@@ -66,9 +68,13 @@ def further_stages(problem: LiftProblem, steps: Steps) -> Steps:
     search = _Search(problem, steps)
     for _ in range(MOST_STAGES):
         began = perf_counter()
-        start = search.next_start()
-        if isinstance(start, str):
-            return search.ended(start)
+        if search.none_needed:
+            return search.ended()
+        samples, network, epsilon = search.next_stage
+        if len(network.free) > problem.most_nodes:
+            most = number_of(problem.most_nodes, "node")
+            return search.ended(f"a finer network would have more than {most}")
+        start = search.steps.point.at_stage(samples, network, epsilon)
         search = search.estimated(start)
         if search.grown == MOST_GROWN and search.error > problem.allowed:
             return search.ended("each finer network changes the leak rate more than the one before")
@@ -105,33 +111,29 @@ class _Search:
     #: last equilibrium with a small ε, if its film is sealed and no path has opened since
     last_sealed: LiftPoint | None = None
 
-    def next_start(self) -> LiftPoint | str:
-        """The first point of the next stage; if there is none, why not, "" if none is needed."""
-        if self._none_needed:
-            return ""
-        problem, point, chain = self.problem, self.steps.point, self.problem.chain
-        following = chain[min(chain.index(point.problem) + 1, len(chain) - 1)]
-        network, epsilon = point.finer(following)
-        if self._sealed(point):
-            if point.stays_sealed:
-                epsilon = min(epsilon, SEALED_EPSILON * problem.roughness)
-            # A smaller ε³ is lost in the rounding of g³: rounding errors would make the pressure in
-            # pockets.
-            if epsilon < np.cbrt(float_info.epsilon) * problem.roughness:
-                return ""
-        if len(network.free) > problem.most_nodes:
-            most = number_of(problem.most_nodes, "node")
-            return f"a finer network would have more than {most}"
-        return point.at_stage(following, network, epsilon)
-
     @property
-    def _none_needed(self) -> bool:
-        """Whether the leak rate is negligible, or the film stays sealed with a small ε."""
-        point, equilibrium = self.steps.point, not self.steps.failure
+    def none_needed(self) -> bool:
+        """Whether the leak rate is negligible, or the film is sealed and ε is small enough."""
+        point, problem = self.steps.point, self.problem
         if self._negligible(point):
             return True
-        surely = self.problem.never_opens or (self._small_epsilon(point) and equilibrium)
-        return self._sealed(point) and point.stays_sealed and surely
+        if not self._sealed(point):
+            return False
+        small = self._small_epsilon(point) and not self.steps.failure
+        surely = point.stays_sealed and (problem.never_opens or small)
+        # A smaller ε³ is lost in the rounding of g³: rounding errors would make the pressure in
+        # pockets.
+        return surely or self.next_stage[-1] < np.cbrt(float_info.epsilon) * problem.roughness
+
+    @cached_property
+    def next_stage(self) -> tuple[LiftProblem, Network, float]:
+        """Samples, network and ε of the next stage, if one is needed."""
+        point, chain = self.steps.point, self.problem.chain
+        following = chain[min(chain.index(point.problem) + 1, len(chain) - 1)]
+        network, epsilon = point.finer(following)
+        if self._sealed(point) and point.stays_sealed:
+            epsilon = min(epsilon, SEALED_EPSILON * self.problem.roughness)
+        return following, network, epsilon
 
     def estimated(self, start: LiftPoint) -> "_Search":
         """The search with the error of its last point, as the first one of the next stage tells it.

@@ -81,6 +81,15 @@ class Unclear(NamedTuple):
     says: str  #: what it says, and what to write there
 
 
+class _Statement(NamedTuple):
+    """What a key and its value say of the map."""
+
+    about: str  #: "unit", or as `header_words.about` says; "" if nothing that counts
+    words: set[str]  #: of the key, without its unit
+    #: of a step or a length one or two, else one; of a unit once that; none of an unclear value
+    quantities: list[Quantity]
+
+
 @dataclass
 class Statements:
     """Statements of a header; empty or None where it has none."""
@@ -99,6 +108,35 @@ class Statements:
     unclear: list[Unclear] = field(default_factory=list)
     #: lines that name a step or a length, whether or not they are understood
     about_lengths: list[str] = field(default_factory=list)
+
+    def add(self, statement: _Statement) -> None:
+        """Add what a statement says, if anything."""
+        about, words, quantities = statement
+        if not quantities:
+            return
+        (number, unit), axes = quantities[0], known.axes_of(words)
+        if about == "unit":
+            # Without a word on either it is the unit of both.
+            if unit and words & known.VALUES and "resolution" not in words:
+                self.value_units.append(unit)
+            elif not words & (known.VALUES | known.LATERAL):
+                self.unit = self.unit or unit
+            if not words & known.VALUES:
+                self.lateral_unit = self.lateral_unit or unit
+        elif about == "mark":
+            self.missing.append(number)
+        elif about == "count" and unit is None and number.is_integer():
+            self.counts[axes] = int(number)
+        elif about != "count" and number > 0:  # else a number of nothing
+            # "10 x 8 µm" is of x and y; "10 µm" of the axes of its key, or of whichever side.
+            sides = ["x", "y"] if len(quantities) == 2 else [*axes] or [""]
+            lengths = self.steps if about == "step" else self.lengths
+            for side, (number, unit) in zip(sides, quantities * 2, strict=False):
+                # "Width 512" is a number of points if there are so many.
+                if about == "length" and side and unit is None and number in self.shape:
+                    self.counts.setdefault(side, int(number))
+                else:
+                    lengths.setdefault(side, []).append((number, unit))
 
     def unit_of_values(self, columns: Iterable[int] = ()) -> str | None:
         """Unit of the heights, which stand in some of the titled columns or in all of a matrix."""
@@ -163,15 +201,16 @@ def statements_of(table: TextTable, path: Path) -> Statements:
             pairs = [pair for pair in _TITLE.findall(part) if unit_of_length(pair[1])]
             match = _PAIR.fullmatch(part) or _BLANK_PAIR.fullmatch(part)
             if match and len(pairs) < 2:
-                about = _understand(match[1], match[2].strip(), statements, table.layout.decimal)
-                if about:
-                    statements.unclear.append(_unclear(about, match[1], match[2], text))
-                if about == "mark":
-                    raise InvalidInput(f"the header of {path} {statements.unclear[-1].says}")
+                statement = _statement(match[1], match[2].strip(), table.layout.decimal)
+                statements.add(statement)
+                if statement.about and not statement.quantities:
+                    statements.unclear.append(_unclear(statement.about, match[1], match[2], text))
+                    if statement.about == "mark":
+                        raise InvalidInput(f"the header of {path} {statements.unclear[-1].says}")
             elif not statements.titles:
                 statements.axes |= {Title(name).axis for name, _ in pairs}
                 for name, unit in pairs:
-                    _understand(name, unit, statements, table.layout.decimal)
+                    statements.add(_statement(name, unit, table.layout.decimal))
     return statements
 
 
@@ -197,56 +236,28 @@ def _refuse_factor(text: str, decimal: str, path: Path) -> None:
         )
 
 
-def _understand(key: str, value: str, statements: Statements, decimal: str) -> str:
-    """Add the statement of one key and its value; if that is not clear, return what it is about."""
-    in_key = _BRACKETS.search(key)
+def _statement(key: str, value: str, decimal: str) -> _Statement:
+    """The statement of one key and its value."""
     words = known.words_of(_BRACKETS.sub(" ", key))
-    axes, unit = known.axes_of(words), unit_of_length(value)
+    unit, nothing = unit_of_length(value), _Statement("", words, [])
     if words & known.UNITS or (unit and words & (known.VALUES | known.LATERAL)):
-        if unit and words <= known.OF_UNITS:
-            # Without a word on either it is the unit of both.
-            if words & known.VALUES and "resolution" not in words:
-                statements.value_units.append(unit)
-            elif not words & (known.VALUES | known.LATERAL):
-                statements.unit = statements.unit or unit
-            if not words & known.VALUES:
-                statements.lateral_unit = statements.lateral_unit or unit
-        return ""
+        of_the_map = unit and words <= known.OF_UNITS
+        return _Statement("unit", words, [(1.0, unit)]) if of_the_map else nothing
     about = known.about(words)
     if not about or not re.search(r"\d", value):
-        return ""
-    numbers = _quantities(value, unit_of_length(in_key[1]) if in_key else None, decimal)
-    if len(numbers) != 1 and (not numbers or axes in ("x", "y")):
-        return about
-    number, unit = numbers[0]
-    if about == "mark":
-        statements.missing.append(number)
-    elif about == "count":
-        if unit is None and number.is_integer():
-            statements.counts[axes] = int(number)
-    elif min(number for number, _ in numbers) <= 0:
-        return "" if len(numbers) == 1 else about  # a number of nothing
-    else:
-        # "10 x 8 µm" is of x and y; "10 µm" of the axes of its key, or of whichever side.
-        sides = ["x", "y"] if len(numbers) == 2 else [*axes] or [""]
-        lengths = statements.steps if about == "step" else statements.lengths
-        for side, (number, unit) in zip(sides, numbers * 2, strict=False):
-            # "Width 512" is a number of points if there are so many.
-            if about == "length" and side and unit is None and number in statements.shape:
-                statements.counts.setdefault(side, int(number))
-            else:
-                lengths.setdefault(side, []).append((number, unit))
-    return ""
+        return nothing
+    quantities = _quantities(value, unit_in(key), decimal)
+    if len(quantities) == 2:
+        of_nothing = about in ("step", "length") and min(number for number, _ in quantities) <= 0
+        if of_nothing or known.axes_of(words) in ("x", "y"):
+            quantities = []
+    return _Statement(about, words, quantities)
 
 
 def _unclear(about: str, key: str, value: str, text: str) -> Unclear:
-    named = set(known.axes_of(known.words_of(key)))
-    words = known.words_of(value)
-    possible = named | {
-        axis
-        for axis, names in (("x", known.ALONG_LINE), ("y", known.ACROSS_LINES))
-        if words & names
-    }
+    named, words = set(known.axes_of(known.words_of(key))), known.words_of(value)
+    along, across = bool(words & known.ALONG_LINE), bool(words & known.ACROSS_LINES)
+    possible = named | set("x" * along + "y" * across)
     # "Size: ~10 um x ~8 um" may be of x and y.
     if not named and len(re.findall(_NUMBER, value)) > 1:
         possible = {"x", "y"}

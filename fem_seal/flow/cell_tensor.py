@@ -55,6 +55,8 @@ def conductivity_tensor(
         Gap in metres, zero in contact, periodic.
     viscosity
         η [Pa s].
+    slip
+        Of a gas at the walls, at the mean of the two pressures.
     representation
         "linear" or "constant".
     rtol
@@ -92,8 +94,9 @@ def conductivity_tensor(
     stopping = Stopping(Tolerance(rtol), limits, USUAL_GROWTH, narrowest, comm)
     strategy = Strategy(mark, rtol, every_dual=stopping.doubtful, tuning=tuning)
     start = Start.first(represented, uniform_torus(represented.pixels, width))
-    # The map keeps no solution: each mesh is freed before the next one is made.
-    for last in map(lambda one: one.level, refined(represented, start, strategy, stopping)):
+    for solution in refined(represented, start, strategy, stopping):
+        last = solution.level
+        del solution  # its mesh is freed before the next one is made
         if progress is not None:
             progress(last.unknowns, last.bounds.width)
     Lx, Ly = scaled.size

@@ -179,6 +179,11 @@ class LinearGap(GridGap):
         linear[on_pixel] = np.stack(self._raised_and_lowered(place), axis=-1)
         return linear
 
+    def _sampled_middles(self, xy: np.ndarray, linear: np.ndarray) -> np.ndarray:
+        """Gap (2, 3, n) as of `_sampled` at the midpoints of n triangles with corners (3, n, 2)."""
+        x, y = with_middles(xy)[:, 3:].astype(np.int64).reshape(2, -1)
+        return self._sampled(x, y, linear.reshape(2, -1).T).T.reshape(linear.shape)
+
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
         linear = averages.extent(xy)[0] <= PIXEL
@@ -194,19 +199,10 @@ class LinearGap(GridGap):
         six, (width, is_diagonal) = with_middles(gaps), averages.extent(xy)
         # Triangles two pixels wide have midpoints that are samples.
         two = np.flatnonzero(width == 2 * PIXEL)
-        x, y = with_middles(xy.take(two, axis=1))[:, 3:].astype(np.int64).reshape(2, -1)
-        linear = six[:, 3:].take(two, axis=2).reshape(2, -1).T
-        six[:, 3:, two] = self._sampled(x, y, linear).T.reshape(2, 3, -1)
+        six[:, 3:, two] = self._sampled_middles(xy.take(two, axis=1), six[:, 3:, two])
         mean_K, mean_inverse_K = _quarter_means(six, self.law)
         if not self.law.lower.is_cube:
-            # The mean of such a cell is the mean over pixel triangles: its quarters if the cell is
-            # diagonal, its halves if it is axial. Bound the law on the same triangles.
-            diagonal, axial = two[is_diagonal[two]], two[~is_diagonal[two]]
-            gaps = six[1].take(diagonal, axis=1)
-            mean_inverse_K[:, diagonal] = _quarter_resistivity(gaps, self.law, None)
-            gaps = six[1].take(axial, axis=1)
-            span = _span_of_halves(gaps)
-            mean_inverse_K[:, axial] = _quarter_resistivity(gaps, self.law, span)
+            mean_inverse_K[:, two] = _resistivity_of_two(six[1][:, two], is_diagonal[two], self.law)
         coarse = np.flatnonzero(width > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
         mean_K[:, coarse], mean_inverse_K[:, coarse] = self._above_pixel.lookup(place)
@@ -274,6 +270,18 @@ def _linear_means(gaps: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarra
         averages.conductivity_of_corners(law.upper, *raised),
         averages.resistivity_of_corners(law.lower, *lowered),
     )
+
+
+def _resistivity_of_two(gaps: np.ndarray, diagonal: np.ndarray, law: FilmLaw) -> np.ndarray:
+    """`_quarter_resistivity` (4, n) of cells two pixels wide, some of them diagonal (n,) bool.
+
+    The mean of such a cell is the mean over pixel triangles: its quarters if the cell is diagonal,
+    its halves if it is axial. The law is bounded on the same triangles.
+    """
+    mean, of_axial = np.empty((4, len(diagonal))), gaps[:, ~diagonal]
+    mean[:, diagonal] = _quarter_resistivity(gaps[:, diagonal], law, None)
+    mean[:, ~diagonal] = _quarter_resistivity(of_axial, law, _span_of_halves(of_axial))
+    return mean
 
 
 def _span_of_halves(gaps: np.ndarray) -> Span:

@@ -80,6 +80,16 @@ class Drops:
     #: and each function
     coefficients: list[list[np.ndarray]]
 
+    def with_block(self, form: "BubbleForm", s: list[np.ndarray]) -> "Drops":
+        """The drops with those on one more block of cells, by its coefficients s."""
+        drop, terms = form.drops(s)
+        return Drops(self.energies + drop, self.terms + terms, self.sides, [*self.coefficients, s])
+
+    def of_all(self, comm: MPI.Comm) -> "Drops":
+        """The drops on the blocks of all processes."""
+        energies, terms = comm.allreduce(self.energies), comm.allreduce(self.terms)
+        return Drops(energies, terms, self.sides, self.coefficients)
+
 
 def energy_drops(
     gap: GapOnMesh,
@@ -97,8 +107,8 @@ def energy_drops(
     `applied`, those of `Drops` of the same functions in another gap: the drop is negative where
     they raise the energy.
     """
-    sums = [[np.zeros((energy.count, n)) for n in (energy.count, 2)] for energy in energies]
-    coefficients: list[list[list[np.ndarray]]] = [[] for _ in energies]
+    counts = [energy.count for energy in energies]
+    drops = [Drops(np.zeros((n, n)), np.zeros((n, 2)), sides, []) for n in counts]
     # Process the cells in blocks: the data of all bubble functions at once would take more memory
     # than anything else. Leaving out the bubble functions on the rim of a block is admissible.
     for number, block in enumerate(range(comm.rank, len(sides.blocks), comm.size)):
@@ -106,13 +116,8 @@ def energy_drops(
         for k, rows in enumerate(_rows_of(sides.blocks[block], gap, mesh, values, energies)):
             form = BubbleForm(rows, bubble, len(free[k]))
             s = applied[number] if applied else form.lowered(free[k])
-            for total, drop in zip(sums[k], form.drops(s), strict=True):
-                total += drop
-            coefficients[k].append(s)
-    return [
-        Drops(comm.allreduce(drop), comm.allreduce(terms), sides, s)
-        for (drop, terms), s in zip(sums, coefficients, strict=True)
-    ]
+            drops[k] = drops[k].with_block(form, s)
+    return [drop.of_all(comm) for drop in drops]
 
 
 def _rows_of(

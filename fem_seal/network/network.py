@@ -233,12 +233,28 @@ def _pressure_at_samples(
     """Pressure at the samples of a shape, linear on each triangle, from that at its nodes (C, 3).
 
     The first sample has the coordinate `first` [pixels] along both axes. A sample is a vertex, or
-    lies in a triangle whose legs are at least a pixel long. Such a triangle has whole pixels as
-    coordinates, so that all of one form hold samples at the same places, in the same shares.
+    lies in a triangle whose legs are at least a pixel long.
+    """
+    columns, shares = _corners_of_samples(mesh, nodes, shape, first)
+    sample = mesh.xy - int(first * PIXEL)
+    own = np.flatnonzero(((sample % PIXEL == 0) & (sample < np.array(shape) * PIXEL)).all(axis=1))
+    at_vertices = np.ravel_multi_index(tuple((sample[own] >> DEPTH).T), shape)
+    columns[at_vertices, 0], shares[at_vertices] = mesh.twin[own], (1.0, 0.0, 0.0)
+    return _sums(columns, shares, len(mesh.xy))
+
+
+def _corners_of_samples(
+    mesh: NestedMesh, nodes: np.ndarray, shape: tuple[int, int], first: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes (n, 3) of the triangle in which each sample of a shape lies, and their shares there.
+
+    The triangles are those with legs of at least a pixel; a sample in none of them has shares of 0.
+    They have whole pixels as coordinates, so that all of one form hold samples at the same places,
+    in the same shares.
     """
     # Triangles at the end of the grid reach to one row and one column more.
     cell, place = np.zeros((2, shape[0] + 1, shape[1] + 1), dtype=np.int32)
-    shares, known = [np.zeros((1, 3))], 1
+    shares, known = [np.zeros((1, 3))], 1  # row `place` of all shares is that of a sample
     for cells, corner, legs in _forms(mesh):
         offsets, of_corners = _samples_inside(legs, first)
         for number, (i, j) in enumerate(offsets, known):
@@ -247,13 +263,7 @@ def _pressure_at_samples(
         shares.append(of_corners)
         known += len(offsets)
     inside = slice(shape[0]), slice(shape[1])
-    columns = nodes[cell[inside].ravel()]
-    entries = np.concatenate(shares)[place[inside].ravel()]
-    sample = mesh.xy - int(first * PIXEL)
-    own = np.flatnonzero(((sample % PIXEL == 0) & (sample < np.array(shape) * PIXEL)).all(axis=1))
-    at_vertices = np.ravel_multi_index(tuple((sample[own] >> DEPTH).T), shape)
-    columns[at_vertices, 0], entries[at_vertices] = mesh.twin[own], (1.0, 0.0, 0.0)
-    return _sums(columns, entries, len(mesh.xy))
+    return nodes[cell[inside].ravel()], np.concatenate(shares)[place[inside].ravel()]
 
 
 def _forms(mesh: NestedMesh) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:

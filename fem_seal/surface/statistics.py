@@ -68,6 +68,8 @@ class Lay:
     slopes: tuple[float, float]  #: rms slope along x and along y
     ratio: float  #: rms slope across the lay over that along it; 1 if isotropic, inf if perfect
     angle: float  #: of the lay, from x towards y, from 0 to 180 [degrees]
+    #: samples along x and along y over which the differences for `ratio` and `angle` reach
+    lags: tuple[int, int]
 
     @classmethod
     def of(cls, heights: FieldMap | GridField) -> "Lay":
@@ -78,11 +80,10 @@ class Lay:
         short waves, which would look like a lay.
         """
         values, spacing = heights.values, heights.spacing
-        lags = [
+        lx, ly = (
             min(max(round(max(spacing) / d), 1), n - 1)
             for d, n in zip(spacing, values.shape, strict=True)
-        ]
-        lx, ly = lags
+        )
         along = (values[lx:] - values[:-lx]) / (lx * spacing[0])
         across = (values[:, ly:] - values[:, :-ly]) / (ly * spacing[1])
         along, across = along[:, ly:] + along[:, :-ly], across[lx:] + across[:-lx]
@@ -93,9 +94,8 @@ class Lay:
         ratio = np.inf if most else 1.0
         if least > SLOPE_ROUNDING * most:
             ratio = np.sqrt(most / least)
-        steps = (np.diff(values, axis=axis) / d for axis, d in enumerate(spacing))
-        slopes = [_mean_square(step) ** 0.5 for step in steps]
-        return cls((slopes[0], slopes[1]), float(ratio), float(angle))
+        slopes = [_mean_square(np.diff(values, axis=k) / d) ** 0.5 for k, d in enumerate(spacing)]
+        return cls((slopes[0], slopes[1]), float(ratio), float(angle), (lx, ly))
 
 
 def _mean_square(differences: np.ndarray) -> float:

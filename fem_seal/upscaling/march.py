@@ -136,32 +136,36 @@ class March:
         The march ends where p reaches the target [Pa]. The pressure at the inlet's side of each
         cell is appended to `visited`.
         """
-        loads, K, per_square = self._loads, self._K, self._ends.per_square
-        potential, offset = self._ends.potential, self._ends.offset
         p, remaining = self._ends.outlet, self._length
         for P, length in self._cells:
-            # Step k of K lies between loads k and k + 1; the film is open beyond the last load.
-            k = max(bisect_right(loads, p - P) - 1, 0)
-            if k < len(K):
-                # Over the cell ∫K dΦ rises by the flux Q Δs: by the rest of it in step k, in which
-                # p rises from p_k to p_end.
-                flux = rate * length
-                p_k, rest = p, flux
-                if K[k] * (potential(P + loads[k + 1]) - potential(p)) < flux:
-                    integral, end = partial(self._integral, P), self._integral_at(P, p) + flux
-                    k = bisect_left(range(len(loads)), end, k + 1, key=integral) - 1
-                    p_k, rest = P + loads[k], end - integral(k)
-                p_end = p_k  # where the film is open
-                if k < len(K):
-                    reached = potential(p_k) + rest / K[k]
-                    p_end = sqrt(reached / per_square) - offset if per_square else reached
-                if p_end >= target:
-                    to_target = self._integral_at(P, target) - self._integral_at(P, p)
-                    return target, remaining - length * to_target / flux
-                p = p_end
+            flux = rate * length
+            p_end = self._after_cell(P, p, flux)
+            if p_end >= target:
+                to_target = self._integral_at(P, target) - self._integral_at(P, p)
+                return target, remaining - length * to_target / flux
+            p = p_end
             visited.append(p)
             remaining -= length
         return p, remaining
+
+    def _after_cell(self, P: float, p: float, flux: float) -> float:
+        """Pressure [Pa] at the inlet's side of a cell with p at its other side.
+
+        Over the cell ∫K dΦ rises by the flux Q Δs; where the film is open, p does not rise.
+        """
+        loads, K, potential = self._loads, self._K, self._ends.potential
+        # Step k of K lies between loads k and k + 1; the film is open beyond the last load.
+        k = max(bisect_right(loads, p - P) - 1, 0)
+        # By the rest of the flux ∫K dΦ rises from p_k on, in step k.
+        p_k, rest = p, flux
+        if k < len(K) and K[k] * (potential(P + loads[k + 1]) - potential(p)) < flux:
+            integral, end = partial(self._integral, P), self._integral_at(P, p) + flux
+            k = bisect_left(range(len(loads)), end, k + 1, key=integral) - 1
+            p_k, rest = P + loads[k], end - integral(k)
+        if k == len(K):
+            return p_k
+        reached, per_square = potential(p_k) + rest / K[k], self._ends.per_square
+        return sqrt(reached / per_square) - self._ends.offset if per_square else reached
 
     def _integral(self, P: float, step: int) -> float:
         """∫K dΦ at a total pressure P [Pa] from the highest load down to a step."""

@@ -115,6 +115,7 @@ test_bad_input_is_refused_in_one_sentence = refused_calls(
     (partial(leak, links="median"), r"links = 'median'.*linear-gap, arithmetic"),
     # A negative margin would narrow the bounds of a decision.
     (partial(leak, margin=-1.0), "margin = -1.0 must be a finite number >= 0"),
+    (partial(leak, margin=0.1), "margin widens the bounds for decide alone"),
     (lambda: leak(limits=Limits(unknowns=-3)), "unknowns = -3 must be a finite number >= 0"),
     (lambda: leak(tuning=Tuning(theta=5)), "theta = 5 must lie between 0 and 1"),
     (lambda: leak(tuning=Tuning(cut=2)), "cut = 2 must lie between 0 and 1"),

@@ -92,6 +92,15 @@ def test_slopes_of_oblong_pixels_name_their_lengths(here, capsys):
     assert float(lay.split()[0]) < exp(3 * 0.0036)
 
 
+def test_two_columns_have_no_longer_differences(here, capsys):
+    """Neighbours along x are ten times as far apart as the two columns: the lay is that of these,
+    and no longer difference is named."""
+    noise = 1e-9 * np.random.default_rng(0).normal(size=(200, 2))
+    np.savez("map.npz", heights=noise, spacing=(10 * STEP, STEP), periodic=False)
+    assert cli.main(["surface", "map.npz"]) == 0
+    assert " over 10 um" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("angle", "settings", "words"),
     [
