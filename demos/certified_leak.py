@@ -41,8 +41,7 @@ WATER = {"viscosity": 1e-3, "pressure_drop": 1e5}
 # %% [markdown]
 # ## The gap
 # A self-affine surface (H = 0.8, shortest wavelength 4 samples) pressed into a rubber until 40 %
-# of it touch. Between the samples the gap is linear on the triangles of the pixel grid. Both ways
-# to spend unknowns solve the flow through this P1 gap, on every mesh.
+# of it touch. Between the samples the gap is linear on the triangles of the pixel grid.
 
 
 # %%

@@ -9,9 +9,8 @@
 #     weak: ∫ (S p_c - h) (r - p_c) dA ≥ 0 for all r ≥ 0 of mean P₀;  ∫ g³ ∇p·∇q dA = 0, q = 0 there
 #
 # If the saddle were a channel of fixed shape, Q = ∫ g³ |∇p|² dA would go as the cube of its gap.
-# Dapp and Müser (EPL 109, 44001, 2015) found Q ∝ (P* - P₀)^(69/20): gap, width and length of the
-# constriction all shrink, each with a power of its own. The demo runs in one process, since threads
-# solve the contacts.
+# Dapp and Müser (EPL 109, 44001, 2015) found Q ∝ (P* - P₀)^(69/20). The demo runs in one process,
+# since threads solve the contacts.
 
 # %%
 import argparse
@@ -97,8 +96,7 @@ def limit(coarse: Saddle, fine: Saddle) -> tuple[float, float]:
 
 # %% [markdown]
 # ## What to notice
-# * Far from closing the exponent is near 4; it falls towards closing. The exponent of a fit
-#   therefore depends on the range of loads.
+# * Far from closing the exponent is near 4; it falls towards closing.
 # * The leak rate vanishes more slowly than the gap cubed: the constriction becomes shorter as well.
 # * Both grids agree until the constriction is a few samples wide. Nearer to closing the coarse grid
 #   is wrong although its bracket is as narrow as before: the bounds hold for the computed gap.
@@ -119,8 +117,7 @@ def show(saddles: list[Saddle], path: Path) -> None:
         rates.plot(DISTANCES, law, "k--", lw=1, label="$(P_* - P_0)^{69/20}$")
         slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
         rates.set(yscale="log", ylabel="leak rate [H³ Δp/(12 η)]", title="The leak rate vanishes,")
-        slopes.set_ylabel("$d\\,\\ln Q\\,/\\,d\\,\\ln(P_* - P_0)$")
-        slopes.set_title("and its local exponent falls to 69/20 (dashed)")
+        slopes.set(ylabel="$d\\,\\ln Q\\,/\\,d\\,\\ln(P_* - P_0)$", title="and its exponent falls")
         rates.legend(frameon=False, fontsize=8)
     for distance, exponent, error in zip(CENTRES, finest.exponents, finest.errors, strict=True):
         print(f"(P* - P₀)/P* = {distance:.4f}: exponent {exponent:.2f} ± {error:.2f}")

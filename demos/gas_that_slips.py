@@ -6,11 +6,9 @@
 #
 #     throughput / Δp = W/L (g³ p + B g²)/(12 η),     B = 6 λ p = 6 η √(π R T / 2 M),
 #
-# with p the mean pressure (first order in λ/g, full accommodation). The first term, viscous flow,
-# grows with the pressure; of the gas it contains only the viscosity η. The second one does not
-# depend on the pressure; of the gas it contains only the molar mass M. So nitrogen, a little less
-# viscous than helium, leaks a little more at high pressure (both taken as ideal gases), and helium
-# about √7 times as much at low pressure.
+# with p the mean pressure (ideal gas, first order in λ/g, full accommodation). The first term,
+# viscous flow, grows with the pressure; of the gas it contains only the viscosity η. The second one
+# does not depend on the pressure; of the gas it contains only the molar mass M.
 #
 # Where λ/g passes a twentieth, first order is too low. Kinetic theory replaces g³ p + B g² by
 # B g² c(g p/B), with the flow between parallel walls from the linearised Boltzmann equation (BGK

@@ -42,6 +42,11 @@ def test_the_dear_demo_finds_what_it_imports():
     assert callable(runpy.run_path(str(ROOT / "demos" / f"{DEAR}.py"), run_name="demo")["main"])
 
 
+@pytest.mark.parametrize("name", DEMOS)
+def test_a_demo_is_read_in_one_sitting(name):
+    assert len((ROOT / "demos" / f"{name}.py").read_text().splitlines()) <= 150
+
+
 def test_a_verdict_without_a_lower_end_is_not_drawn():
     demo = runpy.run_path(str(ROOT / "demos/when_is_a_limit_kept.py"), run_name="demo")
     with pytest.raises(AssertionError, match="no lower end on 32 x 32 samples"):
