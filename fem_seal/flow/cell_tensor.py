@@ -69,6 +69,12 @@ def conductivity_tensor(
         Parameters that change the cost of the bounds, never their validity.
     comm
         All its ranks must call this together, with the same gap; all of this run if left out.
+
+    Raises
+    ------
+    InvalidInput
+        If the gap is not periodic, or the tightest place on the widest way around the cell is so
+        narrow a part of the largest gap that its cube leaves double precision.
     """
     require_positive(viscosity=viscosity, rtol=rtol)
     sites = periodic_sites(gap, representation)
