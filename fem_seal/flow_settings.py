@@ -10,7 +10,7 @@ from fem_seal.limits import Limits
 
 NO_LIMITS = Limits()
 MethodName = Literal["adaptive", "uniform", "finite-difference"]
-LinksName = Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-gap"]
+LinkRuleName = Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-gap"]
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class FlowSettings:
     margin: float = 0.0
     limits: Limits = NO_LIMITS  #: a refinement that one of them ends has not converged
     field: bool = False  #: whether the flow on the last mesh is wanted, and not only its leak rate
-    links: str = "linear-gap"  #: of finite differences alone
+    link_rule: str = "linear-gap"  #: mean of K along a link of finite differences
     #: leak rate [m³/s]: a lift that leaks less is not refined further, and has not settled
     negligible: float = 0.0
 
@@ -45,11 +45,11 @@ class FlowSettings:
         require_positive(viscosity=self.viscosity, pressure_drop=self.pressure_drop, rtol=self.rtol)
         require_not_negative(margin=self.margin, negligible=self.negligible)
         require_known(get_args(MethodName), self.method, "method")
-        require_known(get_args(LinksName), self.links, "links")
+        require_known(get_args(LinkRuleName), self.link_rule, "link_rule")
         require_kind((Slip, type(None)), slip=self.slip)
         require_kind(Limits, limits=self.limits)
-        if self.method != "finite-difference" and self.links != FlowSettings.links:
-            raise InvalidInput(f"method = {self.method!r} has no links: leave links out")
+        if self.method != "finite-difference" and self.link_rule != FlowSettings.link_rule:
+            raise InvalidInput(f"method = {self.method!r} has no links: leave link_rule out")
         unread = self.decide is not None or self.field or self.limits.unknowns is not None
         if self.method == "finite-difference" and unread:
             raise InvalidInput(

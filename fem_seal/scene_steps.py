@@ -121,7 +121,7 @@ def _finite_differences(
     if isinstance(film, MeshFilm):
         raise InvalidInput("flow.method = 'finite-difference' needs a gap on a grid")
     fluid = settings.viscosity, settings.pressure_drop, settings.slip
-    return parallel.on_root(lambda: by_differences(film, *fluid, settings.links), comm)
+    return parallel.on_root(lambda: by_differences(film, *fluid, settings.link_rule), comm)
 
 
 LeakMethod = Callable[[FlowSettings, "GridFilm | MeshFilm", Report, parallel.Comm], LeakRate]

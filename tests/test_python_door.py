@@ -137,8 +137,8 @@ test_errors_are_one_sentence = refused_calls(
         "^viscosity = FlowSettings.* must be a positive number, in SI units$",
     ),
     (
-        lambda: fs.flow.FlowSettings(viscosity=1, pressure_drop=1, links="harmonic"),
-        "^method = 'adaptive' has no links: leave links out$",
+        lambda: fs.flow.FlowSettings(viscosity=1, pressure_drop=1, link_rule="harmonic"),
+        "^method = 'adaptive' has no links: leave link_rule out$",
     ),
     *(
         (

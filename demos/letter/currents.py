@@ -98,8 +98,8 @@ def current(
     scales = {"viscosity": VISCOSITY, "pressure_drop": PRESSURE_DROP}
     film = GridFilm(gap, sides=SIDES)
     rates = [
-        by_differences(film, links=links, **scales).value if differences else None
-        for links in LINKS
+        by_differences(film, link_rule=rule, **scales).value if differences else None
+        for rule in LINKS
     ]
     load = state.mean_pressure / (CONTACT_MODULUS * SLOPE) if elastic else None
     finer = None

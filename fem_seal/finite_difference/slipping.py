@@ -23,7 +23,7 @@ TOLERANCE = 1e-9  # largest change of the pressures in the last step, over the i
 
 
 def film_without_slip(
-    film: GridFilm, slip: Slip, links: str = "linear-gap"
+    film: GridFilm, slip: Slip, link_rule: str = "linear-gap"
 ) -> tuple[GridFilm, tuple[float, ...]]:
     """Film of another gap that conducts without slip as the given one does with slip.
 
@@ -43,7 +43,7 @@ def film_without_slip(
         cubes = scale * gap**2 * c(gap * pressure / slip.product) / weight
         # Inlet and outlet of a periodic film have the same gap, but not the same pressure.
         whole = replace(film, gap=GridField(np.cbrt(cubes), film.gap.spacing))
-        part = node_pressure(whole, links)
+        part = node_pressure(whole, link_rule)
         before = pressure
         pressure = slip.pressure(at_outlet + drop * np.nan_to_num(part), critical)
         changes.append(float(np.abs(pressure - before).max()) / p_in)
@@ -56,13 +56,13 @@ def film_without_slip(
     )
 
 
-def node_pressure(film: GridFilm, links: str = "linear-gap") -> np.ndarray:
+def node_pressure(film: GridFilm, link_rule: str = "linear-gap") -> np.ndarray:
     """Pressure at the samples of a film, 1 at the inlet and 0 at the outlet, by the stencil.
 
     NaN where chains of links do not join both ends.
     """
     # The pressure does not depend on the viscosity.
-    grid = flow_grid(film, 1.0, links)
+    grid = flow_grid(film, 1.0, link_rule)
     pressure = grid.stencil.pressure(grid.carrying, _solved)
     if film.representation == "constant":
         pressure = pressure[1:-1]  # the ends are nodes of their own

@@ -25,7 +25,7 @@ def by_differences(
     viscosity: float,
     pressure_drop: float,
     slip: Slip | None = None,
-    links: str = "linear-gap",
+    link_rule: str = "linear-gap",
 ) -> LeakRate:
     """Leak rate of a film by central differences on its samples, without bounds.
 
@@ -38,7 +38,7 @@ def by_differences(
         Film; nodes are the vertices of a linear gap or the pixels' centres of a constant one.
     viscosity, pressure_drop, slip
         As of `FlowSettings`.
-    links
+    link_rule
         Rule of `links.LINKS`: "linear-gap" is exact for a linear gap that varies along the flow
         only, "harmonic" for a stepwise one.
 
@@ -58,8 +58,8 @@ def by_differences(
     leak_rate_of_square(film.largest_gap, viscosity, pressure_drop)
     residuals = {}
     if slip is not None:
-        film, residuals["slip"] = film_without_slip(film, slip, links)
-    grid = flow_grid(film, viscosity, links)
+        film, residuals["slip"] = film_without_slip(film, slip, link_rule)
+    grid = flow_grid(film, viscosity, link_rule)
     if not grid.carrying.any():
         return LeakRate(
             state="leaking",

@@ -99,14 +99,14 @@ class FlowGrid:
         return int(np.count_nonzero(self.carrying[1:-1]))
 
 
-def flow_grid(film: GridFilm, viscosity: float, links: str) -> FlowGrid:
+def flow_grid(film: GridFilm, viscosity: float, link_rule: str) -> FlowGrid:
     """Lay the five-point stencil over a film; for the rules see `links.LINKS`.
 
     Nodes in contact have no links. A linear gap has its nodes at the vertices, and links as wide as
     the two half pixels beside them. A constant gap has them at the centres of the pixels, and links
     to inlet and outlet have half the length.
     """
-    rule, per_cube = choose(LINKS, links, "links"), film_conductivity(1.0, viscosity)
+    rule, per_cube = choose(LINKS, link_rule, "link_rule"), film_conductivity(1.0, viscosity)
     g, (dx, dy), periodic = film.sites.gap, film.sites.spacing, film.sites.periodic[1]
     nodes, along_x, along_y = g > 0, per_cube * dy / dx, per_cube * dx / dy
 

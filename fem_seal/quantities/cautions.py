@@ -161,7 +161,7 @@ def _seal_near_lift_off(patch: Patch, seal: SealLeak) -> str | None:
     along, inlet = median_patch(seal.patches).path, patch.scene.flow.gauge_pressures.inlet
     if seal.state == "lifted off" or along is None:
         return None
-    highest = float(along.contact_pressure.max())
+    highest = float(along.total_pressure.max())
     excess = 1 - inlet / highest
     if excess >= NEAR_LIFT_OFF:
         return None

@@ -82,7 +82,7 @@ def _draw_path(seal: SealRecord, axes: "Axes", *, of_fluid: bool = True) -> None
         axes.plot(*_at_steps(x, path.conductivity), "tab:red")
         return
     axes.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
-    axes.plot(x, 1e-6 * np.array(path.contact_pressure), "k", label="total pressure P")
+    axes.plot(x, 1e-6 * np.array(path.total_pressure), "k", label="total pressure P")
     axes.plot(x, p, "tab:blue", label="fluid pressure p, above ambient")
 
 
@@ -108,7 +108,7 @@ def _draw_margins(seal: SealRecord, axes: "Axes") -> None:
     sealed_from = [1e-6 * table.loads[table.upper == 0].min(initial=np.inf) for table in tables]
     leaks_to = np.array([table.loads[table.upper > 0].max(initial=0.0) for table in tables]) / 1e6
     numbers = np.arange(1, len(tables) + 1)
-    has = 1e-6 * (max(seal.path.contact_pressure) - seal.path.fluid_pressure[0])
+    has = 1e-6 * (max(seal.path.total_pressure) - seal.path.fluid_pressure[0])
     spare = has - np.median(sealed_from)
     words = f"half of them have at least {1e3 * spare:.3g} kPa to spare, {per_cent(spare / has)}"
     axes.set_title(words if spare > 0 else "sealed at this net load; less was not solved")

@@ -162,10 +162,13 @@ class SealPatchRecord(Record):
 
 
 class PathRecord(Record):
-    """Pressures [Pa] and conductivity [m³/(Pa s)] along the leak path; null where it is open."""
+    """Pressures [Pa] and conductivity [m³/(Pa s)] along the leak path; null where it is open.
+
+    In result.json the total pressure has the key "contact_pressure".
+    """
 
     x: tuple[float, ...] = Field(min_length=2)
-    contact_pressure: tuple[float, ...]
+    total_pressure: tuple[float, ...] = Field(alias="contact_pressure")
     fluid_pressure: tuple[float, ...]
     conductivity: tuple[Finite, ...]
 
@@ -183,7 +186,7 @@ class PathRecord(Record):
     @classmethod
     def of(cls, path: PathFlow) -> "PathRecord":
         """Record of about `POINTS` places of a path, with that of the highest total pressure."""
-        last, highest = len(path.x) - 1, path.contact_pressure.argmax()
+        last, highest = len(path.x) - 1, path.total_pressure.argmax()
         kept = np.unique([*range(0, last, -(-len(path.x) // POINTS)), highest, last])
         return cls(**{name: tuple(getattr(path, name)[kept].tolist()) for name in cls.model_fields})
 

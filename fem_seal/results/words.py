@@ -292,7 +292,7 @@ def preparation_words(steps: tuple[MapStatistics, ...]) -> str:
 
 def lifted_words(seal: SealRecord) -> str:
     """Why a seal is lifted off, with both pressures."""
-    P, inlet = max(seal.path.contact_pressure), seal.path.fluid_pressure[0]
+    P, inlet = max(seal.path.total_pressure), seal.path.fluid_pressure[0]
     return (
         f"lifted off: the total pressure, at most {with_prefix(P, 'Pa')}, is nowhere above the "
         f"fluid's at the inlet, {with_prefix(inlet, 'Pa')}; press harder"

@@ -286,7 +286,7 @@ class Scene(Section):
             decide=self.deciding_rate,
             limits=self.flow.limits,
             field=wanted and self.flow.method != "finite-difference",
-            links=self.flow.links,
+            link_rule=self.flow.links,
         )
 
     @property

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field, PlainSerializer, PlainValidator, field_validator
 
-from fem_seal.flow_settings import FlowSettings, LinksName, MethodName
+from fem_seal.flow_settings import FlowSettings, LinkRuleName, MethodName
 from fem_seal.fluid import Drive
 from fem_seal.grid import GridField, Representation, Sides
 from fem_seal.limits import Limits
@@ -61,7 +61,7 @@ class Flow(Section):
         "linear", description="gap linear between samples, or constant on square pixels"
     )
     method: MethodName = Field("adaptive", description="how the mesh is refined, or no mesh at all")
-    links: LinksName = Field(
+    links: LinkRuleName = Field(
         "linear-gap",
         description="mean of g³ on a link between two samples; of finite-difference only",
     )

@@ -53,7 +53,7 @@ class PathFlow:
     """Pressures and conductivity along the leak path, from the inlet to the outlet."""
 
     x: np.ndarray  #: (n,), ends of the cells [m]
-    contact_pressure: np.ndarray  #: (n,), P [Pa], which solid and fluid carry together
+    total_pressure: np.ndarray  #: (n,), P [Pa], which solid and fluid carry together
     fluid_pressure: np.ndarray  #: (n,), p [Pa] above ambient
     conductivity: np.ndarray  #: (n,), K(P - p) [m³/(Pa s)]; infinite where the film is open, P <= p
     #: (n - 1, m), net loads [Pa] along each cell, and the influence of ln K at each of them on ln
@@ -62,7 +62,7 @@ class PathFlow:
     influences: np.ndarray
 
     def __post_init__(self) -> None:
-        shapes = {values.shape for values in (self.x, self.contact_pressure, self.fluid_pressure)}
+        shapes = {values.shape for values in (self.x, self.total_pressure, self.fluid_pressure)}
         if shapes != {self.conductivity.shape} or not (np.diff(self.x) > 0).all():
             raise Inconsistent(f"a leak path whose cells are out of order, of shapes {shapes}")
 
@@ -225,7 +225,7 @@ def _refined(along: PathFlow, cells: int) -> np.ndarray:
     A cell in which the total pressure changes by ΔP sets the bounds of ln Q apart by its
     influence times |d ln K/dw| ΔP. The sum is least with parts in proportion to the root of that.
     """
-    apart = np.sqrt(along.influence * np.abs(np.diff(along.contact_pressure)))
+    apart = np.sqrt(along.influence * np.abs(np.diff(along.total_pressure)))
     apart = np.convolve(apart, np.ones(3), "same")  # the bounds matter a little beside the value
     # All are 0 where the influence of every cell with a ΔP rounds to 0.
     parts = 1 + (cells * apart / max(apart.sum(), np.finfo(float).tiny)).astype(int)

@@ -95,7 +95,7 @@ def load_that_matters(flow: SealFlow, loaded: LoadedPatch) -> float | None:
     if flow.state != "leaking":
         return None
     along, table = present(flow.path, "path"), present(flow.table, "table")
-    net = along.contact_pressure - along.fluid_pressure
+    net = along.total_pressure - along.fluid_pressure
     matters = float(net[np.searchsorted(np.cumsum(along.influence), 0.5)])
     by_distance = sorted(table.loads.tolist(), key=lambda load: abs(load - matters))
     return next(load for load in by_distance if loaded.critical_gap(load) is not None)

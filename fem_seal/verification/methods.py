@@ -35,16 +35,16 @@ def _elements(
     return Answer(name, leak.value, *leak.bounds, leak.unknowns, process_time() - start)
 
 
-def _differences(film: GridFilm, settings: FlowSettings, links: str) -> Answer:
+def _differences(film: GridFilm, settings: FlowSettings, link_rule: str) -> Answer:
     start = process_time()
     fluid = settings.viscosity, settings.pressure_drop, settings.slip
-    leak = by_differences(film, *fluid, links)
+    leak = by_differences(film, *fluid, link_rule)
     spent = process_time() - start
-    return Answer(f"FD {links}", leak.value, None, None, leak.unknowns, spent, leak.reason)
+    return Answer(f"FD {link_rule}", leak.value, None, None, leak.unknowns, spent, leak.reason)
 
 
 METHODS: dict[str, Callable[[GridFilm, FlowSettings], Answer]] = {
-    **{links: partial(_differences, links=links) for links in LINKS},
+    **{rule: partial(_differences, link_rule=rule) for rule in LINKS},
     # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
     "uniform": partial(_elements, method="uniform", name="FE", unknowns=1),
     "adaptive": partial(_elements, method="adaptive", name="adaptive"),

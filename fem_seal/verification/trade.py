@@ -134,7 +134,7 @@ class ContactGrid(Task[tuple[Run, ...]]):
                     flow.limits,
                     unknowns=None if differences else own.unknowns or flow.limits.unknowns,
                 ),
-                links=flow.links if differences else FlowSettings.links,
+                link_rule=flow.link_rule if differences else FlowSettings.link_rule,
             )
             patch = pressed.with_(Given(contact=contact, lift="none", flow_settings=settings))
             # Reset the kernel's largest resident memory of this process (proc(5)), where it can be.

@@ -112,7 +112,7 @@ test_bad_input_is_refused_in_one_sentence = refused_calls(
     ),
     (partial(leak, viscosity="1 mPa s"), "viscosity .*1 mPa s"),
     (partial(leak, method="adaptve"), r"method = 'adaptve'.*choose from.* adaptive, uniform"),
-    (partial(leak, links="median"), r"links = 'median'.*linear-gap, arithmetic"),
+    (partial(leak, link_rule="median"), r"link_rule = 'median'.*linear-gap, arithmetic"),
     # A negative margin would narrow the bounds of a decision.
     (partial(leak, margin=-1.0), "margin = -1.0 must be a finite number >= 0"),
     (partial(leak, margin=0.1), "margin widens the bounds for decide alone"),

@@ -30,7 +30,7 @@ def errors_in_series(slip):
     exact, errors = in_series(slip, (0.2, 1.0), (0.5, 0.5)), []
     for n in (8, 16, 32):
         gap = np.repeat(np.repeat([[0.2], [1.0]], n // 2, axis=0), n, axis=1)
-        errors.append(abs(mass_rate(gap, slip, links="harmonic") / exact - 1))
+        errors.append(abs(mass_rate(gap, slip, link_rule="harmonic") / exact - 1))
     return np.array(errors)
 
 

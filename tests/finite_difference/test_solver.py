@@ -22,25 +22,25 @@ RULES = tuple(LINKS)
 SOLVED = 1e4 * np.finfo(float).eps  # condition of the sparse system times the rounding
 
 
-def leak(values, spacing=(1.0, 1.0), periodic=False, links="linear-gap", **choices):
+def leak(values, spacing=(1.0, 1.0), periodic=False, link_rule="linear-gap", **choices):
     film = GridFilm(GridField(values, spacing, periodic), **choices)
-    return by_differences(film, links=links, **FLUID).value
+    return by_differences(film, link_rule=link_rule, **FLUID).value
 
 
 @pytest.mark.parametrize(
-    ("sides", "representation", "links"),
+    ("sides", "representation", "link_rule"),
     [*((sides, "linear", "linear-gap") for sides in SIDES), ("wall", "constant", "harmonic")],
 )
-def test_layers_in_series_are_exact(sides, representation, links):
+def test_layers_in_series_are_exact(sides, representation, link_rule):
     """The closed form of the linear gap, and that of steps, half cells at the ends included."""
     g = np.random.default_rng(0).uniform(0.1, 1, 20)
     case = Case("across", g, 7, (2.0, 0.5), sides, representation, "finite-difference")
     read = {"sides": sides, "representation": representation}
-    found = leak(case.values, case.spacing, sides == "periodic", links, **read)
+    found = leak(case.values, case.spacing, sides == "periodic", link_rule, **read)
     assert found == approx(case.exact, rel=1e-13)
 
 
-def checkerboard_errors(links, sides):
+def checkerboard_errors(link_rule, sides):
     """Errors for K = exp(A cos 2πx cos 2πy), which conducts exactly like K = 1.
 
     That is the Keller-Dykhne duality: a shift by half a period turns K into 1/K. Inlet and outlet
@@ -51,17 +51,17 @@ def checkerboard_errors(links, sides):
         c = np.cos(2 * np.pi * np.arange(n + 1) / n)
         c[-1] = c[0]
         g = np.exp(A * np.outer(c, c) / 3)
-        errors.append(abs(leak(g, (1 / n, 1 / n), sides=sides, links=links) - 1))
+        errors.append(abs(leak(g, (1 / n, 1 / n), sides=sides, link_rule=link_rule) - 1))
     return errors
 
 
 @pytest.mark.parametrize(
-    ("links", "sides", "order"),
+    ("link_rule", "sides", "order"),
     [*((rule, "wall", 2) for rule in RULES if rule != "geometric"), ("linear-gap", "periodic", 2)],
 )
-def test_order_on_the_smooth_checkerboard(links, sides, order):
+def test_order_on_the_smooth_checkerboard(link_rule, sides, order):
     """What follows the first term of the error is of the order of h² = (2π/64)², 1 % of it."""
-    assert observed_orders(checkerboard_errors(links, sides))[-1] == approx(order, abs=0.02)
+    assert observed_orders(checkerboard_errors(link_rule, sides))[-1] == approx(order, abs=0.02)
 
 
 @pytest.mark.parametrize("sides", SIDES)
@@ -78,13 +78,13 @@ def test_channel_along_a_diagonal_is_reported_as_not_converged():
     assert "diagonal" in flow.reason
 
 
-@pytest.mark.parametrize("links", RULES)
-def test_contact_points_carry_no_flow(links):
+@pytest.mark.parametrize("link_rule", RULES)
+def test_contact_points_carry_no_flow(link_rule):
     """A contact sample cuts one of two columns; the mean of g³ across it need not be zero."""
     g = np.zeros((7, 5))
     g[:, 0] = g[:, 2] = 1
     g[3, 2] = 0
-    assert leak(g, representation="constant", links=links) == approx(1 / 7, rel=1e-13)
+    assert leak(g, representation="constant", link_rule=link_rule) == approx(1 / 7, rel=1e-13)
 
 
 def test_a_single_row_of_samples_is_a_linear_gap_where_it_repeats():

@@ -52,7 +52,7 @@ class Case:
     representation: str
     sides: str
     spacing: tuple[float, float]
-    links: str = "harmonic"
+    link_rule: str = "harmonic"
 
     @property
     def field(self) -> GridField:
@@ -75,7 +75,7 @@ class Case:
 
     def by_differences(self, **fluid) -> float:
         """Leak rate by finite differences."""
-        return by_differences(self.film, links=self.links, **FLUID | fluid).value
+        return by_differences(self.film, link_rule=self.link_rule, **FLUID | fluid).value
 
 
 @st.composite
@@ -92,8 +92,8 @@ def cases(draw) -> Case:
     samples = np.where(is_open, 10 ** rng.uniform(-decades, 0, shape), 0.0)
     sides = draw(st.sampled_from(["wall", "periodic"]))
     spacing = draw(st.sampled_from([(1.0, 1.0), (3.0, 1.0), (1.0, 3.0)]))
-    links = draw(st.sampled_from(list(LINKS)))
-    return Case(samples, representation, sides, spacing, links).with_samples(samples)
+    link_rule = draw(st.sampled_from(list(LINKS)))
+    return Case(samples, representation, sides, spacing, link_rule).with_samples(samples)
 
 
 def leaks(case: Case) -> bool:

@@ -189,7 +189,7 @@ def require_enclosed_differences(seed: int, law) -> None:
     drop = slip.mean_pressure * (slip.inlet_pressure - slip.outlet_pressure)
     coarse, fine = (
         by_differences(
-            GridFilm(pixels, "wall", "constant"), 1 / 12, drop, slip=slip, links="harmonic"
+            GridFilm(pixels, "wall", "constant"), 1 / 12, drop, slip=slip, link_rule="harmonic"
         ).value
         for pixels in (GridField(np.kron(gap, np.ones((n, n))), (1.0, 1.0)) for n in (8, 16))
     )

@@ -629,7 +629,7 @@ def test_a_sealed_seal_is_said_and_drawn_as_far_as_it_is_known(profile):
     asked = scene(contact={"pressure": 2e6}, seal={"patches": 2, "pressure_profile": profile})
     result, _ = entries(asked)
     seal, path = result.seal, result.seal.path
-    p, P = np.array(path.fluid_pressure), np.array(path.contact_pressure)
+    p, P = np.array(path.fluid_pressure), np.array(path.total_pressure)
     assert set(p) == {0.5e5, 0.0}
     assert (np.diff(p) <= 0).all()
     assert P.max() == pytest.approx(2e6 * (1 if profile == "uniform" else 4 / np.pi), rel=3e-6)
