@@ -65,10 +65,16 @@ def test_imports_point_backwards():
     assert not wrong
 
 
-def test_the_recipe_of_a_representation_names_all_modules_that_ask_for_one():
-    pages = (ROOT / "docs" / "architecture.md").read_text()
-    recipe = pages.partition("* **A representation of the gap")[2].partition("\n* **")[0]
-    asks = re.compile(r'representation [!=]= "|"(linear|constant)": ')
+@pytest.mark.parametrize(
+    ("recipe", "asks"),
+    [
+        ("A representation of the gap", r'representation [!=]= "|"(linear|constant)": '),
+        ("A contact model", "gfmd"),
+    ],
+)
+def test_a_recipe_names_all_modules_that_ask_for_a_name(recipe, asks):
+    pages, asks = (ROOT / "docs" / "architecture.md").read_text(), re.compile(asks)
+    recipe = pages.partition(f"* **{recipe}")[2].partition("\n* **")[0]
     names = {str(path.relative_to(PACKAGE)) for path in trees() if asks.search(path.read_text())}
     assert not {name for name in names if f"`{name}`" not in recipe}
 

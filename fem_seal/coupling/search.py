@@ -18,7 +18,7 @@ from fem_seal.coupling.newton import Steps, newton
 from fem_seal.coupling.point import FloatingPoint
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.stages import first_stage, further_stages
-from fem_seal.coupling.state import LiftedState
+from fem_seal.coupling.state import LARGEST_CHANGE, SETTLED, LiftedState
 from fem_seal.digits import number_of
 from fem_seal.errors import InvalidInput, present
 from fem_seal.film import GridFilm
@@ -212,7 +212,8 @@ def _why_not_settled(end: _End, allowed: float, *, known: bool) -> str:
     if end.error > allowed:
         return (
             f"the fluid's pressure leaves an error of {end.error:.2g} in the logarithm of the "
-            f"leak rate, more than the {allowed:.2g} allowed (half of flow.rtol, 0.15 at most)"
+            f"leak rate, more than the {allowed:.2g} allowed "
+            f"({SETTLED:g} of flow.rtol, {SETTLED * LARGEST_CHANGE:g} at most)"
         )
     return ""
 

@@ -100,6 +100,10 @@ def _named(read: Callable[[Path, Names], NamedArrays], path: Path, names: Names)
     return interpret(read(path, names_to_read(names)), names)
 
 
+def _of_one_array(read: Callable[[Path], Recorded], path: Path, names: Names) -> Recorded:
+    return read(path)
+
+
 def _instrument(path: Path, names: Names) -> Recorded:
     if path.suffix.lower() == ".toml":
         command = f"fem-seal run {quote(str(path))}"
@@ -117,8 +121,8 @@ READERS: dict[str, Callable[[Path, Names], Recorded]] = {
     ".nc": partial(_named, read_netcdf),
     ".h5": partial(_named, read_hdf5),
     ".hdf5": partial(_named, read_hdf5),
-    ".txt": lambda path, names: read_text(path),
-    ".csv": lambda path, names: read_text(path),
-    ".gsf": lambda path, names: read_gsf(path),
-    ".x3p": lambda path, names: read_x3p(path),
+    ".txt": partial(_of_one_array, read_text),
+    ".csv": partial(_of_one_array, read_text),
+    ".gsf": partial(_of_one_array, read_gsf),
+    ".x3p": partial(_of_one_array, read_x3p),
 }

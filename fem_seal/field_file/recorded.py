@@ -21,13 +21,13 @@ FINEST, FLATTEST, STEEPEST = 1e-12, 1e-6, 10.0
 SIZE = 'size, such as size = ["1 mm", "1 mm"] (number of points times their distance)'
 SIZE_OPTION = 'or by --size "1 mm,1 mm"'
 TURNS = (0, 90, 180, 270)  # of a map [degrees]
-# Largest spacing and value [m], and 1 over the smallest spacing; squares of others may overflow.
+# Largest spacing and value [m], 1 over the smallest spacing, and largest coordinate; squares of
+# others may overflow.
 LONGEST = 1e100
 
 # Largest distance of coordinates from an even grid, over its step: written numbers are rounded.
 OFF_GRID = 0.05
 FEWEST = 3  # coordinates of which one can say that they are even
-FARTHEST = 1e100  # largest coordinate; sums of a few are finite
 
 # "A" is the ångström to SurfaceTopography and Gwyddion, and the ampere to a units library.
 _SPELT_OTHERWISE = {"A": "angstrom", "Å": "angstrom", "~m": "um"}
@@ -47,7 +47,7 @@ def in_si(unit: str, si: str, what: str) -> float:
 
 def even_step(x: np.ndarray, fewest: int = FEWEST) -> float | None:
     """Step of coordinates that rise or fall evenly; None for other numbers."""
-    if len(x) < fewest or not np.abs(x).max() < FARTHEST:
+    if len(x) < fewest or not np.abs(x).max() < LONGEST:
         return None
     if not (np.diff(x) * (x[1] - x[0]) > 0).all():
         return None

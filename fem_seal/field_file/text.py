@@ -14,7 +14,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.column_titles import bare
 from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
-from fem_seal.field_file.recorded import FARTHEST, OFF_GRID, Pair, Recorded, even_step, in_si
+from fem_seal.field_file.recorded import LONGEST, OFF_GRID, Pair, Recorded, even_step, in_si
 from fem_seal.field_file.text_header import ROUNDED, Statements, statements_of, unit_in
 from fem_seal.field_file.text_table import TextTable, read_table
 
@@ -167,7 +167,7 @@ def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
     heights = [k for k in others if titled and axes[k] == "z"] or others
     if titled and len(heights) > 1:
         raise InvalidInput(f"the titles of {path} name x and y, but not one column as height or z")
-    nowhere = ~(np.abs(table.values[:, [along, across]]) < FARTHEST).all(axis=1)
+    nowhere = ~(np.abs(table.values[:, [along, across]]) < LONGEST).all(axis=1)
     if nowhere.any():
         raise InvalidInput(
             f"line {table.line[np.argmax(nowhere)]} of {path} has no x or no y; give all three of "

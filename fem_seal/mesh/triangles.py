@@ -40,7 +40,9 @@ class TriangleMesh(Mesh):
         a, b = xy[ends[:, 0]], xy[ends[:, 1]]
         largest = np.abs(xy).max()
         if (np.abs(a - b).max(axis=1, initial=0.0) < SHORTEST_EDGE * largest).any():
-            raise TooFine(f"triangles below 2^-40 of the mesh ({largest:.3g} m) would be needed")
+            raise TooFine(
+                f"edges below {SHORTEST_EDGE:.1e} of the mesh ({largest:.3g} m) would be halved"
+            )
         return (a + b) / 2
 
     def can_halve_twice(self) -> np.ndarray:

@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 
 SIDE = 6.0  # longer side of a drawing [inch]
 NARROWEST = 0.2  # least ratio of its sides; narrower strips are stretched to it
-# Beside a drawing: its numbers and titles, and a colour bar with its label; a line of the key; an
-# entry of the key without its name, and a letter of it [inch].
-MARGINS, BAR, KEY_LINE, ENTRY, LETTER = (0.8, 0.75), 0.85, 0.25, 0.5, 0.085
+MARGINS = 0.8, 0.75  # numbers and titles beside and above a drawing [inch]
+BAR = 0.85  # width of a colour bar with its label [inch]
+KEY_LINE = 0.25  # height of a line of the key [inch]
+ENTRY, LETTER = 0.5, 0.085  # width of an entry of the key without its name, and of a letter [inch]
 END_WIDTH = 3.0  # width of the lines of inlet and outlet [point]
 NAMES_BELOW = -37  # names of inlet and outlet, below the drawing [point]
 RING = 11  # diameter of the ring around the critical constriction [point]

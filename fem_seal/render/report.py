@@ -48,8 +48,8 @@ def report(folder: str | Path) -> Path:
         "processes": provenance.processes,
     }
     loader = PackageLoader("fem_seal.render", "")
-    template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    text = template.get_template("report.html.jinja").render(
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    text = environment.get_template("report.html.jinja").render(
         title=printable(folder.resolve().name),
         made=f"Computed on {day} at {time[:5]} UTC by fem_seal {version}.",
         verdict=first_sentence(result),
