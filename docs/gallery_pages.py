@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING
 
 from sphinx.util import logging
 
+from fem_seal.files import digest_of_sources
+
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
@@ -68,7 +70,7 @@ def write_pages() -> None:
         make = page_of_demo if source.suffix == ".py" else page_of_scene
         folder = GALLERY / source.parent.relative_to(DEMOS) / source.stem
         page = folder.with_suffix(".md")
-        stamp = f"% {sha256(source.read_bytes()).hexdigest()}\n"
+        stamp = f"% {sha256(source.read_bytes()).hexdigest()} {digest_of_sources()}\n"
         if not page.is_file() or not page.read_text().startswith(stamp):
             PROGRESS.info("running demos/%s", source.relative_to(DEMOS))
             page.write_text(stamp + make(source, folder))

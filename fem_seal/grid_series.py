@@ -41,6 +41,7 @@ OF_UNRESOLVED = 0.5  # of u/g_c, the height between the samples over the critica
 OF_CHANGE = 0.15  # of the change of ln Q from half of the samples, in e
 SECOND_ORDER = 4.0  # of e², added to e
 MOST_E = 0.8  # e from which the constriction may close
+MOST = MOST_E * (1 + SECOND_ORDER * MOST_E)  # largest |Δ ln Q| that is claimed for both sides
 IF_LIFTED = 1.5  # of e where the fluid lifts the solid
 LINEAR_GAP = "the gap that is linear between the samples"
 # Samples from which the coarser grid is solved in a process of its own while the flow is, and
@@ -267,10 +268,9 @@ def grid_error(
     claimed = first_order * (1 + SECOND_ORDER * first_order) + pixels
     if counted is not None:
         claimed += hypot(change, counted)
-    most = MOST_E * (1 + SECOND_ORDER * MOST_E)
-    if claimed < most:
+    if claimed < MOST:
         return estimate(CONTACT_GRID, sentence, exp(-claimed), exp(claimed))
-    most = max(most, 3 * log1p(unresolved_share))
+    most = max(MOST, 3 * log1p(unresolved_share))
     sentence += "; a finer grid may be sealed"
     return estimate(CONTACT_GRID, sentence, upper=exp(min(most, MOST_LOG)))
 
@@ -353,7 +353,7 @@ def error_of_map(change: float, pixels: float) -> Uncertainty:
     """
     sentence = "what half of the samples of the map change"
     if change == inf:
-        return estimate(CONTACT_GRID, f"{sentence}: they are sealed")
+        return estimate(CONTACT_GRID, f"{sentence}: they are sealed", upper=exp(MOST))
     if pixels:
         sentence += f", and {LINEAR_GAP}"
     change += pixels

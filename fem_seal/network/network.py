@@ -3,8 +3,8 @@
 On the right isosceles triangles of the nested family (`mesh.nested`) the stiffness matrix of linear
 elements is that of a network along the legs: a leg carries half of each triangle beside it. So a
 mesh of any mixture of sizes makes a network, on the contact's own grid, a coarser one, or a finer
-one where the pressure needs it. A link conducts as the mean of g³ between the gaps at its two ends,
-or, where each sample fills one pixel, of the two triangles beside it.
+one where the pressure needs it. A link conducts as one over the mean of 1/g³ between the gaps at
+its two ends or, where each sample fills one pixel, as the two triangles beside it.
 
 Where pixels are not square, triangles between those of different sizes have no right angle. Their
 longest side is then a link as well. Its weight, half the cotangent of the opposite angle, is

@@ -119,7 +119,7 @@ def _of_grid(loaded: LoadedPatch, load: float) -> Factors | None:
         left_out = unresolved(present(loaded.patch.surface, "surface"))
         unresolved_share = left_out / present(loaded.critical_gap(load), "critical gap")
         error = grid_error(change, unresolved_share, pixels=pixels)
-    return error.factors if error.counted else None
+    return error.factors
 
 
 def _middle(lower: float, upper: float) -> Estimate:

@@ -4,9 +4,9 @@ The error of a leak rate has two parts. The flow part is the half-width of the g
 or, for finite differences, the distance from the far end of the narrowest bracket of the same gap.
 The contact part is the discretization error of the contact. The same surface is solved under the
 same load on finer and finer grids; the distance of each leak rate from that on the finest grid, and
-what a still finer one would change, estimated as for any result (`grid_series`), are together its
-contact part. Grids that are sealed where the finest leaks are left out: they have no leak rate to
-compare.
+what a still finer one would change (`grid_series.grid_error`, also for a measured map, and without
+the linear gap beside constant pixels), are together its contact part. Grids that are sealed where
+the finest leaks are left out: they have no leak rate to compare.
 """
 
 from collections.abc import Sequence

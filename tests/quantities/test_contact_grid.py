@@ -1,14 +1,21 @@
 """The entry "contact grid": what a finer grid changes, estimated from half of the samples."""
 
 from dataclasses import replace
-from math import exp, log
+from math import exp, inf, log
 
 import numpy as np
 import pytest
 from project import scene_of_samples
 
 from fem_seal.errors import NotConverged
-from fem_seal.grid_series import error_from_half, half_solver, on_half
+from fem_seal.grid_series import (
+    MOST,
+    error_from_half,
+    error_of_map,
+    grid_error,
+    half_solver,
+    on_half,
+)
 from fem_seal.patch import Given, Patch
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Scene
@@ -88,6 +95,12 @@ def test_a_sealed_patch_that_is_not_solved_under_less_load_may_leak(monkeypatch)
     grid = entry(Patch(scene("0.5 MPa")))
     assert (grid.lower, grid.upper) == (1.0, None)
     assert "the certificate is 1e-3" in grid.sentence
+
+
+def test_a_map_that_is_sealed_on_half_of_its_samples_may_leak_much_more_or_less():
+    """As a rough surface whose constriction may close; else a verdict would count nothing."""
+    of_map, rough = error_of_map(inf, 0.0), grid_error(inf, 0.0)
+    assert (of_map.lower, of_map.upper) == (rough.lower, rough.upper) == (None, exp(MOST))
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
