@@ -46,7 +46,7 @@ class Network:
     film: GridFilm  #: a film on the grid of the contact
     #: (2, links), nodes at the two ends of each link: legs first, then longest sides
     ends: np.ndarray
-    between: np.ndarray  #: (2, legs), places between whose gaps a leg has its mean of g³
+    between: np.ndarray  #: (2, legs), places whose gaps give the conductivity of a leg
     weight: np.ndarray  #: (links,), width of each link over its length
     to_places: sparse.csr_array  #: gap at the places from that at the samples
     to_samples: sparse.csr_array  #: pressure at the samples from that at the nodes
@@ -66,7 +66,7 @@ class Network:
 
     @property
     def mean_of_cubes(self) -> LinkRule:
-        """Mean of g³ between the gaps at two places."""
+        """Conductivity between the gaps at two places: 1/mean(1/g³), or the mean of two pixels."""
         return linear_gap if self.film.representation == "linear" else arithmetic
 
     def conductances(self, gap: np.ndarray) -> np.ndarray:
