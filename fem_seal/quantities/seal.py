@@ -214,6 +214,8 @@ def _contact_grid_entry(seal: SealLeak) -> Uncertainty:
     lower, upper = seal.of_grid.lower, seal.of_grid.upper
     if not lower:
         sentence += "; patches of a finer grid may be sealed"
+    if seal.leaking < len(seal.patches):
+        sentence += "; that a finer grid may open the sealed patches does not count"
     return Uncertainty(CONTACT_GRID, "estimated", sentence, lower or None, upper)
 
 
